@@ -1,0 +1,55 @@
+//! One error type for every command: a sentence for the user and the exit code it stands for.
+
+use std::fmt;
+
+/// Why a command ended, with the exit code of the contract.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Error {
+    /// The run failed its own check: exit code 1.
+    Check(String),
+    /// Bad usage or bad input, with the place and the remedy: exit code 2.
+    Input(String),
+    /// Interrupted, results so far written: exit code 130.
+    Interrupted,
+}
+
+/// Result of a host operation.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Bad usage or input; the text names the place and the remedy.
+    pub fn input(text: impl fmt::Display) -> Self {
+        Self::Input(text.to_string())
+    }
+
+    /// A run that failed its own check.
+    pub fn check(text: impl fmt::Display) -> Self {
+        Self::Check(text.to_string())
+    }
+
+    /// A file operation that failed: what was tried, on which path, and why it failed.
+    pub fn file(doing: &str, path: &std::path::Path, why: impl fmt::Display) -> Self {
+        Self::Input(format!("cannot {doing} {}: {why}", path.display()))
+    }
+
+    /// Exit code of the process.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Check(_) => 1,
+            Self::Input(_) => 2,
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Check(text) | Self::Input(text) => f.write_str(text),
+            Self::Interrupted => f.write_str("interrupted; results so far are written"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}

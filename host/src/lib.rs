@@ -1,0 +1,5 @@
+//! Tools around the chaincell kernel: the library behind the `chaincell` command.
+
+pub mod error;
+pub mod interrupt;
+pub mod terminal;

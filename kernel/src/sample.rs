@@ -1,0 +1,64 @@
+//! What goes into a tick and what comes out of it.
+
+use nalgebra::Vector3;
+
+/// One tool sample: position and whether the tool holds the contact cells.
+///
+/// Any bit pattern is admitted; a sample that is not finite, or whose `engaged` is neither 0 nor
+/// 1, is answered by the rule for bad samples and never reaches the cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolSample {
+    /// Tool position in the frame of the input mesh [m].
+    pub position_m: Vector3<f32>,
+    /// 1 while the tool holds the contact cells, else 0.
+    pub engaged: u32,
+}
+
+/// What one tick answers. It describes the state after the last update.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TickOutput {
+    /// Force of the tissue on the tool [N].
+    pub force_n: Vector3<f32>,
+    /// Certified level: an upper bound of the elastic energy of the published state [J].
+    pub energy_j: f32,
+    /// Number of cells the tool holds.
+    pub contacts: u32,
+    /// What bit during this tick.
+    pub flags: Flags,
+}
+
+/// What bit during a tick; the numbers are summed in files and messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(transparent)]
+pub struct Flags(pub u32);
+
+impl Flags {
+    /// The tool's motion was shortened, by the step limit or by the energy limit.
+    pub const MOTION_CLAMPED: Self = Self(1);
+    /// A bad sample: the last good one was held.
+    pub const BAD_SAMPLE: Self = Self(2);
+    /// No sample within the watchdog's time (set by the process around the kernel).
+    pub const STALE: Self = Self(4);
+    /// The force was shortened to the limit in force.
+    pub const FORCE_CLAMPED: Self = Self(8);
+    /// Safe state: the force is zero.
+    pub const SAFE_STATE: Self = Self(16);
+    /// The links' bands are closed (unloading).
+    pub const BAND_CLOSED: Self = Self(32);
+    /// A pass was discarded by the energy guard.
+    pub const ROLLED_BACK: Self = Self(64);
+    /// More cells in contact than the tissue has room for.
+    pub const CONTACT_CAPACITY: Self = Self(128);
+
+    /// Sets every bit of `other`.
+    pub const fn insert(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+
+    /// Whether every bit of `other` is set.
+    #[must_use]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
