@@ -1,4 +1,67 @@
-//! Soft tissue as a cellular neural network.
+//! Soft tissue as a cellular neural network with ChainMail links, for haptic firmware.
+//!
+//! Every mesh node is a cell; links between cells carry a band of admitted lengths; the network's
+//! dynamics deform the body (J. Zhang, Y. Zhong, J. Smith, C. Gu, "ChainMail based neural dynamics
+//! modeling of soft tissue deformation for surgical simulation", 2017; equation numbers refer to
+//! it). No `std`, no heap, no panic in the tick, a constant number of link passes a tick, and the
+//! same bits on every target.
+//!
+//! - [`Model`]: the body, read in place from its image in flash.
+//! - [`Network`]: a model with [`Settings`] that fit it.
+//! - [`Tissue`]: the state in RAM, under the scheme [`Euler`] or [`Track`].
+//!
+//! ```
+//! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
+//! use nalgebra::Vector3;
+//!
+//! fn press(image: &[u8]) -> Result<Vector3<f32>, ModelError> {
+//!     let model = Model::from_bytes(image)?;
+//!     let settings = Settings::for_model(&model);
+//!     let (Ok(network), mut tissue) =
+//!         (Network::new(model, settings), Tissue::<512, Track>::new())
+//!     else {
+//!         return Err(ModelError::Layout);
+//!     };
+//!     if tissue.reset(&network).is_err() || tissue.choose_contacts(&network, &[7]).is_err() {
+//!         return Ok(Vector3::zeros());
+//!     }
+//!     let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -0.001), engaged: 1 };
+//!     Ok(tissue.tick(&network, &sample).force_n)
+//! }
+//! assert!(press(&[0; 64]).is_err()); // not a model image
+//! ```
 #![no_std]
+#![cfg_attr(
+    not(test),
+    deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)
+)]
 
-pub mod sample;
+#[cfg(test)]
+extern crate std;
+
+mod access;
+pub mod cell;
+pub mod contact;
+pub mod dynamics;
+pub mod float_env;
+pub mod handover;
+pub mod hash;
+pub mod image;
+pub mod link;
+mod model;
+mod pass;
+mod sample;
+mod settings;
+#[allow(unsafe_code)]
+pub mod sqrt;
+mod tick;
+mod tissue;
+pub mod two_float;
+
+pub use dynamics::{Dynamics, Euler, Track};
+pub use image::ModelError;
+pub use model::Model;
+pub use sample::{Flags, TickOutput, ToolSample};
+pub use settings::{Network, Settings, SettingsError, Unloading};
+pub use tick::HELD_TICKS_MAX;
+pub use tissue::{Head, ResetError, Tissue, TissueMut, array_bytes};

@@ -15,6 +15,14 @@ pub struct ToolSample {
     pub engaged: u32,
 }
 
+impl ToolSample {
+    /// Whether the tick may act on the sample.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite())
+    }
+}
+
 /// What one tick answers. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickOutput {

@@ -1,0 +1,130 @@
+//! The schemes that move the network's state, one file each.
+
+mod euler;
+mod track;
+
+pub use euler::Euler;
+pub use track::Track;
+
+use crate::cell::Cell;
+use crate::contact::Contact;
+use crate::pass::Links;
+use crate::settings::Settings;
+use crate::two_float::TwoFloat;
+
+/// The certified level: an upper bound of the energy of the published state, internal units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    value: TwoFloat,
+    known: bool,
+}
+
+impl Level {
+    /// The level of the rest shape.
+    pub(crate) const REST: Self = Self { value: TwoFloat::ZERO, known: true };
+
+    /// Leading part of the level.
+    pub(crate) fn leading(&self) -> f32 {
+        self.value.hi
+    }
+
+    pub(crate) fn value(&self) -> TwoFloat {
+        self.value
+    }
+
+    /// The bands changed: the next pass at the published state sets the level anew.
+    pub(crate) fn forget(&mut self) {
+        self.known = false;
+    }
+
+    /// The tool moved cells, which changed the energy by exactly `change`.
+    pub(crate) fn shift(&mut self, change: TwoFloat) {
+        self.set(self.value.plus(change));
+    }
+
+    /// A sweep certified `level`; the level never rises by a sweep.
+    pub(crate) fn certify(&mut self, level: TwoFloat) {
+        let lowest = if self.known { self.value.min(level) } else { level };
+        self.known = true;
+        self.set(lowest);
+    }
+
+    /// A pass found the energy itself.
+    pub(crate) fn set(&mut self, level: TwoFloat) {
+        self.value = if level.hi > 0.0 { level } else { TwoFloat::ZERO };
+    }
+}
+
+/// What a scheme works on during one sweep.
+pub(crate) struct Body<'a, 'm> {
+    pub links: Links<'a, 'm>,
+    pub settings: &'a Settings,
+    /// Cells the tool holds: they do not move in a sweep.
+    pub held: &'a [Contact],
+    /// Where the tool holds them, relative to their origins.
+    pub applied: [f32; 3],
+    /// State v of every cell; its output is published.
+    pub state: &'a mut [Cell],
+    /// Room for the residual.
+    pub residual: &'a mut [Cell],
+    /// The scheme's own arrays, one after the other, each as long as `state`.
+    pub own: &'a mut [Cell],
+    pub level: &'a mut Level,
+}
+
+impl Body<'_, '_> {
+    /// Puts the held cells back where the tool has them.
+    pub fn restore_held(&mut self) {
+        for contact in self.held {
+            if let Some(state) = self.state.get_mut(contact.cell()) {
+                *state = Cell::at(crate::cell::add(contact.origin, self.applied));
+            }
+        }
+    }
+}
+
+/// Arrays of cells whose number is part of the scheme's type.
+pub trait CellArrays {
+    /// All +0.0.
+    const ZERO: Self;
+    /// The arrays one after the other.
+    fn flat(&mut self) -> &mut [Cell];
+}
+
+impl<const CELLS: usize, const ARRAYS: usize> CellArrays for [[Cell; CELLS]; ARRAYS] {
+    const ZERO: Self = [[Cell::ZERO; CELLS]; ARRAYS];
+
+    fn flat(&mut self) -> &mut [Cell] {
+        self.as_flattened_mut()
+    }
+}
+
+pub(crate) mod scheme {
+    use super::{Body, Cell};
+
+    /// What a scheme does; sealed, since the guarantees rest on it.
+    pub trait Scheme {
+        /// One sweep: one link pass and at most one update. Whether the pass was rolled back.
+        #[allow(private_interfaces)]
+        fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool;
+
+        /// A held cell was put at `position`, in the scheme's own arrays too; `k` is the
+        /// saturation.
+        fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32);
+
+        /// The bands changed: forget the momentum.
+        fn interrupt(&mut self);
+    }
+}
+
+/// A scheme, with its own scalar state.
+pub trait Dynamics: scheme::Scheme + Copy {
+    /// Name as in the command's `--dynamics`.
+    const NAME: &'static str;
+    /// The scheme at rest.
+    const REST: Self;
+    /// Arrays of cells the scheme needs besides state and residual.
+    const ARRAYS: usize;
+    /// Those arrays for a number of cells.
+    type Arrays<const CELLS: usize>: CellArrays;
+}

@@ -1,0 +1,70 @@
+//! The floating-point environment the bits rely on: round to nearest, denormals kept.
+
+use core::hint::black_box;
+
+/// What is wrong with the floating-point environment of the calling thread.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FloatEnvironmentError {
+    /// Denormal numbers are flushed to zero (FTZ, DAZ or FZ is on).
+    FlushToZero,
+    /// The rounding mode is not round-to-nearest-even.
+    Rounding,
+}
+
+impl core::fmt::Display for FloatEnvironmentError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::FlushToZero => "denormals are flushed to zero: switch FTZ/DAZ/FZ off",
+            Self::Rounding => "rounding is not to nearest: restore the default rounding mode",
+        })
+    }
+}
+
+impl core::error::Error for FloatEnvironmentError {}
+
+/// Checks by six operations whether this thread's arithmetic is IEEE 754 to nearest.
+///
+/// # Errors
+/// What is wrong, when something is.
+pub fn check() -> Result<(), FloatEnvironmentError> {
+    let smallest = black_box(f32::from_bits(1));
+    let half_normal = black_box(f32::MIN_POSITIVE) * black_box(0.5);
+    if half_normal == 0.0 || smallest * black_box(2.0) == 0.0 {
+        return Err(FloatEnvironmentError::FlushToZero);
+    }
+    let one = black_box(1.0_f32);
+    let quarter_ulp = black_box(f32::EPSILON * 0.25);
+    let nearest = one + quarter_ulp == one
+        && one - quarter_ulp * 0.5 == one
+        && -one - quarter_ulp == -one
+        && -one + quarter_ulp * 0.5 == -one;
+    if nearest { Ok(()) } else { Err(FloatEnvironmentError::Rounding) }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_default_environment_passes() {
+        assert_eq!(super::check(), Ok(()));
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    #[allow(deprecated, unsafe_code)]
+    fn flushing_and_directed_rounding_are_seen() {
+        use super::FloatEnvironmentError::{FlushToZero, Rounding};
+        use core::arch::x86_64::{_mm_getcsr, _mm_setcsr};
+        // SAFETY: the register is restored before the test leaves.
+        let seen = unsafe {
+            let before = _mm_getcsr();
+            [0x8000, 0x0040, 0x2000, 0x4000, 0x6000].map(|bits| {
+                _mm_setcsr(before | bits);
+                let seen = super::check();
+                _mm_setcsr(before);
+                seen
+            })
+        };
+        let expected = [FlushToZero, FlushToZero, Rounding, Rounding, Rounding].map(Err);
+        assert_eq!(seen, expected);
+    }
+}

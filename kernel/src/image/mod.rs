@@ -1,0 +1,115 @@
+//! The model image: a flat little-endian file of versioned sections, read in place.
+//!
+//! ```text
+//! offset  bytes  content
+//!      0      8  magic "CHAINCEL"
+//!      8      4  format version (1)
+//!     12      4  bytes of the whole image
+//!     16      4  number of sections
+//!     20      4  CRC-32 (ISO-HDLC) of all bytes but these four
+//!     24      8  zero
+//!     32   16 n  section table: kind, version, offset, bytes (u32 each)
+//!      …         sections, each at a multiple of 16 bytes
+//! ```
+//!
+//! A section that a model does not need is absent and costs nothing. Unknown kinds are skipped,
+//! a known kind with an unknown version is refused.
+
+mod error;
+mod sections;
+pub(crate) mod validate;
+
+pub use error::ModelError;
+pub(crate) use sections::Sections;
+pub use sections::checksum;
+
+/// First bytes of every image.
+pub const MAGIC: [u8; 8] = *b"CHAINCEL";
+/// Version of the format this kernel reads.
+pub const FORMAT_VERSION: u32 = 1;
+/// Version of every section defined here.
+pub const SECTION_VERSION: u32 = 1;
+/// Bytes before the section table.
+pub const HEADER_BYTES: usize = 32;
+/// Bytes of one entry of the section table.
+pub const ENTRY_BYTES: usize = 16;
+/// Alignment of the image and of every section.
+pub const ALIGNMENT: usize = 16;
+/// Largest number of cells: ids are 16 bits wide, and 65,535 stays free.
+pub const CELLS_MAX: usize = 65_535;
+/// Where the checksum stands.
+pub const CHECKSUM_OFFSET: usize = 20;
+
+/// Section kinds. Element types in brackets; `half-links` = links counted at their upper end.
+pub mod kind {
+    /// Scalars of the body, see [`super::params`] (u32 or f32, 16 words).
+    pub const PARAMS: u32 = 1;
+    /// Rest positions from the body's centre in mean link lengths ([f32; 3] a cell).
+    pub const REST: u32 = 2;
+    /// Row starts: the links of cell i, as the lower end, are `ROWS[i]..ROWS[i + 1]`
+    /// (u32, cells + 1).
+    pub const ROWS: u32 = 3;
+    /// Upper end of each link, ascending within a row (u16 a link).
+    pub const UPPER: u32 = 4;
+    /// Rest length of each link in mean link lengths (f32 a link).
+    pub const REST_LENGTH: u32 = 5;
+    /// Row starts of the half-links: cell i as the upper end (u32, cells + 1).
+    pub const BACK_ROWS: u32 = 6;
+    /// Lower end of each half-link, ascending within a row (u16 a link).
+    pub const LOWER: u32 = 7;
+    /// Link of each half-link (u32 a link).
+    pub const BACK_LINK: u32 = 8;
+    /// Mobility 1 / W of each cell, W = sum of its links' weights; 0 for a fixed-state cell and
+    /// for a cell without links (f32 a cell).
+    pub const MOBILITY: u32 = 9;
+    /// Fixed-state cells, ascending (u16).
+    pub const FIXED: u32 = 10;
+    /// Input id of each cell (u32 a cell).
+    pub const INPUT_ID: u32 = 11;
+    /// Optional: alpha of each link (f32 a link).
+    pub const ALPHA: u32 = 12;
+    /// Optional: weight k / `k_ref` of each link (f32 a link).
+    pub const WEIGHT: u32 = 13;
+    /// Optional: surface cells, ascending (u16).
+    pub const SURFACE: u32 = 14;
+    /// With `SURFACE`: outward unit normals ([f32; 3] a surface cell).
+    pub const NORMALS: u32 = 15;
+    /// Optional, for display: surface triangles, outward ([u16; 3]).
+    pub const TRIANGLES: u32 = 16;
+    /// Optional, for display: tetrahedra ([u16; 4]).
+    pub const TETRAHEDRA: u32 = 17;
+}
+
+/// Word indices of the `PARAMS` section.
+pub mod params {
+    /// Number of words.
+    pub const WORDS: usize = 16;
+    /// Number of cells (u32).
+    pub const CELLS: usize = 0;
+    /// Number of links (u32).
+    pub const LINKS: usize = 1;
+    /// Dimension of the grid, 1 to 3 (u32).
+    pub const DIMENSION: usize = 2;
+    /// Mean link length, the internal unit (f32) [m].
+    pub const UNIT_M: usize = 3;
+    /// Centre of the body, three words (f32) [m].
+    pub const CENTRE_M: usize = 4;
+    /// Stiffness of a link of weight 1 (f32) [N/m].
+    pub const STIFFNESS_N_PER_M: usize = 7;
+    /// Half-width of the band in rest lengths; the mean where links differ (f32).
+    pub const ALPHA: usize = 8;
+    /// Saturation K (f32) [mean link lengths].
+    pub const SATURATION: usize = 9;
+    /// Cell resistance `R_x` (f32).
+    pub const RESISTANCE: usize = 10;
+    /// Cell capacitance C (f32).
+    pub const CAPACITANCE: usize = 11;
+    /// b, the largest (`W_i` + `W_j`) / 2 over the links (f32).
+    pub const DEGREE_BOUND: usize = 12;
+    /// Largest energy a tool may load into the body (f32), in internal units.
+    pub const ENERGY_MAX: usize = 13;
+    /// Number of connected parts (u32).
+    pub const PARTS: usize = 14;
+    /// Number of nodes of the input's numbering (u32).
+    pub const INPUT_NODES: usize = 15;
+}

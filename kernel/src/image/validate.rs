@@ -1,0 +1,186 @@
+//! The checks after which the tick never has to check again.
+//!
+//! Every function runs in one pass without memory of its own; together they cost about as much as
+//! two sweeps plus the checksum.
+
+use super::{ModelError, kind, params};
+use crate::link;
+use crate::model::Model;
+
+/// Rest lengths, in mean link lengths, span at most this factor either way.
+const LENGTH_RANGE: f32 = 1.0e6;
+/// Weights, k / `k_ref`, span at most this factor either way.
+const WEIGHT_RANGE: f32 = 1.0e9;
+
+/// Checks a whole model: ranges first, then order and symmetry, then the numbers.
+pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
+    parameters(model)?;
+    rows(kind::ROWS, model.rows, model.links())?;
+    rows(kind::BACK_ROWS, model.back_rows, model.links())?;
+    upper_ends(model)?;
+    half_links(model)?;
+    rest_positions(model)?;
+    link_numbers(model)?;
+    ascending(kind::FIXED, model.fixed, model.cells())?;
+    mobilities(model)?;
+    ascending(kind::SURFACE, model.surface, model.cells())?;
+    normals(model)?;
+    input_ids(model)?;
+    corners(kind::TRIANGLES, model.triangles.as_flattened(), model.cells())?;
+    corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), model.cells())
+}
+
+fn at(position: usize) -> u32 {
+    u32::try_from(position).unwrap_or(u32::MAX)
+}
+
+fn positive(value: f32) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+fn parameters(model: &Model<'_>) -> Result<(), ModelError> {
+    let word = |index: usize, holds: bool| {
+        if holds { Ok(()) } else { Err(ModelError::Parameter(at(index))) }
+    };
+    word(params::CELLS, (1..=super::CELLS_MAX).contains(&model.cells()))?;
+    word(params::DIMENSION, (1..=3).contains(&model.dimension))?;
+    word(params::UNIT_M, positive(model.unit_m))?;
+    word(params::CENTRE_M, model.centre_m.iter().all(|value| value.is_finite()))?;
+    word(params::STIFFNESS_N_PER_M, positive(model.stiffness_n_per_m))?;
+    let force = 2.0 * model.stiffness_n_per_m * model.unit_m;
+    word(params::STIFFNESS_N_PER_M, force.is_normal() && (force * model.unit_m).is_normal())?;
+    word(params::ALPHA, (0.0..1.0).contains(&model.alpha))?;
+    word(params::SATURATION, positive(model.saturation) && model.saturation < 1.0e6)?;
+    word(params::RESISTANCE, positive(model.resistance))?;
+    word(params::CAPACITANCE, positive(model.capacitance))?;
+    word(params::DEGREE_BOUND, positive(model.degree_bound))?;
+    word(params::ENERGY_MAX, positive(model.energy_max) && model.energy_max < 1.0e18)
+}
+
+/// Row starts: from 0, never descending, up to `end`.
+fn rows(kind: u32, rows: &[u32], end: usize) -> Result<(), ModelError> {
+    let mut last = 0;
+    for (i, &start) in rows.iter().enumerate() {
+        let first_is_zero = i > 0 || start == 0;
+        if start < last || start as usize > end || !first_is_zero {
+            return Err(ModelError::Index(kind, at(i)));
+        }
+        last = start;
+    }
+    if last as usize == end { Ok(()) } else { Err(ModelError::Index(kind, at(rows.len()))) }
+}
+
+/// `i < j < cells`, ascending and without repeats within each row.
+fn upper_ends(model: &Model<'_>) -> Result<(), ModelError> {
+    for i in 0..model.cells() {
+        let mut last = i;
+        for link in model.row(i) {
+            let upper = model.upper.get(link).copied().map_or(0, usize::from);
+            if upper <= last || upper >= model.cells() {
+                return Err(ModelError::Index(kind::UPPER, at(link)));
+            }
+            last = upper;
+        }
+    }
+    Ok(())
+}
+
+/// The half-links name the same links once more, from the other end.
+fn half_links(model: &Model<'_>) -> Result<(), ModelError> {
+    for i in 0..model.cells() {
+        let mut next = 0;
+        for half in model.back_row(i) {
+            let lower = model.lower.get(half).copied().map_or(usize::MAX, usize::from);
+            let link = model.back_link.get(half).copied().unwrap_or(u32::MAX) as usize;
+            let same_link = lower < i
+                && lower >= next
+                && model.row(lower).contains(&link)
+                && model.upper.get(link).copied().map(usize::from) == Some(i);
+            if !same_link {
+                return Err(ModelError::Index(kind::BACK_LINK, at(half)));
+            }
+            next = lower + 1;
+        }
+    }
+    Ok(())
+}
+
+fn rest_positions(model: &Model<'_>) -> Result<(), ModelError> {
+    let bad = model.rest.iter().position(|rest| {
+        let inside = rest.iter().all(|x| x.is_finite() && x.abs() <= model.saturation);
+        !inside || rest.iter().any(|x| x.to_bits() == (-0.0_f32).to_bits())
+    });
+    bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::REST, at(cell))))
+}
+
+/// Rest lengths must be what the kernel's own arithmetic gives for the stored rest positions.
+fn link_numbers(model: &Model<'_>) -> Result<(), ModelError> {
+    for i in 0..model.cells() {
+        for k in model.row(i) {
+            let length = model.rest_length.get(k).copied().unwrap_or(0.0);
+            let j = model.upper.get(k).copied().map_or(0, usize::from);
+            let own = link::rest_length(model.rest_position(i), model.rest_position(j));
+            let in_range = (1.0 / LENGTH_RANGE..=LENGTH_RANGE).contains(&length);
+            if !in_range || own.to_bits() != length.to_bits() {
+                return Err(ModelError::Value(kind::REST_LENGTH, at(k)));
+            }
+            if !(0.0..1.0).contains(&model.link_alpha(k)) {
+                return Err(ModelError::Value(kind::ALPHA, at(k)));
+            }
+            if !(1.0 / WEIGHT_RANGE..=WEIGHT_RANGE).contains(&model.link_weight(k)) {
+                return Err(ModelError::Value(kind::WEIGHT, at(k)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Strictly ascending cell ids.
+fn ascending(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
+    let mut next = 0;
+    for (position, &id) in ids.iter().enumerate() {
+        if usize::from(id) < next || usize::from(id) >= cells {
+            return Err(ModelError::Index(kind, at(position)));
+        }
+        next = usize::from(id) + 1;
+    }
+    Ok(())
+}
+
+/// Mobilities and the degree bound are what the proof of a falling energy needs them to be.
+fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
+    let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
+    for i in 0..model.cells() {
+        let is_fixed = fixed.next_if_eq(&i).is_some();
+        let weight = model.cell_weight(i);
+        let expected = if is_fixed || weight == 0.0 { 0.0 } else { 1.0 / weight };
+        if model.mobility.get(i).map(|m| m.to_bits()) != Some(expected.to_bits()) {
+            return Err(ModelError::Value(kind::MOBILITY, at(i)));
+        }
+        for k in model.row(i) {
+            let j = model.upper.get(k).copied().map_or(0, usize::from);
+            if (weight + model.cell_weight(j)) * 0.5 > model.degree_bound {
+                return Err(ModelError::Parameter(at(params::DEGREE_BOUND)));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn normals(model: &Model<'_>) -> Result<(), ModelError> {
+    let bad = model.normals.iter().position(|n| {
+        let squared = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+        !(0.99..1.01).contains(&squared)
+    });
+    bad.map_or(Ok(()), |position| Err(ModelError::Value(kind::NORMALS, at(position))))
+}
+
+fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
+    let bad = model.input_id.iter().position(|&id| id >= model.input_nodes);
+    bad.map_or(Ok(()), |cell| Err(ModelError::Index(kind::INPUT_ID, at(cell))))
+}
+
+fn corners(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
+    let bad = ids.iter().position(|&id| usize::from(id) >= cells);
+    bad.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))
+}

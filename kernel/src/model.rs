@@ -1,0 +1,355 @@
+//! The model: everything about a body that never changes, read in place from its image.
+
+use core::ops::Range;
+
+use crate::image::{ModelError, Sections, kind, params, validate};
+
+/// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
+///
+/// Its existence means that every index is in range and every number fit for the tick.
+#[derive(Clone, Copy)]
+pub struct Model<'a> {
+    pub(crate) rest: &'a [[f32; 3]],
+    pub(crate) rows: &'a [u32],
+    pub(crate) upper: &'a [u16],
+    pub(crate) rest_length: &'a [f32],
+    pub(crate) back_rows: &'a [u32],
+    pub(crate) lower: &'a [u16],
+    pub(crate) back_link: &'a [u32],
+    pub(crate) mobility: &'a [f32],
+    pub(crate) fixed: &'a [u16],
+    pub(crate) input_id: &'a [u32],
+    pub(crate) link_alphas: Option<&'a [f32]>,
+    pub(crate) link_weights: Option<&'a [f32]>,
+    pub(crate) surface: &'a [u16],
+    pub(crate) normals: &'a [[f32; 3]],
+    pub(crate) triangles: &'a [[u16; 3]],
+    pub(crate) tetrahedra: &'a [[u16; 4]],
+    pub(crate) dimension: u32,
+    pub(crate) unit_m: f32,
+    pub(crate) centre_m: [f32; 3],
+    pub(crate) stiffness_n_per_m: f32,
+    pub(crate) alpha: f32,
+    pub(crate) saturation: f32,
+    pub(crate) resistance: f32,
+    pub(crate) capacitance: f32,
+    pub(crate) degree_bound: f32,
+    pub(crate) energy_max: f32,
+    pub(crate) parts: u32,
+    pub(crate) input_nodes: u32,
+    pub(crate) checksum: u32,
+}
+
+impl<'a> Model<'a> {
+    /// Reads an image in place. `bytes` must start at a multiple of 16
+    /// ([`include_model!`](crate::include_model) sees to it).
+    ///
+    /// Cost: the checksum and about two sweeps, once; no memory.
+    ///
+    /// # Errors
+    /// What is wrong with the image, with section and position.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
+        let sections = Sections::parse(bytes)?;
+        let words: &[u32] = sections.sized(kind::PARAMS, params::WORDS)?;
+        let word = |index: usize| words.get(index).copied().unwrap_or(0);
+        let real = |index: usize| f32::from_bits(word(index));
+        let (cells, links) = (word(params::CELLS) as usize, word(params::LINKS) as usize);
+        let ends = cells.checked_add(1).ok_or(ModelError::Parameter(0))?;
+        let per_link = |kind| match sections.optional::<f32>(kind)? {
+            Some(values) if values.len() != links => Err(ModelError::SectionSize(kind)),
+            values => Ok(values),
+        };
+        let surface = sections.optional(kind::SURFACE)?.unwrap_or(&[]);
+        let normals = sections.optional(kind::NORMALS)?.unwrap_or(&[]);
+        if normals.len() != surface.len() {
+            return Err(ModelError::SectionSize(kind::NORMALS));
+        }
+        let model = Self {
+            rest: sections.sized(kind::REST, cells)?,
+            rows: sections.sized(kind::ROWS, ends)?,
+            upper: sections.sized(kind::UPPER, links)?,
+            rest_length: sections.sized(kind::REST_LENGTH, links)?,
+            back_rows: sections.sized(kind::BACK_ROWS, ends)?,
+            lower: sections.sized(kind::LOWER, links)?,
+            back_link: sections.sized(kind::BACK_LINK, links)?,
+            mobility: sections.sized(kind::MOBILITY, cells)?,
+            fixed: sections.required(kind::FIXED)?,
+            input_id: sections.sized(kind::INPUT_ID, cells)?,
+            link_alphas: per_link(kind::ALPHA)?,
+            link_weights: per_link(kind::WEIGHT)?,
+            surface,
+            normals,
+            triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
+            tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
+            dimension: word(params::DIMENSION),
+            unit_m: real(params::UNIT_M),
+            centre_m: [0, 1, 2].map(|axis| real(params::CENTRE_M + axis)),
+            stiffness_n_per_m: real(params::STIFFNESS_N_PER_M),
+            alpha: real(params::ALPHA),
+            saturation: real(params::SATURATION),
+            resistance: real(params::RESISTANCE),
+            capacitance: real(params::CAPACITANCE),
+            degree_bound: real(params::DEGREE_BOUND),
+            energy_max: real(params::ENERGY_MAX),
+            parts: word(params::PARTS),
+            input_nodes: word(params::INPUT_NODES),
+            checksum: sections.checksum,
+        };
+        validate::model(&model)?;
+        Ok(model)
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// Number of links.
+    #[must_use]
+    pub fn links(&self) -> usize {
+        self.upper.len()
+    }
+
+    /// Dimension of the grid, 1 to 3.
+    #[must_use]
+    pub fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    /// Number of connected parts.
+    #[must_use]
+    pub fn parts(&self) -> u32 {
+        self.parts
+    }
+
+    /// Checksum of the image; it tells models apart.
+    #[must_use]
+    pub fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// Mean link length, the kernel's internal unit of length [m].
+    #[must_use]
+    pub fn unit_m(&self) -> f32 {
+        self.unit_m
+    }
+
+    /// The body's centre, origin of the internal frame [m].
+    #[must_use]
+    pub fn centre_m(&self) -> [f32; 3] {
+        self.centre_m
+    }
+
+    /// Stiffness of a link of weight 1 [N/m].
+    #[must_use]
+    pub fn stiffness_n_per_m(&self) -> f32 {
+        self.stiffness_n_per_m
+    }
+
+    /// Half-width of the links' band in rest lengths (Eq. 5); the mean where links differ.
+    #[must_use]
+    pub fn alpha(&self) -> f32 {
+        self.alpha
+    }
+
+    /// Saturation K of the output (Eq. 3) [mean link lengths].
+    #[must_use]
+    pub fn saturation(&self) -> f32 {
+        self.saturation
+    }
+
+    /// Cell resistance `R_x` (Eq. 2).
+    #[must_use]
+    pub fn resistance(&self) -> f32 {
+        self.resistance
+    }
+
+    /// Cell capacitance C (Eq. 2).
+    #[must_use]
+    pub fn capacitance(&self) -> f32 {
+        self.capacitance
+    }
+
+    /// Largest proven common step of `euler`, 2 C / b with b the largest (`W_i` + `W_j`) / 2 over
+    /// the links, and at most `R_x` C [dimensionless time].
+    #[must_use]
+    pub fn step_max(&self) -> f32 {
+        let links = 2.0 * self.capacitance / self.degree_bound;
+        let leak = self.resistance * self.capacitance;
+        if leak < links { leak } else { links }
+    }
+
+    /// Largest energy a tool may load into the body, in internal units
+    /// (times [`Self::energy_unit_j`] in joules).
+    #[must_use]
+    pub fn energy_max(&self) -> f32 {
+        self.energy_max
+    }
+
+    /// Newtons per internal unit of force, 2 `k_ref` times the mean link length.
+    #[must_use]
+    pub fn force_unit_n(&self) -> f32 {
+        2.0 * self.stiffness_n_per_m * self.unit_m
+    }
+
+    /// Joules per internal unit of energy, 2 `k_ref` times the mean link length squared.
+    #[must_use]
+    pub fn energy_unit_j(&self) -> f32 {
+        self.force_unit_n() * self.unit_m
+    }
+
+    /// Fixed-state cells, ascending.
+    #[must_use]
+    pub fn fixed(&self) -> &'a [u16] {
+        self.fixed
+    }
+
+    /// Whether a cell's state is fixed.
+    #[must_use]
+    pub fn is_fixed(&self, cell: u16) -> bool {
+        self.fixed.binary_search(&cell).is_ok()
+    }
+
+    /// Surface cells, ascending; empty where the bake stored none.
+    #[must_use]
+    pub fn surface(&self) -> &'a [u16] {
+        self.surface
+    }
+
+    /// Outward unit normals of the surface cells, in their order.
+    #[must_use]
+    pub fn normals(&self) -> &'a [[f32; 3]] {
+        self.normals
+    }
+
+    /// Surface triangles for display, as cells, outward.
+    #[must_use]
+    pub fn triangles(&self) -> &'a [[u16; 3]] {
+        self.triangles
+    }
+
+    /// Tetrahedra for display, as cells.
+    #[must_use]
+    pub fn tetrahedra(&self) -> &'a [[u16; 4]] {
+        self.tetrahedra
+    }
+
+    /// Input id of each cell.
+    #[must_use]
+    pub fn input_id(&self) -> &'a [u32] {
+        self.input_id
+    }
+
+    /// Number of nodes of the input's numbering.
+    #[must_use]
+    pub fn input_nodes(&self) -> u32 {
+        self.input_nodes
+    }
+
+    /// Whether alpha is stored for each link.
+    #[must_use]
+    pub fn alpha_varies(&self) -> bool {
+        self.link_alphas.is_some()
+    }
+
+    /// Whether the stiffness is stored for each link.
+    #[must_use]
+    pub fn weight_varies(&self) -> bool {
+        self.link_weights.is_some()
+    }
+
+    /// Upper ends of all links, row by row.
+    #[must_use]
+    pub fn upper(&self) -> &'a [u16] {
+        self.upper
+    }
+
+    /// Rest lengths of all links [mean link lengths].
+    #[must_use]
+    pub fn rest_lengths(&self) -> &'a [f32] {
+        self.rest_length
+    }
+
+    /// Rest position of a cell [mean link lengths from the centre]; zero beyond the last.
+    #[must_use]
+    #[inline]
+    pub fn rest_position(&self, cell: usize) -> [f32; 3] {
+        self.rest.get(cell).copied().unwrap_or([0.0; 3])
+    }
+
+    /// The links of `cell` as their lower end.
+    #[must_use]
+    #[inline]
+    pub fn row(&self, cell: usize) -> Range<usize> {
+        range(self.rows, cell)
+    }
+
+    /// The half-links of `cell` as their upper end.
+    #[inline]
+    pub(crate) fn back_row(&self, cell: usize) -> Range<usize> {
+        range(self.back_rows, cell)
+    }
+
+    /// Alpha of a link.
+    #[must_use]
+    #[inline]
+    pub fn link_alpha(&self, link: usize) -> f32 {
+        self.link_alphas.and_then(|alphas| alphas.get(link).copied()).unwrap_or(self.alpha)
+    }
+
+    /// Weight k / `k_ref` of a link.
+    #[must_use]
+    #[inline]
+    pub fn link_weight(&self, link: usize) -> f32 {
+        self.link_weights.and_then(|weights| weights.get(link).copied()).unwrap_or(1.0)
+    }
+
+    /// The links of a cell with their other ends, in ascending order of the other end.
+    pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> + use<'a> {
+        let (lower, back_link, upper) = (self.lower, self.back_link, self.upper);
+        let below = self.back_row(cell).filter_map(move |half| {
+            Some((*back_link.get(half)? as usize, usize::from(*lower.get(half)?)))
+        });
+        let above =
+            self.row(cell).filter_map(move |link| Some((link, usize::from(*upper.get(link)?))));
+        below.chain(above)
+    }
+
+    /// W: sum of the weights of a cell's links, in ascending order of their other ends.
+    #[must_use]
+    pub fn cell_weight(&self, cell: usize) -> f32 {
+        self.neighbours(cell).fold(0.0, |sum, (link, _)| sum + self.link_weight(link))
+    }
+}
+
+impl core::fmt::Debug for Model<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Model")
+            .field("cells", &self.cells())
+            .field("links", &self.links())
+            .field("checksum", &self.checksum)
+            .finish_non_exhaustive()
+    }
+}
+
+#[inline]
+fn range(rows: &[u32], cell: usize) -> Range<usize> {
+    match rows.get(cell..).and_then(|rows| rows.first_chunk()) {
+        Some(&[start, end]) => start as usize..end as usize,
+        None => 0..0,
+    }
+}
+
+/// Links a model image into flash with the alignment that [`Model::from_bytes`] asks for.
+///
+/// The path is relative to the file the macro stands in. Gives a `&'static [u8]`.
+#[macro_export]
+macro_rules! include_model {
+    ($path:expr $(,)?) => {{
+        #[repr(C, align(16))]
+        struct Aligned<Bytes: ?Sized>(Bytes);
+        static IMAGE: &Aligned<[u8]> = &Aligned(*include_bytes!($path));
+        &IMAGE.0
+    }};
+}

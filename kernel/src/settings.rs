@@ -1,0 +1,117 @@
+//! What a run may choose, checked once against the model.
+
+use crate::model::Model;
+
+/// Unloading: when the links' bands close to their rest lengths (the paper's Fig. 5b).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Unloading {
+    /// Never.
+    Off,
+    /// From the tool's release until it takes hold again.
+    #[default]
+    Release,
+    /// As `Release`, and while the tool has come back by more than a tenth of a mean link length
+    /// from its deepest point, until it passes that.
+    Retreat,
+}
+
+/// Parameters of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Sweeps a tick, at least 1.
+    pub sweeps: u16,
+    /// Common step of `euler` a sweep, at most [`Model::step_max`] [dimensionless time].
+    pub step: f32,
+    /// Largest motion of the contact cells a tick [m].
+    pub max_tool_step_m: f32,
+    /// When the bands close.
+    pub unloading: Unloading,
+    /// Largest magnitude of the force; infinite means no limit [N].
+    pub max_force_n: f32,
+}
+
+/// Which setting is out of range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SettingsError {
+    /// At least one sweep a tick.
+    Sweeps,
+    /// The step is not in (0, the bound]: beyond it the energy may grow.
+    Step {
+        /// The proven bound.
+        max: f32,
+    },
+    /// The tool's largest step is not positive and finite.
+    MaxToolStep,
+    /// The largest force is not positive.
+    MaxForce,
+}
+
+impl core::fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Sweeps => f.write_str("sweeps must be at least 1"),
+            Self::Step { max } => {
+                write!(f, "step must be above 0 and at most {max}, the model's proven bound")
+            }
+            Self::MaxToolStep => f.write_str("the largest tool step must be positive and finite"),
+            Self::MaxForce => f.write_str("the largest force must be positive"),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+impl Settings {
+    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, one mean link length a
+    /// tick, unloading on release, no force limit.
+    #[must_use]
+    pub fn for_model(model: &Model<'_>) -> Self {
+        Self {
+            sweeps: 4,
+            step: 0.9 * model.step_max(),
+            max_tool_step_m: model.unit_m(),
+            unloading: Unloading::Release,
+            max_force_n: f32::INFINITY,
+        }
+    }
+}
+
+/// A model together with settings that fit it: all that a tick reads and never writes.
+#[derive(Debug, Clone, Copy)]
+pub struct Network<'m> {
+    model: Model<'m>,
+    settings: Settings,
+}
+
+impl<'m> Network<'m> {
+    /// Checks the settings against the model.
+    ///
+    /// # Errors
+    /// The first setting that is out of range, with the range.
+    pub fn new(model: Model<'m>, settings: Settings) -> Result<Self, SettingsError> {
+        let max = model.step_max();
+        if settings.sweeps == 0 {
+            Err(SettingsError::Sweeps)
+        } else if !(settings.step > 0.0 && settings.step <= max) {
+            Err(SettingsError::Step { max })
+        } else if !(settings.max_tool_step_m > 0.0 && settings.max_tool_step_m.is_finite()) {
+            Err(SettingsError::MaxToolStep)
+        } else if settings.max_force_n.is_nan() || settings.max_force_n <= 0.0 {
+            Err(SettingsError::MaxForce)
+        } else {
+            Ok(Self { model, settings })
+        }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model<'m> {
+        &self.model
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+}

@@ -1,0 +1,70 @@
+//! Correctly rounded square root: the target's instruction where there is one, `libm` elsewhere.
+//!
+//! Both are correctly rounded (IEEE 754), so every target gives the same bits.
+
+/// Square root of `a`; NaN for negative `a`.
+#[must_use]
+#[inline(always)]
+#[cfg(target_arch = "x86_64")]
+pub fn sqrt(a: f32) -> f32 {
+    use core::arch::x86_64::{_mm_cvtss_f32, _mm_set_ss, _mm_sqrt_ss};
+    // SAFETY: SSE is part of every x86-64 target.
+    unsafe { _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(a))) }
+}
+
+/// Square root of `a`; NaN for negative `a`.
+#[must_use]
+#[inline(always)]
+#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+pub fn sqrt(a: f32) -> f32 {
+    let root: f32;
+    // SAFETY: the FPU of the target has the instruction; it touches no memory and no flags.
+    unsafe {
+        core::arch::asm!("vsqrt.f32 {root}, {a}", root = out(sreg) root, a = in(sreg) a,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    root
+}
+
+/// Square root of `a`; NaN for negative `a`.
+#[must_use]
+#[inline(always)]
+#[cfg(all(any(target_arch = "riscv32", target_arch = "riscv64"), target_feature = "f"))]
+pub fn sqrt(a: f32) -> f32 {
+    let root: f32;
+    // SAFETY: the F extension of the target has the instruction; it touches no memory.
+    unsafe {
+        core::arch::asm!("fsqrt.s {root}, {a}", root = out(freg) root, a = in(freg) a,
+            options(pure, nomem, nostack));
+    }
+    root
+}
+
+/// Square root of `a`; NaN for negative `a`.
+#[must_use]
+#[inline(always)]
+#[cfg(not(any(
+    target_arch = "x86_64",
+    all(target_arch = "arm", target_feature = "vfp2"),
+    all(any(target_arch = "riscv32", target_arch = "riscv64"), target_feature = "f")
+)))]
+pub fn sqrt(a: f32) -> f32 {
+    libm::sqrtf(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sqrt;
+
+    #[test]
+    fn agrees_with_libm_to_the_last_bit() {
+        let mut bits = 1_u32;
+        while bits < 0x7f80_0000 {
+            let a = f32::from_bits(bits);
+            assert_eq!(sqrt(a).to_bits(), libm::sqrtf(a).to_bits(), "{a:e}");
+            bits += 7919;
+        }
+        assert_eq!(sqrt(0.0).to_bits(), 0);
+        assert!(sqrt(-1.0).is_nan());
+    }
+}

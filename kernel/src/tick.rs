@@ -1,0 +1,223 @@
+//! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs.
+
+use crate::cell::{Cell, add, dot, output, scale, sub};
+use crate::contact::{self, Contact};
+use crate::dynamics::{Body, Dynamics};
+use crate::pass::Links;
+use crate::sample::{Flags, TickOutput, ToolSample};
+use crate::settings::{Network, Unloading};
+use crate::sqrt::sqrt;
+use crate::tissue::{Head, TissueMut};
+use nalgebra::Vector3;
+
+/// Bad samples in a row that the last good one stands in for.
+pub const HELD_TICKS_MAX: u32 = 10;
+/// How far the tool comes back from its deepest point before the bands close [mean link lengths].
+const RETREAT: f32 = 0.1;
+/// Bound of a coordinate of the wished displacement, so that its square stays finite.
+const DISPLACEMENT_MAX: f32 = 1.0e6;
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// One tick of the network: infallible, with [`Settings::sweeps`](crate::Settings::sweeps)
+    /// link passes whatever the input, none in the safe state.
+    ///
+    /// The safe state (force 0, cells as they are) answers a sample that stays bad for more than
+    /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset.
+    pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        let mut flags = Flags::default();
+        let cells = network.model().cells();
+        if self.head.model != Some(network.model().checksum()) {
+            return self.safe(network, flags);
+        }
+        let Some(sample) = self.head.accept(sample, &mut flags) else {
+            return self.safe(network, flags);
+        };
+        let own_cells = self.own.len().min(D::ARRAYS * cells);
+        let (Some(state), Some(residual), Some(own)) = (
+            self.state.get_mut(..cells),
+            self.residual.get_mut(..cells),
+            self.own.get_mut(..own_cells),
+        ) else {
+            return self.safe(network, flags);
+        };
+        let chosen = self.contacts.len().min(self.head.chosen);
+        let (contacts, _) = self.contacts.split_at_mut(chosen);
+        let mut tick = Tick { network, head: self.head, state, residual, own, contacts, flags };
+        tick.hold_or_release(&sample);
+        if tick.head.engaged {
+            tick.pull(&sample);
+        }
+        tick.unload();
+        tick.sweep();
+        tick.output()
+    }
+
+    fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
+        flags.insert(Flags::SAFE_STATE);
+        TickOutput {
+            force_n: Vector3::zeros(),
+            energy_j: self.head.level.leading() * network.model().energy_unit_j(),
+            contacts: if self.head.engaged { self.head.chosen as u32 } else { 0 },
+            flags,
+        }
+    }
+}
+
+impl<D> Head<D> {
+    /// The sample to act on; `None` where bad samples have gone on for too long.
+    fn accept(&mut self, sample: &ToolSample, flags: &mut Flags) -> Option<ToolSample> {
+        if sample.is_good() {
+            self.last_good = *sample;
+            self.bad_ticks = 0;
+            return Some(*sample);
+        }
+        flags.insert(Flags::BAD_SAMPLE);
+        self.bad_ticks = self.bad_ticks.saturating_add(1);
+        if self.bad_ticks == HELD_TICKS_MAX + 1 {
+            log::warn!("tool samples stay bad: safe state");
+        }
+        (self.bad_ticks <= HELD_TICKS_MAX).then_some(self.last_good)
+    }
+}
+
+/// A tick under way: the arrays cut to the model's size.
+struct Tick<'a, 'm, D: Dynamics> {
+    network: &'a Network<'m>,
+    head: &'a mut Head<D>,
+    state: &'a mut [Cell],
+    residual: &'a mut [Cell],
+    own: &'a mut [Cell],
+    contacts: &'a mut [Contact],
+    flags: Flags,
+}
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    fn links(&self) -> Links<'_, '_> {
+        Links { model: self.network.model(), closed: self.head.closed }
+    }
+
+    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
+    fn hold_or_release(&mut self, sample: &ToolSample) {
+        let engaged = sample.engaged == 1;
+        if engaged && !self.head.engaged {
+            let model = self.network.model();
+            self.head.tool_origin_m = sample.position_m.into();
+            self.head.applied = [0.0; 3];
+            self.head.deepest = 0.0;
+            for contact in &mut *self.contacts {
+                if let Some(v) = self.state.get(contact.cell()) {
+                    contact.origin = output(v.xyz(), model.saturation());
+                }
+            }
+            self.head.outer_weight = contact::outer_weight(model, self.contacts);
+            self.place();
+        }
+        if engaged != self.head.engaged {
+            self.head.released = !engaged;
+        }
+        self.head.engaged = engaged;
+    }
+
+    /// Moves the held cells towards the tool, as far as the limits allow.
+    fn pull(&mut self, sample: &ToolSample) {
+        let (model, settings) = (self.network.model(), self.network.settings());
+        let wished = sub(sample.position_m.into(), self.head.tool_origin_m)
+            .map(|way| (way / model.unit_m()).clamp(-DISPLACEMENT_MAX, DISPLACEMENT_MAX));
+        let room = contact::move_max(
+            model.energy_max(),
+            self.head.level.leading(),
+            self.head.outer_weight,
+        );
+        let step = settings.max_tool_step_m / model.unit_m();
+        let limit = if step < room { step } else { room };
+        let (applied, clamped) = contact::approach(self.head.applied, wished, limit);
+        if clamped {
+            self.flags.insert(Flags::MOTION_CLAMPED);
+        }
+        if applied == self.head.applied {
+            return;
+        }
+        let before = contact::touched_wd2(self.links(), self.state, self.contacts);
+        self.head.applied = applied;
+        self.place();
+        let after = contact::touched_wd2(self.links(), self.state, self.contacts);
+        self.head.level.shift(after.minus(before).times_power_of_two(0.25));
+    }
+
+    /// Puts the held cells where the tool has them, in every copy of the state.
+    fn place(&mut self) {
+        let k = self.network.model().saturation();
+        for contact in &*self.contacts {
+            let position = Cell::at(add(contact.origin, self.head.applied));
+            if let Some(v) = self.state.get_mut(contact.cell()) {
+                *v = position;
+            }
+            self.head.dynamics.place(self.own, contact.cell(), position, k);
+        }
+    }
+
+    /// Closes or reopens the bands.
+    fn unload(&mut self) {
+        let depth = sqrt(dot(self.head.applied, self.head.applied));
+        let released = self.head.released;
+        let closed = match self.network.settings().unloading {
+            Unloading::Off => false,
+            Unloading::Release => released,
+            Unloading::Retreat if released => true,
+            Unloading::Retreat if depth > self.head.deepest => false,
+            Unloading::Retreat => self.head.closed || depth < self.head.deepest - RETREAT,
+        };
+        if depth > self.head.deepest {
+            self.head.deepest = depth;
+        }
+        if closed != self.head.closed {
+            self.head.closed = closed;
+            self.head.level.forget();
+            self.head.dynamics.interrupt();
+        }
+        if closed {
+            self.flags.insert(Flags::BAND_CLOSED);
+        }
+    }
+
+    /// The constant number of link passes.
+    fn sweep(&mut self) {
+        let held: &[Contact] = if self.head.engaged { self.contacts } else { &[] };
+        let mut body = Body {
+            links: Links { model: self.network.model(), closed: self.head.closed },
+            settings: self.network.settings(),
+            held,
+            applied: self.head.applied,
+            state: self.state,
+            residual: self.residual,
+            own: self.own,
+            level: &mut self.head.level,
+        };
+        for _ in 0..self.network.settings().sweeps {
+            if self.head.dynamics.sweep(&mut body) {
+                self.flags.insert(Flags::ROLLED_BACK);
+            }
+        }
+    }
+
+    /// Force and energy of the state after the last update.
+    fn output(mut self) -> TickOutput {
+        let (model, settings) = (self.network.model(), self.network.settings());
+        let mut force_n = [0.0; 3];
+        if self.head.engaged {
+            let force = contact::force(self.links(), self.state, self.contacts);
+            force_n = scale(model.force_unit_n(), force);
+            let magnitude = sqrt(dot(force_n, force_n));
+            if magnitude > settings.max_force_n {
+                force_n = scale(settings.max_force_n / magnitude, force_n);
+                self.flags.insert(Flags::FORCE_CLAMPED);
+            }
+        }
+        TickOutput {
+            force_n: force_n.into(),
+            energy_j: self.head.level.leading() * model.energy_unit_j(),
+            contacts: if self.head.engaged { self.contacts.len() as u32 } else { 0 },
+            flags: self.flags,
+        }
+    }
+}

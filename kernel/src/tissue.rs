@@ -1,0 +1,268 @@
+//! The mutable half: statically sized arrays, and the size-erased view that does the work.
+
+use crate::cell::{Cell, output};
+use crate::contact::{self, Contact, ContactError};
+use crate::dynamics::{CellArrays, Dynamics, Level};
+use crate::float_env::{self, FloatEnvironmentError};
+use crate::hash::state_hash;
+use crate::image::CELLS_MAX;
+use crate::model::Model;
+use crate::sample::{TickOutput, ToolSample};
+use crate::settings::Network;
+use nalgebra::Vector3;
+
+/// Why a tissue cannot take a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResetError {
+    /// The model has more cells than the tissue has room for.
+    Capacity {
+        /// Cells of the model.
+        needed: usize,
+        /// Room.
+        capacity: usize,
+    },
+    /// The thread's arithmetic is not what the bits rely on.
+    Float(FloatEnvironmentError),
+}
+
+impl core::fmt::Display for ResetError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Capacity { needed, capacity } => {
+                write!(f, "the model has {needed} cells, the tissue room for {capacity}")
+            }
+            Self::Float(why) => write!(f, "{why}"),
+        }
+    }
+}
+
+impl core::error::Error for ResetError {}
+
+/// Scalar state of a tissue: all of it but the arrays.
+#[derive(Debug, Clone, Copy)]
+pub struct Head<D> {
+    pub(crate) dynamics: D,
+    pub(crate) level: Level,
+    /// Checksum of the model the arrays belong to, `None` before the first reset.
+    pub(crate) model: Option<u32>,
+    /// Contact cells chosen.
+    pub(crate) chosen: usize,
+    /// Whether the tool holds them.
+    pub(crate) engaged: bool,
+    /// Tool position when it took hold [m].
+    pub(crate) tool_origin_m: [f32; 3],
+    /// Displacement of the held cells [mean link lengths].
+    pub(crate) applied: [f32; 3],
+    /// Largest displacement since the tool took hold [mean link lengths].
+    pub(crate) deepest: f32,
+    /// Weight of the links between held and other cells.
+    pub(crate) outer_weight: f32,
+    /// Whether the tool let go and has not taken hold since.
+    pub(crate) released: bool,
+    /// Whether the bands are closed.
+    pub(crate) closed: bool,
+    pub(crate) last_good: ToolSample,
+    pub(crate) bad_ticks: u32,
+}
+
+impl<D: Dynamics> Head<D> {
+    /// At rest, without a model.
+    pub const NEW: Self = Self {
+        dynamics: D::REST,
+        level: Level::REST,
+        model: None,
+        chosen: 0,
+        engaged: false,
+        tool_origin_m: [0.0; 3],
+        applied: [0.0; 3],
+        deepest: 0.0,
+        outer_weight: 0.0,
+        released: false,
+        closed: false,
+        last_good: ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 },
+        bad_ticks: 0,
+    };
+}
+
+/// A body's state in statically sized memory: room for `CELLS` cells under the scheme `D`, of
+/// which a tool may hold `CONTACTS`.
+///
+/// `const` constructible, so it can be a `static`. All work is done by [`TissueMut`].
+pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
+    head: Head<D>,
+    state: [Cell; CELLS],
+    residual: [Cell; CELLS],
+    own: D::Arrays<CELLS>,
+    contacts: [Contact; CONTACTS],
+}
+
+impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CONTACTS> {
+    /// RAM of the tissue [bytes].
+    pub const RAM_BYTES: usize = size_of::<Self>();
+
+    /// An empty tissue; [`Self::reset`] gives it a body.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(CELLS > 0 && CELLS <= CELLS_MAX, "between 1 and 65,535 cells") };
+        const { assert!(CONTACTS <= CELLS, "no more contact cells than cells") };
+        Self {
+            head: Head::NEW,
+            state: [Cell::ZERO; CELLS],
+            residual: [Cell::ZERO; CELLS],
+            own: <D::Arrays<CELLS> as CellArrays>::ZERO,
+            contacts: [Contact::NONE; CONTACTS],
+        }
+    }
+
+    /// The size-erased view.
+    pub fn view(&mut self) -> TissueMut<'_, D> {
+        TissueMut {
+            head: &mut self.head,
+            state: &mut self.state,
+            residual: &mut self.residual,
+            own: self.own.flat(),
+            contacts: &mut self.contacts,
+        }
+    }
+
+    /// See [`TissueMut::reset`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
+        self.view().reset(network)
+    }
+
+    /// See [`TissueMut::choose_contacts`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn choose_contacts(
+        &mut self,
+        network: &Network<'_>,
+        cells: &[u16],
+    ) -> Result<(), ContactError> {
+        self.view().choose_contacts(network, cells)
+    }
+
+    /// See [`TissueMut::tick`].
+    pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.view().tick(network, sample)
+    }
+}
+
+impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
+    for Tissue<CELLS, D, CONTACTS>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// RAM of the arrays of a body under the scheme `D`, without the scalars [bytes].
+#[must_use]
+pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize) -> usize {
+    (2 + D::ARRAYS) * cells * size_of::<Cell>() + contacts * size_of::<Contact>()
+}
+
+/// A tissue of any size, over memory that somebody else owns.
+///
+/// `state` and `residual` hold at least as many cells as the model, `own` [`Dynamics::ARRAYS`]
+/// times as many as `state`; a reset refuses a model that does not fit.
+pub struct TissueMut<'a, D: Dynamics> {
+    /// Scalar state.
+    pub head: &'a mut Head<D>,
+    /// State v of every cell [mean link lengths from the body's centre].
+    pub state: &'a mut [Cell],
+    /// Room for the residual.
+    pub residual: &'a mut [Cell],
+    /// The scheme's own arrays.
+    pub own: &'a mut [Cell],
+    /// Room for contact cells.
+    pub contacts: &'a mut [Contact],
+}
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Puts the body into its rest shape, releases the tool and forgets its contact cells.
+    ///
+    /// # Errors
+    /// A model that does not fit, or arithmetic that is not IEEE 754 to nearest.
+    pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
+        float_env::check().map_err(ResetError::Float)?;
+        let needed = network.model().cells();
+        let own = self.own.len().checked_div(D::ARRAYS).unwrap_or(usize::MAX);
+        let capacity = self.state.len().min(self.residual.len()).min(own);
+        if needed > capacity {
+            return Err(ResetError::Capacity { needed, capacity });
+        }
+        *self.head = Head::NEW;
+        self.head.model = Some(network.model().checksum());
+        for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
+            *v = Cell::at(*rest);
+        }
+        for array in self.own.chunks_mut(needed).take(D::ARRAYS) {
+            for (own, v) in array.iter_mut().zip(&*self.state) {
+                *own = *v;
+            }
+        }
+        log::debug!("tissue reset");
+        Ok(())
+    }
+
+    /// Chooses the cells that the tool holds while engaged: ascending, none of them fixed.
+    ///
+    /// # Errors
+    /// The first cell that cannot be one, or a list longer than the room; the old choice stays.
+    pub fn choose_contacts(
+        &mut self,
+        network: &Network<'_>,
+        cells: &[u16],
+    ) -> Result<(), ContactError> {
+        if self.head.engaged {
+            return Err(ContactError::Engaged);
+        }
+        contact::check(network.model(), cells, self.contacts.len())?;
+        for (slot, &cell) in self.contacts.iter_mut().zip(cells) {
+            *slot = Contact::new(cell);
+        }
+        self.head.chosen = cells.len();
+        Ok(())
+    }
+
+    /// Number of contact cells chosen.
+    #[must_use]
+    pub fn contacts_chosen(&self) -> usize {
+        self.head.chosen
+    }
+
+    /// Published position of a cell in the frame of the input mesh [m]; `None` beyond the last.
+    #[must_use]
+    pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {
+        let y = output(self.internal(model, cell)?, model.saturation());
+        let centre = model.centre_m();
+        Some(Vector3::new(
+            centre[0] + y[0] * model.unit_m(),
+            centre[1] + y[1] * model.unit_m(),
+            centre[2] + y[2] * model.unit_m(),
+        ))
+    }
+
+    /// Published position of a cell [mean link lengths from the body's centre].
+    #[must_use]
+    pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[f32; 3]> {
+        self.internal(model, cell).map(|v| output(v, model.saturation()))
+    }
+
+    fn internal(&self, model: &Model<'_>, cell: usize) -> Option<[f32; 3]> {
+        if cell >= model.cells() {
+            return None;
+        }
+        self.state.get(cell).map(|v| v.xyz())
+    }
+
+    /// The state hash, see [`state_hash`].
+    #[must_use]
+    pub fn state_hash(&self, model: &Model<'_>) -> u64 {
+        state_hash(self.state.get(..model.cells()).unwrap_or(self.state), model.saturation())
+    }
+}
