@@ -1,0 +1,154 @@
+//! Writing a model image: the layout is [`chaincell_kernel::image`]'s.
+
+use bytemuck::{NoUninit, cast_slice};
+use chaincell_kernel::image::{
+    ALIGNMENT, CHECKSUM_OFFSET, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, SECTION_VERSION,
+    checksum, params,
+};
+
+use super::{BakeOptions, Body};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// An image in memory, at a multiple of 16 bytes as the kernel reads it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImageBytes {
+    words: Vec<u128>,
+    length: usize,
+}
+
+impl ImageBytes {
+    /// A copy of `bytes` in aligned memory.
+    #[must_use]
+    pub fn copy(bytes: &[u8]) -> Self {
+        let mut words = vec![0_u128; bytes.len().div_ceil(ALIGNMENT)];
+        bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+        Self { words, length: bytes.len() }
+    }
+
+    /// The image.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        &cast_slice(&self.words)[..self.length]
+    }
+}
+
+/// Sections collected for an image, in the order they are pushed.
+#[derive(Default)]
+pub(super) struct Sections {
+    entries: Vec<(u32, Vec<u8>)>,
+}
+
+impl Sections {
+    pub fn push<T: NoUninit>(&mut self, kind: u32, values: &[T]) {
+        self.entries.push((kind, cast_slice(values).to_vec()));
+    }
+
+    /// Header, table, sections at multiples of 16, checksum.
+    pub fn finish(self) -> ImageBytes {
+        let aligned = |bytes: usize| bytes.next_multiple_of(ALIGNMENT);
+        let mut offset = aligned(HEADER_BYTES + ENTRY_BYTES * self.entries.len());
+        let mut table = Vec::new();
+        for (kind, bytes) in &self.entries {
+            table.push([*kind, SECTION_VERSION, offset as u32, bytes.len() as u32]);
+            offset = aligned(offset + bytes.len());
+        }
+        let mut image = Vec::with_capacity(offset);
+        image.extend_from_slice(&MAGIC);
+        for word in [FORMAT_VERSION, offset as u32, self.entries.len() as u32, 0, 0, 0] {
+            image.extend_from_slice(&word.to_le_bytes());
+        }
+        image.extend_from_slice(cast_slice(table.as_flattened()));
+        for (_, bytes) in &self.entries {
+            image.resize(aligned(image.len()), 0);
+            image.extend_from_slice(bytes);
+        }
+        image.resize(offset, 0);
+        let sum = checksum(&image).to_le_bytes();
+        image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&sum);
+        ImageBytes::copy(&image)
+    }
+}
+
+/// The scalars of the body.
+///
+/// # Errors
+/// A saturation below twice the largest coordinate.
+pub(super) fn params(
+    mesh: &Mesh,
+    body: &Body,
+    options: &BakeOptions,
+    weights: &[f32],
+    alpha: f32,
+    stiffness_n_per_m: f32,
+) -> Result<[u32; params::WORDS]> {
+    let unit_m = f64::from(body.unit_m);
+    let largest = body.rest.as_flattened().iter().fold(0.0_f32, |a, &x| a.max(x.abs()));
+    let saturation = match options.saturation_m {
+        None => 4.0 * largest,
+        Some(k_m) if k_m / unit_m >= 2.0 * f64::from(largest) => (k_m / unit_m) as f32,
+        Some(k_m) => {
+            return Err(Error::input(format!(
+                "--k-m {k_m}: must be at least twice the largest coordinate from the body's \
+                 centre, {}",
+                2.0 * f64::from(largest) * unit_m
+            )));
+        }
+    };
+    let pair = |&([i, j], _): &([u16; 2], usize)| {
+        0.5 * (weights[usize::from(i)] + weights[usize::from(j)])
+    };
+    let degree_bound = body.links.iter().map(pair).fold(0.0, f32::max);
+    let energy_max = match options.energy_max_j {
+        Some(joule) => (joule / (2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m)) as f32,
+        // Eight cells of the largest weight, pulled at once by the body's width.
+        None => 8.0 * weights.iter().copied().fold(0.0, f32::max) * largest * largest,
+    };
+    let mut words = [0; params::WORDS];
+    let mut real = |word: usize, value: f32| words[word] = value.to_bits();
+    real(params::UNIT_M, body.unit_m);
+    for (axis, &x) in body.centre_m.iter().enumerate() {
+        real(params::CENTRE_M + axis, x);
+    }
+    real(params::STIFFNESS_N_PER_M, stiffness_n_per_m);
+    real(params::ALPHA, alpha);
+    real(params::SATURATION, saturation);
+    real(params::RESISTANCE, options.resistance as f32);
+    real(params::CAPACITANCE, options.capacitance as f32);
+    real(params::DEGREE_BOUND, degree_bound);
+    real(params::ENERGY_MAX, energy_max);
+    words[params::CELLS] = body.rest.len() as u32;
+    words[params::LINKS] = body.links.len() as u32;
+    words[params::DIMENSION] = dimension(body);
+    words[params::PARTS] = parts(body) as u32;
+    words[params::INPUT_NODES] = mesh.nodes_m.len() as u32;
+    Ok(words)
+}
+
+/// Number of axes along which the rest shape has an extent.
+fn dimension(body: &Body) -> u32 {
+    let extended = |axis: usize| body.rest.iter().any(|p| p[axis] != body.rest[0][axis]);
+    (0..3).filter(|&axis| extended(axis)).count().max(1) as u32
+}
+
+/// Number of connected parts.
+fn parts(body: &Body) -> usize {
+    let mut parent: Vec<usize> = (0..body.rest.len()).collect();
+    let mut parts = parent.len();
+    for &([i, j], _) in &body.links {
+        let (a, b) = (root(&mut parent, i.into()), root(&mut parent, j.into()));
+        if a != b {
+            parent[a] = b;
+            parts -= 1;
+        }
+    }
+    parts
+}
+
+fn root(parent: &mut [usize], mut of: usize) -> usize {
+    while parent[of] != of {
+        parent[of] = parent[parent[of]];
+        of = parent[of];
+    }
+    of
+}

@@ -1,0 +1,309 @@
+//! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
+//! bands and weights, the bounds that the kernel's proofs need.
+
+mod image;
+mod order;
+
+use chaincell_kernel::Model;
+use chaincell_kernel::link::rest_length;
+
+pub use image::ImageBytes;
+use image::Sections;
+
+use crate::error::{Error, Result};
+use crate::mesh::{Mesh, vertex_normals};
+
+/// A quantity of every link: one value, or one per input node, averaged over a link's ends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PerCell {
+    /// The same everywhere; nothing is stored per link.
+    Uniform(f64),
+    /// One value per input node.
+    Each(Vec<f64>),
+}
+
+impl PerCell {
+    fn of_link(&self, [i, j]: [u32; 2]) -> f64 {
+        match self {
+            Self::Uniform(value) => *value,
+            Self::Each(values) => {
+                let at = |node: u32| values.get(node as usize).copied().unwrap_or(f64::NAN);
+                0.5 * (at(i) + at(j))
+            }
+        }
+    }
+}
+
+/// What the bake may choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BakeOptions {
+    /// `--alpha`: half-width of the band in rest lengths, in [0, 1).
+    pub alpha: PerCell,
+    /// `--stiffness-n-per-m` of a link [N/m].
+    pub stiffness_n_per_m: PerCell,
+    /// `--k-m`: saturation K from the body's centre [m]; 4 times the largest coordinate if absent.
+    pub saturation_m: Option<f64>,
+    /// `--r-x`: cell resistance.
+    pub resistance: f64,
+    /// `--capacitance`: cell capacitance C.
+    pub capacitance: f64,
+    /// `--energy-max-j`: what a tool may load into the body [J].
+    pub energy_max_j: Option<f64>,
+    /// `--lean`: leave out what only a display needs.
+    pub lean: bool,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self {
+            alpha: PerCell::Uniform(0.0),
+            stiffness_n_per_m: PerCell::Uniform(20.0),
+            saturation_m: None,
+            resistance: 1.0,
+            capacitance: 1.0,
+            energy_max_j: None,
+            lean: false,
+        }
+    }
+}
+
+/// Cells in the model's order, with what the sections are made of.
+struct Body {
+    /// Input id of each cell.
+    input_id: Vec<u32>,
+    /// Cell of each input id; `u16::MAX` for a node that is no cell.
+    cell_of: Vec<u16>,
+    centre_m: [f32; 3],
+    unit_m: f32,
+    rest: Vec<[f32; 3]>,
+    /// Links of cells, `i < j`, sorted, with the index of the mesh's link.
+    links: Vec<([u16; 2], usize)>,
+    fixed: Vec<u16>,
+}
+
+/// Bakes a checked mesh with the nodes `fixed` (input ids) held for ever.
+///
+/// # Errors
+/// An option out of range, or a fixed node that is no cell.
+pub fn bake(mesh: &Mesh, fixed: &[u32], options: &BakeOptions) -> Result<ImageBytes> {
+    check(mesh, options)?;
+    let body = lay_out(mesh, fixed)?;
+    let image = write(mesh, &body, options)?;
+    Model::from_bytes(image.as_bytes())
+        .map_err(|why| Error::check(format!("the baked model is refused by the kernel: {why}")))?;
+    Ok(image)
+}
+
+/// Ranges of the options, the place named as the option.
+fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
+    let each = |name: &str, value: &PerCell, holds: fn(f64) -> bool, range: &str| match value {
+        PerCell::Uniform(value) if holds(*value) => Ok(()),
+        PerCell::Uniform(value) => Err(Error::input(format!("{name} {value}: must be {range}"))),
+        PerCell::Each(values) if values.len() != mesh.nodes_m.len() => {
+            Err(Error::input(format!(
+                "{name}: {} values for {} nodes; give one per node of the input",
+                values.len(),
+                mesh.nodes_m.len()
+            )))
+        }
+        PerCell::Each(values) => match values.iter().position(|&value| !holds(value)) {
+            Some(at) => {
+                Err(Error::input(format!("{name}: value {} of node {at}: must be {range}", values[at])))
+            }
+            None => Ok(()),
+        },
+    };
+    let positive = |value: f64| value > 0.0 && (value as f32).is_normal();
+    each("--alpha", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
+    let stiffness = "above 0 and finite [N/m]";
+    each("--stiffness-n-per-m", &options.stiffness_n_per_m, positive, stiffness)?;
+    for (name, value) in [
+        ("--k-m", options.saturation_m),
+        ("--r-x", Some(options.resistance)),
+        ("--capacitance", Some(options.capacitance)),
+        ("--energy-max-j", options.energy_max_j),
+    ] {
+        if let Some(value) = value.filter(|&value| !positive(value)) {
+            return Err(Error::input(format!("{name} {value}: must be above 0 and finite")));
+        }
+    }
+    Ok(())
+}
+
+/// Chooses frame and order, and renumbers.
+fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
+    let mut used = vec![true; mesh.nodes_m.len()];
+    for &node in &mesh.unused {
+        used[node as usize] = false;
+    }
+    let nodes: Vec<u32> = (0..mesh.nodes_m.len() as u32).filter(|&id| used[id as usize]).collect();
+    let input_id = order::by_place(&mesh.nodes_m, nodes);
+    let mut cell_of = vec![u16::MAX; mesh.nodes_m.len()];
+    for (cell, &node) in input_id.iter().enumerate() {
+        cell_of[node as usize] = cell as u16;
+    }
+    let mut links: Vec<([u16; 2], usize)> = (mesh.links.iter().enumerate())
+        .map(|(at, &[i, j])| {
+            let (a, b) = (cell_of[i as usize], cell_of[j as usize]);
+            ([a.min(b), a.max(b)], at)
+        })
+        .collect();
+    links.sort_unstable();
+    let mut fixed_cells = Vec::with_capacity(fixed.len());
+    for &node in fixed {
+        match cell_of.get(node as usize) {
+            Some(&cell) if cell != u16::MAX => fixed_cells.push(cell),
+            _ => return Err(Error::input(format!("--fix: node {node} is no cell of the body"))),
+        }
+    }
+    fixed_cells.sort_unstable();
+    fixed_cells.dedup();
+    let (centre_m, unit_m) = frame(mesh, &input_id);
+    let rest = input_id.iter().map(|&node| {
+        let p = mesh.nodes_m[node as usize];
+        let internal = |axis: usize| (p[axis] - f64::from(centre_m[axis])) / f64::from(unit_m);
+        // Adding +0.0 turns -0.0 into +0.0: there is one zero in the state.
+        [internal(0) as f32 + 0.0, internal(1) as f32 + 0.0, internal(2) as f32 + 0.0]
+    });
+    Ok(Body { rest: rest.collect(), input_id, cell_of, centre_m, unit_m, links, fixed: fixed_cells })
+}
+
+/// Centre of the bounding box and mean link length, as the single-precision numbers that every
+/// conversion uses from here on.
+fn frame(mesh: &Mesh, input_id: &[u32]) -> ([f32; 3], f32) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for &node in input_id {
+        for (axis, &x) in mesh.nodes_m[node as usize].iter().enumerate() {
+            low[axis] = low[axis].min(x);
+            high[axis] = high[axis].max(x);
+        }
+    }
+    let centre = [0, 1, 2].map(|axis| (0.5 * (low[axis] + high[axis])) as f32 + 0.0);
+    let lengths = mesh.links.iter().map(|&[i, j]| {
+        let (a, b) = (mesh.nodes_m[i as usize], mesh.nodes_m[j as usize]);
+        (0..3).map(|axis| (b[axis] - a[axis]).powi(2)).sum::<f64>().sqrt()
+    });
+    let mean = lengths.sum::<f64>() / mesh.links.len() as f64;
+    (centre, mean as f32)
+}
+
+/// Adjacency in the two halves the kernel reads.
+struct Adjacency {
+    rows: Vec<u32>,
+    back_rows: Vec<u32>,
+    lower: Vec<u16>,
+    back_link: Vec<u32>,
+}
+
+fn adjacency(cells: usize, links: &[([u16; 2], usize)]) -> Adjacency {
+    let mut rows = vec![0_u32; cells + 1];
+    let mut back_rows = vec![0_u32; cells + 1];
+    for &([i, j], _) in links {
+        rows[usize::from(i) + 1] += 1;
+        back_rows[usize::from(j) + 1] += 1;
+    }
+    for cell in 0..cells {
+        rows[cell + 1] += rows[cell];
+        back_rows[cell + 1] += back_rows[cell];
+    }
+    let mut next = back_rows.clone();
+    let (mut lower, mut back_link) = (vec![0; links.len()], vec![0; links.len()]);
+    for (link, &([i, j], _)) in links.iter().enumerate() {
+        let half = &mut next[usize::from(j)];
+        lower[*half as usize] = i;
+        back_link[*half as usize] = link as u32;
+        *half += 1;
+    }
+    Adjacency { rows, back_rows, lower, back_link }
+}
+
+/// W of every cell, added in ascending order of the other end: the kernel's order.
+fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) -> Vec<f32> {
+    let range = |rows: &[u32], cell: usize| rows[cell] as usize..rows[cell + 1] as usize;
+    (0..cells)
+        .map(|cell| {
+            let below = range(&adjacency.back_rows, cell)
+                .map(|half| weight[adjacency.back_link[half] as usize]);
+            let above = range(&adjacency.rows, cell).map(|link| weight[link]);
+            below.chain(above).fold(0.0, |sum, w| sum + w)
+        })
+        .collect()
+}
+
+fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> {
+    use chaincell_kernel::image::kind;
+    let cells = body.rest.len();
+    let links = &body.links;
+    let of_link = |value: &PerCell| -> Vec<f64> {
+        links.iter().map(|&(_, at)| value.of_link(mesh.links[at])).collect()
+    };
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (alphas, stiffness) = (of_link(&options.alpha), of_link(&options.stiffness_n_per_m));
+    let (alpha, reference) = (mean(&alphas) as f32, mean(&stiffness) as f32);
+    let weight: Vec<f32> = match options.stiffness_n_per_m {
+        PerCell::Uniform(_) => vec![1.0; links.len()],
+        PerCell::Each(_) => stiffness.iter().map(|k| (k / f64::from(reference)) as f32).collect(),
+    };
+    let adjacency = adjacency(cells, links);
+    let weights = cell_weights(cells, &adjacency, &weight);
+    let mobility: Vec<f32> = (weights.iter().enumerate())
+        .map(|(cell, &w)| {
+            let held = w == 0.0 || body.fixed.binary_search(&(cell as u16)).is_ok();
+            if held { 0.0 } else { 1.0 / w }
+        })
+        .collect();
+    let length = |&([i, j], _): &([u16; 2], usize)| {
+        rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)])
+    };
+    let mut sections = Sections::default();
+    let params = image::params(mesh, body, options, &weights, alpha, reference)?;
+    sections.push(kind::PARAMS, &params);
+    sections.push(kind::REST, body.rest.as_flattened());
+    sections.push(kind::ROWS, &adjacency.rows);
+    sections.push(kind::UPPER, &links.iter().map(|(ends, _)| ends[1]).collect::<Vec<_>>());
+    sections.push(kind::REST_LENGTH, &links.iter().map(length).collect::<Vec<_>>());
+    sections.push(kind::BACK_ROWS, &adjacency.back_rows);
+    sections.push(kind::LOWER, &adjacency.lower);
+    sections.push(kind::BACK_LINK, &adjacency.back_link);
+    sections.push(kind::MOBILITY, &mobility);
+    sections.push(kind::FIXED, &body.fixed);
+    sections.push(kind::INPUT_ID, &body.input_id);
+    if let PerCell::Each(_) = options.alpha {
+        sections.push(kind::ALPHA, &alphas.iter().map(|&a| a as f32).collect::<Vec<_>>());
+    }
+    if let PerCell::Each(_) = options.stiffness_n_per_m {
+        sections.push(kind::WEIGHT, &weight);
+    }
+    surface(&mut sections, mesh, body, options.lean);
+    Ok(sections.finish())
+}
+
+/// Surface cells with normals and, unless the image is lean, the elements for display.
+fn surface(sections: &mut Sections, mesh: &Mesh, body: &Body, lean: bool) {
+    use chaincell_kernel::image::kind;
+    let normals = vertex_normals(&mesh.nodes_m, &mesh.triangles);
+    let mut on_surface: Vec<(u16, [f32; 3])> = (normals.iter().enumerate())
+        .filter_map(|(node, normal)| {
+            let cell = body.cell_of[node];
+            (cell != u16::MAX).then_some((cell, normal.as_ref()?.map(|x| x as f32)))
+        })
+        .collect();
+    on_surface.sort_unstable_by_key(|&(cell, _)| cell);
+    let (cells, normals): (Vec<u16>, Vec<[f32; 3]>) = on_surface.into_iter().unzip();
+    if !cells.is_empty() {
+        sections.push(kind::SURFACE, &cells);
+        sections.push(kind::NORMALS, normals.as_flattened());
+    }
+    if lean {
+        return;
+    }
+    let cells_of = |ids: &[u32]| -> Vec<u16> {
+        ids.iter().map(|&id| body.cell_of[id as usize]).collect()
+    };
+    if !mesh.triangles.is_empty() {
+        sections.push(kind::TRIANGLES, &cells_of(mesh.triangles.as_flattened()));
+    }
+    if !mesh.tetrahedra.is_empty() {
+        sections.push(kind::TETRAHEDRA, &cells_of(mesh.tetrahedra.as_flattened()));
+    }
+}
