@@ -2,4 +2,5 @@
 
 pub mod error;
 pub mod interrupt;
+pub mod mesh;
 pub mod terminal;

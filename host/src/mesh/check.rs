@@ -1,0 +1,178 @@
+//! What a body must satisfy before it is baked; every refusal names the place and the remedy.
+
+use super::geometry::distance;
+use super::{CELLS_MAX, Mesh, MeshOptions};
+use crate::error::{Error, Result};
+
+/// Shortest link, as a share of the mean link length.
+const SHORTEST_LINK: f64 = 1e-6;
+
+/// Ids that a text lists before it breaks off.
+const IDS_SHOWN: usize = 10;
+
+/// Checks the body of `spec`; returns its nodes without a link, sorted.
+pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Vec<u32>> {
+    let refuse = |why: String| Error::input(format!("mesh {spec}: {why}"));
+    if mesh.links.is_empty() {
+        return Err(refuse(
+            "the body has no links; it needs tetrahedra or a plane's squares".into(),
+        ));
+    }
+    let mut used = vec![false; mesh.nodes_m.len()];
+    mesh.links.iter().flatten().for_each(|id| used[*id as usize] = true);
+    let (cells, unused): (Vec<u32>, Vec<u32>) =
+        (0..mesh.nodes_m.len() as u32).partition(|id| used[*id as usize]);
+    if !unused.is_empty() && !options.drop_unused {
+        return Err(refuse(format!(
+            "{} nodes belong to no link: {}; remove them or pass --drop-unused, which keeps the \
+             numbers of the others",
+            unused.len(),
+            first(&unused)
+        )));
+    }
+    if cells.len() > CELLS_MAX {
+        return Err(refuse(format!(
+            "{} cells, more than {CELLS_MAX}, the limit; mesh it coarser",
+            cells.len()
+        )));
+    }
+    let parts = parts(mesh, &cells);
+    if parts > 1 && !options.allow_parts {
+        return Err(refuse(format!(
+            "{parts} unconnected parts; join them or pass --allow-parts if that is meant"
+        )));
+    }
+    places(mesh, &cells).map_err(refuse)?;
+    lengths(mesh).map_err(refuse)?;
+    Ok(unused)
+}
+
+fn first(ids: &[u32]) -> String {
+    let shown: Vec<String> = ids.iter().take(IDS_SHOWN).map(u32::to_string).collect();
+    let more = if ids.len() > IDS_SHOWN { ", .." } else { "" };
+    shown.join(", ") + more
+}
+
+/// Refuses a body that is one point, and two cells at one place.
+fn places(mesh: &Mesh, cells: &[u32]) -> std::result::Result<(), String> {
+    // As the image stores them: what differs in f64 alone would coincide there.
+    let place = |id: u32| mesh.nodes_m[id as usize].map(|x| x as f32 + 0.0);
+    let order = |a: &[f32; 3], b: &[f32; 3]| {
+        a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
+    };
+    let mut sorted: Vec<([f32; 3], u32)> = cells.iter().map(|id| (place(*id), *id)).collect();
+    sorted.sort_unstable_by(|a, b| order(&a.0, &b.0).then(a.1.cmp(&b.1)));
+    if let (Some(low), Some(high)) = (sorted.first(), sorted.last())
+        && low.0 == high.0
+    {
+        return Err(format!("all {} cells are at {:?} m; check --units", cells.len(), low.0));
+    }
+    match sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => Err(format!(
+            "nodes {} and {} are both at {:?} m; merge duplicate nodes (in Gmsh: Coherence Mesh) \
+             or check --units",
+            pair[0].1, pair[1].1, pair[0].0
+        )),
+        None => Ok(()),
+    }
+}
+
+fn lengths(mesh: &Mesh) -> std::result::Result<(), String> {
+    let length = |[i, j]: [u32; 2]| distance(mesh.nodes_m[i as usize], mesh.nodes_m[j as usize]);
+    let mean = mesh.links.iter().map(|l| length(*l)).sum::<f64>() / mesh.links.len() as f64;
+    match mesh.links.iter().find(|l| length(**l) < SHORTEST_LINK * mean) {
+        Some(&[i, j]) => Err(format!(
+            "linked nodes {i} and {j} are {:e} m apart, less than {SHORTEST_LINK:e} of the mean \
+             link length of {mean:e} m; merge them and mesh again",
+            length([i, j])
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Number of connected parts among the cells.
+fn parts(mesh: &Mesh, cells: &[u32]) -> usize {
+    let mut parent: Vec<u32> = (0..mesh.nodes_m.len() as u32).collect();
+    let mut count = cells.len();
+    for &[i, j] in &mesh.links {
+        let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+        if a != b {
+            parent[a.max(b) as usize] = a.min(b);
+            count -= 1;
+        }
+    }
+    count
+}
+
+fn root(parent: &mut [u32], mut id: u32) -> u32 {
+    while parent[id as usize] != id {
+        // Halving the path keeps later walks short.
+        parent[id as usize] = parent[parent[id as usize] as usize];
+        id = parent[id as usize];
+    }
+    id
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chain(places: &[f64], links: &[[u32; 2]]) -> Mesh {
+        Mesh {
+            nodes_m: places.iter().map(|x| [*x, 1.0, 2.0]).collect(),
+            links: links.to_vec(),
+            ..Mesh::default()
+        }
+    }
+
+    fn refusal(mesh: &Mesh) -> String {
+        check("a.msh", mesh, &MeshOptions::default()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn sound_body_passes() {
+        let mesh = chain(&[0.0, 1.0, 2.0], &[[0, 1], [1, 2]]);
+        assert_eq!(check("a.msh", &mesh, &MeshOptions::default()), Ok(vec![]));
+    }
+
+    #[test]
+    fn unused_nodes() {
+        let mesh = chain(&[0.0, 5.0, 2.0, 0.0], &[[0, 2]]);
+        let text = refusal(&mesh);
+        assert!(
+            text.contains("2 nodes") && text.contains("1, 3;") && text.contains("--drop-unused")
+        );
+        let options = MeshOptions { drop_unused: true, ..MeshOptions::default() };
+        assert_eq!(check("a.msh", &mesh, &options), Ok(vec![1, 3]));
+    }
+
+    #[test]
+    fn parts_are_counted() {
+        let mesh = chain(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], &[[0, 3], [1, 4], [2, 5]]);
+        let text = refusal(&mesh);
+        assert!(text.contains("3 unconnected parts") && text.contains("--allow-parts"));
+        let options = MeshOptions { allow_parts: true, ..MeshOptions::default() };
+        assert_eq!(check("a.msh", &mesh, &options), Ok(vec![]));
+    }
+
+    #[test]
+    fn too_many_cells() {
+        let places: Vec<f64> = (0..=CELLS_MAX).map(|i| i as f64).collect();
+        let links: Vec<_> = (0..CELLS_MAX as u32).map(|i| [i, i + 1]).collect();
+        assert!(refusal(&chain(&places, &links)).contains("65536 cells, more than 65535"));
+        let fits = chain(&places[1..], &links[..CELLS_MAX - 1]);
+        assert_eq!(check("a.msh", &fits, &MeshOptions::default()), Ok(vec![]));
+    }
+
+    #[test]
+    fn places_and_lengths() {
+        assert!(refusal(&chain(&[0.0, 1.0], &[])).contains("no links"));
+        assert!(refusal(&chain(&[3.0, 3.0], &[[0, 1]])).contains("all 2 cells are at"));
+        let text = refusal(&chain(&[0.0, 1.0, -0.0], &[[0, 1], [1, 2]]));
+        assert!(text.contains("nodes 0 and 2 are both at"), "{text}");
+        let same_in_f32 = chain(&[1.0, 1.0 + 1e-12, 2.0], &[[0, 2], [1, 2]]);
+        assert!(refusal(&same_in_f32).contains("nodes 0 and 1"));
+        let near = chain(&[0.0, 1e-7, 1.0], &[[0, 1], [1, 2]]);
+        assert!(refusal(&near).contains("linked nodes 0 and 1 are 1e-7 m apart"));
+    }
+}

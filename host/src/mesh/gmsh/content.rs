@@ -1,0 +1,173 @@
+//! What both formats collect from a file.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::lines::{Fields, Lines};
+use crate::error::Result;
+use crate::mesh::RawMesh;
+
+/// Nodes, tetrahedra and groups as far as the file has been read.
+pub(super) struct Content {
+    unit_m: f64,
+    nodes_m: Vec<[f64; 3]>,
+    /// Position of each node tag.
+    places: HashMap<u64, u32>,
+    tetrahedra: Vec<[u32; 4]>,
+    /// Elements that are no tetrahedra.
+    others: usize,
+    /// Name of each group, by dimension and number.
+    names: BTreeMap<(u64, i64), String>,
+    /// Nodes of each dimension and number: physical groups in 2.2, entities in 4.1.
+    members: BTreeMap<(u64, i64), Vec<u32>>,
+    /// Physical groups of each dimension and entity; none in 2.2, where members have their group.
+    pub(super) physicals: Option<BTreeMap<(u64, i64), Vec<i64>>>,
+}
+
+impl Content {
+    pub(super) fn new(unit_m: f64) -> Self {
+        Self {
+            unit_m,
+            nodes_m: Vec::new(),
+            places: HashMap::new(),
+            tetrahedra: Vec::new(),
+            others: 0,
+            names: BTreeMap::new(),
+            members: BTreeMap::new(),
+            physicals: None,
+        }
+    }
+
+    /// `$PhysicalNames`, the same in both formats.
+    pub(super) fn names(&mut self, lines: &mut Lines) -> Result<()> {
+        let count = lines.record("the number of names")?.whole("number of names")?;
+        for _ in 0..count {
+            let mut fields = lines.record("a name")?;
+            let dimension = fields.whole("dimension")?;
+            let number = fields.signed("group number")?;
+            self.names.insert((dimension, number), fields.quoted("group name")?);
+        }
+        Ok(())
+    }
+
+    /// Refuses nodes or elements out of order, which no save produces.
+    pub(super) fn begin_nodes(&self, lines: &Lines) -> Result<()> {
+        if self.nodes_m.is_empty() {
+            return Ok(());
+        }
+        Err(lines.error("a second $Nodes section; save the mesh as one file"))
+    }
+
+    /// See [`Content::begin_nodes`].
+    pub(super) fn begin_elements(&self, lines: &Lines) -> Result<()> {
+        if self.nodes_m.is_empty() {
+            return Err(lines.error(
+                "there is no node before $Elements; mesh the geometry (gmsh -3) and save it",
+            ));
+        }
+        if self.others + self.tetrahedra.len() > 0 {
+            return Err(lines.error("a second $Elements section; save the mesh as one file"));
+        }
+        Ok(())
+    }
+
+    /// Gives the next position to a node's tag; `fields` is the tag's line.
+    pub(super) fn tag(&mut self, tag: u64, fields: &Fields) -> Result<()> {
+        let place = u32::try_from(self.places.len())
+            .map_err(|_| fields.error("more than 4294967295 nodes, the limit; mesh it coarser"))?;
+        match self.places.insert(tag, place) {
+            None => Ok(()),
+            Some(_) => Err(fields.error(format!(
+                "node tag {tag} is given twice; renumber the nodes (Gmsh: Tools, Renumber) and save"
+            ))),
+        }
+    }
+
+    /// Takes the coordinates of the next position.
+    pub(super) fn position(&mut self, fields: &mut Fields) -> Result<()> {
+        self.nodes_m.push(fields.position_m(self.unit_m)?);
+        Ok(())
+    }
+
+    /// Takes the nodes of an element, the next `N` fields.
+    pub(super) fn corners<const N: usize>(
+        &self,
+        element: u64,
+        fields: &mut Fields,
+    ) -> Result<[u32; N]> {
+        let mut ids = [0; N];
+        for corner in 0..N {
+            let tag = fields.whole("node tag")?;
+            ids[corner] = *self.places.get(&tag).ok_or_else(|| {
+                fields.error(format!(
+                    "element {element} refers to node tag {tag}, which $Nodes does not have; save \
+                     the mesh again"
+                ))
+            })?;
+        }
+        Ok(ids)
+    }
+
+    /// Adds a tetrahedron.
+    pub(super) fn tetrahedron(
+        &mut self,
+        element: u64,
+        ids: [u32; 4],
+        fields: &Fields,
+    ) -> Result<()> {
+        if (1..4).any(|corner| ids[..corner].contains(&ids[corner])) {
+            return Err(fields.error(format!(
+                "element {element} is a tetrahedron that has a node twice; delete it or mesh again"
+            )));
+        }
+        self.tetrahedra.push(ids);
+        Ok(())
+    }
+
+    /// Counts an element that is no tetrahedron.
+    pub(super) fn other(&mut self) {
+        self.others += 1;
+    }
+
+    /// Notes nodes as members of a group (2.2) or an entity (4.1).
+    pub(super) fn member(&mut self, dimension: u64, number: i64, ids: &[u32]) {
+        self.members.entry((dimension, number)).or_default().extend(ids);
+    }
+
+    /// The body, or why there is none.
+    pub(super) fn finish(self, lines: &Lines) -> Result<RawMesh> {
+        let why = match (self.nodes_m.len(), self.tetrahedra.len(), self.others) {
+            (0, _, _) => "it has no nodes; mesh the geometry (gmsh -3) and save it".to_string(),
+            (_, 0, 0) => "it has no elements; mesh the volume (gmsh -3) and save all elements \
+                          (Mesh.SaveAll = 1)"
+                .to_string(),
+            (_, 0, others) => format!(
+                "it has {others} elements but no tetrahedra; a volume mesh is needed: mesh the \
+                 volume inside (gmsh -3) and save all elements (Mesh.SaveAll = 1)"
+            ),
+            _ => return Ok(self.body()),
+        };
+        Err(lines.error_of_file(why))
+    }
+
+    fn body(mut self) -> RawMesh {
+        let mut groups: BTreeMap<String, Vec<u32>> = BTreeMap::new();
+        for ((dimension, number), ids) in self.members {
+            let own = [number];
+            let physicals = match &self.physicals {
+                None => own.as_slice(),
+                Some(of) => of.get(&(dimension, number)).map_or(&[][..], Vec::as_slice),
+            };
+            for physical in physicals.iter().filter(|physical| **physical != 0) {
+                // The sign tells the orientation alone.
+                let key = (dimension, physical.saturating_abs());
+                let name = self.names.entry(key).or_insert_with(|| key.1.to_string());
+                groups.entry(name.clone()).or_default().extend(&ids);
+            }
+        }
+        for ids in groups.values_mut() {
+            ids.sort_unstable();
+            ids.dedup();
+        }
+        RawMesh { nodes_m: self.nodes_m, tetrahedra: self.tetrahedra, groups }
+    }
+}

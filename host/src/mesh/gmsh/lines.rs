@@ -1,0 +1,218 @@
+//! Lines and fields of a text file; every error names file, line and field.
+
+use std::path::Path;
+use std::str::SplitAsciiWhitespace;
+
+use crate::error::{Error, Result};
+
+/// Characters of the file that an error shows at most.
+const SHOWN: usize = 40;
+
+/// The lines of a file, counted from 1, and the section they are in.
+pub(super) struct Lines<'a> {
+    path: &'a Path,
+    rest: &'a [u8],
+    number: usize,
+    section: &'a str,
+}
+
+impl<'a> Lines<'a> {
+    pub(super) fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { path, rest: bytes, number: 0, section: "" }
+    }
+
+    /// The next line, trimmed; none at the end of the file.
+    pub(super) fn next(&mut self) -> Result<Option<&'a str>> {
+        if self.rest.is_empty() {
+            return Ok(None);
+        }
+        self.number += 1;
+        let end = self.rest.iter().position(|b| *b == b'\n').unwrap_or(self.rest.len());
+        let (line, rest) = self.rest.split_at(end);
+        self.rest = rest.get(1..).unwrap_or(rest);
+        match std::str::from_utf8(line) {
+            Ok(text) => Ok(Some(text.trim())),
+            Err(why) => Err(self.error(format!(
+                "byte {} of the line is no UTF-8 text; save the mesh as ASCII (Mesh.Binary = 0)",
+                why.valid_up_to() + 1
+            ))),
+        }
+    }
+
+    /// Notes the section that begins here.
+    pub(super) fn enter(&mut self, section: &'a str) {
+        self.section = section;
+    }
+
+    /// The next line of the section that is not blank; `what` it holds, for errors.
+    pub(super) fn record(&mut self, what: &'static str) -> Result<Fields<'a>> {
+        loop {
+            match self.next()? {
+                None => return Err(self.truncated(what)),
+                Some(line) if line.starts_with('$') => {
+                    return Err(self.error(format!(
+                        "'{}' where {what} should be: section ${} has fewer lines than it says; \
+                         save the mesh again",
+                        shown(line),
+                        shown(self.section)
+                    )));
+                }
+                Some("") => {}
+                Some(line) => {
+                    return Ok(Fields {
+                        path: self.path,
+                        line: self.number,
+                        section: self.section,
+                        words: line.split_ascii_whitespace(),
+                    });
+                }
+            }
+        }
+    }
+
+    /// Consumes the line that ends the section.
+    pub(super) fn end(&mut self) -> Result<()> {
+        loop {
+            match self.next()? {
+                None => return Err(self.truncated("its end")),
+                Some("") => {}
+                Some(line) if line.strip_prefix("$End") == Some(self.section) => return Ok(()),
+                Some(line) => {
+                    return Err(self.error(format!(
+                        "'{}' where $End{} should be: the section has more lines than it says; \
+                         save the mesh again",
+                        shown(line),
+                        shown(self.section)
+                    )));
+                }
+            }
+        }
+    }
+
+    /// Passes over the section and the line that ends it.
+    pub(super) fn skip_section(&mut self) -> Result<()> {
+        while let Some(line) = self.next()? {
+            if line.strip_prefix("$End") == Some(self.section) {
+                return Ok(());
+            }
+        }
+        Err(self.truncated("its end"))
+    }
+
+    fn truncated(&self, what: &str) -> Error {
+        self.error(format!(
+            "the file ends in section ${} before {what}; it is cut off: save or copy it again",
+            shown(self.section)
+        ))
+    }
+
+    /// An error at the line read last.
+    pub(super) fn error(&self, why: impl std::fmt::Display) -> Error {
+        at(self.path, self.number, why)
+    }
+
+    /// An error of the file as a whole.
+    pub(super) fn error_of_file(&self, why: impl std::fmt::Display) -> Error {
+        Error::input(format!("{}: {why}", self.path.display()))
+    }
+}
+
+fn at(path: &Path, line: usize, why: impl std::fmt::Display) -> Error {
+    Error::input(format!("{}:{line}: {why}", path.display()))
+}
+
+fn shown(text: &str) -> String {
+    text.chars().take(SHOWN).flat_map(char::escape_default).collect()
+}
+
+/// The fields of one line.
+pub(super) struct Fields<'a> {
+    path: &'a Path,
+    line: usize,
+    section: &'a str,
+    words: SplitAsciiWhitespace<'a>,
+}
+
+impl<'a> Fields<'a> {
+    /// An error at this line.
+    pub(super) fn error(&self, why: impl std::fmt::Display) -> Error {
+        at(self.path, self.line, why)
+    }
+
+    /// The next field, which `name` describes.
+    pub(super) fn word(&mut self, name: &str) -> Result<&'a str> {
+        self.words.next().ok_or_else(|| {
+            self.error(format!(
+                "the line ends before the {name} (section ${}); it is cut off or a count is wrong: \
+                 save or copy the mesh again",
+                shown(self.section)
+            ))
+        })
+    }
+
+    /// Refuses a line that goes on after its last field.
+    pub(super) fn finish(mut self) -> Result<()> {
+        match self.words.next() {
+            None => Ok(()),
+            Some(word) => Err(self.error(format!(
+                "the line goes on with '{}' after its last field (section ${}); a count or a type \
+                 is wrong: save the mesh again",
+                shown(word),
+                shown(self.section)
+            ))),
+        }
+    }
+
+    /// A whole number that is not negative: a count, a type or a tag.
+    pub(super) fn whole(&mut self, name: &str) -> Result<u64> {
+        let word = self.word(name)?;
+        word.parse().map_err(|_| {
+            self.error(format!(
+                "the {name} is '{}'; it must be a whole number from 0; save the mesh again",
+                shown(word)
+            ))
+        })
+    }
+
+    /// A whole number of either sign.
+    pub(super) fn signed(&mut self, name: &str) -> Result<i64> {
+        let word = self.word(name)?;
+        word.parse().map_err(|_| {
+            self.error(format!(
+                "the {name} is '{}'; it must be a whole number; save the mesh again",
+                shown(word)
+            ))
+        })
+    }
+
+    /// A position in the file's unit, returned in metres.
+    pub(super) fn position_m(&mut self, unit_m: f64) -> Result<[f64; 3]> {
+        let mut position = [0.0; 3];
+        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
+            let word = self.word(name)?;
+            let metres = word.parse::<f64>().map(|x| x * unit_m);
+            *value = match metres {
+                Ok(x) if x.abs() <= f64::from(f32::MAX) => x,
+                _ => {
+                    return Err(self.error(format!(
+                        "the {name} is '{}'; it must be a finite number of at most {:e} m: mend \
+                         the node or check --units",
+                        shown(word),
+                        f32::MAX
+                    )));
+                }
+            };
+        }
+        Ok(position)
+    }
+
+    /// The rest of the line between double quotes.
+    pub(super) fn quoted(self, name: &str) -> Result<String> {
+        let rest: Vec<&str> = self.words.clone().collect();
+        let text = rest.join(" ");
+        let inner = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+        inner.map(str::to_string).ok_or_else(|| {
+            self.error(format!("the {name} is '{}'; put it between double quotes", shown(&text)))
+        })
+    }
+}

@@ -1,0 +1,109 @@
+//! Gmsh meshes, ASCII, formats 2.2 and 4.1.
+//!
+//! Read are nodes, first-order tetrahedra and, for the groups, triangles, lines and points, with
+//! the physical groups and their names. Node ids are positions in the file; tags may be sparse
+//! and in any order. Sections that the body does not need are skipped.
+
+mod content;
+mod elements;
+mod lines;
+mod v2;
+mod v4;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use content::Content;
+use lines::Lines;
+
+use super::{MeshReader, RawMesh};
+use crate::error::Result;
+
+/// Reader of `.msh` files.
+pub(super) struct Gmsh;
+
+impl MeshReader for Gmsh {
+    fn name(&self) -> &'static str {
+        "Gmsh .msh 2.2 and 4.1 (ASCII)"
+    }
+
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("msh"))
+            || head.starts_with(b"$MeshFormat")
+    }
+
+    fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+        let mut lines = Lines::new(path, bytes);
+        let mut content = Content::new(unit_m);
+        let mut version = None;
+        while let Some(line) = lines.next()? {
+            // Gmsh too passes over what stands between sections.
+            let Some(section) = line.strip_prefix('$') else { continue };
+            lines.enter(section);
+            match (section, version) {
+                ("MeshFormat", None) => {
+                    let found = format(&mut lines)?;
+                    // In 4.1 an element has no group but through its entity.
+                    content.physicals = matches!(found, Version::V4).then(BTreeMap::new);
+                    version = Some(found);
+                }
+                ("MeshFormat", Some(_)) => {
+                    return Err(lines.error("a second $MeshFormat; keep one"));
+                }
+                ("PhysicalNames", Some(_)) => content.names(&mut lines)?,
+                ("Entities", Some(Version::V4)) => v4::entities(&mut lines, &mut content)?,
+                ("PartitionedEntities", _) => {
+                    return Err(lines.error(
+                        "a partitioned mesh; save it whole: gmsh -save -part 0, or unpartition it",
+                    ));
+                }
+                ("Nodes", Some(Version::V2)) => v2::nodes(&mut lines, &mut content)?,
+                ("Nodes", Some(Version::V4)) => v4::nodes(&mut lines, &mut content)?,
+                ("Elements", Some(Version::V2)) => v2::elements(&mut lines, &mut content)?,
+                ("Elements", Some(Version::V4)) => v4::elements(&mut lines, &mut content)?,
+                ("Nodes" | "Elements", None) => {
+                    return Err(lines.error(format!("${section} comes before $MeshFormat; {SAVE}")));
+                }
+                _ => {
+                    lines.skip_section()?;
+                    continue;
+                }
+            }
+            lines.end()?;
+        }
+        if version.is_none() {
+            return Err(lines.error(format!("there is no $MeshFormat section; {SAVE}")));
+        }
+        content.finish(&lines)
+    }
+}
+
+/// Remedy for a file in a format that is not read.
+const SAVE: &str =
+    "save it with gmsh -save -format msh41 -setnumber Mesh.Binary 0 -o OUT.msh IN.msh";
+
+#[derive(Clone, Copy)]
+enum Version {
+    V2,
+    V4,
+}
+
+fn format(lines: &mut Lines) -> Result<Version> {
+    let mut fields = lines.record("the format")?;
+    let number = fields.word("version")?;
+    let binary = fields.whole("file type")? != 0;
+    let version = match number {
+        "2" | "2.0" | "2.1" | "2.2" => Version::V2,
+        "4.1" => Version::V4,
+        _ => {
+            return Err(fields.error(format!("Gmsh format {number}; 2.2 and 4.1 are read: {SAVE}")));
+        }
+    };
+    if binary {
+        return Err(fields.error(format!("a binary file; ASCII is read (Mesh.Binary = 0): {SAVE}")));
+    }
+    Ok(version)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,253 @@
+use proptest::prelude::*;
+
+use super::*;
+
+/// Two tetrahedra over one face, tags sparse and out of order, a tetrahedron in two groups.
+const OLD: &str = "$Comments
+made by hand
+$EndComments
+$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+2 7 \"the skin\"
+3 1 \"body\"
+$EndPhysicalNames
+$Nodes
+5
+900 0 0 0
+7 1 0 0
+18446744073709551615 0 1 0
+3 0 0 1
+12 1 1 1e0
+$EndNodes
+$Elements
+6
+1 15 2 4 1 900
+2 2 2 7 1 900 7 3
+3 4 2 1 1 900 7 18446744073709551615 3
+4 4 2 1 1 7 18446744073709551615 3 12
+5 4 2 9 1 7 18446744073709551615 3 12
+6 1 2 0 1 900 7
+$EndElements
+$NodeData
+ignored
+$EndNodeData
+";
+
+/// The same body.
+const NEW: &str = "$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+2 7 \"the skin\"
+3 1 \"body\"
+$EndPhysicalNames
+$Entities
+1 1 1 2
+1 0 0 0 1 4
+1 0 0 0 1 0 0 0 2 1 -1
+1 0 0 0 1 1 1 1 -7 1 1
+1 0 0 0 1 1 1 1 1 0
+2 0 0 0 1 1 1 2 1 9 0
+$EndEntities
+$Nodes
+2 5 3 900
+0 1 0 1
+900
+0 0 0
+3 1 1 4
+7
+18446744073709551615
+3
+12
+1 0 0 .5 .5 .5
+0 1 0
+0 0 1
+
+1 1 1
+$EndNodes
+$Elements
+5 5 1 6
+0 1 15 1
+1 900
+2 1 2 1
+2 900 7 3
+3 1 4 1
+3 900 7 18446744073709551615 3
+3 2 4 1
+4 7 18446744073709551615 3 12
+1 1 1 1
+6 900 7
+$EndElements
+";
+
+fn read(text: &str) -> Result<RawMesh> {
+    Gmsh.read(Path::new("a.msh"), text.as_bytes(), 1.0)
+}
+
+#[track_caller]
+fn refused(text: &str, parts: &[&str]) {
+    let error = read(text).unwrap_err().to_string();
+    for part in parts {
+        assert!(error.contains(part), "{part} is not in: {error}");
+    }
+}
+
+/// `text` with `from`, which it must have, replaced.
+#[track_caller]
+fn with(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "{from} is not in the text");
+    text.replacen(from, to, 1)
+}
+
+#[test]
+fn both_formats_give_the_same_body() {
+    let old = read(OLD).unwrap();
+    assert_eq!(old.nodes_m[2], [0.0, 1.0, 0.0]);
+    assert_eq!(old.tetrahedra, [[0, 1, 2, 3], [1, 2, 3, 4], [1, 2, 3, 4]]);
+    assert_eq!(old.groups["the skin"], [0, 1, 3]);
+    assert_eq!(old.groups["body"], [0, 1, 2, 3, 4]);
+    assert_eq!((&old.groups["9"], &old.groups["4"]), (&vec![1, 2, 3, 4], &vec![0]));
+    assert_eq!(old.groups.len(), 4);
+    let new = read(NEW).unwrap();
+    assert_eq!(new.nodes_m, old.nodes_m);
+    assert_eq!(new.tetrahedra, old.tetrahedra[..2]);
+    assert_eq!(new.groups, old.groups);
+}
+
+#[test]
+fn layout_of_the_text_is_free() {
+    let crlf = OLD.replace('\n', "\r\n\r\n");
+    assert_eq!(read(&crlf).unwrap(), read(OLD).unwrap());
+    let unended = NEW.trim_end();
+    assert_eq!(read(unended).unwrap(), read(NEW).unwrap());
+    let plain = with(NEW, "$Entities", "$Unknown").replace("$EndEntities", "$EndUnknown");
+    assert_eq!(read(&plain).unwrap().groups.len(), 0);
+}
+
+#[test]
+fn coordinates_are_scaled_and_bounded() {
+    let mm = Gmsh.read(Path::new("a.msh"), OLD.as_bytes(), 0.001).unwrap();
+    assert_eq!(mm.nodes_m[4], [0.001; 3]);
+    for bad in ["nan", "inf", "1e400", "-1e39", "0x1", "1,5"] {
+        let remedy = format!("a.msh:17: the z is '{bad}'");
+        refused(&with(OLD, "3 0 0 1\n", &format!("3 0 0 {bad}\n")), &[&remedy, "--units"]);
+    }
+    refused(&with(NEW, "1 0 0 .5 .5 .5", "1 0"), &["a.msh:27: the line ends before the z"]);
+}
+
+#[test]
+fn element_types_that_are_not_read() {
+    let ten = with(OLD, "3 4 2 1 1", "3 11 2 1 1");
+    refused(&ten, &["a.msh:24: element 3 is a 10-node tetrahedron (type 11)", "ElementOrder = 1"]);
+    refused(&with(NEW, "3 1 4 1", "3 1 11 1"), &["a.msh:39: each element", "(type 11)"]);
+    for (kind, name) in [(3, "quadrangle"), (5, "hexahedron"), (6, "prism"), (7, "pyramid")] {
+        let text = with(OLD, "4 4 2 1 1", &format!("4 {kind} 2 1 1"));
+        refused(&text, &["a.msh:25: element 4", name, "RecombineAll"]);
+    }
+    refused(&with(OLD, "1 15 2", "1 99 2"), &["a.msh:22:", "type 99"]);
+}
+
+#[test]
+fn bodies_without_volume() {
+    let skin = "$Elements\n1\n1 2 2 7 1 900 7 3\n$EndElements\n";
+    let head = &OLD[..OLD.find("$Elements").unwrap()];
+    refused(&format!("{head}{skin}"), &["1 elements but no tetrahedra", "gmsh -3"]);
+    refused(&format!("{head}$Elements\n0\n$EndElements\n"), &["no elements", "gmsh -3"]);
+    refused(head, &["no elements"]);
+    refused("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", &["a.msh: it has no nodes"]);
+    refused("nothing\n", &["there is no $MeshFormat"]);
+}
+
+#[test]
+fn formats_that_are_not_read() {
+    refused(&with(NEW, "4.1 0 8", "4.1 1 8"), &["a.msh:2: a binary file", "Mesh.Binary = 0"]);
+    refused(&with(NEW, "4.1 0 8", "4 0 8"), &["a.msh:2: Gmsh format 4;", "msh41"]);
+    refused(&with(OLD, "$MeshFormat", "$Other"), &["cut off"]);
+    let bytes = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 \xff 0 0\n";
+    let error = Gmsh.read(Path::new("a.msh"), bytes, 1.0).unwrap_err().to_string();
+    assert!(error.contains("a.msh:6: byte 3") && error.contains("Mesh.Binary = 0"), "{error}");
+}
+
+#[test]
+fn references_and_tags() {
+    let unknown = with(OLD, "900 7 18446744073709551615 3\n", "900 8 12 3\n");
+    refused(&unknown, &["a.msh:24: element 3 refers to node tag 8"]);
+    refused(&with(OLD, "7 1 0 0", "900 1 0 0"), &["a.msh:15: node tag 900 is given twice"]);
+    refused(&with(NEW, "12\n1 0 0", "3\n1 0 0"), &["a.msh:26: node tag 3 is given twice"]);
+    refused(&with(NEW, "3 900 7 1", "3 900 3 1"), &["a.msh:40: element 3", "a node twice"]);
+    refused(&with(OLD, "7 1 0 0", "-7 1 0 0"), &["a.msh:15: the node tag is '-7'"]);
+}
+
+#[test]
+fn counts_that_lie() {
+    let huge = "18446744073709551615";
+    for (text, count, line) in
+        [(OLD, "$Nodes\n5", 19), (OLD, "$Elements\n6", 28), (OLD, "$PhysicalNames\n2", 11)]
+    {
+        let name = count.split('\n').next().unwrap();
+        let more = with(text, count, &format!("{name}\n{huge}"));
+        refused(&more, &[&format!("a.msh:{line}: "), "fewer lines than it says"]);
+        let fewer = with(text, count, &format!("{name}\n1"));
+        refused(&fewer, &["more lines than it says"]);
+        let negative = with(text, count, &format!("{name}\n-5"));
+        refused(&negative, &["is '-5'", "whole number"]);
+    }
+    refused(&with(NEW, "2 5 3 900", "2 6 3 900"), &["says 6 nodes, its blocks have 5"]);
+    refused(&with(NEW, "2 5 3 900", &format!("{huge} 5 3 900")), &["fewer lines"]);
+    refused(&with(NEW, "3 1 1 4", &format!("3 1 1 {huge}")), &["the line goes on with '0'"]);
+    refused(&with(NEW, "5 5 1 6", "5 7 1 6"), &["says 7 elements"]);
+    refused(
+        &with(OLD, "2 2 2 7 1 900", &format!("2 2 {huge} 7 1 900")),
+        &["a.msh:23: the line ends"],
+    );
+}
+
+#[test]
+fn every_truncation_is_named() {
+    for text in [OLD, NEW] {
+        let whole = text.find("$EndElements").unwrap();
+        for end in 0..whole {
+            let error = read(&text[..end]).unwrap_err().to_string();
+            assert!(error.starts_with("a.msh"), "{error}");
+        }
+        let middle = text.find("900 7 18446").unwrap();
+        refused(&text[..middle], &["section $Elements", "cut off"]);
+        let between = text.find("\n900 0 0 0\n").or(text.find("\n0 0 0\n")).unwrap();
+        refused(&text[..between], &["the file ends in section $Nodes before", "cut off"]);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn mutated_text_never_panics(
+        old in any::<bool>(),
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        digits in any::<bool>(),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let mut bytes = if old { OLD } else { NEW }.as_bytes().to_vec();
+        for (at, value) in edits {
+            let at = at.index(bytes.len());
+            // Digits reach deeper than bytes of every kind.
+            bytes[at] = if digits { b"0123456789-. \n"[value as usize % 14] } else { value };
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        match Gmsh.read(Path::new("a.msh"), &bytes, 1.0) {
+            Ok(raw) => {
+                let nodes = raw.nodes_m.len() as u32;
+                prop_assert!(raw.tetrahedra.iter().flatten().all(|id| *id < nodes));
+                prop_assert!(raw.nodes_m.iter().flatten().all(|x| x.is_finite()));
+                crate::mesh::Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups);
+            }
+            Err(error) => prop_assert!(error.to_string().starts_with("a.msh")),
+        }
+    }
+}

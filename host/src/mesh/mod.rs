@@ -1,0 +1,253 @@
+//! Bodies to bake: read from a file or generated, checked, with every id an input id.
+//!
+//! A body is named by a spec: `plane:NXxNYxD`, `box:NXxNYxNZxD`, `organ[:SIZE]` or a file path
+//! (`./organ` for a file of that name). NX, NY and NZ count the nodes along an axis, D is the
+//! spacing in metres. A new format is one file with a [`MeshReader`] and one row in [`READERS`].
+
+mod check;
+mod cuboid;
+mod geometry;
+mod gmsh;
+//mod organ;
+mod plane;
+mod selector;
+mod size;
+mod surface;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+pub use selector::select;
+pub use surface::{boundary, vertex_normals};
+
+/// Most cells a body may have: a cell's number has 16 bits and one value is kept back.
+pub const CELLS_MAX: usize = 65_535;
+
+/// Largest mesh file that is read, in bytes.
+const FILE_BYTES_MAX: u64 = 512 << 20;
+
+/// A checked body. Ids are input ids: positions in the file, or the generator's numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Node positions `[node][axis]` in metres, unused nodes included.
+    pub nodes_m: Vec<[f64; 3]>,
+    /// Links `[i, j]` with i < j, unique and sorted.
+    pub links: Vec<[u32; 2]>,
+    /// Faces that belong to one tetrahedron, counter-clockwise from outside; of a plane both
+    /// triangles of each square, counter-clockwise from above.
+    pub triangles: Vec<[u32; 3]>,
+    /// Tetrahedra of positive volume (but for the flat ones), each set of four nodes once.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// Tetrahedra without volume, which [`Mesh::tetrahedra`] keeps.
+    pub flat_tetrahedra: usize,
+    /// Nodes of each physical group, sorted and unique, by name or, unnamed, by number.
+    pub groups: BTreeMap<String, Vec<u32>>,
+    /// Border nodes of a plane, sorted; else empty.
+    pub border: Vec<u32>,
+    /// Nodes held unless the user says otherwise, sorted: the border of a plane, the bottom of a
+    /// box, a patch of the organ's back. Empty for files.
+    pub default_fixed: Vec<u32>,
+    /// Nodes without a link, sorted.
+    pub unused: Vec<u32>,
+}
+
+impl Mesh {
+    /// A body linked along the edges of its tetrahedra.
+    fn from_tetrahedra(
+        nodes_m: Vec<[f64; 3]>,
+        tetrahedra: &[[u32; 4]],
+        groups: BTreeMap<String, Vec<u32>>,
+    ) -> Self {
+        let (tetrahedra, flat_tetrahedra) =
+            geometry::orient(&nodes_m, geometry::unique(tetrahedra));
+        Self {
+            links: geometry::edges(&tetrahedra),
+            triangles: boundary(&tetrahedra),
+            nodes_m,
+            tetrahedra,
+            flat_tetrahedra,
+            groups,
+            ..Self::default()
+        }
+    }
+}
+
+/// How a body is read and what is tolerated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshOptions {
+    /// `--units`: metres in one unit of a file's coordinates. Generators always use metres.
+    pub unit_m: f64,
+    /// `--diagonals`: link both diagonals of each square of a plane.
+    pub diagonals: bool,
+    /// `--drop-unused`: list nodes without a link in [`Mesh::unused`] instead of refusing them.
+    pub drop_unused: bool,
+    /// `--allow-parts`: accept a body of several unconnected parts.
+    pub allow_parts: bool,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self { unit_m: 1.0, diagonals: false, drop_unused: false, allow_parts: false }
+    }
+}
+
+/// What a reader takes from a file.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct RawMesh {
+    /// `[node][axis]` in metres, in file order.
+    nodes_m: Vec<[f64; 3]>,
+    /// Positions of four different nodes each.
+    tetrahedra: Vec<[u32; 4]>,
+    /// Sorted unique nodes by group.
+    groups: BTreeMap<String, Vec<u32>>,
+}
+
+/// One file format.
+trait MeshReader: Sync {
+    /// The format in words, for error texts.
+    fn name(&self) -> &'static str;
+    /// Whether a file of this path that begins with `head` is of the format.
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool;
+    /// Reads the whole file; `unit_m` is metres per unit of its coordinates.
+    fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh>;
+}
+
+/// The formats, tried in this order.
+const READERS: &[&dyn MeshReader] = &[&gmsh::Gmsh];
+
+/// Reads or generates the body of `spec` and checks it.
+pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
+    if !(options.unit_m.is_finite() && options.unit_m > 0.0) {
+        return Err(Error::input(format!(
+            "--units: {} metres a unit; it must be finite and above 0",
+            options.unit_m
+        )));
+    }
+    let (kind, size) = spec.split_once(':').map_or((spec, None), |(k, s)| (k, Some(s)));
+    if options.diagonals && kind != "plane" {
+        return Err(Error::input(format!(
+            "--diagonals links the squares of a plane; {spec} is none: leave it out"
+        )));
+    }
+    let mut mesh = match (kind, size) {
+        ("plane", size) => plane::generate(size.unwrap_or(""), options.diagonals)?,
+        ("box", size) => cuboid::generate(size.unwrap_or(""))?,
+        //("organ", size) => organ::generate(size)?,
+        _ => {
+            let raw = read(Path::new(spec), options.unit_m)?;
+            Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups)
+        }
+    };
+    mesh.unused = check::check(spec, &mesh, options)?;
+    Ok(mesh)
+}
+
+fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
+    let file = File::open(path).map_err(|why| {
+        Error::file(
+            "open mesh",
+            path,
+            format!("{why}; a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:SIZE]"),
+        )
+    })?;
+    let mut bytes = Vec::new();
+    let taken = file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes);
+    let length = taken.map_err(|why| Error::file("read mesh", path, why))?;
+    if length as u64 > FILE_BYTES_MAX {
+        return Err(Error::file(
+            "read mesh",
+            path,
+            format!("it has more than {} MiB, the limit", FILE_BYTES_MAX >> 20),
+        ));
+    }
+    parse(path, &bytes, unit_m)
+}
+
+fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+    let head = &bytes[..bytes.len().min(256)];
+    if bytes.is_empty() {
+        return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));
+    }
+    match READERS.iter().find(|reader| reader.recognises(path, head)) {
+        Some(reader) => reader.read(path, bytes, unit_m),
+        None => {
+            let names: Vec<_> = READERS.iter().map(|reader| reader.name()).collect();
+            Err(Error::file(
+                "read mesh",
+                path,
+                format!("unknown format; formats that are read: {}", names.join(", ")),
+            ))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(spec: &str, options: &MeshOptions) -> String {
+        load(spec, options).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn options_are_checked() {
+        let bad = MeshOptions { unit_m: f64::NAN, ..MeshOptions::default() };
+        assert!(refusal("plane:3x3x0.01", &bad).contains("--units"));
+        let diagonals = MeshOptions { diagonals: true, ..MeshOptions::default() };
+        assert!(refusal("box:3x3x3x0.01", &diagonals).contains("--diagonals"));
+    }
+
+    #[test]
+    fn files_that_cannot_be_read_are_named() {
+        let options = MeshOptions::default();
+        assert!(refusal("no-such.msh", &options).contains("organ[:SIZE]"));
+        assert!(refusal("organs", &options).contains("cannot open mesh organs"));
+        let folder = tempfile::tempdir().unwrap();
+        assert!(refusal(folder.path().to_str().unwrap(), &options).contains("cannot read mesh"));
+        for (name, text, part) in [("a.stl", "solid", "Gmsh"), ("b.msh", "", "empty")] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            assert!(refusal(path.to_str().unwrap(), &options).contains(part));
+        }
+    }
+
+    #[test]
+    fn units_do_not_scale_generators() {
+        let mm = MeshOptions { unit_m: 0.001, ..MeshOptions::default() };
+        assert_eq!(
+            load("plane:3x3x0.01", &mm).unwrap(),
+            load("plane:3x3x0.01", &MeshOptions::default()).unwrap()
+        );
+    }
+
+    /// The reference liver, the same from both formats.
+    #[test]
+    fn reference_liver() {
+        let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE") else {
+            println!("SKIPPED reference_liver: CHAINCELL_REFERENCE is not set");
+            return;
+        };
+        let read = |name: &str, unit_m: f64| {
+            let path = Path::new(&folder).join("meshes").join(name);
+            let options = MeshOptions { unit_m, ..MeshOptions::default() };
+            load(path.to_str().unwrap(), &options).unwrap()
+        };
+        let old = read("liver_5762.msh22.msh", 1.0);
+        assert_eq!(old, read("liver_5762.msh41.msh", 1.0));
+        assert_eq!((old.nodes_m.len(), old.tetrahedra.len()), (5_773, 20_268));
+        assert_eq!((old.links.len(), old.triangles.len()), (30_358, 8_636));
+        assert_eq!((old.unused.len(), old.flat_tetrahedra), (0, 0));
+        assert_eq!(old.groups["surface"].len(), 4_320);
+        assert_eq!(old.groups["volume"].len(), 5_773);
+        let mm = read("liver_5762.msh22.msh", 0.001);
+        assert_eq!(mm.nodes_m[7][2], old.nodes_m[7][2] * 0.001);
+        let sets = Path::new(&folder).join("meshes/liver_5762.sets.json");
+        let text = format!("file:{}#fixed", sets.display());
+        let fixed = select(&text, &old.nodes_m, &old.groups, &old.border, "--fix").unwrap();
+        assert_eq!(fixed.len(), 697);
+    }
+}

@@ -1,0 +1,272 @@
+//! SELECTOR: a set of nodes in words, for `--fix` and contacts.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::error::{Error, Result};
+
+/// Largest file of ids, in bytes.
+const FILE_BYTES_MAX: u64 = 64 << 20;
+
+/// The grammar, for error texts.
+const FORMS: &str = "nodes:0,5,7 or 0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1, \
+                     group:NAME or border";
+
+/// The nodes that `text` selects, sorted and unique, never none.
+///
+/// `nodes:0,5,7` or bare ids; `file:PATH`, ids between white space or commas, or a JSON array;
+/// `file:PATH#KEY`, an array inside a JSON object; `box:x0,x1,y0,y1,z0,z1`, bounds in metres,
+/// inclusive; `group:NAME`; `border`. `nodes_m` is `[node][axis]` in metres; nodes without a link
+/// can be selected too. `option` names the option in errors.
+pub fn select(
+    text: &str,
+    nodes_m: &[[f64; 3]],
+    groups: &BTreeMap<String, Vec<u32>>,
+    border: &[u32],
+    option: &str,
+) -> Result<Vec<u32>> {
+    let selector = Selector { option, text, nodes: nodes_m.len() };
+    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let picked = match (kind, rest) {
+        ("border", "") if border.is_empty() => {
+            return Err(selector.refuse("only a plane has a border; take box: or group:"));
+        }
+        ("border", "") => border.to_vec(),
+        ("nodes", list) => selector.listed(list, option)?,
+        ("file", path) => selector.file(path)?,
+        ("box", bounds) => selector.boxed(bounds, nodes_m)?,
+        ("group", name) => selector.group(name, groups)?,
+        (list, "") if list.trim().starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
+            selector.listed(list, option)?
+        }
+        _ => return Err(selector.refuse(format!("unknown selector; give {FORMS}"))),
+    };
+    if picked.is_empty() {
+        return Err(selector.refuse("it selects no node; give at least one"));
+    }
+    Ok(picked)
+}
+
+/// What errors need to know.
+struct Selector<'a> {
+    option: &'a str,
+    text: &'a str,
+    nodes: usize,
+}
+
+impl Selector<'_> {
+    fn refuse(&self, why: impl std::fmt::Display) -> Error {
+        Error::input(format!("{} {}: {why}", self.option, self.text))
+    }
+
+    fn wrong(&self, place: &str, token: &str) -> Error {
+        self.refuse(format!(
+            "{place}: '{token}' is no node; ids are whole numbers from 0 to {}",
+            self.nodes as i128 - 1
+        ))
+    }
+
+    fn id(&self, place: &str, token: &str) -> Result<u32> {
+        let digits = !token.is_empty() && token.bytes().all(|b| b.is_ascii_digit());
+        match token.parse::<u32>() {
+            Ok(id) if digits && (id as usize) < self.nodes => Ok(id),
+            _ => Err(self.wrong(place, token)),
+        }
+    }
+
+    /// Sorts ids and refuses one that is given twice.
+    fn once(&self, mut ids: Vec<u32>) -> Result<Vec<u32>> {
+        ids.sort_unstable();
+        match ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => {
+                Err(self.refuse(format!("node {} is given twice; give it once", pair[0])))
+            }
+            None => Ok(ids),
+        }
+    }
+
+    fn listed(&self, list: &str, place: &str) -> Result<Vec<u32>> {
+        let ids = list.split(',').map(|token| self.id(place, token.trim()));
+        self.once(ids.collect::<Result<_>>()?)
+    }
+
+    fn boxed(&self, bounds: &str, nodes_m: &[[f64; 3]]) -> Result<Vec<u32>> {
+        const NAMES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+        let words: Vec<&str> = bounds.split(',').map(str::trim).collect();
+        if words.len() != NAMES.len() {
+            return Err(self.refuse(format!(
+                "a box has six bounds in metres, x0,x1,y0,y1,z0,z1; there are {}",
+                words.len()
+            )));
+        }
+        let mut bound = [0.0; 6];
+        for ((value, word), name) in bound.iter_mut().zip(words).zip(NAMES) {
+            *value = word.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+                self.refuse(format!("{name} is '{word}'; give a finite number of metres"))
+            })?;
+        }
+        for axis in 0..3 {
+            let (low, high) = (2 * axis, 2 * axis + 1);
+            if bound[low] > bound[high] {
+                let (low, high) = (NAMES[low], NAMES[high]);
+                return Err(self.refuse(format!("{low} is above {high}; exchange them")));
+            }
+        }
+        let inside =
+            |at: &[f64; 3]| (0..3).all(|a| (bound[2 * a]..=bound[2 * a + 1]).contains(&at[a]));
+        Ok((0u32..).zip(nodes_m).filter(|(_, at)| inside(at)).map(|(id, _)| id).collect())
+    }
+
+    fn group(&self, name: &str, groups: &BTreeMap<String, Vec<u32>>) -> Result<Vec<u32>> {
+        groups.get(name).cloned().ok_or_else(|| {
+            let known: Vec<&str> = groups.keys().map(String::as_str).collect();
+            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+            self.refuse(format!("the mesh has no group '{name}'; its groups: {known}"))
+        })
+    }
+
+    fn file(&self, path: &str) -> Result<Vec<u32>> {
+        // A path may have a # of its own.
+        let (path, key) = match path.rsplit_once('#') {
+            Some((file, key)) if !Path::new(path).exists() => (file, Some(key)),
+            _ => (path, None),
+        };
+        let text = self.content(path)?;
+        if key.is_none() && !text.trim_start().starts_with(['[', '{']) {
+            let mut ids = Vec::new();
+            for (number, line) in (1..).zip(text.lines()) {
+                let words = line.split(|c: char| c.is_whitespace() || c == ',');
+                for word in words.filter(|word| !word.is_empty()) {
+                    ids.push(self.id(&format!("{path}:{number}"), word)?);
+                }
+            }
+            return self.once(ids);
+        }
+        let json: Value = serde_json::from_str(&text)
+            .map_err(|why| self.refuse(format!("{path}: no valid JSON: {why}; mend it")))?;
+        self.array(path, key, &json)
+    }
+
+    fn content(&self, path: &str) -> Result<String> {
+        use std::io::Read;
+        let mut text = String::new();
+        let taken = std::fs::File::open(path)
+            .and_then(|file| file.take(FILE_BYTES_MAX + 1).read_to_string(&mut text));
+        match taken {
+            Ok(length) if length as u64 > FILE_BYTES_MAX => {
+                let limit = FILE_BYTES_MAX >> 20;
+                Err(self.refuse(format!("{path} has more than {limit} MiB, the limit")))
+            }
+            Ok(_) => Ok(text),
+            Err(why) => Err(self.refuse(format!("cannot read {path}: {why}"))),
+        }
+    }
+
+    fn array(&self, path: &str, key: Option<&str>, json: &Value) -> Result<Vec<u32>> {
+        let (place, value) = match (json, key) {
+            (Value::Array(_), None) => (path.to_string(), json),
+            (Value::Object(map), Some(key)) if map.contains_key(key) => {
+                (format!("{path}#{key}"), &map[key])
+            }
+            (Value::Object(map), _) => {
+                let keys: Vec<&str> = map.keys().map(String::as_str).collect();
+                let keys = keys.join(", ");
+                return Err(match key {
+                    Some(key) => {
+                        self.refuse(format!("{path} has no key '{key}'; its keys: {keys}"))
+                    }
+                    None => self.refuse(format!("{path} is an object; add #KEY, one of: {keys}")),
+                });
+            }
+            _ => return Err(self.refuse(format!("{path} is no JSON object; leave #KEY out"))),
+        };
+        let Value::Array(items) = value else {
+            return Err(
+                self.refuse(format!("{place} is no array; give nodes:ID for a single node"))
+            );
+        };
+        let ids = (0..).zip(items).map(|(at, item): (usize, &Value)| {
+            self.id(&format!("{place}, item {at}"), &item.to_string())
+        });
+        self.once(ids.collect::<Result<_>>()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODES: [[f64; 3]; 4] =
+        [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.2, 0.0], [-0.1, 0.2, 0.3]];
+
+    fn pick(text: &str) -> Result<Vec<u32>> {
+        let groups = [("top".to_string(), vec![2, 3]), ("7".to_string(), vec![0])].into();
+        select(text, &NODES, &groups, &[0, 1], "--fix")
+    }
+
+    #[track_caller]
+    fn refused(text: &str, part: &str) {
+        let error = pick(text).unwrap_err().to_string();
+        assert!(error.starts_with("--fix ") && error.contains(part), "{text}: {error}");
+    }
+
+    #[test]
+    fn lists_boxes_groups_and_border() {
+        assert_eq!(pick("nodes:3, 0").unwrap(), [0, 3]);
+        assert_eq!(pick("2,1").unwrap(), [1, 2]);
+        assert_eq!(pick("border").unwrap(), [0, 1]);
+        assert_eq!(pick("group:top").unwrap(), [2, 3]);
+        assert_eq!(pick("box:0,0.1,-1,0,0,0").unwrap(), [0, 1]);
+    }
+
+    #[test]
+    fn refusals() {
+        refused("nodes:4", "'4' is no node; ids are whole numbers from 0 to 3");
+        refused("-1", "'-1' is no node");
+        refused("0,+1", "'+1' is no node");
+        refused("99999999999999999999", "is no node");
+        refused("nodes:", "'' is no node");
+        refused("0,,1", "'' is no node");
+        refused("1,2,1", "node 1 is given twice");
+        refused("everything", "unknown selector");
+        refused("", "unknown selector");
+        refused("border:1", "unknown selector");
+        refused("group:bottom", "its groups: 7, top");
+        refused("box:0,1,0,1", "there are 4");
+        refused("box:0,1,0,1,0,NaN", "z1 is 'NaN'");
+        refused("box:0,1,2,1,0,1", "y0 is above y1");
+        refused("box:5,6,0,1,0,1", "selects no node");
+        let none = select("border", &NODES, &BTreeMap::new(), &[], "--fix").unwrap_err();
+        assert!(none.to_string().contains("only a plane has a border"));
+    }
+
+    #[test]
+    fn files() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            format!("file:{}", path.display())
+        };
+        assert_eq!(pick(&write("a", b"3 1,\n0\n")).unwrap(), [0, 1, 3]);
+        assert_eq!(pick(&write("b", b" [2, 0]")).unwrap(), [0, 2]);
+        assert_eq!(pick(&write("has#mark", b"1")).unwrap(), [1]);
+        let sets = write("sets.json", br#"{"fixed":[1,3],"node":2,"none":[],"bad":[0,1.5]}"#);
+        assert_eq!(pick(&format!("{sets}#fixed")).unwrap(), [1, 3]);
+        refused(&format!("{sets}#other"), "its keys: bad, fixed, node, none");
+        refused(&sets, "add #KEY, one of: bad, fixed");
+        refused(&format!("{sets}#node"), "sets.json#node is no array");
+        refused(&format!("{sets}#none"), "selects no node");
+        refused(&format!("{sets}#bad"), "item 1: '1.5' is no node");
+        refused(&write("c", b"0\n\n1 x"), "c:3: 'x' is no node");
+        refused(&write("d", b"0 1 0"), "node 0 is given twice");
+        refused(&write("e", b""), "selects no node");
+        refused(&write("f", b"[0, "), "no valid JSON");
+        refused(&write("g", b"\xff"), "cannot read");
+        refused(&format!("{}#k", write("h", b"[0]")), "leave #KEY out");
+        refused(&format!("{}#k", write("i", b"0 1")), "i: ");
+        refused("file:no-such", "cannot read no-such");
+    }
+}

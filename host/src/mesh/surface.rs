@@ -1,0 +1,81 @@
+//! The outside of a body and its normals.
+
+use super::geometry::{cross, dot, minus};
+
+/// Faces of a tetrahedron of positive volume, counter-clockwise from outside.
+const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+/// Faces that belong to exactly one of the tetrahedra, which must have positive volume:
+/// counter-clockwise from outside, ordered by their sorted ids.
+#[must_use]
+pub fn boundary(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let mut faces: Vec<([u32; 3], [u32; 3])> = Vec::with_capacity(4 * tetrahedra.len());
+    for tetrahedron in tetrahedra {
+        for corners in FACES {
+            let face = corners.map(|corner| tetrahedron[corner]);
+            let mut key = face;
+            key.sort_unstable();
+            faces.push((key, face));
+        }
+    }
+    faces.sort_unstable();
+    let single = faces.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1);
+    single.map(|same| same[0].1).collect()
+}
+
+/// Unit normals `[node]`, each the sum over the node's triangles weighted with their areas; none
+/// where a node has no triangle or its triangles cancel. `nodes_m` and the normals are `[axis]`.
+#[must_use]
+pub fn vertex_normals(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Option<[f64; 3]>> {
+    let mut sums = vec![[0.0f64; 3]; nodes_m.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|id| nodes_m[id as usize]);
+        let twice_area = cross(minus(b, a), minus(c, a));
+        for id in triangle {
+            for (sum, part) in sums[*id as usize].iter_mut().zip(twice_area) {
+                *sum += part;
+            }
+        }
+    }
+    let unit = |sum: [f64; 3]| {
+        // Scaled first: areas of tiny triangles squared would vanish.
+        let largest = sum.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let scaled = sum.map(|x| x / largest);
+        let length = dot(scaled, scaled).sqrt();
+        (largest > 0.0 && length.is_finite()).then(|| scaled.map(|x| x / length))
+    };
+    sums.into_iter().map(unit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODES: [[f64; 3]; 6] =
+        [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [1., 1., 1.], [9., 9., 9.]];
+
+    #[test]
+    fn outward_and_without_the_shared_face() {
+        let triangles = boundary(&[[0, 1, 2, 3], [1, 2, 3, 4]]);
+        assert_eq!(triangles.len(), 6);
+        let inside = [0.4; 3];
+        for ids in &triangles {
+            let [a, b, c] = ids.map(|id| NODES[id as usize]);
+            assert!(dot(cross(minus(b, a), minus(c, a)), minus(a, inside)) > 0.0, "{ids:?}");
+        }
+        assert!(!triangles.iter().any(|t| !t.contains(&0) && !t.contains(&4)));
+    }
+
+    #[test]
+    fn normals_are_weighted_units() {
+        let normals = vertex_normals(&NODES, &[[0, 1, 2], [0, 3, 1]]);
+        let half = 0.5f64.sqrt();
+        let corner = normals[0].unwrap();
+        assert!((corner[1] - half).abs() < 1e-15 && (corner[2] - half).abs() < 1e-15);
+        assert_eq!(normals[2], Some([0.0, 0.0, 1.0]));
+        assert_eq!(normals[5], None);
+        let tiny: Vec<_> = NODES.iter().map(|p| p.map(|x| x * 1e-100)).collect();
+        assert_eq!(vertex_normals(&tiny, &[[0, 1, 2]])[2], Some([0.0, 0.0, 1.0]));
+        assert_eq!(vertex_normals(&NODES, &[[0, 1, 2], [0, 2, 1]])[0], None);
+    }
+}
