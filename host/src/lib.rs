@@ -1,5 +1,7 @@
 //! Tools around the chaincell kernel: the library behind the `chaincell` command.
 
+pub mod bake;
+pub mod engine;
 pub mod error;
 pub mod interrupt;
 pub mod mesh;

@@ -99,17 +99,16 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     let each = |name: &str, value: &PerCell, holds: fn(f64) -> bool, range: &str| match value {
         PerCell::Uniform(value) if holds(*value) => Ok(()),
         PerCell::Uniform(value) => Err(Error::input(format!("{name} {value}: must be {range}"))),
-        PerCell::Each(values) if values.len() != mesh.nodes_m.len() => {
-            Err(Error::input(format!(
-                "{name}: {} values for {} nodes; give one per node of the input",
-                values.len(),
-                mesh.nodes_m.len()
-            )))
-        }
+        PerCell::Each(values) if values.len() != mesh.nodes_m.len() => Err(Error::input(format!(
+            "{name}: {} values for {} nodes; give one per node of the input",
+            values.len(),
+            mesh.nodes_m.len()
+        ))),
         PerCell::Each(values) => match values.iter().position(|&value| !holds(value)) {
-            Some(at) => {
-                Err(Error::input(format!("{name}: value {} of node {at}: must be {range}", values[at])))
-            }
+            Some(at) => Err(Error::input(format!(
+                "{name}: value {} of node {at}: must be {range}",
+                values[at]
+            ))),
             None => Ok(()),
         },
     };
@@ -165,7 +164,15 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
         // Adding +0.0 turns -0.0 into +0.0: there is one zero in the state.
         [internal(0) as f32 + 0.0, internal(1) as f32 + 0.0, internal(2) as f32 + 0.0]
     });
-    Ok(Body { rest: rest.collect(), input_id, cell_of, centre_m, unit_m, links, fixed: fixed_cells })
+    Ok(Body {
+        rest: rest.collect(),
+        input_id,
+        cell_of,
+        centre_m,
+        unit_m,
+        links,
+        fixed: fixed_cells,
+    })
 }
 
 /// Centre of the bounding box and mean link length, as the single-precision numbers that every
@@ -297,9 +304,8 @@ fn surface(sections: &mut Sections, mesh: &Mesh, body: &Body, lean: bool) {
     if lean {
         return;
     }
-    let cells_of = |ids: &[u32]| -> Vec<u16> {
-        ids.iter().map(|&id| body.cell_of[id as usize]).collect()
-    };
+    let cells_of =
+        |ids: &[u32]| -> Vec<u16> { ids.iter().map(|&id| body.cell_of[id as usize]).collect() };
     if !mesh.triangles.is_empty() {
         sections.push(kind::TRIANGLES, &cells_of(mesh.triangles.as_flattened()));
     }

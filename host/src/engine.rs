@@ -1,0 +1,186 @@
+//! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
+
+use chaincell_kernel::cell::Cell;
+use chaincell_kernel::contact::{Contact, ContactError};
+use chaincell_kernel::{
+    Dynamics, Euler, Head, Model, Network, TickOutput, TissueMut, ToolSample, Track,
+};
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// `--dynamics`: the scheme that moves the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// The paper's own: one explicit step of common size a sweep; time is physical.
+    Euler,
+    /// Momentum with restart under the energy guard: follows the equilibrium.
+    #[default]
+    Track,
+}
+
+/// Arrays of a tissue under the scheme `D`.
+struct Memory<D> {
+    head: Head<D>,
+    state: Vec<Cell>,
+    residual: Vec<Cell>,
+    own: Vec<Cell>,
+    contacts: Vec<Contact>,
+}
+
+impl<D: Dynamics> Memory<D> {
+    fn new(cells: usize, contacts: usize) -> Self {
+        Self {
+            head: Head::NEW,
+            state: vec![Cell::ZERO; cells],
+            residual: vec![Cell::ZERO; cells],
+            own: vec![Cell::ZERO; D::ARRAYS * cells],
+            contacts: vec![Contact::NONE; contacts],
+        }
+    }
+
+    fn view(&mut self) -> TissueMut<'_, D> {
+        TissueMut {
+            head: &mut self.head,
+            state: &mut self.state,
+            residual: &mut self.residual,
+            own: &mut self.own,
+            contacts: &mut self.contacts,
+        }
+    }
+}
+
+/// A tissue whatever its scheme.
+trait AnyTissue {
+    fn reset(&mut self, network: &Network<'_>) -> Result<()>;
+    fn choose(
+        &mut self,
+        network: &Network<'_>,
+        cells: &[u16],
+    ) -> std::result::Result<(), ContactError>;
+    fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
+    fn state_hash(&mut self, model: &Model<'_>) -> u64;
+    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3];
+    fn ram_bytes(&self) -> usize;
+}
+
+impl<D: Dynamics> AnyTissue for Memory<D> {
+    fn reset(&mut self, network: &Network<'_>) -> Result<()> {
+        self.view().reset(network).map_err(Error::check)
+    }
+
+    fn choose(
+        &mut self,
+        network: &Network<'_>,
+        cells: &[u16],
+    ) -> std::result::Result<(), ContactError> {
+        self.view().choose_contacts(network, cells)
+    }
+
+    fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.view().tick(network, sample)
+    }
+
+    fn state_hash(&mut self, model: &Model<'_>) -> u64 {
+        self.view().state_hash(model)
+    }
+
+    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3] {
+        self.view().position(model, cell).unwrap_or([0.0; 3])
+    }
+
+    fn ram_bytes(&self) -> usize {
+        size_of::<Head<D>>()
+            + chaincell_kernel::array_bytes::<D>(self.state.len(), self.contacts.len())
+    }
+}
+
+/// A network with its tissue.
+pub struct Engine<'m> {
+    network: Network<'m>,
+    tissue: Box<dyn AnyTissue>,
+    contacts: Vec<u16>,
+}
+
+impl<'m> Engine<'m> {
+    /// A body at rest with the contact cells `contacts` (ascending, none fixed).
+    ///
+    /// # Errors
+    /// Contact cells that the kernel refuses, named by their input ids.
+    pub fn new(network: Network<'m>, scheme: Scheme, contacts: &[u16]) -> Result<Self> {
+        let cells = network.model().cells();
+        let tissue: Box<dyn AnyTissue> = match scheme {
+            Scheme::Euler => Box::new(Memory::<Euler>::new(cells, contacts.len())),
+            Scheme::Track => Box::new(Memory::<Track>::new(cells, contacts.len())),
+        };
+        let mut engine = Self { network, tissue, contacts: contacts.to_vec() };
+        engine.reset()?;
+        Ok(engine)
+    }
+
+    /// Back to rest, the tool released.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn reset(&mut self) -> Result<()> {
+        self.tissue.reset(&self.network)?;
+        self.tissue.choose(&self.network, &self.contacts).map_err(|why| {
+            let name = |at: usize| {
+                let cell = self.contacts.get(at).copied().unwrap_or(u16::MAX);
+                self.network.model().input_id().get(usize::from(cell)).copied()
+            };
+            match why {
+                ContactError::Fixed(at) => Error::input(format!(
+                    "--contact: node {} is fixed and cannot be held by the tool",
+                    name(at).unwrap_or_default()
+                )),
+                other => Error::input(format!("--contact: {other}")),
+            }
+        })
+    }
+
+    /// One tick, see [`TissueMut::tick`].
+    pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
+        self.tissue.tick(&self.network, sample)
+    }
+
+    /// The state hash, see [`chaincell_kernel::hash`].
+    pub fn state_hash(&mut self) -> u64 {
+        self.tissue.state_hash(self.network.model())
+    }
+
+    /// Model and settings.
+    #[must_use]
+    pub fn network(&self) -> &Network<'m> {
+        &self.network
+    }
+
+    /// The contact cells.
+    #[must_use]
+    pub fn contacts(&self) -> &[u16] {
+        &self.contacts
+    }
+
+    /// RAM of the tissue [bytes].
+    #[must_use]
+    pub fn ram_bytes(&self) -> usize {
+        self.tissue.ram_bytes()
+    }
+
+    /// Published positions of all cells, in double precision from the single-precision state [m].
+    pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
+        let model = self.network.model();
+        (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
+    }
+}
+
+/// An internal position in the frame of the input mesh [m].
+#[must_use]
+pub fn to_m(model: &Model<'_>, position: [f32; 3]) -> [f64; 3] {
+    let centre = model.centre_m();
+    std::array::from_fn(|axis| {
+        f64::from(centre[axis]) + f64::from(position[axis]) * f64::from(model.unit_m())
+    })
+}
