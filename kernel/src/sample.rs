@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolSample {
-    /// Tool position in the frame of the input mesh [m].
+    /// Tool position in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
     /// 1 while the tool holds the contact cells, else 0.
     pub engaged: u32,
@@ -26,9 +26,9 @@ impl ToolSample {
 /// What one tick answers. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickOutput {
-    /// Force of the tissue on the tool [N].
+    /// Force of the tissue on the tool \[N\].
     pub force_n: Vector3<f32>,
-    /// Certified level: an upper bound of the elastic energy of the published state [J].
+    /// Certified level: an upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
     /// Number of cells the tool holds.
     pub contacts: u32,
