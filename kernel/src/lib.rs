@@ -50,7 +50,7 @@ pub mod image;
 pub mod link;
 mod model;
 mod pass;
-mod sample;
+pub mod sample;
 mod settings;
 #[allow(unsafe_code)]
 pub mod sqrt;
