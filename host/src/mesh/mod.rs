@@ -8,7 +8,7 @@ mod check;
 mod cuboid;
 mod geometry;
 mod gmsh;
-//mod organ;
+mod organ;
 mod plane;
 mod selector;
 mod size;
@@ -136,7 +136,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
     let mut mesh = match (kind, size) {
         ("plane", size) => plane::generate(size.unwrap_or(""), options.diagonals)?,
         ("box", size) => cuboid::generate(size.unwrap_or(""))?,
-        //("organ", size) => organ::generate(size)?,
+        ("organ", size) => organ::generate(size)?,
         _ => {
             let raw = read(Path::new(spec), options.unit_m)?;
             Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups)

@@ -1,0 +1,182 @@
+//! Fills the shape with tetrahedra: isosurface stuffing after Labelle and Shewchuk (2007).
+//!
+//! A body-centred cubic lattice covers the shape. Lattice points very near the surface are moved
+//! onto it, tetrahedra that still cross it are cut, and what lies inside is kept.
+
+use super::super::geometry::{corners, distance, volume6};
+use super::cut::{Corner, cut};
+use super::shape;
+
+/// A point moves onto the surface when an edge along an axis crosses it within this share.
+const NEAR_LONG: f64 = 0.24999;
+/// The same for an edge between a corner and a centre of a cube.
+const NEAR_SHORT: f64 = 0.41189;
+
+/// Place of the lattice within its first cube, uneven so that no layer is the shape's own plane.
+const OFFSET: [f64; 3] = [0.137, 0.291, 0.413];
+
+/// Nodes `[node][axis]` in metres and tetrahedra of positive volume.
+pub(super) struct Body {
+    pub(super) nodes_m: Vec<[f64; 3]>,
+    pub(super) tetrahedra: Vec<[u32; 4]>,
+}
+
+/// Lattice points at even coordinates (corners of cubes) and odd ones (their centres).
+struct Lattice {
+    counts: [usize; 3],
+    places_m: Vec<[f64; 3]>,
+    /// Of [`shape::value`], 0 for points on the surface.
+    values: Vec<f64>,
+}
+
+/// Fills the shape with a lattice of cubes of `spacing_m`.
+pub(super) fn fill(spacing_m: f64) -> Body {
+    let mut lattice = Lattice::new(spacing_m);
+    lattice.warp();
+    let mut pieces = Vec::new();
+    lattice.each_tetrahedron(|indices| {
+        let corners = indices.map(|index| Corner {
+            index: index as u32,
+            place_m: lattice.places_m[index],
+            value: lattice.values[index],
+        });
+        cut(corners, &mut pieces);
+    });
+    lattice.number(&pieces)
+}
+
+impl Lattice {
+    fn new(spacing_m: f64) -> Self {
+        let mut counts = [0; 3];
+        for axis in 0..3 {
+            let cubes = (shape::HIGH_M[axis] - shape::LOW_M[axis]) / spacing_m;
+            counts[axis] = 2 * (cubes as usize + 3) + 1;
+        }
+        let total = counts[0] * counts[1] * counts[2];
+        let mut lattice = Self { counts, places_m: Vec::with_capacity(total), values: Vec::new() };
+        for index in 0..total {
+            let mut place_m = [0.0; 3];
+            for (axis, at) in lattice.at(index).into_iter().enumerate() {
+                let cubes = at as f64 / 2.0 - 1.0 - OFFSET[axis];
+                place_m[axis] = shape::LOW_M[axis] + cubes * spacing_m;
+            }
+            lattice.places_m.push(place_m);
+        }
+        lattice.values = lattice.places_m.iter().map(|place_m| shape::value(*place_m)).collect();
+        lattice
+    }
+
+    fn at(&self, index: usize) -> [usize; 3] {
+        let [_, ny, nz] = self.counts;
+        [index / (ny * nz), index / nz % ny, index % nz]
+    }
+
+    /// The point at an offset; none outside the lattice.
+    fn index(&self, at: [usize; 3], offset: [isize; 3]) -> Option<usize> {
+        let mut index = 0;
+        for axis in 0..3 {
+            let moved = at[axis].checked_add_signed(offset[axis])?;
+            if moved >= self.counts[axis] {
+                return None;
+            }
+            index = index * self.counts[axis] + moved;
+        }
+        Some(index)
+    }
+
+    /// Moves points that are too near a crossing of one of their edges to the nearest crossing.
+    fn warp(&mut self) {
+        for index in 0..self.values.len() {
+            let at = self.at(index);
+            if at[0] % 2 != at[1] % 2 || at[1] % 2 != at[2] % 2 {
+                continue;
+            }
+            let own = self.places_m[index];
+            let mut nearest: Option<(f64, [f64; 3])> = None;
+            for (offset, near) in neighbours() {
+                let Some(other) = self.index(at, offset) else { continue };
+                if self.values[index] * self.values[other] >= 0.0 {
+                    continue;
+                }
+                let far = self.places_m[other];
+                let crossing = if self.values[index] > 0.0 {
+                    shape::crossing(own, far)
+                } else {
+                    shape::crossing(far, own)
+                };
+                let away = distance(own, crossing);
+                if away < near * distance(own, far) && nearest.is_none_or(|(best, _)| away < best) {
+                    nearest = Some((away, crossing));
+                }
+            }
+            if let Some((_, crossing)) = nearest {
+                self.places_m[index] = crossing;
+                self.values[index] = 0.0;
+            }
+        }
+    }
+
+    /// The four tetrahedra around each axis from a cube's centre to the next.
+    fn each_tetrahedron(&self, mut take: impl FnMut([usize; 4])) {
+        const RING: [[isize; 2]; 5] = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]];
+        for index in 0..self.values.len() {
+            let at = self.at(index);
+            if at.iter().any(|coordinate| coordinate % 2 == 0) {
+                continue;
+            }
+            for axis in 0..3 {
+                let mut along = [0; 3];
+                along[axis] = 2;
+                let Some(next) = self.index(at, along) else { continue };
+                let corner = |[u, v]: [isize; 2]| {
+                    let mut offset = [1; 3];
+                    offset[(axis + 1) % 3] = u;
+                    offset[(axis + 2) % 3] = v;
+                    self.index(at, offset)
+                };
+                for pair in RING.windows(2) {
+                    if let (Some(a), Some(b)) = (corner(pair[0]), corner(pair[1])) {
+                        take([index, next, a, b]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Numbers the nodes in lattice order and turns every tetrahedron to positive volume.
+    fn number(&self, pieces: &[[[u32; 2]; 4]]) -> Body {
+        let mut keys: Vec<[u32; 2]> = pieces.iter().flatten().copied().collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let place = |[a, b]: [u32; 2]| match (self.places_m[a as usize], self.places_m[b as usize])
+        {
+            (on, _) if a == b => on,
+            (inside, outside) => shape::crossing(inside, outside),
+        };
+        let nodes_m: Vec<[f64; 3]> = keys.iter().map(|key| place(*key)).collect();
+        let id = |key: [u32; 2]| keys.partition_point(|known| *known < key) as u32;
+        let turned = |mut ids: [u32; 4]| {
+            if volume6(corners(&nodes_m, ids)) < 0.0 {
+                ids.swap(2, 3);
+            }
+            ids
+        };
+        let tetrahedra = pieces.iter().map(|piece| turned(piece.map(id))).collect();
+        Body { nodes_m, tetrahedra }
+    }
+}
+
+/// Offsets of the 14 neighbours of a lattice point, with the share within which it moves.
+fn neighbours() -> impl Iterator<Item = ([isize; 3], f64)> {
+    const SIGNS: [isize; 2] = [-1, 1];
+    let long = (0..3).flat_map(|axis| {
+        SIGNS.map(|sign| {
+            let mut offset = [0; 3];
+            offset[axis] = 2 * sign;
+            (offset, NEAR_LONG)
+        })
+    });
+    let short = (0..8usize)
+        .map(|bits| ([SIGNS[bits & 1], SIGNS[bits >> 1 & 1], SIGNS[bits >> 2 & 1]], NEAR_SHORT));
+    long.chain(short)
+}
