@@ -1,8 +1,12 @@
 //! Tools around the chaincell kernel: the library behind the `chaincell` command.
 
 pub mod bake;
+pub mod cli;
+pub mod cosim;
 pub mod engine;
 pub mod error;
 pub mod interrupt;
 pub mod mesh;
+pub mod output;
+pub mod path;
 pub mod terminal;

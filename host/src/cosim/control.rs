@@ -1,0 +1,308 @@
+//! The controller's side: poses on an absolute 1 kHz schedule, answers timed as they arrive.
+
+use iceoryx2::port::update_connections::UpdateConnections;
+use serde::{Deserialize, Serialize};
+
+use chaincell_kernel::sample::Flags;
+
+use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use super::histogram::{Latencies, Summary};
+use super::payload::{ToolForce, ToolPose};
+use super::realtime::{self, Role};
+use super::services::{Domain, Ports, Scene};
+use super::wait::{Wait, Waiter};
+use crate::error::{Error, Result};
+use crate::interrupt;
+
+/// An answer is due this long after the scheduled send [ns].
+const DEADLINE_NS: u64 = MILLISECOND_NS;
+/// First guess of a round trip [ns].
+const ROUND_TRIP_GUESS_NS: u64 = 200_000;
+/// Longest wait for outstanding answers after the last pose [ns].
+const LINGER_NS: u64 = 2 * SECOND_NS;
+/// Span between looks for a server, and before the first pose [ns].
+const LOOK_NS: u64 = 2 * MILLISECOND_NS;
+
+/// How to control a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControlOptions {
+    /// Name of the scene, `None` for the unnamed one.
+    pub scene: Option<String>,
+    /// Where iceoryx2 keeps its files.
+    pub domain: Domain,
+    /// How to wait for answers.
+    pub wait: Wait,
+    /// Longest wait for a server before the first pose [s].
+    pub wait_for_server_s: f64,
+    /// Whether to ask for real-time privileges.
+    pub realtime: bool,
+    /// Whether to end when the process that started this one has ended.
+    pub ends_with_parent: bool,
+}
+
+impl Default for ControlOptions {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            domain: Domain::default(),
+            wait: Wait::default(),
+            wait_for_server_s: 10.0,
+            realtime: true,
+            ends_with_parent: false,
+        }
+    }
+}
+
+/// What happened while controlling.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControlReport {
+    /// Poses sent.
+    pub ticks_sent: u64,
+    /// Poses whose answer arrived.
+    pub ticks_answered: u64,
+    /// Answers that arrived more than 1 ms after the scheduled send.
+    pub missed_deadlines: u64,
+    /// Times the tissue's watchdog said that poses had stopped coming.
+    pub stale_answers: u64,
+    /// Answers to poses that were not sent, or were answered already.
+    pub foreign_answers: u64,
+    /// From the send to the arrival of its answer [ns].
+    pub round_trip_ns: Summary,
+    /// From the scheduled to the actual send [ns].
+    pub send_late_ns: Summary,
+    /// Hash in the last answer that carried one, 16 lower-case hexadecimal digits, or empty.
+    pub state_hash: String,
+    /// Whether the user asked to stop before the last pose.
+    pub interrupted: bool,
+    /// Privileges that were refused, with the reason.
+    pub refused: Vec<String>,
+}
+
+/// A controller's run: its report, and the answers in order of arrival.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControlRun {
+    /// What happened.
+    pub report: ControlReport,
+    /// One answer for each answered pose.
+    pub forces: Vec<ToolForce>,
+}
+
+/// Plays poses at 1 kHz. A late pose is sent late, never skipped.
+///
+/// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
+/// for outstanding answers after the last one.
+pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRun> {
+    check(poses)?;
+    if options.ends_with_parent {
+        realtime::end_with_parent()?;
+    }
+    let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
+    let ports = scene.control_ports(options.wait == Wait::Event)?;
+    wait_for_server(&scene, &ports, options.wait_for_server_s)?;
+    let refused =
+        if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
+    let mut run = Run::new(poses, &ports, options.wait)?;
+    run.play()?;
+    run.linger();
+    Ok(run.finish(refused))
+}
+
+fn check(poses: &[ToolPose]) -> Result<()> {
+    match poses.windows(2).find(|pair| pair[1].tick <= pair[0].tick) {
+        None => Ok(()),
+        Some(pair) => Err(Error::input(format!(
+            "tick {} follows tick {}: number the ticks of a path upwards",
+            pair[1].tick, pair[0].tick
+        ))),
+    }
+}
+
+fn wait_for_server(
+    scene: &Scene,
+    ports: &Ports<ToolForce, ToolPose>,
+    at_most_s: f64,
+) -> Result<()> {
+    let end_ns = now_ns().saturating_add(span_ns(at_most_s));
+    while !scene.is_served() {
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        if now_ns() >= end_ns {
+            return Err(Error::input(format!(
+                "no server on {} after {at_most_s} s; start chaincell serve with the same \
+                 --scene, or wait longer with --wait-for-server-s",
+                scene.label()
+            )));
+        }
+        sleep_until_ns(now_ns() + LOOK_NS);
+    }
+    // Without a history, a pose sent before the connection exists would be lost.
+    let connected = ports.publisher.update_connections();
+    connected.map_err(|why| {
+        Error::check(format!(
+            "cannot connect to the server on {} ({why:?}); restart chaincell serve",
+            scene.label()
+        ))
+    })
+}
+
+struct Run<'a> {
+    poses: &'a [ToolPose],
+    ports: &'a Ports<ToolForce, ToolPose>,
+    waiter: Waiter,
+    start_ns: u64,
+    sent_ns: Vec<u64>,
+    answered: Vec<bool>,
+    forces: Vec<ToolForce>,
+    round_trip: Latencies,
+    send_late: Latencies,
+    missed: u64,
+    stale: u64,
+    foreign: u64,
+    state_hash: u64,
+    interrupted: bool,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        poses: &'a [ToolPose],
+        ports: &'a Ports<ToolForce, ToolPose>,
+        wait: Wait,
+    ) -> Result<Self> {
+        let mut forces = Vec::new();
+        // Writing every element now keeps page faults out of the loop.
+        forces.resize(poses.len(), ToolForce::default());
+        forces.clear();
+        let mut sent_ns = vec![u64::MAX; poses.len()];
+        sent_ns.clear();
+        Ok(Self {
+            poses,
+            ports,
+            waiter: Waiter::new(wait, ROUND_TRIP_GUESS_NS),
+            start_ns: now_ns() + LOOK_NS,
+            sent_ns,
+            answered: vec![false; poses.len()],
+            forces,
+            round_trip: Latencies::new()?,
+            send_late: Latencies::new()?,
+            missed: 0,
+            stale: 0,
+            foreign: 0,
+            state_hash: 0,
+            interrupted: false,
+        })
+    }
+
+    fn play(&mut self) -> Result<()> {
+        for index in 0..self.poses.len() {
+            let scheduled_ns = self.scheduled_ns(index);
+            self.receive_until(scheduled_ns, |_| false);
+            if interrupt::asked() {
+                self.interrupted = true;
+                return Ok(());
+            }
+            self.send(index, scheduled_ns)?;
+        }
+        Ok(())
+    }
+
+    fn scheduled_ns(&self, index: usize) -> u64 {
+        self.start_ns + index as u64 * PERIOD_NS
+    }
+
+    fn send(&mut self, index: usize, scheduled_ns: u64) -> Result<()> {
+        let send_ns = now_ns();
+        let pose = self.poses[index];
+        self.ports.publisher.send_copy(pose).map_err(|why| {
+            Error::check(format!(
+                "cannot send the pose of tick {} ({why:?}); restart chaincell serve",
+                pose.tick
+            ))
+        })?;
+        self.ports.ring.ring();
+        self.sent_ns.push(send_ns);
+        self.send_late.record(send_ns.saturating_sub(scheduled_ns));
+        self.waiter.expect_after(send_ns);
+        Ok(())
+    }
+
+    /// Takes answers until a moment, or until there is nothing more to wait for.
+    fn receive_until(&mut self, moment_ns: u64, done: impl Fn(&Self) -> bool) {
+        while !done(self) {
+            if self.receive() {
+                continue;
+            }
+            if now_ns() >= moment_ns {
+                return;
+            }
+            self.waiter.pause(moment_ns, &self.ports.wake);
+        }
+    }
+
+    fn receive(&mut self) -> bool {
+        match self.ports.subscriber.receive() {
+            Ok(Some(sample)) => {
+                self.on_answer(*sample, now_ns());
+                true
+            }
+            // A connection that fails shows as a missing answer.
+            Ok(None) | Err(_) => false,
+        }
+    }
+
+    fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
+        if Flags(force.flags).contains(Flags::STALE) {
+            self.stale += 1;
+            return;
+        }
+        let found = self.poses.binary_search_by_key(&force.tick, |pose| pose.tick);
+        let Some((index, sent_ns)) = found
+            .ok()
+            .filter(|index| !self.answered[*index])
+            .and_then(|index| Some((index, *self.sent_ns.get(index)?)))
+        else {
+            self.foreign += 1;
+            return;
+        };
+        self.answered[index] = true;
+        let round_trip_ns = arrival_ns.saturating_sub(sent_ns);
+        self.waiter.arrived(arrival_ns, round_trip_ns);
+        if self.forces.len() + 1 < self.sent_ns.len() {
+            self.waiter.expect_after(arrival_ns);
+        }
+        self.round_trip.record(round_trip_ns);
+        if arrival_ns > self.scheduled_ns(index) + DEADLINE_NS {
+            self.missed += 1;
+        }
+        if force.state_hash != 0 {
+            self.state_hash = force.state_hash;
+        }
+        self.forces.push(force);
+    }
+
+    fn linger(&mut self) {
+        let end_ns = now_ns() + LINGER_NS;
+        self.receive_until(end_ns, |run| run.forces.len() == run.sent_ns.len());
+    }
+
+    fn finish(self, refused: Vec<String>) -> ControlRun {
+        ControlRun {
+            report: ControlReport {
+                ticks_sent: self.sent_ns.len() as u64,
+                ticks_answered: self.forces.len() as u64,
+                missed_deadlines: self.missed,
+                stale_answers: self.stale,
+                foreign_answers: self.foreign,
+                round_trip_ns: self.round_trip.summary(),
+                send_late_ns: self.send_late.summary(),
+                state_hash: match self.state_hash {
+                    0 => String::new(),
+                    hash => format!("{hash:016x}"),
+                },
+                interrupted: self.interrupted,
+                refused,
+            },
+            forces: self.forces,
+        }
+    }
+}

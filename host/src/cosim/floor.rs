@@ -1,0 +1,100 @@
+//! What the machine itself costs: the same waits and the same loops, without a tissue.
+
+use serde::{Deserialize, Serialize};
+
+use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns};
+use super::control::{ControlOptions, control};
+use super::histogram::{Latencies, Summary};
+use super::payload::ToolPose;
+use super::realtime::{self, Role};
+use super::record::Recorder;
+use super::serve::{ServeOptions, Server};
+use super::services::Domain;
+use super::tissue::NoTissue;
+use super::wait::{Wait, Waiter};
+use crate::error::{Error, Result};
+use crate::interrupt;
+
+/// Longest wait of either side for the other [s].
+const MEET_S: f64 = 5.0;
+
+/// The machine's floor in one wait mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Floor {
+    /// How late an empty 1 kHz loop wakes up [ns].
+    pub floor_wakeup_ns: Summary,
+    /// Round trip through `serve` and `control` with no tissue behind them [ns].
+    pub floor_round_trip_ns: Summary,
+}
+
+/// Measures both floors, `ticks` ticks of 1 ms each.
+pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Floor> {
+    let wakeup = in_thread(move || wakeup(wait, realtime, ticks))?;
+    let round_trip = round_trip(wait, realtime, ticks, domain)?;
+    Ok(Floor { floor_wakeup_ns: wakeup.summary(), floor_round_trip_ns: round_trip })
+}
+
+/// How late the controller's wait reaches each tick of an empty 1 kHz loop.
+fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
+    if realtime {
+        realtime::ask(Role::Control, wait);
+    }
+    let mut late = Latencies::new()?;
+    let waiter = Waiter::new(wait, PERIOD_NS);
+    let start_ns = now_ns() + MILLISECOND_NS;
+    for tick in 0..u64::from(ticks) {
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        let moment_ns = start_ns + tick * PERIOD_NS;
+        waiter.until(moment_ns);
+        late.record(now_ns() - moment_ns);
+    }
+    Ok(late)
+}
+
+/// Server and controller as two threads, each with a node of its own, connected as two processes
+/// are.
+fn round_trip(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Summary> {
+    let scene = Some(super::orchestra::unique_scene("floor"));
+    let serve_options = ServeOptions {
+        scene: scene.clone(),
+        domain: domain.clone(),
+        wait,
+        hash_every: 0,
+        ticks: Some(u64::from(ticks)),
+        seconds: Some(2.0 * MEET_S + f64::from(ticks) / 1000.0),
+        realtime,
+        ..ServeOptions::default()
+    };
+    let control_options = ControlOptions {
+        scene,
+        domain: domain.clone(),
+        wait,
+        wait_for_server_s: MEET_S,
+        realtime,
+        ..ControlOptions::default()
+    };
+    let server = std::thread::spawn(move || {
+        Server::open(&serve_options)?.run(&mut NoTissue, &mut Recorder::default())
+    });
+    let poses: Vec<ToolPose> =
+        (0..u64::from(ticks)).map(|tick| ToolPose { tick, ..ToolPose::default() }).collect();
+    let run = in_thread(move || control(&poses, &control_options));
+    join(server)?;
+    let report = run?.report;
+    if report.interrupted {
+        return Err(Error::Interrupted);
+    }
+    Ok(report.round_trip_ns)
+}
+
+/// Runs in a thread of its own, so that its privileges end with it.
+fn in_thread<R: Send + 'static>(work: impl FnOnce() -> Result<R> + Send + 'static) -> Result<R> {
+    join(std::thread::spawn(work))
+}
+
+fn join<R>(thread: std::thread::JoinHandle<Result<R>>) -> Result<R> {
+    let ended = thread.join();
+    ended.unwrap_or_else(|_| Err(Error::check("a measuring thread of the machine's floor failed")))
+}

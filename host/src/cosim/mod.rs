@@ -1,0 +1,30 @@
+//! Co-simulation: the tissue in one process, the controller in another, iceoryx2 between them.
+//!
+//! ```text
+//! control  --ToolPose-->  chaincell/pose   -->  serve -> tissue
+//! control  <--ToolForce-- chaincell/force  <--  serve
+//! ```
+//!
+//! - [`serve`](mod@serve): each accepted pose is one tick and one answer, in order of arrival.
+//! - [`control`](mod@control): sends poses on an absolute 1 kHz schedule and times the answers.
+//! - [`orchestra`]: both as child processes, with their reports collected.
+//! - [`floor`]: what the machine itself costs, measured with the same loops and no tissue.
+//! - [`motion`]: the built-in press.
+//! - [`payload`], [`names`], [`services`]: what goes over shared memory, and under which names.
+//! - [`wait`], [`realtime`], [`clock`], [`histogram`]: waiting, privileges, time, latencies.
+
+pub mod clock;
+pub mod control;
+pub mod floor;
+pub mod histogram;
+pub mod motion;
+pub mod names;
+pub mod orchestra;
+pub mod payload;
+pub mod peers;
+pub mod realtime;
+pub mod record;
+pub mod serve;
+pub mod services;
+pub mod tissue;
+pub mod wait;

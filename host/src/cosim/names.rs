@@ -1,0 +1,100 @@
+//! Scene names and the service names made of them.
+
+use iceoryx2::prelude::ServiceName;
+
+use crate::error::{Error, Result};
+
+/// Longest scene name [bytes].
+pub const SCENE_BYTES_MAX: usize = 64;
+
+/// The last parts of service names, which therefore can't name a scene.
+const RESERVED: [&str; 4] = ["state", "command", "pose", "force"];
+
+/// The services of one scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneNames {
+    /// Poses from the controller to the tissue, and the event that announces them.
+    pub pose: ServiceName,
+    /// Answers from the tissue to the controller, and the event that announces them.
+    pub force: ServiceName,
+    /// What a message calls the scene.
+    pub label: String,
+}
+
+impl SceneNames {
+    /// Names of the unnamed scene (`None`) or of a scene that `--scene` names.
+    pub fn new(scene: Option<&str>) -> Result<Self> {
+        let (prefix, label) = match scene {
+            None => ("chaincell".to_owned(), "the unnamed scene".to_owned()),
+            Some(name) => {
+                check(name)?;
+                (format!("chaincell/{name}"), format!("scene {name}"))
+            }
+        };
+        Ok(Self {
+            pose: service(&format!("{prefix}/pose"), scene)?,
+            force: service(&format!("{prefix}/force"), scene)?,
+            label,
+        })
+    }
+}
+
+fn check(name: &str) -> Result<()> {
+    let fault = if name.is_empty() {
+        "is empty"
+    } else if name.len() > SCENE_BYTES_MAX {
+        "is longer than 64 bytes"
+    } else if name.contains(['/', '\\']) {
+        "contains a slash"
+    } else if RESERVED.contains(&name) {
+        "is the name of a service"
+    } else if !name.bytes().all(|byte| byte.is_ascii_graphic()) {
+        "contains a space, a control character or a letter outside ASCII"
+    } else {
+        return Ok(());
+    };
+    Err(refusal(name, fault))
+}
+
+fn refusal(name: &str, fault: &str) -> Error {
+    let shown: String = name.escape_debug().take(SCENE_BYTES_MAX).collect();
+    Error::input(format!(
+        "--scene \"{shown}\" {fault}; give 1 to {SCENE_BYTES_MAX} letters, digits, '-', '_' or \
+         '.', for instance --scene left-hand"
+    ))
+}
+
+fn service(name: &str, scene: Option<&str>) -> Result<ServiceName> {
+    ServiceName::new(name)
+        .map_err(|why| refusal(scene.unwrap_or_default(), &format!("is refused ({why})")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn services_carry_the_scene() {
+        let unnamed = SceneNames::new(None).unwrap();
+        assert_eq!(unnamed.pose.as_str(), "chaincell/pose");
+        assert_eq!(unnamed.force.as_str(), "chaincell/force");
+        let named = SceneNames::new(Some("left-hand")).unwrap();
+        assert_eq!(named.pose.as_str(), "chaincell/left-hand/pose");
+        assert_eq!(named.force.as_str(), "chaincell/left-hand/force");
+        assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());
+    }
+
+    #[test]
+    fn refusals_name_the_option_and_the_remedy() {
+        let long = "x".repeat(SCENE_BYTES_MAX + 1);
+        let bad =
+            ["", &long, "a/b", "a\\b", "pose", "force", "state", "command", "a\nb", "a b", "käfer"];
+        for name in bad {
+            let error = SceneNames::new(Some(name)).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{name:?}");
+            let text = error.to_string();
+            assert!(text.contains("--scene") && text.contains("give 1 to 64"), "{text}");
+            assert!(!text.contains('\n'), "{text}");
+        }
+    }
+}

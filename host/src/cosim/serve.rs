@@ -1,0 +1,388 @@
+//! The tissue's side: driven by poses, one tick and one answer for each.
+
+use iceoryx2::identifiers::{UniqueNodeId, UniquePublisherId};
+use iceoryx2::port::update_connections::UpdateConnections;
+use serde::{Deserialize, Serialize};
+
+use chaincell_kernel::sample::{Flags, ToolSample};
+
+use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, span_ns};
+use super::histogram::{Latencies, Summary};
+use super::payload::{ToolForce, ToolPose};
+use super::peers::{Call, PeerCost, PeerWatch};
+use super::realtime::{self, Role};
+use super::record::Recorder;
+use super::services::{Domain, Ports, Scene};
+use super::tissue::TissueEngine;
+use super::wait::{Wait, Waiter};
+use crate::error::Result;
+use crate::{interrupt, terminal};
+
+/// Longest pause between looks at Ctrl-C and at the end of the run [ns].
+const LOOK_NS: u64 = 5 * MILLISECOND_NS;
+/// Span between looks whether the publisher in charge is still alive [ns].
+const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
+
+/// How to serve a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServeOptions {
+    /// Name of the scene, `None` for the unnamed one.
+    pub scene: Option<String>,
+    /// Where iceoryx2 keeps its files.
+    pub domain: Domain,
+    /// How to wait for poses.
+    pub wait: Wait,
+    /// Silence after which force 0 is published once, 0 for never [ms].
+    pub watchdog_ms: u32,
+    /// A state hash every this many ticks; 0 leaves it to the end of the run.
+    pub hash_every: u64,
+    /// Ends after this many executed ticks.
+    pub ticks: Option<u64>,
+    /// Ends after this long [s].
+    pub seconds: Option<f64>,
+    /// Whether to ask for real-time privileges.
+    pub realtime: bool,
+    /// Whether to end when the process that started this one has ended.
+    pub ends_with_parent: bool,
+}
+
+impl Default for ServeOptions {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            domain: Domain::default(),
+            wait: Wait::default(),
+            watchdog_ms: 20,
+            hash_every: 1,
+            ticks: None,
+            seconds: None,
+            realtime: true,
+            ends_with_parent: false,
+        }
+    }
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ending {
+    /// All ticks were executed.
+    Ticks,
+    /// The time was up.
+    Seconds,
+    /// The user asked to stop.
+    Interrupt,
+}
+
+/// What happened while serving.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ServeReport {
+    /// Poses that were executed and answered.
+    pub ticks_executed: u64,
+    /// Poses whose tick was not above the publisher's last one: not executed.
+    pub poses_repeated: u64,
+    /// Poses of a second publisher while the first was alive: not executed.
+    pub poses_refused: u64,
+    /// Publishers that poses were accepted from.
+    pub publishers: u64,
+    /// Answers that shared memory did not take.
+    pub sends_failed: u64,
+    /// Times the watchdog published force 0.
+    pub watchdog_fired: u64,
+    /// Executed ticks kept in the recorder.
+    pub ticks_recorded: u64,
+    /// Executed ticks that found the recorder full.
+    pub ticks_unrecorded: u64,
+    /// Time of a tick [ns].
+    pub step_ns: Summary,
+    /// Cost of peers that joined and left.
+    pub peers: PeerCost,
+    /// Hash of the final state, 16 lower-case hexadecimal digits.
+    pub state_hash: String,
+    /// Why the run ended.
+    pub ended_by: Ending,
+    /// Privileges that were refused, with the reason.
+    pub refused: Vec<String>,
+}
+
+/// A scene whose services exist and that is ready for poses.
+#[derive(Debug)]
+pub struct Server {
+    options: ServeOptions,
+    scene: Scene,
+    ports: Ports<ToolPose, ToolForce>,
+}
+
+/// Serves a scene until its end, after printing `ready`.
+pub fn serve(
+    engine: &mut dyn TissueEngine,
+    options: &ServeOptions,
+    recorder: &mut Recorder,
+) -> Result<ServeReport> {
+    let server = Server::open(options)?;
+    terminal::say("ready")?;
+    server.run(engine, recorder)
+}
+
+impl Server {
+    /// Opens the scene's services; refused while another server is alive on the scene.
+    pub fn open(options: &ServeOptions) -> Result<Self> {
+        if options.ends_with_parent {
+            realtime::end_with_parent()?;
+        }
+        let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
+        let ports = scene.serve_ports(options.wait == Wait::Event)?;
+        Ok(Self { options: options.clone(), scene, ports })
+    }
+
+    /// Serves until the end of the run. Allocates nothing of its own from the first pose on.
+    pub fn run(
+        &self,
+        engine: &mut dyn TissueEngine,
+        recorder: &mut Recorder,
+    ) -> Result<ServeReport> {
+        let refused = if self.options.realtime {
+            realtime::ask(Role::Serve, self.options.wait)
+        } else {
+            Vec::new()
+        };
+        let mut run = Run::new(self, engine, recorder)?;
+        let ended_by = run.until_the_end();
+        Ok(run.report(ended_by, refused))
+    }
+}
+
+/// The publisher whose poses are executed.
+#[derive(Debug, Clone, Copy)]
+struct InCharge {
+    id: UniquePublisherId,
+    last_tick: u64,
+}
+
+struct Run<'a> {
+    server: &'a Server,
+    engine: &'a mut dyn TissueEngine,
+    recorder: &'a mut Recorder,
+    waiter: Waiter,
+    peers: PeerWatch,
+    step: Latencies,
+    in_charge: Option<InCharge>,
+    alive_until_ns: u64,
+    last_pose_ns: u64,
+    answer: Option<ToolForce>,
+    stale: bool,
+    end_ns: u64,
+    publishers: u64,
+    executed: u64,
+    repeated: u64,
+    refused: u64,
+    failed: u64,
+    fired: u64,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        server: &'a Server,
+        engine: &'a mut dyn TissueEngine,
+        recorder: &'a mut Recorder,
+    ) -> Result<Self> {
+        let start_ns = now_ns();
+        let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
+        waiter.expect_after(start_ns);
+        Ok(Self {
+            server,
+            engine,
+            recorder,
+            waiter,
+            peers: PeerWatch::new(server.scene.ports_count()),
+            step: Latencies::new()?,
+            in_charge: None,
+            alive_until_ns: 0,
+            last_pose_ns: start_ns,
+            answer: None,
+            stale: false,
+            end_ns: match server.options.seconds {
+                Some(seconds) => start_ns.saturating_add(span_ns(seconds)),
+                None => u64::MAX,
+            },
+            publishers: 0,
+            executed: 0,
+            repeated: 0,
+            refused: 0,
+            failed: 0,
+            fired: 0,
+        })
+    }
+
+    fn until_the_end(&mut self) -> Ending {
+        loop {
+            if self.server.options.ticks.is_some_and(|ticks| self.executed >= ticks) {
+                return Ending::Ticks;
+            }
+            if interrupt::asked() {
+                return Ending::Interrupt;
+            }
+            if let Some((pose, publisher)) = self.receive() {
+                self.on_pose(pose, publisher);
+                continue;
+            }
+            let now_ns = now_ns();
+            if now_ns >= self.end_ns {
+                return Ending::Seconds;
+            }
+            self.watch(now_ns);
+            self.connect_peers();
+            let deadline_ns = (now_ns + LOOK_NS).min(self.end_ns);
+            self.waiter.pause(deadline_ns, &self.server.ports.wake);
+        }
+    }
+
+    fn receive(&mut self) -> Option<(ToolPose, UniquePublisherId)> {
+        let (server, failed) = (self.server, &mut self.failed);
+        self.peers.timed(
+            || server.scene.ports_count(),
+            || match server.ports.subscriber.receive() {
+                Ok(Some(sample)) => {
+                    let pose = (*sample, sample.header().publisher_id());
+                    (Call::Receive, Some(pose))
+                }
+                Ok(None) => (Call::Idle, None),
+                Err(why) => {
+                    complain(failed, "cannot receive a pose", why);
+                    (Call::Idle, None)
+                }
+            },
+        )
+    }
+
+    /// Connects new readers while no pose waits, so that no answer pays for it.
+    fn connect_peers(&mut self) {
+        let server = self.server;
+        self.peers.timed(
+            || server.scene.ports_count(),
+            || {
+                // A failure shows again, and is counted, when the next answer is sent.
+                let _ = server.ports.publisher.update_connections();
+                (Call::Idle, ())
+            },
+        );
+    }
+
+    fn on_pose(&mut self, pose: ToolPose, publisher: UniquePublisherId) {
+        let arrival_ns = now_ns();
+        let in_charge = self.in_charge;
+        match in_charge {
+            Some(known) if known.id == publisher => {
+                if pose.tick <= known.last_tick {
+                    complain(&mut self.repeated, "tick not above the last one", pose.tick);
+                    return;
+                }
+            }
+            Some(known) if self.is_in_charge(known.id, arrival_ns) => {
+                complain(&mut self.refused, "a second publisher sends poses", publisher.value());
+                return;
+            }
+            _ => self.publishers += 1,
+        }
+        self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
+        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.last_pose_ns));
+        self.waiter.expect_after(arrival_ns);
+        self.last_pose_ns = arrival_ns;
+        self.stale = false;
+        self.execute(pose);
+    }
+
+    fn execute(&mut self, pose: ToolPose) {
+        let sample = ToolSample::from(pose);
+        let start_ns = now_ns();
+        let output = self.engine.tick(&sample);
+        let step_ns = now_ns() - start_ns;
+        self.executed += 1;
+        let every = self.server.options.hash_every;
+        let hashed = every != 0 && self.executed.is_multiple_of(every);
+        let force = ToolForce {
+            tick: pose.tick,
+            force_n: output.force_n.into(),
+            energy_j: output.energy_j,
+            contacts: output.contacts,
+            flags: output.flags.0,
+            step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
+            reserved: 0,
+            state_hash: if hashed { self.engine.state_hash() } else { 0 },
+        };
+        self.send(force);
+        self.step.record(step_ns);
+        self.recorder.record(pose, force);
+        self.answer = Some(force);
+    }
+
+    fn send(&mut self, force: ToolForce) {
+        let (server, failed) = (self.server, &mut self.failed);
+        self.peers.timed(
+            || server.scene.ports_count(),
+            || {
+                if let Err(why) = server.ports.publisher.send_copy(force) {
+                    complain(failed, "cannot send an answer", why);
+                }
+                (Call::Send, ())
+            },
+        );
+        server.ports.ring.ring();
+    }
+
+    /// Publishes force 0 once when poses stop coming. The tissue stays as it is.
+    fn watch(&mut self, now_ns: u64) {
+        let limit_ns = u64::from(self.server.options.watchdog_ms) * MILLISECOND_NS;
+        let Some(last) = self.answer else { return };
+        if self.stale || limit_ns == 0 || now_ns - self.last_pose_ns < limit_ns {
+            return;
+        }
+        self.stale = true;
+        self.fired += 1;
+        let mut flags = Flags(last.flags);
+        flags.insert(Flags::STALE);
+        flags.insert(Flags::SAFE_STATE);
+        self.send(ToolForce { force_n: [0.0; 3], flags: flags.0, step_ns: 0, ..last });
+    }
+
+    fn is_in_charge(&mut self, id: UniquePublisherId, now_ns: u64) -> bool {
+        let Some(node) = self.server.scene.pose_publisher_node(id) else {
+            return false;
+        };
+        if now_ns < self.alive_until_ns {
+            return true;
+        }
+        self.alive_until_ns = now_ns + ALIVE_CHECK_NS;
+        self.node_is_alive(node)
+    }
+
+    fn node_is_alive(&self, node: UniqueNodeId) -> bool {
+        self.server.scene.is_alive(node)
+    }
+
+    fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
+        ServeReport {
+            ticks_executed: self.executed,
+            poses_repeated: self.repeated,
+            poses_refused: self.refused,
+            publishers: self.publishers,
+            sends_failed: self.failed,
+            watchdog_fired: self.fired,
+            ticks_recorded: self.recorder.rows().len() as u64,
+            ticks_unrecorded: self.recorder.left_out_ticks(),
+            step_ns: self.step.summary(),
+            peers: self.peers.cost(),
+            state_hash: format!("{:016x}", self.engine.state_hash()),
+            ended_by,
+            refused,
+        }
+    }
+}
+
+/// Counts a fault, and logs the 1st, 2nd, 4th, 8th.. so that a flood stays readable.
+fn complain(count: &mut u64, what: &str, detail: impl std::fmt::Debug) {
+    *count += 1;
+    if count.is_power_of_two() {
+        log::warn!("{what}: {detail:?} (time {count})");
+    }
+}

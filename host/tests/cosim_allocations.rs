@@ -1,0 +1,114 @@
+//! The serving loop allocates nothing of its own; what iceoryx2 allocates is counted.
+
+#![allow(unsafe_code, reason = "counting allocations means being the allocator")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use chaincell_host::cosim::control::{ControlOptions, control};
+use chaincell_host::cosim::orchestra::unique_scene;
+use chaincell_host::cosim::payload::ToolPose;
+use chaincell_host::cosim::record::Recorder;
+use chaincell_host::cosim::serve::{ServeOptions, Server};
+use chaincell_host::cosim::services::Domain;
+use chaincell_host::cosim::tissue::TissueEngine;
+use chaincell_kernel::sample::{Flags, TickOutput, ToolSample};
+use nalgebra::Vector3;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+    static BYTES: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts what each thread asks for.
+struct Counting;
+
+// SAFETY: every call is passed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        BYTES.set(BYTES.get() + layout.size() as u64);
+        // SAFETY: the caller's promises about the layout hold here too.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from the system's allocator with this layout.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Ticks before counting: the controller's connection is made in the first ones.
+const WARM_UP_TICKS: u64 = 50;
+/// Ticks that are counted.
+const COUNTED_TICKS: u64 = 500;
+/// What iceoryx2 allocates for each sample that is sent.
+const BYTES_PER_SEND: u64 = 48;
+
+/// Reads the counters of the thread that ticks it.
+#[derive(Default)]
+struct Counter {
+    ticks: u64,
+    start: (u64, u64),
+    end: (u64, u64),
+}
+
+impl TissueEngine for Counter {
+    fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
+        self.ticks += 1;
+        let now = (COUNT.get(), BYTES.get());
+        if self.ticks == WARM_UP_TICKS {
+            self.start = now;
+        }
+        self.end = now;
+        TickOutput {
+            force_n: Vector3::zeros(),
+            energy_j: 0.0,
+            contacts: 0,
+            flags: Flags::default(),
+        }
+    }
+
+    fn state_hash(&mut self) -> u64 {
+        self.ticks
+    }
+}
+
+#[test]
+fn one_small_allocation_of_iceoryx2_a_tick_and_none_of_ours() {
+    let root = tempfile::tempdir().unwrap();
+    let options = ServeOptions {
+        scene: Some(unique_scene("test")),
+        domain: Domain { prefix: None, root: Some(root.path().to_owned()) },
+        ticks: Some(WARM_UP_TICKS + COUNTED_TICKS),
+        seconds: Some(20.0),
+        watchdog_ms: 0,
+        realtime: false,
+        ..ServeOptions::default()
+    };
+    let control_options = ControlOptions {
+        scene: options.scene.clone(),
+        domain: options.domain.clone(),
+        realtime: false,
+        ..ControlOptions::default()
+    };
+    let server = std::thread::spawn(move || {
+        let mut counter = Counter::default();
+        let mut recorder = Recorder::with_capacity(1000);
+        let server = Server::open(&options).unwrap();
+        server.run(&mut counter, &mut recorder).unwrap();
+        counter
+    });
+    let poses: Vec<ToolPose> = (0..WARM_UP_TICKS + COUNTED_TICKS)
+        .map(|tick| ToolPose { tick, ..ToolPose::default() })
+        .collect();
+    control(&poses, &control_options).unwrap();
+    let counter = server.join().unwrap();
+    let count = counter.end.0 - counter.start.0;
+    let bytes = counter.end.1 - counter.start.1;
+    assert_eq!(counter.ticks, WARM_UP_TICKS + COUNTED_TICKS);
+    assert_eq!((count, bytes), (COUNTED_TICKS, COUNTED_TICKS * BYTES_PER_SEND));
+}
