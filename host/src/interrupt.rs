@@ -1,5 +1,6 @@
 //! Ctrl-C and termination: a flag that long work looks at, so that results so far are written.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, Result};
@@ -16,8 +17,20 @@ pub fn install() -> Result<()> {
     .map_err(|why| Error::check(format!("cannot catch Ctrl-C: {why}")))
 }
 
+thread_local! {
+    static IGNORED: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Whether the user asked to stop.
 #[must_use]
 pub fn asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    ASKED.load(Ordering::Relaxed) && !IGNORED.get()
+}
+
+/// Does `work` to its end even though the user asked to stop: the check of what was done so far.
+pub fn ignoring<T>(work: impl FnOnce() -> T) -> T {
+    IGNORED.set(true);
+    let done = work();
+    IGNORED.set(false);
+    done
 }

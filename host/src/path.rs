@@ -53,9 +53,12 @@ fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<ToolPos
                 )));
             }
         } else if poses.len() == ROWS_MAX {
-            return Err(Error::input(format!("{name}:{line}: more than {ROWS_MAX} rows: split it")));
+            return Err(Error::input(format!(
+                "{name}:{line}: more than {ROWS_MAX} rows: split it"
+            )));
         } else {
-            let pose = pose(row, rules).map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
+            let pose =
+                pose(row, rules).map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
             follows(poses.last(), &pose, rules)
                 .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
             poses.push(pose);
@@ -73,9 +76,8 @@ fn pose(row: &str, rules: Rules) -> std::result::Result<ToolPose, String> {
     let &[tick, x, y, z, engaged] = fields.as_slice() else {
         return Err(format!("{} fields; a row has 5: {HEADER}", fields.len()));
     };
-    let tick = tick
-        .parse()
-        .map_err(|_| format!("field tick `{tick}`: must be a whole number from 0"))?;
+    let tick =
+        tick.parse().map_err(|_| format!("field tick `{tick}`: must be a whole number from 0"))?;
     let coordinate = |name: &str, text: &str| -> std::result::Result<f32, String> {
         let value: f32 =
             text.parse().map_err(|_| format!("field {name} `{text}`: must be a number [m]"))?;

@@ -25,6 +25,7 @@ pub struct Model<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u16; 3]],
     pub(crate) tetrahedra: &'a [[u16; 4]],
+    pub(crate) notes: &'a [u8],
     pub(crate) dimension: u32,
     pub(crate) unit_m: f32,
     pub(crate) centre_m: [f32; 3],
@@ -81,6 +82,7 @@ impl<'a> Model<'a> {
             normals,
             triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
+            notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
             dimension: word(params::DIMENSION),
             unit_m: real(params::UNIT_M),
             centre_m: [0, 1, 2].map(|axis| real(params::CENTRE_M + axis)),
@@ -233,6 +235,12 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn tetrahedra(&self) -> &'a [[u16; 4]] {
         self.tetrahedra
+    }
+
+    /// What the host noted at the bake; empty where it noted nothing.
+    #[must_use]
+    pub fn notes(&self) -> &'a [u8] {
+        self.notes
     }
 
     /// Input id of each cell.

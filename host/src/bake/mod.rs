@@ -2,6 +2,7 @@
 //! bands and weights, the bounds that the kernel's proofs need.
 
 mod image;
+mod notes;
 mod order;
 
 use chaincell_kernel::Model;
@@ -9,6 +10,7 @@ use chaincell_kernel::link::rest_length;
 
 pub use image::ImageBytes;
 use image::Sections;
+pub use notes::Notes;
 
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, vertex_normals};
@@ -304,6 +306,7 @@ fn surface(sections: &mut Sections, mesh: &Mesh, body: &Body, lean: bool) {
     if lean {
         return;
     }
+    sections.push(kind::NOTES, &Notes::of(mesh).to_bytes());
     let cells_of =
         |ids: &[u32]| -> Vec<u16> { ids.iter().map(|&id| body.cell_of[id as usize]).collect() };
     if !mesh.triangles.is_empty() {

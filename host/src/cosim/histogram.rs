@@ -32,6 +32,22 @@ pub struct Summary {
     pub max: u64,
 }
 
+impl Summary {
+    /// The percentiles in a line [us].
+    #[must_use]
+    pub fn in_us(&self) -> String {
+        let us = |ns: u64| ns as f64 * 1e-3;
+        format!(
+            "p50 {:8.1}  p99 {:8.1}  p99.9 {:8.1}  p99.99 {:8.1}  max {:8.1} us",
+            us(self.p50),
+            us(self.p99),
+            us(self.p999),
+            us(self.p9999),
+            us(self.max)
+        )
+    }
+}
+
 impl Latencies {
     /// An empty set, with all the memory it will ever need.
     pub fn new() -> Result<Self> {

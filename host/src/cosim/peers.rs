@@ -19,6 +19,14 @@ pub struct PeerCost {
     pub send_ns_max: u64,
 }
 
+impl PeerCost {
+    /// The longest of all calls in which a change was noticed [ns].
+    #[must_use]
+    pub fn longest_ns(&self) -> u64 {
+        self.idle_ns_max.max(self.receive_ns_max).max(self.send_ns_max)
+    }
+}
+
 /// Watches the number of ports around calls that may connect or disconnect peers.
 #[derive(Debug)]
 pub(crate) struct PeerWatch {

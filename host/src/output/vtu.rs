@@ -78,7 +78,8 @@ fn vectors(text: &mut String, name: &str, values: impl Iterator<Item = [f64; 3]>
 }
 
 fn integers(text: &mut String, name: &str, values: impl Iterator<Item = u32>) {
-    let _ = writeln!(text, "<DataArray type=\"UInt32\" Name=\"{name}\" format=\"ascii\">");
+    let kind = if name == "types" { "UInt8" } else { "UInt32" };
+    let _ = writeln!(text, "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">");
     for (at, value) in values.enumerate() {
         let _ = write!(text, "{value}{}", if at % 16 == 15 { '\n' } else { ' ' });
     }

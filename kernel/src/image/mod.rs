@@ -78,6 +78,8 @@ pub mod kind {
     pub const TRIANGLES: u32 = 16;
     /// Optional, for display: tetrahedra ([u16; 4]).
     pub const TETRAHEDRA: u32 = 17;
+    /// Optional: what the host wants to remember, opaque to the kernel (bytes).
+    pub const NOTES: u32 = 18;
 }
 
 /// Word indices of the `PARAMS` section.

@@ -1,0 +1,153 @@
+//! `chaincell bake`: from a mesh to a model image.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::model_file;
+use super::reports::ModelReport;
+use crate::bake::{BakeOptions, PerCell, bake};
+use crate::error::{Error, Result};
+use crate::mesh::{self, Mesh, MeshOptions};
+use crate::{output, terminal};
+
+/// Bake a mesh into a model image that the kernel reads in place.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  chaincell bake liver.msh -o liver.chaincell \
+    --fix file:liver.sets.json#fixed --alpha 0.05")]
+pub struct Args {
+    /// A Gmsh .msh file (2.2 or 4.1 ASCII, first-order tetrahedra), plane:NXxNYxD (nodes along x
+    /// and y, spacing in m), box:NXxNYxNZxD, or organ[:CELLS], a generated liver-like body
+    mesh: String,
+    /// Model file to write
+    #[arg(short, long, value_name = "MODEL")]
+    output: PathBuf,
+    #[command(flatten)]
+    body: BodyArgs,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What the body is made of; shared by `bake` and by `cosim` without a model.
+#[derive(Debug, Clone, clap::Args)]
+pub struct BodyArgs {
+    /// Half-width of the links' band in rest lengths, in [0, 1): the slack of the tissue; a number,
+    /// or file:PATH with one value per node
+    #[arg(long, default_value = "0", value_name = "ALPHA", allow_negative_numbers = true)]
+    alpha: String,
+    /// Stiffness of a link [N/m]; a number, or file:PATH with one value per node
+    #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
+    stiffness_n_per_m: String,
+    /// Nodes held for ever: ids, nodes:0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1,
+    /// group:NAME, border, or none [default: border of a plane, bottom of a box, back of the
+    /// organ, none of a file]
+    #[arg(long, value_name = "SELECTOR")]
+    fix: Option<String>,
+    /// Link both diagonals of each square of a plane
+    #[arg(long)]
+    diagonals: bool,
+    /// Unit of a mesh file's coordinates
+    #[arg(long, value_enum, default_value_t = Units::M)]
+    units: Units,
+    /// Leave nodes without a link out; the others keep their numbers
+    #[arg(long)]
+    drop_unused: bool,
+    /// Accept a body of several unconnected parts
+    #[arg(long)]
+    allow_parts: bool,
+    /// Saturation K: largest coordinate of a cell from the body's centre [m]
+    /// [default: 4 times the largest at rest]
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    k_m: Option<f64>,
+    /// Cell resistance R_x
+    #[arg(long, default_value_t = 1.0, value_name = "R", allow_negative_numbers = true)]
+    r_x: f64,
+    /// Cell capacitance C
+    #[arg(long, default_value_t = 1.0, value_name = "C", allow_negative_numbers = true)]
+    capacitance: f64,
+    /// Largest energy a tool may load into the body [J] [default: eight cells of the largest
+    /// valence pulled at once by the body's width]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    energy_max_j: Option<f64>,
+    /// Leave out what only selectors and pictures need: groups, triangles, tetrahedra
+    #[arg(long)]
+    lean: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Units {
+    M,
+    Mm,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let (mesh, image) = args.body.bake(&args.mesh)?;
+    output::write_whole(&args.output, image.as_bytes())?;
+    let model = model_file::parse(&image, &args.output)?;
+    let report = ModelReport::new(&model, image.as_bytes().len());
+    if args.json {
+        return terminal::say(report.json()?);
+    }
+    if model.fixed().is_empty() {
+        terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
+    }
+    if mesh.flat_tetrahedra > 0 {
+        terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
+    }
+    terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
+    if !mesh.tetrahedra.is_empty() {
+        terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
+    }
+    report.print()
+}
+
+impl BodyArgs {
+    /// Reads or generates the mesh and bakes it.
+    pub fn bake(&self, spec: &str) -> Result<(Mesh, crate::bake::ImageBytes)> {
+        let options = MeshOptions {
+            unit_m: if self.units == Units::Mm { 0.001 } else { 1.0 },
+            diagonals: self.diagonals,
+            drop_unused: self.drop_unused,
+            allow_parts: self.allow_parts,
+        };
+        let mesh = mesh::load(spec, &options)?;
+        let fixed = match self.fix.as_deref() {
+            None => mesh.default_fixed.clone(),
+            Some("none") => Vec::new(),
+            Some(text) => mesh::select(text, &mesh.nodes_m, &mesh.groups, &mesh.border, "--fix")?,
+        };
+        let options = BakeOptions {
+            alpha: per_cell("--alpha", &self.alpha)?,
+            stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m)?,
+            saturation_m: self.k_m,
+            resistance: self.r_x,
+            capacitance: self.capacitance,
+            energy_max_j: self.energy_max_j,
+            lean: self.lean,
+        };
+        let image = bake(&mesh, &fixed, &options)?;
+        Ok((mesh, image))
+    }
+}
+
+/// A number, or one a node from a file (JSON array, or separated by white space or commas).
+fn per_cell(option: &str, text: &str) -> Result<PerCell> {
+    let number = |token: &str, place: &str| {
+        token.parse::<f64>().map_err(|_| {
+            Error::input(format!("{option}{place}: `{token}` is no number; give one, or file:PATH"))
+        })
+    };
+    let Some(path) = text.strip_prefix("file:") else {
+        return number(text, "").map(PerCell::Uniform);
+    };
+    let content = std::fs::read_to_string(path)
+        .map_err(|why| Error::file(&format!("read {option}"), Path::new(path), why))?;
+    let tokens = content
+        .split(|c: char| c.is_whitespace() || matches!(c, ',' | '[' | ']'))
+        .filter(|token| !token.is_empty());
+    let values: Result<Vec<f64>> = (tokens.enumerate())
+        .map(|(at, token)| number(token, &format!(" {path}, value {at}")))
+        .collect();
+    values.map(PerCell::Each)
+}

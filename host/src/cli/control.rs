@@ -1,0 +1,137 @@
+//! `chaincell control`: the controller's process of a co-simulation.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use super::session::LoopArgs;
+use crate::cosim::control::{ControlOptions, ControlReport, control};
+use crate::cosim::motion::Press;
+use crate::cosim::payload::ToolPose;
+use crate::error::{Error, Result};
+use crate::path::{self, Rules};
+use crate::terminal;
+
+/// Send tool poses at 1 kHz to a served scene and time its answers.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  chaincell control --scene left --path press.csv\n  \
+    chaincell control --motion press --touch-m 0,0,0.05 --direction=0,0,-1 --depth-m 0.01")]
+pub struct Args {
+    #[command(flatten)]
+    common: LoopArgs,
+    /// Path of tool positions (CSV), one row a millisecond
+    #[arg(long, value_name = "PATH.csv", conflicts_with = "motion")]
+    path: Option<PathBuf>,
+    /// Built-in motion: approach, minimum-jerk press, hold with an 8 to 12 Hz tremor, retreat
+    #[arg(long, value_enum, default_value_t)]
+    motion: Motion,
+    /// Point where the press touches, x,y,z [m]
+    #[arg(long, default_value = "0,0,0", value_name = "X,Y,Z", value_parser = vector,
+        allow_hyphen_values = true)]
+    touch_m: Vector,
+    /// Direction of the press
+    #[arg(long, default_value = "0,0,-1", value_name = "X,Y,Z", value_parser = vector,
+        allow_hyphen_values = true)]
+    direction: Vector,
+    /// Depth of the press [m]
+    #[arg(long, default_value_t = 0.01, value_name = "D", allow_negative_numbers = true)]
+    depth_m: f64,
+    /// Length of the press [s]
+    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
+    seconds: f64,
+    /// Longest wait for a server [s]
+    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
+    wait_for_server_s: f64,
+    /// Print the report as one JSON object, the last line
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum Motion {
+    /// Approach, press, hold, retreat
+    #[default]
+    Press,
+}
+
+/// Three coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Vector([f64; 3]);
+
+fn vector(text: &str) -> std::result::Result<Vector, String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    let three = numbers.and_then(|numbers| numbers.try_into().ok());
+    three.map(Vector).ok_or_else(|| "give three finite numbers, x,y,z".to_owned())
+}
+
+/// Ticks in a number of seconds.
+///
+/// # Errors
+/// Less than one tick, more than a day, or no number.
+pub fn ticks(seconds: f64) -> Result<u64> {
+    if seconds.is_finite() && (0.02..=86_400.0).contains(&seconds) {
+        Ok((seconds * 1000.0).round() as u64)
+    } else {
+        Err(Error::input(format!("--seconds {seconds}: must be from 0.02 to 86400")))
+    }
+}
+
+impl Args {
+    fn poses(&self) -> Result<Vec<ToolPose>> {
+        match &self.path {
+            Some(file) => path::read(file, Rules::Strict),
+            None => {
+                let ticks = ticks(self.seconds)?;
+                Press::new(self.touch_m.0, self.direction.0, self.depth_m, ticks)
+                    .map(|press| press.poses())
+            }
+        }
+    }
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    if !(args.wait_for_server_s.is_finite() && args.wait_for_server_s >= 0.0) {
+        return Err(Error::input(format!(
+            "--wait-for-server-s {}: must be 0 or more",
+            args.wait_for_server_s
+        )));
+    }
+    let poses = args.poses()?;
+    let options = ControlOptions {
+        scene: args.common.scene.clone(),
+        wait: args.common.wait,
+        realtime: !args.common.no_realtime,
+        ends_with_parent: args.common.ends_with_parent,
+        wait_for_server_s: args.wait_for_server_s,
+        ..ControlOptions::default()
+    };
+    let report = control(&poses, &options)?.report;
+    print(args, &report)?;
+    if report.interrupted {
+        Err(Error::Interrupted)
+    } else if report.ticks_answered < report.ticks_sent {
+        Err(Error::check(format!(
+            "{} of {} poses were answered",
+            report.ticks_answered, report.ticks_sent
+        )))
+    } else {
+        Ok(())
+    }
+}
+
+fn print(args: &Args, report: &ControlReport) -> Result<()> {
+    if args.json {
+        return terminal::say(serde_json::to_string(report).map_err(Error::check)?);
+    }
+    for refused in &report.refused {
+        terminal::note(format_args!("note: {refused}"));
+    }
+    terminal::say(format_args!(
+        "{} poses sent, {} answered, {} later than 1 ms",
+        report.ticks_sent, report.ticks_answered, report.missed_deadlines
+    ))?;
+    terminal::say(format_args!("  round trip  {}", report.round_trip_ns.in_us()))?;
+    terminal::say(format_args!("  sent late   {}", report.send_late_ns.in_us()))?;
+    terminal::say(format_args!("  state hash  {}", report.state_hash))
+}

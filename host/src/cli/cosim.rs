@@ -1,0 +1,211 @@
+//! `chaincell cosim`: the main job, both processes side by side and the replay that checks them.
+
+use std::path::{Path, PathBuf};
+
+use chaincell_kernel::Model;
+use serde::Serialize;
+
+use super::control::ticks;
+use super::model_file;
+use super::run::play;
+use super::scene::{SceneArgs, SceneReport};
+use super::session::{self, Files, LoopArgs, Session};
+use crate::bake::{BakeOptions, ImageBytes, bake};
+use crate::cosim::histogram::Summary;
+use crate::cosim::peers::PeerCost;
+use crate::error::{Error, Result};
+use crate::mesh::{self, MeshOptions};
+use crate::output::{self, Folder};
+use crate::path::{self, Rules};
+use crate::{interrupt, terminal};
+
+/// Run tissue and controller as two processes at 1 kHz, then replay what was received.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  chaincell cosim\n  \
+    chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n\n\
+    Exit code 0 when every tick was answered and the replay gave the same state hash, else 1.")]
+pub struct Args {
+    /// Model file from `chaincell bake` [default: the generated organ]
+    model: Option<PathBuf>,
+    /// Length of the press [s]
+    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
+    seconds: f64,
+    /// Depth of the press [m] [default: 3 mean link lengths]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    depth_m: Option<f64>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    common: LoopArgs,
+    /// Folder for the model, the poses as received, the forces and a summary
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite the results of an earlier run in --out
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is printed and written to summary.json.
+#[derive(Debug, Serialize)]
+struct CosimSummary {
+    cells: usize,
+    links: usize,
+    ticks_sent: u64,
+    ticks_answered: u64,
+    missed_deadlines: u64,
+    step_ns: Summary,
+    round_trip_ns: Summary,
+    floor_wakeup_ns: Summary,
+    floor_round_trip_ns: Summary,
+    send_late_ns: Summary,
+    peers: PeerCost,
+    state_hash: String,
+    replay_state_hash: String,
+    interrupted: bool,
+    refused: Vec<String>,
+    #[serde(flatten)]
+    scene: SceneReport,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let ticks = ticks(args.seconds)?;
+    let scratch = tempfile::tempdir()
+        .map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))?;
+    let (image, model_path) = match &args.model {
+        Some(path) => (model_file::read(path)?, path.clone()),
+        None => (organ()?, scratch.path().join("organ.chaincell")),
+    };
+    let model = model_file::parse(&image, &model_path)?;
+    let engine = args.scene.engine(model)?;
+    let poses = session::press(&engine, args.depth_m, ticks)?;
+    let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
+    let folder = Folder::open(&out, args.force)?;
+    if args.model.is_none() {
+        output::write_whole(&model_path, image.as_bytes())?;
+    }
+    if !args.json {
+        terminal::say(format_args!(
+            "{}: {}, {} s at 1 kHz",
+            args.model.as_ref().map_or("organ".into(), |path| path.display().to_string()),
+            session::describe(&model),
+            args.seconds
+        ))?;
+    }
+    let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
+    let session = session::run(&files, &poses, &args.scene, &args.common)?;
+    let replay_state_hash = replay(args, model, &folder.file("path.csv"))?;
+    let summary = summary(args, model, session, replay_state_hash)?;
+    folder.write_json("summary.json", &summary)?;
+    print(args, &summary)?;
+    judge(&summary)
+}
+
+/// The default body, baked.
+fn organ() -> Result<ImageBytes> {
+    let mesh = mesh::load("organ", &MeshOptions::default())?;
+    bake(&mesh, &mesh.default_fixed, &BakeOptions::default())
+}
+
+/// State hash after the poses as received, played once more without shared memory.
+fn replay(args: &Args, model: Model<'_>, received: &Path) -> Result<String> {
+    let mut engine = args.scene.engine(model)?;
+    let nothing_received =
+        std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
+    if !nothing_received {
+        let poses = path::read(received, Rules::Recorded)?;
+        // An interrupted session is short and checked like any other.
+        interrupt::ignoring(|| play(&mut engine, &poses, |_, _| Ok(())))?;
+    }
+    Ok(format!("{:016x}", engine.state_hash()))
+}
+
+fn summary(
+    args: &Args,
+    model: Model<'_>,
+    session: Session,
+    replay_state_hash: String,
+) -> Result<CosimSummary> {
+    let Session { reports, floor } = session;
+    let (serve, control) = (reports.serve, reports.control);
+    let mut refused = serve.refused;
+    refused.extend(control.refused);
+    refused.sort();
+    refused.dedup();
+    Ok(CosimSummary {
+        cells: model.cells(),
+        links: model.links(),
+        ticks_sent: control.ticks_sent,
+        ticks_answered: control.ticks_answered,
+        missed_deadlines: control.missed_deadlines,
+        step_ns: serve.step_ns,
+        round_trip_ns: control.round_trip_ns,
+        floor_wakeup_ns: floor.floor_wakeup_ns,
+        floor_round_trip_ns: floor.floor_round_trip_ns,
+        send_late_ns: control.send_late_ns,
+        peers: serve.peers,
+        state_hash: serve.state_hash,
+        replay_state_hash,
+        interrupted: reports.interrupted,
+        refused,
+        scene: args.scene.report(&args.scene.engine(model)?),
+    })
+}
+
+fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
+    if args.json {
+        return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
+    }
+    for refused in &summary.refused {
+        terminal::note(format_args!("note: {refused} (not needed, worst cases get longer)"));
+    }
+    terminal::say(format_args!(
+        "{} of {} ticks answered, {} later than 1 ms after the scheduled send",
+        summary.ticks_answered, summary.ticks_sent, summary.missed_deadlines
+    ))?;
+    for (name, figures) in [
+        ("kernel step", &summary.step_ns),
+        ("round trip", &summary.round_trip_ns),
+        ("floor: round trip", &summary.floor_round_trip_ns),
+        ("floor: wake-up", &summary.floor_wakeup_ns),
+    ] {
+        terminal::say(format_args!("  {name:<18}{}", figures.in_us()))?;
+    }
+    terminal::say(format_args!(
+        "  {:<18}{} joined, {} left; longest call meanwhile {:.1} us",
+        "peers",
+        summary.peers.joins,
+        summary.peers.leaves,
+        summary.peers.longest_ns() as f64 * 1e-3
+    ))?;
+    let verdict =
+        if summary.state_hash == summary.replay_state_hash { "the same" } else { "OTHER" };
+    terminal::say(format_args!(
+        "  {:<18}{}, replayed {} ({verdict})",
+        "state hash", summary.state_hash, summary.replay_state_hash
+    ))?;
+    match &args.out {
+        Some(out) => terminal::say(format_args!("  {:<18}{}", "results", out.display())),
+        None => Ok(()),
+    }
+}
+
+fn judge(summary: &CosimSummary) -> Result<()> {
+    if summary.state_hash != summary.replay_state_hash {
+        Err(Error::check(format!(
+            "the replay gave state hash {}, the session {}",
+            summary.replay_state_hash, summary.state_hash
+        )))
+    } else if summary.interrupted {
+        Err(Error::Interrupted)
+    } else if summary.ticks_answered != summary.ticks_sent {
+        Err(Error::check(format!(
+            "{} of {} ticks were answered",
+            summary.ticks_answered, summary.ticks_sent
+        )))
+    } else {
+        Ok(())
+    }
+}

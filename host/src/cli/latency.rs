@@ -1,0 +1,119 @@
+//! `chaincell latency`: how long a step takes at worst, alone and in the loop.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::control::ticks;
+use super::model_file;
+use super::run::play;
+use super::scene::SceneArgs;
+use super::session::{self, Files, LoopArgs};
+use crate::cosim::histogram::Summary;
+use crate::error::{Error, Result};
+use crate::{interrupt, terminal};
+
+/// Measure the worst-case step latency of a model, alone and over shared memory.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  chaincell latency liver.chaincell --sweeps 2 --wait spin\n\n\
+    The step alone runs without a pause; the loop runs at 1 kHz in two processes. The floor is the\n\
+    machine's own, in the same wait mode, just before.")]
+pub struct Args {
+    /// Model file from `chaincell bake`
+    model: PathBuf,
+    /// Length of each measurement [s]
+    #[arg(long, default_value_t = 5.0, value_name = "S", allow_negative_numbers = true)]
+    seconds: f64,
+    /// Depth of the press [m] [default: 3 mean link lengths]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    depth_m: Option<f64>,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    common: LoopArgs,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct LatencySummary {
+    cells: usize,
+    links: usize,
+    sweeps_per_tick: u16,
+    ticks: u64,
+    step_alone_ns: Summary,
+    step_ns: Summary,
+    round_trip_ns: Summary,
+    floor_wakeup_ns: Summary,
+    floor_round_trip_ns: Summary,
+    ticks_answered: u64,
+    missed_deadlines: u64,
+    refused: Vec<String>,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let ticks = ticks(args.seconds)?;
+    let image = model_file::read(&args.model)?;
+    let model = model_file::parse(&image, &args.model)?;
+    let mut engine = args.scene.engine(model)?;
+    let poses = session::press(&engine, args.depth_m, ticks)?;
+    let alone = play(&mut engine, &poses, |_, _| Ok(()))?;
+    if interrupt::asked() {
+        return Err(Error::Interrupted);
+    }
+    let scratch = tempfile::tempdir()
+        .map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))?;
+    let files = Files { model: &args.model, scratch: scratch.path(), out: None };
+    let session = session::run(&files, &poses, &args.scene, &args.common)?;
+    let (serve, control) = (session.reports.serve, session.reports.control);
+    let summary = LatencySummary {
+        cells: model.cells(),
+        links: model.links(),
+        sweeps_per_tick: args.scene.sweeps,
+        ticks: control.ticks_sent,
+        step_alone_ns: alone.step.summary(),
+        step_ns: serve.step_ns,
+        round_trip_ns: control.round_trip_ns,
+        floor_wakeup_ns: session.floor.floor_wakeup_ns,
+        floor_round_trip_ns: session.floor.floor_round_trip_ns,
+        ticks_answered: control.ticks_answered,
+        missed_deadlines: control.missed_deadlines,
+        refused: serve.refused,
+    };
+    print(args, &summary)?;
+    if session.reports.interrupted {
+        Err(Error::Interrupted)
+    } else if summary.ticks_answered != summary.ticks {
+        Err(Error::check(format!("{} of {} ticks answered", summary.ticks_answered, summary.ticks)))
+    } else {
+        Ok(())
+    }
+}
+
+fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
+    if args.json {
+        return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
+    }
+    for refused in &summary.refused {
+        terminal::note(format_args!("note: {refused} (not needed, worst cases get longer)"));
+    }
+    terminal::say(format_args!(
+        "{} cells, {} links, {} sweeps a tick, {} ticks, {} answers later than 1 ms",
+        summary.cells,
+        summary.links,
+        summary.sweeps_per_tick,
+        summary.ticks,
+        summary.missed_deadlines
+    ))?;
+    for (name, figures) in [
+        ("step alone", &summary.step_alone_ns),
+        ("step in the loop", &summary.step_ns),
+        ("round trip", &summary.round_trip_ns),
+        ("floor: round trip", &summary.floor_round_trip_ns),
+        ("floor: wake-up", &summary.floor_wakeup_ns),
+    ] {
+        terminal::say(format_args!("  {name:<18}{}", figures.in_us()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! What commands print about a model, as a table or as JSON.
+
+use chaincell_kernel::contact::Contact;
+use chaincell_kernel::{Dynamics, Euler, Head, Model, Track, array_bytes};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::terminal;
+
+/// Contact cells that the RAM figures allow for, the default of the kernel's `Tissue`.
+const CONTACTS: usize = 64;
+
+/// Figures of a model.
+#[derive(Debug, Serialize)]
+pub struct ModelReport {
+    cells: usize,
+    links: usize,
+    fixed: usize,
+    surface: usize,
+    valence_min: usize,
+    valence_mean: f64,
+    valence_max: usize,
+    dimension: u32,
+    parts: u32,
+    step_bound: f32,
+    alpha: f32,
+    alpha_varies: bool,
+    stiffness_n_per_m: f32,
+    stiffness_varies: bool,
+    mean_link_m: f32,
+    centre_m: [f32; 3],
+    k_m: f32,
+    r_x: f32,
+    capacitance: f32,
+    energy_max_j: f32,
+    image_bytes: usize,
+    ram_bytes: usize,
+    ram_bytes_euler: usize,
+    checksum: String,
+}
+
+impl ModelReport {
+    /// Reads the figures off a model of `image_bytes` bytes.
+    pub fn new(model: &Model<'_>, image_bytes: usize) -> Self {
+        let valence = |cell| model.neighbours(cell).count();
+        let valences = || (0..model.cells()).map(valence);
+        Self {
+            cells: model.cells(),
+            links: model.links(),
+            fixed: model.fixed().len(),
+            surface: model.surface().len(),
+            valence_min: valences().min().unwrap_or(0),
+            valence_mean: 2.0 * model.links() as f64 / model.cells() as f64,
+            valence_max: valences().max().unwrap_or(0),
+            dimension: model.dimension(),
+            parts: model.parts(),
+            step_bound: model.step_max(),
+            alpha: model.alpha(),
+            alpha_varies: model.alpha_varies(),
+            stiffness_n_per_m: model.stiffness_n_per_m(),
+            stiffness_varies: model.weight_varies(),
+            mean_link_m: model.unit_m(),
+            centre_m: model.centre_m(),
+            k_m: model.saturation() * model.unit_m(),
+            r_x: model.resistance(),
+            capacitance: model.capacitance(),
+            energy_max_j: model.energy_max() * model.energy_unit_j(),
+            image_bytes,
+            ram_bytes: ram_bytes::<Track>(model.cells()),
+            ram_bytes_euler: ram_bytes::<Euler>(model.cells()),
+            checksum: format!("{:08x}", model.checksum()),
+        }
+    }
+
+    /// One JSON object.
+    pub fn json(&self) -> Result<String> {
+        serde_json::to_string(self).map_err(Error::check)
+    }
+
+    /// A table on standard output.
+    pub fn print(&self) -> Result<()> {
+        let row = |name: &str, value: String| terminal::say(format_args!("  {name:<14}{value}"));
+        let varies = |varies: bool| if varies { " (mean; stored per link)" } else { "" };
+        row(
+            "cells",
+            format!("{}, {} fixed, {} on the surface", self.cells, self.fixed, self.surface),
+        )?;
+        row("links", self.links.to_string())?;
+        row(
+            "valence",
+            format!("{} to {}, mean {:.1}", self.valence_min, self.valence_max, self.valence_mean),
+        )?;
+        row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
+        row("mean link", format!("{:.4e} m", self.mean_link_m))?;
+        row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
+        row(
+            "stiffness",
+            format!("{} N/m{}", self.stiffness_n_per_m, varies(self.stiffness_varies)),
+        )?;
+        row("saturation", format!("{:.4} m from the centre", self.k_m))?;
+        row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
+        row("energy bound", format!("{:.4} J", self.energy_max_j))?;
+        row("flash", format!("{} bytes", self.image_bytes))?;
+        row(
+            "RAM",
+            format!("{} bytes (track), {} bytes (euler)", self.ram_bytes, self.ram_bytes_euler),
+        )?;
+        row("checksum", self.checksum.clone())
+    }
+}
+
+/// RAM of a tissue with room for a model's cells and the default number of contacts [bytes].
+fn ram_bytes<D: Dynamics>(cells: usize) -> usize {
+    const { assert!(size_of::<Contact>() == 16) };
+    size_of::<Head<D>>().next_multiple_of(16) + array_bytes::<D>(cells, CONTACTS.min(cells))
+}

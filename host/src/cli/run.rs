@@ -1,0 +1,183 @@
+//! `chaincell run`: a path offline, deterministic, without shared memory.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use chaincell_kernel::ToolSample;
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::model_file;
+use super::scene::{SceneArgs, SceneReport};
+use crate::cosim::histogram::{Latencies, Summary};
+use crate::cosim::payload::ToolPose;
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+use crate::output::{Answer, Folder, cells_csv, force_csv, vtu};
+use crate::path::{self, Rules};
+use crate::{interrupt, terminal};
+
+/// Run a path of tool positions offline and write forces, positions and a summary.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  chaincell run liver.chaincell --path press.csv --out press \
+    --contact cells:file:liver.sets.json#patch --snapshot-ticks 100,200\n\n\
+    A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
+    --out gets force.csv, cells_final.csv, cells_<tick>.csv, final.vtu and summary.json.")]
+pub struct Args {
+    /// Model file from `chaincell bake`
+    model: PathBuf,
+    /// Path of tool positions (CSV)
+    #[arg(long, value_name = "PATH.csv")]
+    path: PathBuf,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Overwrite the results of an earlier run in --out
+    #[arg(long)]
+    force: bool,
+    /// Also write the positions after these ticks
+    #[arg(long, value_name = "TICKS", value_delimiter = ',')]
+    snapshot_ticks: Vec<u64>,
+    /// Replay a recorded session, lost and bad poses included, by the rules of `serve`
+    #[arg(long)]
+    recorded: bool,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// summary.json
+#[derive(Debug, Serialize)]
+struct RunSummary {
+    cells: usize,
+    links: usize,
+    ticks: u64,
+    state_hash: String,
+    step_ns: Summary,
+    ram_bytes: usize,
+    poses_repeated: u64,
+    recorded: bool,
+    snapshot_ticks: Vec<u64>,
+    interrupted: bool,
+    #[serde(flatten)]
+    scene: SceneReport,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let image = model_file::read(&args.model)?;
+    let model = model_file::parse(&image, &args.model)?;
+    let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
+    let poses = path::read(&args.path, rules)?;
+    check_snapshots(&args.snapshot_ticks, &poses)?;
+    let mut engine = args.scene.engine(model)?;
+    let folder = Folder::open(&args.out, args.force)?;
+    let played = play(&mut engine, &poses, |tick, engine| {
+        if args.snapshot_ticks.contains(&tick) {
+            let text = cells_csv(&engine.positions_m(), model.input_id());
+            folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
+        }
+        Ok(())
+    })?;
+    let positions_m = engine.positions_m();
+    folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
+    folder.write("cells_final.csv", cells_csv(&positions_m, model.input_id()).as_bytes())?;
+    folder.write("final.vtu", vtu(&model, &positions_m, engine.contacts()).as_bytes())?;
+    let summary = RunSummary {
+        cells: model.cells(),
+        links: model.links(),
+        ticks: played.answers.len() as u64,
+        state_hash: format!("{:016x}", engine.state_hash()),
+        step_ns: played.step.summary(),
+        ram_bytes: engine.ram_bytes(),
+        poses_repeated: played.poses_repeated,
+        recorded: args.recorded,
+        snapshot_ticks: args.snapshot_ticks.clone(),
+        interrupted: interrupt::asked(),
+        scene: args.scene.report(&engine),
+    };
+    folder.write_json("summary.json", &summary)?;
+    report(args, &summary, &played)?;
+    if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+fn check_snapshots(ticks: &[u64], poses: &[ToolPose]) -> Result<()> {
+    let (first, last) = (poses.first().map_or(0, |p| p.tick), poses.last().map_or(0, |p| p.tick));
+    match ticks.iter().find(|&&tick| !poses.iter().any(|pose| pose.tick == tick)) {
+        None => Ok(()),
+        Some(tick) => Err(Error::input(format!(
+            "--snapshot-ticks {tick}: the path has the ticks {first} to {last}"
+        ))),
+    }
+}
+
+/// What a path played through an engine gave.
+pub struct Played {
+    /// One answer a tick that was executed.
+    pub answers: Vec<Answer>,
+    /// Time of each tick.
+    pub step: Latencies,
+    /// Poses whose tick was not above the last one: not executed.
+    pub poses_repeated: u64,
+}
+
+/// Plays poses through an engine as `serve` would, `after` being called behind each tick.
+/// Ends early, with what it has, when the user asks to stop.
+pub fn play(
+    engine: &mut Engine<'_>,
+    poses: &[ToolPose],
+    mut after: impl FnMut(u64, &mut Engine<'_>) -> Result<()>,
+) -> Result<Played> {
+    let mut played = Played {
+        answers: Vec::with_capacity(poses.len()),
+        step: Latencies::new()?,
+        poses_repeated: 0,
+    };
+    let progress = terminal::progress(poses.len() as u64, "run");
+    let mut last = None;
+    for pose in poses {
+        if interrupt::asked() {
+            break;
+        }
+        progress.inc(1);
+        if last.is_some_and(|last| pose.tick <= last) {
+            played.poses_repeated += 1;
+            continue;
+        }
+        last = Some(pose.tick);
+        let sample =
+            ToolSample { position_m: Vector3::from(pose.position_m), engaged: pose.engaged };
+        let start = Instant::now();
+        let output = engine.tick(&sample);
+        let span = start.elapsed();
+        played.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
+        played.answers.push(Answer { tick: pose.tick, output });
+        after(pose.tick, engine)?;
+    }
+    progress.finish_and_clear();
+    Ok(played)
+}
+
+fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
+    if args.json {
+        return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
+    }
+    let peak =
+        played.answers.iter().map(|a| a.output.force_n.norm_squared().sqrt()).fold(0.0, f32::max);
+    let step = &summary.step_ns;
+    terminal::say(format_args!(
+        "{} ticks, {} cells, {} links",
+        summary.ticks, summary.cells, summary.links
+    ))?;
+    terminal::say(format_args!("  {:<14}{peak:.4} N", "largest force"))?;
+    terminal::say(format_args!(
+        "  {:<14}p50 {:.1} us, p99 {:.1} us, max {:.1} us",
+        "step",
+        step.p50 as f64 * 1e-3,
+        step.p99 as f64 * 1e-3,
+        step.max as f64 * 1e-3
+    ))?;
+    terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
+    terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
+}

@@ -1,0 +1,227 @@
+//! Arguments that say how a model is run, shared by `run`, `serve`, `cosim` and `latency`.
+
+use std::ffi::OsString;
+
+use chaincell_kernel::{Model, Network, Settings, SettingsError, Unloading};
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::bake::Notes;
+use crate::engine::{Engine, Scheme, to_m};
+use crate::error::{Error, Result};
+use crate::mesh;
+
+/// Contact, dynamics and limits.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SceneArgs {
+    /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
+    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours
+    #[arg(long, default_value = "auto", value_name = "CONTACT")]
+    pub contact: String,
+    /// Scheme: track follows the equilibrium, euler is the paper's own, for relaxation in time
+    #[arg(long, value_enum, default_value_t)]
+    pub dynamics: Scheme,
+    /// Step of euler a sweep, dimensionless time [default: 0.9 of the model's bound]
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    pub step: Option<f32>,
+    /// Sweeps a tick
+    #[arg(long, default_value_t = 4, value_name = "N")]
+    pub sweeps: u16,
+    /// Largest motion of the contact cells a tick [m] [default: one mean link length]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    pub max_tool_step_m: Option<f32>,
+    /// When the links' bands close to their rest lengths
+    #[arg(long, value_enum, default_value_t)]
+    pub unloading: UnloadingArg,
+    /// Largest force; a larger one is shortened and flagged [N] [default: no limit]
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    pub max_force_n: Option<f32>,
+}
+
+/// `--unloading`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum UnloadingArg {
+    /// Never
+    Off,
+    /// From release until the tool takes hold again
+    #[default]
+    Release,
+    /// Also while the tool has come back from its deepest point
+    Retreat,
+}
+
+/// Every parameter in force, for summaries.
+#[derive(Debug, Clone, Serialize)]
+pub struct SceneReport {
+    dynamics: Scheme,
+    sweeps_per_tick: u16,
+    step: f32,
+    step_bound: f32,
+    max_tool_step_m: f32,
+    unloading: UnloadingArg,
+    max_force_n: Option<f32>,
+    contact_nodes: Vec<u32>,
+    alpha: f32,
+    alpha_varies: bool,
+    stiffness_n_per_m: f32,
+    stiffness_varies: bool,
+    k_m: f32,
+    r_x: f32,
+    capacitance: f32,
+    energy_max_j: f32,
+    mean_link_m: f32,
+    model_checksum: String,
+}
+
+impl SceneArgs {
+    /// The engine for a model.
+    pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
+        let defaults = Settings::for_model(&model);
+        let settings = Settings {
+            sweeps: self.sweeps,
+            step: self.step.unwrap_or(defaults.step),
+            max_tool_step_m: self.max_tool_step_m.unwrap_or(defaults.max_tool_step_m),
+            unloading: match self.unloading {
+                UnloadingArg::Off => Unloading::Off,
+                UnloadingArg::Release => Unloading::Release,
+                UnloadingArg::Retreat => Unloading::Retreat,
+            },
+            max_force_n: self.max_force_n.unwrap_or(f32::INFINITY),
+        };
+        let network = Network::new(model, settings).map_err(|why| self.refuse(why))?;
+        if self.max_force_n.is_some_and(f32::is_infinite) {
+            return Err(self.refuse(SettingsError::MaxForce));
+        }
+        Engine::new(network, self.dynamics, &self.contacts(&model)?)
+    }
+
+    fn refuse(&self, why: SettingsError) -> Error {
+        let show = |value: Option<f32>| value.map_or(String::new(), |value| format!(" {value}"));
+        Error::input(match why {
+            SettingsError::Sweeps => format!("--sweeps {}: must be at least 1", self.sweeps),
+            SettingsError::Step { max } => format!(
+                "--step{}: must be above 0 and at most {max}, the model's proven bound",
+                show(self.step)
+            ),
+            SettingsError::MaxToolStep => format!(
+                "--max-tool-step-m{}: must be above 0 and finite",
+                show(self.max_tool_step_m)
+            ),
+            SettingsError::MaxForce => {
+                format!("--max-force-n{}: must be above 0 and finite", show(self.max_force_n))
+            }
+        })
+    }
+
+    /// Contact cells, ascending.
+    fn contacts(&self, model: &Model<'_>) -> Result<Vec<u16>> {
+        if self.contact == "auto" {
+            return automatic(model);
+        }
+        let selector = self.contact.strip_prefix("cells:").unwrap_or(&self.contact);
+        if selector.starts_with("probe:") {
+            return Err(Error::input(format!(
+                "--contact {}: probes are not supported; name cells with cells:SELECTOR",
+                self.contact
+            )));
+        }
+        let mut cell_of = vec![None; model.input_nodes() as usize];
+        let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
+        for (cell, &id) in model.input_id().iter().enumerate() {
+            cell_of[id as usize] = Some(cell as u16);
+            nodes_m[id as usize] = to_m(model, model.rest_position(cell));
+        }
+        let notes = Notes::read(model);
+        let nodes = mesh::select(selector, &nodes_m, &notes.groups, &notes.border, "--contact")?;
+        let cells: Result<Vec<u16>> = nodes
+            .iter()
+            .map(|&node| {
+                let cell = cell_of.get(node as usize).copied().flatten();
+                cell.ok_or_else(|| {
+                    Error::input(format!("--contact: node {node} is no cell of the model"))
+                })
+            })
+            .collect();
+        let mut cells = cells?;
+        cells.sort_unstable();
+        Ok(cells)
+    }
+
+    /// The same arguments for a child process.
+    pub fn to_args(&self) -> Vec<OsString> {
+        let mut args = vec![format!("--contact={}", self.contact)];
+        let name = |value: Option<clap::builder::PossibleValue>| {
+            value.map_or(String::new(), |value| value.get_name().to_owned())
+        };
+        args.push(format!("--dynamics={}", name(self.dynamics.to_possible_value())));
+        args.push(format!("--sweeps={}", self.sweeps));
+        args.push(format!("--unloading={}", name(self.unloading.to_possible_value())));
+        for (option, value) in [
+            ("--step", self.step),
+            ("--max-tool-step-m", self.max_tool_step_m),
+            ("--max-force-n", self.max_force_n),
+        ] {
+            args.extend(value.map(|value| format!("{option}={value}")));
+        }
+        args.into_iter().map(OsString::from).collect()
+    }
+
+    /// Every parameter in force.
+    pub fn report(&self, engine: &Engine<'_>) -> SceneReport {
+        let (model, settings) = (engine.network().model(), engine.network().settings());
+        let mut contact_nodes: Vec<u32> =
+            engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
+        contact_nodes.sort_unstable();
+        SceneReport {
+            dynamics: self.dynamics,
+            sweeps_per_tick: settings.sweeps,
+            step: settings.step,
+            step_bound: model.step_max(),
+            max_tool_step_m: settings.max_tool_step_m,
+            unloading: self.unloading,
+            max_force_n: self.max_force_n,
+            contact_nodes,
+            alpha: model.alpha(),
+            alpha_varies: model.alpha_varies(),
+            stiffness_n_per_m: model.stiffness_n_per_m(),
+            stiffness_varies: model.weight_varies(),
+            k_m: model.saturation() * model.unit_m(),
+            r_x: model.resistance(),
+            capacitance: model.capacitance(),
+            energy_max_j: model.energy_max() * model.energy_unit_j(),
+            mean_link_m: model.unit_m(),
+            model_checksum: format!("{:08x}", model.checksum()),
+        }
+    }
+}
+
+/// The free surface cell farthest from the fixed cells (from the centre where none is fixed),
+/// with its free surface neighbours; any free cell where the model names no surface.
+fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
+    let all: Vec<u16> = (0..model.cells() as u16).collect();
+    let surface = if model.surface().is_empty() { &all } else { model.surface() };
+    let at = |cell: u16| model.rest_position(cell.into());
+    let squared = |a: [f32; 3], b: [f32; 3]| -> f32 {
+        (0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum()
+    };
+    let clearance = |cell: u16| {
+        let nearest = model.fixed().iter().map(|&fixed| squared(at(cell), at(fixed)));
+        nearest.reduce(f32::min).unwrap_or_else(|| squared(at(cell), [0.0; 3]))
+    };
+    let free = |cell: &u16| !model.is_fixed(*cell) && model.neighbours((*cell).into()).count() > 0;
+    let farthest = surface
+        .iter()
+        .copied()
+        .filter(free)
+        .max_by(|&a, &b| clearance(a).total_cmp(&clearance(b)).then(b.cmp(&a)))
+        .ok_or_else(|| {
+            Error::input("--contact auto: every cell is fixed; bake with fewer fixed cells")
+        })?;
+    let neighbours = model.neighbours(farthest.into()).map(|(_, other)| other as u16);
+    let on_surface = |cell: &u16| surface.binary_search(cell).is_ok();
+    let mut cells: Vec<u16> = neighbours.filter(|cell| on_surface(cell) && free(cell)).collect();
+    cells.push(farthest);
+    cells.sort_unstable();
+    Ok(cells)
+}

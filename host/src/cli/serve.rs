@@ -1,0 +1,156 @@
+//! `chaincell serve`: the tissue's process of a co-simulation.
+
+use std::path::PathBuf;
+
+use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::model_file;
+use super::scene::{SceneArgs, SceneReport};
+use super::session::LoopArgs;
+use crate::cosim::payload::ToolForce;
+use crate::cosim::record::Recorder;
+use crate::cosim::serve::{Ending, ServeOptions, ServeReport, serve};
+use crate::cosim::tissue::TissueEngine;
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+use crate::output::{Answer, Folder, force_csv};
+use crate::{path, terminal};
+
+/// Ticks that are recorded unless the run's length is known: ten minutes.
+const RECORD_TICKS: usize = 600_000;
+
+/// Serve a model over shared memory: each pose is one tick and one answer.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  chaincell serve liver.chaincell --scene left\n\n\
+    Prints `ready` once chaincell/left/pose and chaincell/left/force exist; ends on Ctrl-C.")]
+pub struct Args {
+    /// Model file from `chaincell bake`
+    model: PathBuf,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    common: LoopArgs,
+    /// Silence after which force 0 is published once, 0 for never [ms]
+    #[arg(long, default_value_t = 20, value_name = "MS")]
+    watchdog_ms: u32,
+    /// Send the state hash with every so many ticks; 0 for none but the last
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    hash_every: u64,
+    /// End after so many ticks
+    #[arg(long, value_name = "N")]
+    ticks: Option<u64>,
+    /// End after so many seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// Folder for the model, the poses as received, the forces and a summary
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite the results of an earlier run in --out
+    #[arg(long)]
+    force: bool,
+    /// Ticks kept for --out [default: --ticks, or ten minutes]
+    #[arg(long, value_name = "N")]
+    record_ticks: Option<usize>,
+    /// Print the report as one JSON object, the last line
+    #[arg(long)]
+    json: bool,
+}
+
+/// summary.json
+#[derive(Debug, Serialize)]
+struct ServeSummary<'a> {
+    cells: usize,
+    links: usize,
+    #[serde(flatten)]
+    report: &'a ServeReport,
+    #[serde(flatten)]
+    scene: SceneReport,
+}
+
+impl TissueEngine for Engine<'_> {
+    fn tick(&mut self, sample: &ToolSample) -> TickOutput {
+        Engine::tick(self, sample)
+    }
+
+    fn state_hash(&mut self) -> u64 {
+        Engine::state_hash(self)
+    }
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    if let Some(seconds) = args.seconds.filter(|&s| !(s.is_finite() && s > 0.0)) {
+        return Err(Error::input(format!("--seconds {seconds}: must be above 0 and finite")));
+    }
+    let image = model_file::read(&args.model)?;
+    let model = model_file::parse(&image, &args.model)?;
+    let mut engine = args.scene.engine(model)?;
+    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
+    let known = args.ticks.and_then(|ticks| usize::try_from(ticks).ok());
+    let wanted = args.record_ticks.or(known).unwrap_or(RECORD_TICKS).min(100 * RECORD_TICKS);
+    let mut recorder = Recorder::with_capacity(if folder.is_some() { wanted } else { 0 });
+    let options = ServeOptions {
+        scene: args.common.scene.clone(),
+        wait: args.common.wait,
+        realtime: !args.common.no_realtime,
+        ends_with_parent: args.common.ends_with_parent,
+        watchdog_ms: args.watchdog_ms,
+        hash_every: args.hash_every,
+        ticks: args.ticks,
+        seconds: args.seconds,
+        ..ServeOptions::default()
+    };
+    let report = serve(&mut engine, &options, &mut recorder)?;
+    if let Some(folder) = &folder {
+        let (cells, links) = (model.cells(), model.links());
+        let scene = args.scene.report(&engine);
+        folder.write("model.chaincell", image.as_bytes())?;
+        folder
+            .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
+        let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
+        folder.write("force.csv", force_csv(&answers).as_bytes())?;
+        folder
+            .write_json("summary.json", &ServeSummary { cells, links, report: &report, scene })?;
+    }
+    print(args, &report)?;
+    if report.ended_by == Ending::Interrupt { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// The kernel's answer in a published message.
+fn answer(force: &ToolForce) -> Answer {
+    let output = TickOutput {
+        force_n: Vector3::from(force.force_n),
+        energy_j: force.energy_j,
+        contacts: force.contacts,
+        flags: Flags(force.flags),
+    };
+    Answer { tick: force.tick, output }
+}
+
+fn print(args: &Args, report: &ServeReport) -> Result<()> {
+    if args.json {
+        return terminal::say(serde_json::to_string(report).map_err(Error::check)?);
+    }
+    for refused in &report.refused {
+        terminal::note(format_args!("note: {refused}"));
+    }
+    terminal::say(format_args!(
+        "{} ticks answered, {} repeated, {} refused, watchdog {} times",
+        report.ticks_executed, report.poses_repeated, report.poses_refused, report.watchdog_fired
+    ))?;
+    terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
+    terminal::say(format_args!(
+        "  peers       {} joined, {} left; longest call meanwhile {:.1} us",
+        report.peers.joins,
+        report.peers.leaves,
+        report.peers.longest_ns() as f64 * 1e-3
+    ))?;
+    if report.ticks_unrecorded > 0 {
+        terminal::note(format_args!(
+            "note: {} ticks were not recorded; raise --record-ticks",
+            report.ticks_unrecorded
+        ));
+    }
+    terminal::say(format_args!("  state hash  {}", report.state_hash))
+}

@@ -1,0 +1,119 @@
+//! Both processes of a co-simulation under one command, with the machine's floor beside them.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use chaincell_kernel::Model;
+
+use super::scene::SceneArgs;
+use crate::cosim::floor::{self, Floor};
+use crate::cosim::motion::Press;
+use crate::cosim::orchestra::{self, CosimOptions, CosimReports, unique_scene};
+use crate::cosim::payload::ToolPose;
+use crate::cosim::services::Domain;
+use crate::cosim::wait::Wait;
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::{output, path, terminal};
+
+/// Ticks of each measurement of the machine's floor: a second and a half.
+const FLOOR_TICKS: u32 = 1500;
+/// Depth of the built-in press unless given [mean link lengths].
+const DEPTH_LINKS: f64 = 3.0;
+/// Longest wait for `serve` [s].
+const READY_S: u64 = 20;
+
+/// Arguments of every command that loops at 1 kHz.
+#[derive(Debug, Clone, clap::Args)]
+pub struct LoopArgs {
+    /// Name of the scene: services chaincell/NAME/pose and chaincell/NAME/force
+    #[arg(long, value_name = "NAME")]
+    pub scene: Option<String>,
+    /// How to wait for the other process
+    #[arg(long, value_enum, default_value_t)]
+    pub wait: Wait,
+    /// Do not ask for real-time scheduling, locked memory and a core of its own
+    #[arg(long)]
+    pub no_realtime: bool,
+    /// End when the process that started this one has ended
+    #[arg(long, hide = true)]
+    pub ends_with_parent: bool,
+}
+
+/// What a session measured.
+pub struct Session {
+    /// Both processes' reports.
+    pub reports: CosimReports,
+    /// The machine's floor, measured just before.
+    pub floor: Floor,
+}
+
+/// The built-in press on the contact cells of an engine, along their mean inward normal.
+pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<ToolPose>> {
+    let model = engine.network().model();
+    let contacts = engine.contacts();
+    let mut touch_m = [0.0; 3];
+    let mut inward = [0.0; 3];
+    for &cell in contacts {
+        let at = crate::engine::to_m(model, model.rest_position(cell.into()));
+        let normal = model.surface().binary_search(&cell).ok().and_then(|i| model.normals().get(i));
+        for axis in 0..3 {
+            touch_m[axis] += at[axis] / contacts.len() as f64;
+            inward[axis] -= normal.map_or(0.0, |normal| f64::from(normal[axis]));
+        }
+    }
+    let straight_down = [0.0, 0.0, -1.0];
+    let direction = if inward.iter().any(|&x| x != 0.0) { inward } else { straight_down };
+    let depth_m = depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
+    Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
+}
+
+/// The model's bytes and the poses as files that the two processes read.
+pub struct Files<'a> {
+    /// Model image.
+    pub model: &'a Path,
+    /// Folder for scratch files.
+    pub scratch: &'a Path,
+    /// Folder for the results of `serve`.
+    pub out: Option<&'a Path>,
+}
+
+/// Measures the floor, then runs both processes over `poses`.
+pub fn run(
+    files: &Files<'_>,
+    poses: &[ToolPose],
+    scene: &SceneArgs,
+    common: &LoopArgs,
+) -> Result<Session> {
+    let sent = files.scratch.join("sent.csv");
+    output::write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
+    let spinner = terminal::progress(1, "measuring the machine's floor");
+    let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
+    spinner.finish_and_clear();
+    let name = common.scene.clone().unwrap_or_else(|| unique_scene("cosim"));
+    let mut both: Vec<OsString> = vec!["--scene".into(), name.into(), "--json".into()];
+    both.extend(["--ends-with-parent".into(), "--wait".into(), wait_name(common.wait)]);
+    both.extend(common.no_realtime.then(|| "--no-realtime".into()));
+    let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
+    serve_args.extend(both.iter().cloned());
+    serve_args.extend(scene.to_args());
+    serve_args.extend(["--ticks".into(), poses.len().to_string().into()]);
+    if let Some(out) = files.out {
+        serve_args.extend(["--force".into(), "--out".into(), out.into()]);
+    }
+    let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
+    control_args.extend(both);
+    let options =
+        CosimOptions { serve_args, control_args, motion_ms: poses.len() as u64, ready_s: READY_S };
+    Ok(Session { reports: orchestra::cosim(&options)?, floor })
+}
+
+fn wait_name(wait: Wait) -> OsString {
+    let value = clap::ValueEnum::to_possible_value(&wait);
+    value.map_or(OsString::new(), |value| value.get_name().into())
+}
+
+/// Checksum and size in a line, for headings.
+pub fn describe(model: &Model<'_>) -> String {
+    format!("{} cells, {} links", model.cells(), model.links())
+}
