@@ -163,20 +163,20 @@ impl<'m> Engine<'m> {
         &self.contacts
     }
 
-    /// RAM of the tissue [bytes].
+    /// RAM of the tissue \[bytes\].
     #[must_use]
     pub fn ram_bytes(&self) -> usize {
         self.tissue.ram_bytes()
     }
 
-    /// Published positions of all cells, in double precision from the single-precision state [m].
+    /// Published positions of all cells, in double precision from the single-precision state \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
         let model = self.network.model();
         (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
     }
 }
 
-/// An internal position in the frame of the input mesh [m].
+/// An internal position in the frame of the input mesh \[m\].
 #[must_use]
 pub fn to_m(model: &Model<'_>, position: [f32; 3]) -> [f64; 3] {
     let centre = model.centre_m();

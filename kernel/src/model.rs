@@ -131,13 +131,13 @@ impl<'a> Model<'a> {
         self.checksum
     }
 
-    /// Mean link length, the kernel's internal unit of length [m].
+    /// Mean link length, the kernel's internal unit of length \[m\].
     #[must_use]
     pub fn unit_m(&self) -> f32 {
         self.unit_m
     }
 
-    /// The body's centre, origin of the internal frame [m].
+    /// The body's centre, origin of the internal frame \[m\].
     #[must_use]
     pub fn centre_m(&self) -> [f32; 3] {
         self.centre_m

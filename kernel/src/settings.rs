@@ -22,11 +22,11 @@ pub struct Settings {
     pub sweeps: u16,
     /// Common step of `euler` a sweep, at most [`Model::step_max`] [dimensionless time].
     pub step: f32,
-    /// Largest motion of the contact cells a tick [m].
+    /// Largest motion of the contact cells a tick \[m\].
     pub max_tool_step_m: f32,
     /// When the bands close.
     pub unloading: Unloading,
-    /// Largest magnitude of the force; infinite means no limit [N].
+    /// Largest magnitude of the force; infinite means no limit \[N\].
     pub max_force_n: f32,
 }
 

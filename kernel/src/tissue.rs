@@ -49,7 +49,7 @@ pub struct Head<D> {
     pub(crate) chosen: usize,
     /// Whether the tool holds them.
     pub(crate) engaged: bool,
-    /// Tool position when it took hold [m].
+    /// Tool position when it took hold \[m\].
     pub(crate) tool_origin_m: [f32; 3],
     /// Displacement of the held cells [mean link lengths].
     pub(crate) applied: [f32; 3],
@@ -97,7 +97,7 @@ pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
 }
 
 impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CONTACTS> {
-    /// RAM of the tissue [bytes].
+    /// RAM of the tissue \[bytes\].
     pub const RAM_BYTES: usize = size_of::<Self>();
 
     /// An empty tissue; [`Self::reset`] gives it a body.
@@ -159,7 +159,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
     }
 }
 
-/// RAM of the arrays of a body under the scheme `D`, without the scalars [bytes].
+/// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\].
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize) -> usize {
     (2 + D::ARRAYS) * cells * size_of::<Cell>() + contacts * size_of::<Contact>()
@@ -235,7 +235,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.chosen
     }
 
-    /// Published position of a cell in the frame of the input mesh [m]; `None` beyond the last.
+    /// Published position of a cell in the frame of the input mesh \[m\]; `None` beyond the last.
     #[must_use]
     pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {
         let y = output(self.internal(model, cell)?, model.saturation());

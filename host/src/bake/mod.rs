@@ -43,13 +43,13 @@ pub struct BakeOptions {
     pub alpha: PerCell,
     /// `--stiffness-n-per-m` of a link [N/m].
     pub stiffness_n_per_m: PerCell,
-    /// `--k-m`: saturation K from the body's centre [m]; 4 times the largest coordinate if absent.
+    /// `--k-m`: saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
     pub saturation_m: Option<f64>,
     /// `--r-x`: cell resistance.
     pub resistance: f64,
     /// `--capacitance`: cell capacitance C.
     pub capacitance: f64,
-    /// `--energy-max-j`: what a tool may load into the body [J].
+    /// `--energy-max-j`: what a tool may load into the body \[J\].
     pub energy_max_j: Option<f64>,
     /// `--lean`: leave out what only a display needs.
     pub lean: bool,

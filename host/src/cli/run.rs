@@ -163,8 +163,11 @@ fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
     if args.json {
         return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
     }
-    let peak =
-        played.answers.iter().map(|a| a.output.force_n.norm_squared().sqrt()).fold(0.0, f32::max);
+    let magnitude = |a: &Answer| {
+        let [x, y, z]: [f32; 3] = a.output.force_n.into();
+        x.hypot(y).hypot(z)
+    };
+    let peak = played.answers.iter().map(magnitude).fold(0.0, f32::max);
     let step = &summary.step_ns;
     terminal::say(format_args!(
         "{} ticks, {} cells, {} links",

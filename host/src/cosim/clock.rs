@@ -7,10 +7,10 @@ use rustix::time::{ClockId, clock_gettime};
 pub const SECOND_NS: u64 = 1_000_000_000;
 /// Nanoseconds in a millisecond.
 pub const MILLISECOND_NS: u64 = 1_000_000;
-/// The schedule's period: one tick at 1 kHz [ns].
+/// The schedule's period: one tick at 1 kHz \[ns\].
 pub const PERIOD_NS: u64 = MILLISECOND_NS;
 
-/// `CLOCK_MONOTONIC` [ns].
+/// `CLOCK_MONOTONIC` \[ns\].
 #[must_use]
 pub fn now_ns() -> u64 {
     let time = clock_gettime(ClockId::Monotonic);

@@ -14,13 +14,13 @@ use super::wait::{Wait, Waiter};
 use crate::error::{Error, Result};
 use crate::interrupt;
 
-/// An answer is due this long after the scheduled send [ns].
+/// An answer is due this long after the scheduled send \[ns\].
 const DEADLINE_NS: u64 = MILLISECOND_NS;
-/// First guess of a round trip [ns].
+/// First guess of a round trip \[ns\].
 const ROUND_TRIP_GUESS_NS: u64 = 200_000;
-/// Longest wait for outstanding answers after the last pose [ns].
+/// Longest wait for outstanding answers after the last pose \[ns\].
 const LINGER_NS: u64 = 2 * SECOND_NS;
-/// Span between looks for a server, and before the first pose [ns].
+/// Span between looks for a server, and before the first pose \[ns\].
 const LOOK_NS: u64 = 2 * MILLISECOND_NS;
 
 /// How to control a scene.
@@ -32,7 +32,7 @@ pub struct ControlOptions {
     pub domain: Domain,
     /// How to wait for answers.
     pub wait: Wait,
-    /// Longest wait for a server before the first pose [s].
+    /// Longest wait for a server before the first pose \[s\].
     pub wait_for_server_s: f64,
     /// Whether to ask for real-time privileges.
     pub realtime: bool,
@@ -66,9 +66,9 @@ pub struct ControlReport {
     pub stale_answers: u64,
     /// Answers to poses that were not sent, or were answered already.
     pub foreign_answers: u64,
-    /// From the send to the arrival of its answer [ns].
+    /// From the send to the arrival of its answer \[ns\].
     pub round_trip_ns: Summary,
-    /// From the scheduled to the actual send [ns].
+    /// From the scheduled to the actual send \[ns\].
     pub send_late_ns: Summary,
     /// Hash in the last answer that carried one, 16 lower-case hexadecimal digits, or empty.
     pub state_hash: String,

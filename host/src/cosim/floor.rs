@@ -15,15 +15,15 @@ use super::wait::{Wait, Waiter};
 use crate::error::{Error, Result};
 use crate::interrupt;
 
-/// Longest wait of either side for the other [s].
+/// Longest wait of either side for the other \[s\].
 const MEET_S: f64 = 5.0;
 
 /// The machine's floor in one wait mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Floor {
-    /// How late an empty 1 kHz loop wakes up [ns].
+    /// How late an empty 1 kHz loop wakes up \[ns\].
     pub floor_wakeup_ns: Summary,
-    /// Round trip through `serve` and `control` with no tissue behind them [ns].
+    /// Round trip through `serve` and `control` with no tissue behind them \[ns\].
     pub floor_round_trip_ns: Summary,
 }
 

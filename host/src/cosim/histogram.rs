@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-/// Longest span told apart [ns]; longer ones count as this long, but for the largest of all.
+/// Longest span told apart \[ns\]; longer ones count as this long, but for the largest of all.
 const LONGEST_NS: u64 = 60_000_000_000;
 /// Significant decimal digits of a percentile.
 const DIGITS: u8 = 3;
@@ -17,7 +17,7 @@ pub struct Latencies {
     max_ns: u64,
 }
 
-/// The spans' percentiles [ns]; all 0 when nothing was recorded.
+/// The spans' percentiles \[ns\]; all 0 when nothing was recorded.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Summary {
     /// Median.
@@ -33,7 +33,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// The percentiles in a line [us].
+    /// The percentiles in a line \[us\].
     #[must_use]
     pub fn in_us(&self) -> String {
         let us = |ns: u64| ns as f64 * 1e-3;

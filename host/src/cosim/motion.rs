@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::payload::ToolPose;
 use crate::error::{Error, Result};
 
-/// Tremor of the hand: physiological tremor lies between 8 and 12 Hz [Hz].
+/// Tremor of the hand: physiological tremor lies between 8 and 12 Hz \[Hz\].
 const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
 /// Ticks in a second.
 const TICKS_PER_S: f64 = 1000.0;
@@ -26,7 +26,7 @@ pub struct Press {
 }
 
 impl Press {
-    /// A press from the point of touch [m] along a direction, to a depth [m], in so many ticks.
+    /// A press from the point of touch \[m\] along a direction, to a depth \[m\], in so many ticks.
     pub fn new(touch_m: [f64; 3], direction: [f64; 3], depth_m: f64, ticks: u64) -> Result<Self> {
         let direction = Vector3::from(direction);
         let length = libm::sqrt(direction.dot(&direction));

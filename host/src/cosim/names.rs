@@ -4,7 +4,7 @@ use iceoryx2::prelude::ServiceName;
 
 use crate::error::{Error, Result};
 
-/// Longest scene name [bytes].
+/// Longest scene name \[bytes\].
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which therefore can't name a scene.

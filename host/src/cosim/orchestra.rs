@@ -34,9 +34,9 @@ pub struct CosimOptions {
     pub serve_args: Vec<OsString>,
     /// Arguments of this executable that control the scene and print a report as the last line.
     pub control_args: Vec<OsString>,
-    /// Length of the motion [ms].
+    /// Length of the motion \[ms\].
     pub motion_ms: u64,
-    /// Longest wait for `ready` [s].
+    /// Longest wait for `ready` \[s\].
     pub ready_s: u64,
 }
 

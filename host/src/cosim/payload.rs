@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 pub struct ToolPose {
     /// Number of the tick; a publisher counts upwards.
     pub tick: u64,
-    /// Tool position in the frame of the input mesh [m].
+    /// Tool position in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
     /// 1 while the tool holds the contact cells, else 0.
     pub engaged: u32,
@@ -26,15 +26,15 @@ pub struct ToolPose {
 pub struct ToolForce {
     /// Number of the tick that this answers.
     pub tick: u64,
-    /// Force of the tissue on the tool [N].
+    /// Force of the tissue on the tool \[N\].
     pub force_n: [f32; 3],
-    /// Certified upper bound of the elastic energy of the published state [J].
+    /// Certified upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
     /// Number of cells the tool holds.
     pub contacts: u32,
     /// What bit during the tick, summed: see [`chaincell_kernel::sample::Flags`].
     pub flags: u32,
-    /// Time the tick took, without waiting, hashing and sending [ns].
+    /// Time the tick took, without waiting, hashing and sending \[ns\].
     pub step_ns: u32,
     /// Zero.
     pub reserved: u32,

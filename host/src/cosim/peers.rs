@@ -11,16 +11,16 @@ pub struct PeerCost {
     pub joins: u64,
     /// Ports that disappeared.
     pub leaves: u64,
-    /// Longest call in which a change was noticed while no pose was under way [ns].
+    /// Longest call in which a change was noticed while no pose was under way \[ns\].
     pub idle_ns_max: u64,
-    /// Longest receive that delivered a pose and in which a change was noticed [ns].
+    /// Longest receive that delivered a pose and in which a change was noticed \[ns\].
     pub receive_ns_max: u64,
-    /// Longest send in which a change was noticed [ns].
+    /// Longest send in which a change was noticed \[ns\].
     pub send_ns_max: u64,
 }
 
 impl PeerCost {
-    /// The longest of all calls in which a change was noticed [ns].
+    /// The longest of all calls in which a change was noticed \[ns\].
     #[must_use]
     pub fn longest_ns(&self) -> u64 {
         self.idle_ns_max.max(self.receive_ns_max).max(self.send_ns_max)

@@ -18,9 +18,9 @@ use super::wait::{Wait, Waiter};
 use crate::error::Result;
 use crate::{interrupt, terminal};
 
-/// Longest pause between looks at Ctrl-C and at the end of the run [ns].
+/// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
-/// Span between looks whether the publisher in charge is still alive [ns].
+/// Span between looks whether the publisher in charge is still alive \[ns\].
 const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
 
 /// How to serve a scene.
@@ -32,13 +32,13 @@ pub struct ServeOptions {
     pub domain: Domain,
     /// How to wait for poses.
     pub wait: Wait,
-    /// Silence after which force 0 is published once, 0 for never [ms].
+    /// Silence after which force 0 is published once, 0 for never \[ms\].
     pub watchdog_ms: u32,
     /// A state hash every this many ticks; 0 leaves it to the end of the run.
     pub hash_every: u64,
     /// Ends after this many executed ticks.
     pub ticks: Option<u64>,
-    /// Ends after this long [s].
+    /// Ends after this long \[s\].
     pub seconds: Option<f64>,
     /// Whether to ask for real-time privileges.
     pub realtime: bool,
@@ -93,7 +93,7 @@ pub struct ServeReport {
     pub ticks_recorded: u64,
     /// Executed ticks that found the recorder full.
     pub ticks_unrecorded: u64,
-    /// Time of a tick [ns].
+    /// Time of a tick \[ns\].
     pub step_ns: Summary,
     /// Cost of peers that joined and left.
     pub peers: PeerCost,

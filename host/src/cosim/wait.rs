@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
 use super::services::Wake;
 
-/// Polling starts this long before the expected moment [ns].
+/// Polling starts this long before the expected moment \[ns\].
 const LEAD_NS: u64 = 100_000;
-/// Longest polling for one message [ns].
+/// Longest polling for one message \[ns\].
 const POLL_NS: u64 = 200_000;
-/// Sleep between looks at a message that is late [ns].
+/// Sleep between looks at a message that is late \[ns\].
 const LATE_STEP_NS: u64 = 50_000;
-/// After this long without a message the peer counts as absent [ns].
+/// After this long without a message the peer counts as absent \[ns\].
 const ABSENT_NS: u64 = 100 * MILLISECOND_NS;
-/// Sleep between looks while the peer is absent: its first message meets its deadline [ns].
+/// Sleep between looks while the peer is absent: its first message meets its deadline \[ns\].
 const ABSENT_STEP_NS: u64 = MILLISECOND_NS / 4;
-/// The last stretch before a deadline is polled, since a sleep ends late [ns].
+/// The last stretch before a deadline is polled, since a sleep ends late \[ns\].
 const APPROACH_NS: u64 = 60_000;
-/// Longest wait for a wake-up: a peer that sends none is found after this long [ns].
+/// Longest wait for a wake-up: a peer that sends none is found after this long \[ns\].
 const WAKE_STEP_NS: u64 = MILLISECOND_NS;
 
 /// How to wait for the next message.
@@ -46,7 +46,7 @@ pub struct Waiter {
 }
 
 impl Waiter {
-    /// Starts with a guess of the span between the cause of a message and its arrival [ns].
+    /// Starts with a guess of the span between the cause of a message and its arrival \[ns\].
     #[must_use]
     pub fn new(mode: Wait, typical_ns: u64) -> Self {
         Self { mode, typical_ns: typical_ns.min(PERIOD_NS), expected_ns: None, last_message_ns: 0 }

@@ -11,7 +11,7 @@ const LINE: u8 = 3;
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
-/// Positions [m] in the model's cell order, with displacement, input id and a mark on fixed and
+/// Positions \[m\] in the model's cell order, with displacement, input id and a mark on fixed and
 /// on contact cells; drawn as tetrahedra, else as surface triangles, else as links.
 #[must_use]
 pub fn vtu(model: &Model<'_>, positions_m: &[[f64; 3]], contacts: &[u16]) -> String {

@@ -92,9 +92,9 @@ pub mod params {
     pub const LINKS: usize = 1;
     /// Dimension of the grid, 1 to 3 (u32).
     pub const DIMENSION: usize = 2;
-    /// Mean link length, the internal unit (f32) [m].
+    /// Mean link length, the internal unit (f32) \[m\].
     pub const UNIT_M: usize = 3;
-    /// Centre of the body, three words (f32) [m].
+    /// Centre of the body, three words (f32) \[m\].
     pub const CENTRE_M: usize = 4;
     /// Stiffness of a link of weight 1 (f32) [N/m].
     pub const STIFFNESS_N_PER_M: usize = 7;
