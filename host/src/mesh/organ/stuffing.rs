@@ -48,11 +48,9 @@ pub(super) fn fill(spacing_m: f64, shift: f64) -> Body {
 impl Lattice {
     fn new(spacing_m: f64, shift: f64) -> Self {
         let offset = [OFFSET[0], OFFSET[1], OFFSET[2] + shift];
-        let mut counts = [0; 3];
-        for axis in 0..3 {
-            let cubes = (shape::HIGH_M[axis] - shape::LOW_M[axis]) / spacing_m;
-            counts[axis] = 2 * (cubes as usize + 5) + 1;
-        }
+        let extents_m = [0, 1, 2].map(|axis| shape::HIGH_M[axis] - shape::LOW_M[axis]);
+        // Room for the place within the first cube, the shift and a layer outside.
+        let counts = extents_m.map(|extent_m| 2 * ((extent_m / spacing_m) as usize + 5) + 1);
         let total = counts[0] * counts[1] * counts[2];
         let mut lattice = Self { counts, places_m: Vec::with_capacity(total), values: Vec::new() };
         for index in 0..total {
