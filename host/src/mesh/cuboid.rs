@@ -85,5 +85,6 @@ mod tests {
     fn as_large_as_the_reference_block() {
         let mesh = generate("21x21x11x0.005").unwrap();
         assert_eq!((mesh.nodes_m.len(), mesh.tetrahedra.len()), (4_851, 20_000));
+        assert_eq!(mesh.links.len(), 26_450);
     }
 }

@@ -77,7 +77,8 @@ impl Content {
         match self.places.insert(tag, place) {
             None => Ok(()),
             Some(_) => Err(fields.error(format!(
-                "node tag {tag} is given twice; renumber the nodes (Gmsh: Tools, Renumber) and save"
+                "node tag {tag} is given twice; give each node a tag of its \
+                 own and save the mesh again"
             ))),
         }
     }
@@ -95,9 +96,9 @@ impl Content {
         fields: &mut Fields,
     ) -> Result<[u32; N]> {
         let mut ids = [0; N];
-        for corner in 0..N {
+        for id in &mut ids {
             let tag = fields.whole("node tag")?;
-            ids[corner] = *self.places.get(&tag).ok_or_else(|| {
+            *id = *self.places.get(&tag).ok_or_else(|| {
                 fields.error(format!(
                     "element {element} refers to node tag {tag}, which $Nodes does not have; save \
                      the mesh again"

@@ -54,7 +54,7 @@ impl MeshReader for Gmsh {
                 ("Entities", Some(Version::V4)) => v4::entities(&mut lines, &mut content)?,
                 ("PartitionedEntities", _) => {
                     return Err(lines.error(
-                        "a partitioned mesh; save it whole: gmsh -save -part 0, or unpartition it",
+                        "a partitioned mesh; unpartition it in Gmsh (Mesh, Unpartition) and save it again",
                     ));
                 }
                 ("Nodes", Some(Version::V2)) => v2::nodes(&mut lines, &mut content)?,

@@ -1,6 +1,8 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::mesh::check::check;
+use crate::mesh::{Mesh, MeshOptions};
 
 /// Two tetrahedra over one face, tags sparse and out of order, a tetrahedron in two groups.
 const OLD: &str = "$Comments
@@ -245,7 +247,11 @@ proptest! {
                 let nodes = raw.nodes_m.len() as u32;
                 prop_assert!(raw.tetrahedra.iter().flatten().all(|id| *id < nodes));
                 prop_assert!(raw.nodes_m.iter().flatten().all(|x| x.is_finite()));
-                crate::mesh::Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups);
+                let mesh = Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups);
+                let options = MeshOptions { drop_unused: true, ..MeshOptions::default() };
+                if let Err(error) = check("a.msh", &mesh, &options) {
+                    prop_assert!(error.to_string().starts_with("mesh a.msh: "));
+                }
             }
             Err(error) => prop_assert!(error.to_string().starts_with("a.msh")),
         }

@@ -100,7 +100,27 @@ fn prism(a: [Key; 3], b: [Key; 3], from_a: [bool; 3], pieces: &mut Vec<[Key; 4]>
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(400))]
+
+        /// Also where the shorter diagonals would run in a circle.
+        #[test]
+        fn halves_are_filled(offsets in prop::array::uniform4(prop::array::uniform3(-0.02..0.02))) {
+            let top = shape::crossing([0.0; 3], [0.0, 0.0, 0.1]);
+            let corners = [0, 1, 2, 3].map(|index: usize| {
+                let place_m = [0, 1, 2].map(|axis| top[axis] + offsets[index][axis]);
+                Corner { index: index as u32, place_m, value: shape::value(place_m) }
+            });
+            prop_assume!(corners.iter().filter(|corner| corner.value > 0.0).count() == 2);
+            let mut pieces = Vec::new();
+            cut(corners, &mut pieces);
+            prop_assert_eq!(pieces.len(), 3);
+        }
+    }
 
     /// Any way of cutting a prism fills it with three tetrahedra that share their faces.
     #[test]

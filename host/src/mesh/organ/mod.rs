@@ -55,24 +55,25 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
 fn sized(size: usize) -> Result<Body> {
     let off = |body: &Body| body.nodes_m.len().abs_diff(size);
     let mut spacing_m = 0.02;
-    let mut best = stuffing::fill(spacing_m);
+    let (mut best, mut best_m) = (stuffing::fill(spacing_m, 0.0), spacing_m);
     let mut latest = best.nodes_m.len();
     // Newton's steps find the spacing roughly: nodes go with its inverse cube ..
     for _ in 0..12 {
         spacing_m *= (1.0 + (latest as f64 / size as f64 - 1.0) / 3.0).clamp(0.7, 1.3);
-        let body = stuffing::fill(spacing_m);
+        let body = stuffing::fill(spacing_m, 0.0);
         latest = body.nodes_m.len();
         if off(&body) < off(&best) {
-            best = body;
+            (best, best_m) = (body, spacing_m);
         }
         if off(&best) * CLOSE <= size {
             return Ok(best);
         }
     }
-    // .. and small steps around it the numbers that small bodies jump over.
-    for step in 1..=200 {
+    // .. and small steps around it, with the lattice shifted, the numbers that small bodies skip.
+    let middle_m = best_m;
+    for step in (1..=200).map(f64::from) {
         for sign in [-1.0, 1.0] {
-            let body = stuffing::fill(spacing_m * (1.0 + sign * 0.0005 * f64::from(step)));
+            let body = stuffing::fill(middle_m * (1.0 + sign * 0.0005 * step), 0.01 * step);
             if off(&body) < off(&best) {
                 best = body;
             }
@@ -102,81 +103,109 @@ fn back(mesh: &Mesh) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::geometry::{corners, volume6};
     use super::*;
+    use crate::mesh::{MeshOptions, boundary, check};
+
+    /// Checks what every size promises; returns the body.
+    fn sound(size: usize) -> Mesh {
+        let mesh = generate(Some(&size.to_string())).unwrap();
+        let nodes = mesh.nodes_m.len();
+        assert!(nodes.abs_diff(size) * 50 <= size, "{size}: {nodes} nodes");
+        assert_eq!(check::check("organ", &mesh, &MeshOptions::default()), Ok(vec![]));
+        for tetrahedron in &mesh.tetrahedra {
+            let roundness = smooth::roundness(corners(&mesh.nodes_m, *tetrahedron));
+            assert!(roundness > 0.4, "{size}: roundness {roundness}");
+        }
+        let place = |id: u32| mesh.nodes_m[id as usize];
+        let lengths = mesh.links.iter().map(|[i, j]| distance(place(*i), place(*j)));
+        let mean = lengths.clone().sum::<f64>() / mesh.links.len() as f64;
+        assert!(lengths.clone().all(|l| l > 0.35 * mean && l < 2.1 * mean), "{size}: lengths");
+        let mut valence = vec![0; nodes];
+        mesh.links.iter().flatten().for_each(|id| valence[*id as usize] += 1);
+        assert!(valence.iter().all(|v| (5..=20).contains(v)), "{size}: valence");
+        mesh
+    }
+
+    fn surface(mesh: &Mesh) -> Vec<u32> {
+        let mut ids: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids
+    }
 
     #[test]
-    fn survey() {
-        for size in
-            ["150", "151", "163", "200", "300", "500", "1000", "2000", "5762", "20000", "60000"]
+    fn small_and_large_sizes_are_sound() {
+        for size in (150..800).step_by(41).chain([1_000, 2_013, 20_000, 60_000]) {
+            sound(size);
+        }
+    }
+
+    #[test]
+    fn default_is_a_liver() {
+        let mesh = sound(SIZE);
+        assert_eq!(mesh, generate(None).unwrap());
+        for (axis, (expected_m, tolerance_m)) in
+            [(0.2, 0.002), (0.15, 0.002), (0.09, 0.002)].into_iter().enumerate()
         {
-            let start = std::time::Instant::now();
-            let mesh = match generate(Some(size)) {
-                Ok(m) => m,
-                Err(e) => {
-                    println!("{e}");
-                    continue;
-                }
-            };
-            let t = start.elapsed();
-            let mut low = [f64::MAX; 3];
-            let mut high = [f64::MIN; 3];
-            for p in &mesh.nodes_m {
-                for a in 0..3 {
-                    low[a] = low[a].min(p[a]);
-                    high[a] = high[a].max(p[a]);
-                }
-            }
-            let lens: Vec<f64> = mesh
-                .links
-                .iter()
-                .map(|l| distance(mesh.nodes_m[l[0] as usize], mesh.nodes_m[l[1] as usize]))
-                .collect();
-            let mean = lens.iter().sum::<f64>() / lens.len() as f64;
-            let min = lens.iter().copied().fold(f64::MAX, f64::min);
-            let max = lens.iter().copied().fold(0.0, f64::max);
-            let mut val = vec![0; mesh.nodes_m.len()];
-            for l in &mesh.links {
-                val[l[0] as usize] += 1;
-                val[l[1] as usize] += 1;
-            }
-            let mut q: Vec<f64> = mesh
-                .tetrahedra
-                .iter()
-                .map(|t| smooth::roundness(super::super::geometry::corners(&mesh.nodes_m, *t)))
-                .collect();
-            q.sort_by(f64::total_cmp);
-            let vol: f64 = mesh
-                .tetrahedra
-                .iter()
-                .map(|t| {
-                    super::super::geometry::volume6(super::super::geometry::corners(
-                        &mesh.nodes_m,
-                        *t,
-                    )) / 6.0
-                })
-                .sum();
-            let mut s: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
-            s.sort();
-            s.dedup();
-            println!(
-                "{size}: n {} t {} l {} surf {} val {}..{} min/mean {:.3} max/mean {:.3} q {:.3} {:.3} {:.3} vol {vol:.6} ext {:?} euler {} {t:?}",
-                mesh.nodes_m.len(),
-                mesh.tetrahedra.len(),
-                mesh.links.len(),
-                s.len(),
-                val.iter().min().unwrap(),
-                val.iter().max().unwrap(),
-                min / mean,
-                max / mean,
-                q[0],
-                q[q.len() / 100],
-                q[q.len() / 2],
-                [high[0] - low[0], high[1] - low[1], high[2] - low[2]],
-                s.len() as i64 - mesh.triangles.len() as i64 / 2
-            );
-            println!("{low:?} {high:?}");
-            super::super::check::check("organ", &mesh, &crate::mesh::MeshOptions::default())
-                .unwrap();
+            let along = mesh.nodes_m.iter().map(|place| place[axis]);
+            let low = along.clone().fold(f64::INFINITY, f64::min);
+            let high = along.fold(f64::NEG_INFINITY, f64::max);
+            assert!((high - low - expected_m).abs() < tolerance_m, "axis {axis}: {}", high - low);
+        }
+        let skin = surface(&mesh);
+        // Closed and without a hole: Euler's number of a sphere.
+        assert_eq!(skin.len() - mesh.triangles.len() / 2, 2);
+        for id in &skin {
+            assert!(shape::value(mesh.nodes_m[*id as usize]).abs() < 1e-9);
+        }
+        // The right third is large, the left one thin.
+        let volume = |sign: f64| -> f64 {
+            let all = mesh.tetrahedra.iter().map(|t| corners(&mesh.nodes_m, *t));
+            let side = all.filter(|points| points[0][0] * sign > 0.033);
+            side.map(|points| volume6(points) / 6.0).sum()
+        };
+        assert!(volume(-1.0) > 2.0 * volume(1.0), "{} {}", volume(-1.0), volume(1.0));
+    }
+
+    #[test]
+    fn fixed_at_the_back() {
+        let mesh = generate(Some("2000")).unwrap();
+        let skin = surface(&mesh);
+        assert_eq!(mesh.default_fixed.len(), skin.len() / 10);
+        assert!(mesh.default_fixed.windows(2).all(|pair| pair[0] < pair[1]));
+        for id in &mesh.default_fixed {
+            assert!(skin.binary_search(id).is_ok() && mesh.nodes_m[*id as usize][1] > 0.03);
+        }
+    }
+
+    /// The same bits on every machine and in every build: a golden sum over the default body.
+    #[test]
+    fn same_bits_everywhere() {
+        let mesh = generate(None).unwrap();
+        let places = mesh.nodes_m.iter().flatten().map(|x| x.to_bits());
+        let ids = mesh.tetrahedra.iter().flatten().map(|id| u64::from(*id));
+        let sum = places.chain(ids).fold(0xcbf2_9ce4_8422_2325, |hash: u64, word| {
+            (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+        let counts = (mesh.nodes_m.len(), mesh.tetrahedra.len(), mesh.links.len());
+        assert_eq!((counts, sum), ((5_783, 28_039, 35_753), 0xb0dba96fcfd9e481));
+    }
+
+    #[test]
+    fn faces_conform() {
+        let mesh = generate(Some("300")).unwrap();
+        // Faces that do not conform would stay single inside.
+        let skin = surface(&mesh);
+        assert_eq!(boundary(&mesh.tetrahedra).len(), 2 * (skin.len() - 2));
+    }
+
+    #[test]
+    fn sizes_are_bounded() {
+        for size in ["", "149", "60001", "-5", "many", "99999999999999999999999"] {
+            let text = generate(Some(size)).unwrap_err().to_string();
+            assert!(text.contains(&format!("mesh organ:{size}: SIZE")), "{text}");
+            assert!(text.contains("from 150 to 60000"), "{text}");
         }
     }
 }

@@ -8,14 +8,17 @@ use super::stuffing::Body;
 /// Rounds over all nodes.
 const PASSES: usize = 10;
 
-/// Shares of the way to the middle that are tried.
+/// Shares of the way to the middle of the neighbours that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Steps that are probed, as a share of an edge.
+/// Steps that are probed, as a share of the mean edge.
 const STEP: f64 = 0.05;
 
-/// A node may also move where all its tetrahedra stay at least this round.
-const ROUND: f64 = 0.6;
+/// Tetrahedra of at least this quality need no mending.
+const GOOD: f64 = 0.6;
+
+/// Edges shorter than this share of the mean edge lower the quality.
+const SHORT: f64 = 0.6;
 
 /// Smooths the body in place; surface nodes stay on the surface.
 pub(super) fn smooth(body: &mut Body) {
@@ -27,8 +30,11 @@ pub(super) fn smooth(body: &mut Body) {
         .collect();
     skin.sort_unstable();
     skin.dedup();
+    let links = edges(&body.tetrahedra);
+    let length = |[i, j]: [u32; 2]| distance(body.nodes_m[i as usize], body.nodes_m[j as usize]);
+    let mean_m = links.iter().map(|link| length(*link)).sum::<f64>() / links.len() as f64;
     let on_skin = neighbours(count, &skin);
-    let inside = neighbours(count, &edges(&body.tetrahedra));
+    let inside = neighbours(count, &links);
     let mut around = vec![Vec::new(); count];
     for tetrahedron in &body.tetrahedra {
         tetrahedron.iter().for_each(|id| around[*id as usize].push(*tetrahedron));
@@ -36,56 +42,79 @@ pub(super) fn smooth(body: &mut Body) {
     for _ in 0..PASSES {
         for node in 0..count {
             let surface = !on_skin[node].is_empty();
-            let ids = if surface { &on_skin[node] } else { &inside[node] };
-            let target = middle(&body.nodes_m, ids);
-            relax(&mut body.nodes_m, node, target, surface, &around[node]);
-            probe(&mut body.nodes_m, node, surface, &around[node]);
-        }
-    }
-}
-
-/// Tries shares of the way to `target` until one is accepted.
-fn relax(
-    nodes_m: &mut [[f64; 3]],
-    node: usize,
-    target: [f64; 3],
-    surface: bool,
-    around: &[[u32; 4]],
-) {
-    let old = nodes_m[node];
-    let enough = worst(nodes_m, around).min(ROUND);
-    for share in SHARES {
-        let moved = between(old, target, share);
-        nodes_m[node] = if surface { project(moved) } else { moved };
-        if worst(nodes_m, around) >= enough {
-            return;
-        }
-    }
-    nodes_m[node] = old;
-}
-
-/// Moves a node with a tetrahedron that is not round by a step along an axis, if that helps.
-fn probe(nodes_m: &mut [[f64; 3]], node: usize, surface: bool, around: &[[u32; 4]]) {
-    let mut best = worst(nodes_m, around);
-    let Some(first) = around.first() else { return };
-    if best >= ROUND {
-        return;
-    }
-    let points = corners(nodes_m, *first);
-    let step_m = STEP * distance(points[0], points[1]);
-    for axis in 0..3 {
-        for signed_m in [-step_m, step_m] {
-            let old = nodes_m[node];
-            let mut moved = old;
-            moved[axis] += signed_m;
-            nodes_m[node] = if surface { project(moved) } else { moved };
-            let now = worst(nodes_m, around);
-            if now > best {
-                best = now;
-            } else {
-                nodes_m[node] = old;
+            let site = Site { node, surface, around: &around[node], mean_m };
+            let nodes_m = &mut body.nodes_m;
+            if surface || site.quality(nodes_m) < GOOD {
+                let ids = if surface { &on_skin[node] } else { &inside[node] };
+                let target = middle(nodes_m, ids);
+                site.relax(nodes_m, target);
+                site.probe(nodes_m);
             }
         }
+    }
+}
+
+/// A node that may move.
+struct Site<'a> {
+    node: usize,
+    surface: bool,
+    /// Tetrahedra that have the node.
+    around: &'a [[u32; 4]],
+    /// Mean edge of the body.
+    mean_m: f64,
+}
+
+impl Site<'_> {
+    /// Moves the node to the largest share of the way to `target` that leaves all tetrahedra good
+    /// or no worse.
+    fn relax(&self, nodes_m: &mut [[f64; 3]], target: [f64; 3]) {
+        let old = nodes_m[self.node];
+        let enough = self.quality(nodes_m).min(GOOD);
+        for share in SHARES {
+            self.put(nodes_m, between(old, target, share));
+            if self.quality(nodes_m) >= enough {
+                return;
+            }
+        }
+        nodes_m[self.node] = old;
+    }
+
+    /// Moves a node whose tetrahedra are not all good by steps along the axes that help.
+    fn probe(&self, nodes_m: &mut [[f64; 3]]) {
+        let mut best = self.quality(nodes_m);
+        if best >= GOOD {
+            return;
+        }
+        for axis in 0..3 {
+            for step in [-STEP, STEP] {
+                let old = nodes_m[self.node];
+                let mut moved = old;
+                moved[axis] += step * self.mean_m;
+                self.put(nodes_m, moved);
+                let now = self.quality(nodes_m);
+                if now > best {
+                    best = now;
+                } else {
+                    nodes_m[self.node] = old;
+                }
+            }
+        }
+    }
+
+    fn put(&self, nodes_m: &mut [[f64; 3]], place_m: [f64; 3]) {
+        nodes_m[self.node] = if self.surface { project(place_m) } else { place_m };
+    }
+
+    /// The least roundness around the node, less still where edges are short.
+    fn quality(&self, nodes_m: &[[f64; 3]]) -> f64 {
+        let short_m = SHORT * self.mean_m;
+        let each = self.around.iter().map(|tetrahedron| {
+            let points = corners(nodes_m, *tetrahedron);
+            let lengths = EDGES.map(|[i, j]| distance(points[i], points[j]));
+            let shortest_m = lengths.into_iter().fold(f64::INFINITY, f64::min);
+            roundness(points) * (shortest_m / short_m).min(1.0)
+        });
+        each.fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -106,11 +135,6 @@ fn middle(nodes_m: &[[f64; 3]], ids: &[u32]) -> [f64; 3] {
         }
     }
     sum.map(|x| x / ids.len() as f64)
-}
-
-fn worst(nodes_m: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> f64 {
-    let all = tetrahedra.iter().map(|t| roundness(corners(nodes_m, *t)));
-    all.fold(f64::INFINITY, f64::min)
 }
 
 /// Volume over the cubed root mean square edge: 1 for a regular tetrahedron, 0 for a flat one,

@@ -29,9 +29,9 @@ struct Lattice {
     values: Vec<f64>,
 }
 
-/// Fills the shape with a lattice of cubes of `spacing_m`.
-pub(super) fn fill(spacing_m: f64) -> Body {
-    let mut lattice = Lattice::new(spacing_m);
+/// Fills the shape with a lattice of cubes of `spacing_m`, moved down by `shift` cubes (0 to 2).
+pub(super) fn fill(spacing_m: f64, shift: f64) -> Body {
+    let mut lattice = Lattice::new(spacing_m, shift);
     lattice.warp();
     let mut pieces = Vec::new();
     lattice.each_tetrahedron(|indices| {
@@ -46,18 +46,17 @@ pub(super) fn fill(spacing_m: f64) -> Body {
 }
 
 impl Lattice {
-    fn new(spacing_m: f64) -> Self {
-        let mut counts = [0; 3];
-        for axis in 0..3 {
-            let cubes = (shape::HIGH_M[axis] - shape::LOW_M[axis]) / spacing_m;
-            counts[axis] = 2 * (cubes as usize + 3) + 1;
-        }
+    fn new(spacing_m: f64, shift: f64) -> Self {
+        let offset = [OFFSET[0], OFFSET[1], OFFSET[2] + shift];
+        let extents_m = [0, 1, 2].map(|axis| shape::HIGH_M[axis] - shape::LOW_M[axis]);
+        // Room for the place within the first cube, the shift and a layer outside.
+        let counts = extents_m.map(|extent_m| 2 * ((extent_m / spacing_m) as usize + 5) + 1);
         let total = counts[0] * counts[1] * counts[2];
         let mut lattice = Self { counts, places_m: Vec::with_capacity(total), values: Vec::new() };
         for index in 0..total {
             let mut place_m = [0.0; 3];
             for (axis, at) in lattice.at(index).into_iter().enumerate() {
-                let cubes = at as f64 / 2.0 - 1.0 - OFFSET[axis];
+                let cubes = at as f64 / 2.0 - 1.0 - offset[axis];
                 place_m[axis] = shape::LOW_M[axis] + cubes * spacing_m;
             }
             lattice.places_m.push(place_m);
