@@ -7,9 +7,15 @@
 
 #![allow(unsafe_code)]
 
-use crate::cell::{Cell, add, sub};
+use crate::cell::Cell;
 use crate::link::Pull;
 use crate::model::Model;
+
+#[inline(always)]
+fn plus(a: Cell, b: [f32; 4]) -> Cell {
+    let [x, y, z, w] = a.0;
+    Cell([x + b[0], y + b[1], z + b[2], w + b[3]])
+}
 
 /// Adds every link's pull to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in
 /// the fourth lane. Starts from +0.0.
@@ -42,12 +48,11 @@ pub(crate) fn accumulate(
             // SAFETY: the model's upper ends are smaller than the number of cells.
             let there = unsafe { at.get_unchecked(j).xyz() };
             let Some(pull) = law(link, i, j, here, there, l0) else { continue };
-            let [x, y, z] = add(total.xyz(), pull.force);
-            total = Cell([x, y, z, total.w() + pull.wd2]);
+            let [x, y, z] = pull.force;
+            total = plus(total, [x, y, z, pull.wd2]);
             // SAFETY: as above; j > i, so the running total of i is not touched.
             let other = unsafe { sum.get_unchecked_mut(j) };
-            let [x, y, z] = sub(other.xyz(), pull.force);
-            *other = Cell([x, y, z, other.w() + pull.wd2]);
+            *other = plus(*other, [-x, -y, -z, pull.wd2]);
         }
         // SAFETY: i < cells.
         unsafe { *sum.get_unchecked_mut(i) = total };

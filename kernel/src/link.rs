@@ -4,6 +4,8 @@
 //! bits. Two thirds of the cost of a taut link are its square root and division; a slack link
 //! needs neither.
 
+use core::hint::select_unpredictable;
+
 use crate::cell::{dot, scale, sub};
 use crate::sqrt::sqrt;
 
@@ -53,6 +55,16 @@ pub fn rest_length(a: [f32; 3], b: [f32; 3]) -> f32 {
     sqrt(dot(difference, difference))
 }
 
+/// `low <= a <= high` for non-negative numbers, NaN being outside.
+///
+/// In one comparison, on bit patterns: whether a taut link is too long or too short is a coin toss
+/// that a branch predictor loses.
+#[inline(always)]
+fn within(a: f32, low: f32, high: f32) -> bool {
+    let width = high.to_bits().wrapping_sub(low.to_bits());
+    a.to_bits().wrapping_sub(low.to_bits()) <= width
+}
+
 /// The pull of a link of rest length `l0` and weight `w` from `pi` to `pj`; `None` inside its band.
 ///
 /// `rest_difference` gives `P_j` - `P_i` of the rest shape; it is asked only where the ends
@@ -69,12 +81,12 @@ pub fn pull(
     let difference = sub(pj, pi);
     let u2 = dot(difference, difference);
     let l02 = l0 * l0;
-    let above = u2 > l02 * band.high_squared;
-    if !above && u2 >= l02 * band.low_squared {
+    let (low2, high2) = (l02 * band.low_squared, l02 * band.high_squared);
+    if within(u2, low2, high2) {
         return None;
     }
     let u = sqrt(u2);
-    let d = u - l0 * if above { band.high } else { band.low };
+    let d = u - l0 * select_unpredictable(u2 > high2, band.high, band.low);
     let wd = w * d;
     let force = if u2 < COINCIDENT * l02 {
         scale(wd / (l0 + l0), rest_difference())
@@ -122,6 +134,19 @@ mod tests {
             let back = at_alpha(pj, [0.0; 3], l0, alpha);
             prop_assert_eq!(back.map(|pull| pull.force.map(|f| -f)), got.map(|pull| pull.force));
         }
+    }
+
+    #[test]
+    fn within_is_the_comparison_of_floats() {
+        let values = [0.0, f32::from_bits(1), 1e-30, 0.5, 1.0, 1.0 + f32::EPSILON, 7.0, f32::MAX];
+        for a in values {
+            for low in values {
+                for high in values.into_iter().filter(|&high| high >= low) {
+                    assert_eq!(within(a, low, high), low <= a && a <= high, "{a} {low} {high}");
+                }
+            }
+        }
+        assert!(!within(f32::NAN, 0.0, 1.0) && !within(f32::INFINITY, 0.0, 1.0));
     }
 
     #[test]
