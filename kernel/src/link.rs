@@ -15,6 +15,10 @@ const RIM: f32 = 8.0 / 16_777_216.0;
 /// Below this fraction of l0^2 a link has no direction of its own and takes that of the rest shape.
 const COINCIDENT: f32 = 1.0e-12;
 
+/// Whether a slack link's root and division are computed and masked, not skipped: on out-of-order
+/// cores that is cheaper than guessing wrong. Adding the masked zeros changes no bit.
+const SPECULATE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
+
 /// The band of a link in rest lengths, as the sweep needs it.
 #[derive(Debug, Clone, Copy)]
 pub struct Band {
@@ -65,7 +69,8 @@ fn within(a: f32, low: f32, high: f32) -> bool {
     a.to_bits().wrapping_sub(low.to_bits()) <= width
 }
 
-/// The pull of a link of rest length `l0` and weight `w` from `pi` to `pj`; `None` inside its band.
+/// The pull of a link of rest length `l0` and weight `w` from `pi` to `pj`; inside its band `None`
+/// or zero.
 ///
 /// `rest_difference` gives `P_j` - `P_i` of the rest shape; it is asked only where the ends
 /// coincide.
@@ -82,7 +87,8 @@ pub fn pull(
     let u2 = dot(difference, difference);
     let l02 = l0 * l0;
     let (low2, high2) = (l02 * band.low_squared, l02 * band.high_squared);
-    if within(u2, low2, high2) {
+    let slack = within(u2, low2, high2);
+    if slack && !SPECULATE {
         return None;
     }
     let u = sqrt(u2);
@@ -93,7 +99,8 @@ pub fn pull(
     } else {
         scale(wd / (u + u), difference)
     };
-    Some(Pull { force, wd2: wd * d })
+    let keep = |x: f32| f32::from_bits(x.to_bits() & if slack { 0 } else { u32::MAX });
+    Some(Pull { force: force.map(keep), wd2: keep(wd * d) })
 }
 
 #[cfg(test)]
@@ -101,8 +108,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn at_alpha(pi: [f32; 3], pj: [f32; 3], l0: f32, alpha: f32) -> Option<Pull> {
-        pull(pi, pj, l0, 1.0, Band::new(alpha), || [l0, 0.0, 0.0])
+    const SLACK: Pull = Pull { force: [0.0; 3], wd2: 0.0 };
+
+    fn at_alpha(pi: [f32; 3], pj: [f32; 3], l0: f32, alpha: f32) -> Pull {
+        pull(pi, pj, l0, 1.0, Band::new(alpha), || [l0, 0.0, 0.0]).unwrap_or(SLACK)
     }
 
     proptest! {
@@ -112,8 +121,8 @@ mod tests {
                          b in prop::array::uniform3(-40.0_f32..40.0), alpha in 0.0_f32..1.0) {
             let l0 = rest_length(a, b);
             prop_assume!(l0 > 1e-6);
-            prop_assert_eq!(at_alpha(a, b, l0, 0.0), None);
-            prop_assert_eq!(at_alpha(a, b, l0, alpha), None);
+            prop_assert_eq!(at_alpha(a, b, l0, 0.0), SLACK);
+            prop_assert_eq!(at_alpha(a, b, l0, alpha), SLACK);
         }
 
         /// Eq. 13 in double precision; and the pull on j is the opposite of the pull on i.
@@ -126,13 +135,12 @@ mod tests {
             let d = if u > high { u - high } else if u < low { u - low } else { 0.0 };
             let mu = d / (2.0 * u);
             let got = at_alpha([0.0; 3], pj, l0, alpha);
-            let force = got.map_or([0.0; 3], |pull| pull.force);
-            for (got, x) in force.iter().zip(pj) {
+            for (got, x) in got.force.iter().zip(pj) {
                 prop_assert!((f64::from(*got) - mu * f64::from(x)).abs() < 2e-6);
             }
-            prop_assert!((got.map_or(0.0, |pull| f64::from(pull.wd2)) - d * d).abs() < 1e-5);
+            prop_assert!((f64::from(got.wd2) - d * d).abs() < 1e-5);
             let back = at_alpha(pj, [0.0; 3], l0, alpha);
-            prop_assert_eq!(back.map(|pull| pull.force.map(|f| -f)), got.map(|pull| pull.force));
+            prop_assert_eq!(back.force.map(|f| -f), got.force);
         }
     }
 
@@ -151,7 +159,7 @@ mod tests {
 
     #[test]
     fn coincident_ends_part_along_the_rest_shape() {
-        let got = at_alpha([1.0; 3], [1.0; 3], 2.0, 0.25).unwrap();
+        let got = at_alpha([1.0; 3], [1.0; 3], 2.0, 0.25);
         // d = -1.5, so half of it pushes i backwards along +x, the direction of j at rest.
         assert_eq!(got.force, [-0.75, 0.0, 0.0]);
         assert_eq!(got.wd2, 2.25);
