@@ -19,7 +19,9 @@ use chaincell_host::cosim::wait::Wait;
 use chaincell_host::terminal;
 use chaincell_kernel::sample::{Flags, TickOutput, ToolSample};
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
+use iceoryx2::prelude::{
+    BackpressureStrategy, Config, NodeBuilder, Path, PortFactory, SemanticString, ipc,
+};
 use nalgebra::Vector3;
 
 /// Longest wait for anything that must happen.
@@ -59,6 +61,8 @@ fn options() -> (tempfile::TempDir, ServeOptions) {
         scene: Some(unique_scene("test")),
         domain: Domain { prefix: None, root: Some(root.path().to_owned()) },
         seconds: Some(LIMIT.as_secs_f64()),
+        // A busy machine's pauses are no silence of the controller.
+        watchdog_ms: 0,
         realtime: false,
         ..ServeOptions::default()
     };
@@ -206,6 +210,7 @@ fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
 fn the_watchdog_publishes_once_and_never_ticks() {
     let (_root, mut options) = options();
     options.ticks = Some(3);
+    options.watchdog_ms = 100;
     let server = start_server(&options);
     let sender = Sender::new(&options);
     let silence = Duration::from_millis(u64::from(5 * options.watchdog_ms));
@@ -329,6 +334,12 @@ impl Killed {
         self.0.kill().unwrap();
         self.0.wait().unwrap();
     }
+
+    /// The next program to open the scene clears up; the test's folder goes with its last files.
+    fn for_good(self, options: &ServeOptions) {
+        self.now();
+        drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
+    }
 }
 
 impl Drop for Killed {
@@ -398,6 +409,7 @@ fn a_killed_server_is_replaced_without_clearing_up_by_hand() {
         assert_spring(&run, &sent);
         server.now();
     }
+    start_child("child_serve", &options, 1_000_000).for_good(&options);
 }
 
 #[test]
@@ -405,8 +417,8 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
     let (_root, mut options) = options();
     options.seconds = Some(2.0 * LIMIT.as_secs_f64());
     options.ticks = None;
-    let ended = {
-        let server = start_child("child_serve", &options, 1_000_000);
+    let server = start_child("child_serve", &options, 1_000_000);
+    {
         let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
         wait_until("the server", || watcher.is_served());
         let listener = watcher.force.subscriber_builder().create().unwrap();
@@ -414,13 +426,34 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
             let controller = start_child("child_control", &options, 1_000_000);
             wait_until("answers", || listener.receive().unwrap().is_some());
             controller.now();
+            while listener.receive().unwrap().is_some() {}
         }
-        let sent = poses(0..50);
-        let run = control(&sent, &control_options(&options)).unwrap();
-        assert_spring(&run, &sent);
-        server
-    };
-    ended.now();
+    }
+    let sent = poses(0..50);
+    let run = control(&sent, &control_options(&options)).unwrap();
+    assert_spring(&run, &sent);
+    server.for_good(&options);
+}
+
+#[test]
+fn a_service_with_other_limits_is_refused_with_the_remedy() {
+    let (_root, options) = options();
+    drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
+    let mut config = Config::default();
+    let root = options.domain.root.as_ref().unwrap();
+    let root = Path::new(root.as_os_str().as_encoded_bytes()).unwrap();
+    config.global.set_root_path(&root);
+    let node = NodeBuilder::new().config(&config).create::<ipc::Service>();
+    let node = node.unwrap();
+    let name = format!("chaincell/{}/pose", options.scene.as_ref().unwrap());
+    let _small = node
+        .service_builder(&name.as_str().try_into().unwrap())
+        .publish_subscribe::<ToolPose>()
+        .create()
+        .unwrap();
+    let error = Server::open(&options).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("start chaincell serve first"), "{error}");
 }
 
 #[test]

@@ -14,6 +14,7 @@
 //! - [`wait`], [`realtime`], [`clock`], [`histogram`]: waiting, privileges, time, latencies.
 
 pub mod clock;
+mod complain;
 pub mod control;
 pub mod floor;
 pub mod histogram;

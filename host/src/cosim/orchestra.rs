@@ -67,8 +67,11 @@ pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
     let motion = Duration::from_millis(options.motion_ms);
     let progress = terminal::progress(options.motion_ms, "cosim");
     let start = Instant::now();
-    while !control.has_ended()? && start.elapsed() < motion + CONTROL_END && !interrupt::asked() {
-        if serve.has_ended()? && start.elapsed() > motion + SERVE_END {
+    while control.try_wait()?.is_none()
+        && start.elapsed() < motion + CONTROL_END
+        && !interrupt::asked()
+    {
+        if serve.try_wait()?.is_some_and(|status| !status.success()) {
             break;
         }
         let done_ms = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
@@ -138,10 +141,6 @@ impl Side {
             self.name,
             at_most.as_secs()
         )))
-    }
-
-    fn has_ended(&mut self) -> Result<bool> {
-        Ok(self.try_wait()?.is_some())
     }
 
     /// Lets the child end by itself for a while, then ends it, and takes its report.

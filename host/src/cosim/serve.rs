@@ -1,12 +1,13 @@
 //! The tissue's side: driven by poses, one tick and one answer for each.
 
-use iceoryx2::identifiers::{UniqueNodeId, UniquePublisherId};
+use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
 use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::{Flags, ToolSample};
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, span_ns};
+use super::complain::complain;
 use super::histogram::{Latencies, Summary};
 use super::payload::{ToolForce, ToolPose};
 use super::peers::{Call, PeerCost, PeerWatch};
@@ -353,10 +354,6 @@ impl<'a> Run<'a> {
             return true;
         }
         self.alive_until_ns = now_ns + ALIVE_CHECK_NS;
-        self.node_is_alive(node)
-    }
-
-    fn node_is_alive(&self, node: UniqueNodeId) -> bool {
         self.server.scene.is_alive(node)
     }
 
@@ -376,13 +373,5 @@ impl<'a> Run<'a> {
             ended_by,
             refused,
         }
-    }
-}
-
-/// Counts a fault, and logs the 1st, 2nd, 4th, 8th.. so that a flood stays readable.
-fn complain(count: &mut u64, what: &str, detail: impl std::fmt::Debug) {
-    *count += 1;
-    if count.is_power_of_two() {
-        log::warn!("{what}: {detail:?} (time {count})");
     }
 }
