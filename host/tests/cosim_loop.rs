@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use chaincell_host::cosim::control::{ControlOptions, ControlRun, control};
 use chaincell_host::cosim::floor;
-use chaincell_host::cosim::orchestra::{CosimOptions, cosim, unique_scene};
+use chaincell_host::cosim::names::unique_scene;
+use chaincell_host::cosim::orchestra::{CosimOptions, cosim};
 use chaincell_host::cosim::payload::{ToolForce, ToolPose};
 use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{Ending, ServeOptions, ServeReport, Server, serve};
@@ -75,6 +76,7 @@ fn control_options(options: &ServeOptions) -> ControlOptions {
         domain: options.domain.clone(),
         wait: options.wait,
         realtime: false,
+        ends_with_parent: options.ends_with_parent,
         ..ControlOptions::default()
     }
 }
@@ -470,6 +472,33 @@ fn cosim_collects_both_reports_and_leaves_no_child() {
     assert_eq!(reports.serve.ticks_executed, 200);
     assert_eq!(reports.serve.state_hash, reports.control.state_hash);
     assert!(!reports.interrupted);
+}
+
+#[test]
+fn child_cosim() {
+    let Some((options, ticks)) = child_options() else { return };
+    let reports = cosim(&CosimOptions {
+        serve_args: child_args("child_serve", &options, ticks),
+        control_args: child_args("child_control", &options, ticks),
+        motion_ms: ticks,
+        ready_s: LIMIT.as_secs(),
+    });
+    panic!("a cosim that should have been killed has ended: {reports:?}");
+}
+
+#[test]
+fn a_killed_cosim_leaves_no_process_behind() {
+    let (_root, options) = options();
+    let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let listener = watcher.force.subscriber_builder().create().unwrap();
+    let parent = start_child("child_cosim", &options, 1_000_000);
+    wait_until("answers", || listener.receive().unwrap().is_some());
+    parent.now();
+    // Opening the scene clears up after processes that are dead, and only after those.
+    wait_until("both children's end", || {
+        let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+        scene.pose.dynamic_config().number_of_publishers() == 0 && !scene.is_served()
+    });
 }
 
 #[test]

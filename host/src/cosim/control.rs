@@ -131,7 +131,7 @@ fn wait_for_server(
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {
-    let end_ns = now_ns().saturating_add(span_ns(at_most_s));
+    let end_ns = now_ns().saturating_add(span_ns("--wait-for-server-s", at_most_s)?);
     while !scene.is_served() {
         if interrupt::asked() {
             return Err(Error::Interrupted);

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde::de::DeserializeOwned;
@@ -27,7 +27,8 @@ const SERVE_END: Duration = Duration::from_secs(3);
 /// Time beyond the motion's own for `control` to find the server, wait for answers and report.
 const CONTROL_END: Duration = Duration::from_secs(20);
 
-/// The two child processes of a co-simulation.
+/// The two child processes of a co-simulation. Give both sides `ends_with_parent`, so that they
+/// end even when this process is killed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CosimOptions {
     /// Arguments of this executable that serve the scene and print a report as the last line.
@@ -49,14 +50,6 @@ pub struct CosimReports {
     pub control: ControlReport,
     /// Whether the user asked to stop; the reports then cover what was done so far.
     pub interrupted: bool,
-}
-
-/// A scene name that no other run on this machine has.
-#[must_use]
-pub fn unique_scene(what: &str) -> String {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    let nanoseconds = since_1970.map_or(0, |span| span.as_nanos());
-    format!("{what}-{}-{nanoseconds:x}", std::process::id())
 }
 
 /// Runs both sides to their end. No child outlives this call, however it ends.
@@ -207,17 +200,5 @@ impl Drop for Side {
         // Both fail only for a child that has ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scene_names_are_unique_and_valid() {
-        let (one, two) = (unique_scene("cosim"), unique_scene("cosim"));
-        assert_ne!(one, two);
-        assert!(super::super::names::SceneNames::new(Some(&one)).is_ok());
     }
 }
