@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use chaincell_host::cosim::control::{ControlOptions, control};
-use chaincell_host::cosim::orchestra::unique_scene;
+use chaincell_host::cosim::names::unique_scene;
 use chaincell_host::cosim::payload::ToolPose;
 use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{ServeOptions, Server};

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use chaincell_host::cosim::control::{ControlOptions, ControlRun, control};
 use chaincell_host::cosim::floor;
-use chaincell_host::cosim::orchestra::{CosimOptions, cosim, unique_scene};
+use chaincell_host::cosim::names::unique_scene;
+use chaincell_host::cosim::orchestra::{CosimOptions, cosim};
 use chaincell_host::cosim::payload::{ToolForce, ToolPose};
 use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{Ending, ServeOptions, ServeReport, Server, serve};
@@ -19,7 +20,9 @@ use chaincell_host::cosim::wait::Wait;
 use chaincell_host::terminal;
 use chaincell_kernel::sample::{Flags, TickOutput, ToolSample};
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
+use iceoryx2::prelude::{
+    BackpressureStrategy, Config, NodeBuilder, Path, PortFactory, SemanticString, ipc,
+};
 use nalgebra::Vector3;
 
 /// Longest wait for anything that must happen.
@@ -59,6 +62,8 @@ fn options() -> (tempfile::TempDir, ServeOptions) {
         scene: Some(unique_scene("test")),
         domain: Domain { prefix: None, root: Some(root.path().to_owned()) },
         seconds: Some(LIMIT.as_secs_f64()),
+        // A busy machine's pauses are no silence of the controller.
+        watchdog_ms: 0,
         realtime: false,
         ..ServeOptions::default()
     };
@@ -71,6 +76,7 @@ fn control_options(options: &ServeOptions) -> ControlOptions {
         domain: options.domain.clone(),
         wait: options.wait,
         realtime: false,
+        ends_with_parent: options.ends_with_parent,
         ..ControlOptions::default()
     }
 }
@@ -206,6 +212,7 @@ fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
 fn the_watchdog_publishes_once_and_never_ticks() {
     let (_root, mut options) = options();
     options.ticks = Some(3);
+    options.watchdog_ms = 100;
     let server = start_server(&options);
     let sender = Sender::new(&options);
     let silence = Duration::from_millis(u64::from(5 * options.watchdog_ms));
@@ -329,6 +336,12 @@ impl Killed {
         self.0.kill().unwrap();
         self.0.wait().unwrap();
     }
+
+    /// The next program to open the scene clears up; the test's folder goes with its last files.
+    fn for_good(self, options: &ServeOptions) {
+        self.now();
+        drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
+    }
 }
 
 impl Drop for Killed {
@@ -398,6 +411,7 @@ fn a_killed_server_is_replaced_without_clearing_up_by_hand() {
         assert_spring(&run, &sent);
         server.now();
     }
+    start_child("child_serve", &options, 1_000_000).for_good(&options);
 }
 
 #[test]
@@ -405,8 +419,8 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
     let (_root, mut options) = options();
     options.seconds = Some(2.0 * LIMIT.as_secs_f64());
     options.ticks = None;
-    let ended = {
-        let server = start_child("child_serve", &options, 1_000_000);
+    let server = start_child("child_serve", &options, 1_000_000);
+    {
         let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
         wait_until("the server", || watcher.is_served());
         let listener = watcher.force.subscriber_builder().create().unwrap();
@@ -414,13 +428,34 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
             let controller = start_child("child_control", &options, 1_000_000);
             wait_until("answers", || listener.receive().unwrap().is_some());
             controller.now();
+            while listener.receive().unwrap().is_some() {}
         }
-        let sent = poses(0..50);
-        let run = control(&sent, &control_options(&options)).unwrap();
-        assert_spring(&run, &sent);
-        server
-    };
-    ended.now();
+    }
+    let sent = poses(0..50);
+    let run = control(&sent, &control_options(&options)).unwrap();
+    assert_spring(&run, &sent);
+    server.for_good(&options);
+}
+
+#[test]
+fn a_service_with_other_limits_is_refused_with_the_remedy() {
+    let (_root, options) = options();
+    drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
+    let mut config = Config::default();
+    let root = options.domain.root.as_ref().unwrap();
+    let root = Path::new(root.as_os_str().as_encoded_bytes()).unwrap();
+    config.global.set_root_path(&root);
+    let node = NodeBuilder::new().config(&config).create::<ipc::Service>();
+    let node = node.unwrap();
+    let name = format!("chaincell/{}/pose", options.scene.as_ref().unwrap());
+    let _small = node
+        .service_builder(&name.as_str().try_into().unwrap())
+        .publish_subscribe::<ToolPose>()
+        .create()
+        .unwrap();
+    let error = Server::open(&options).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("start chaincell serve first"), "{error}");
 }
 
 #[test]
@@ -437,6 +472,33 @@ fn cosim_collects_both_reports_and_leaves_no_child() {
     assert_eq!(reports.serve.ticks_executed, 200);
     assert_eq!(reports.serve.state_hash, reports.control.state_hash);
     assert!(!reports.interrupted);
+}
+
+#[test]
+fn child_cosim() {
+    let Some((options, ticks)) = child_options() else { return };
+    let reports = cosim(&CosimOptions {
+        serve_args: child_args("child_serve", &options, ticks),
+        control_args: child_args("child_control", &options, ticks),
+        motion_ms: ticks,
+        ready_s: LIMIT.as_secs(),
+    });
+    panic!("a cosim that should have been killed has ended: {reports:?}");
+}
+
+#[test]
+fn a_killed_cosim_leaves_no_process_behind() {
+    let (_root, options) = options();
+    let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let listener = watcher.force.subscriber_builder().create().unwrap();
+    let parent = start_child("child_cosim", &options, 1_000_000);
+    wait_until("answers", || listener.receive().unwrap().is_some());
+    parent.now();
+    // Opening the scene clears up after processes that are dead, and only after those.
+    wait_until("both children's end", || {
+        let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+        scene.pose.dynamic_config().number_of_publishers() == 0 && !scene.is_served()
+    });
 }
 
 #[test]

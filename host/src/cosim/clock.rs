@@ -1,7 +1,11 @@
 //! Monotonic time as one number, and sleeping until a moment of it.
 
+use std::time::Duration;
+
 use rustix::thread::{ClockId as SleepClock, Timespec, clock_nanosleep_absolute};
 use rustix::time::{ClockId, clock_gettime};
+
+use crate::error::{Error, Result};
 
 /// Nanoseconds in a second.
 pub const SECOND_NS: u64 = 1_000_000_000;
@@ -29,9 +33,32 @@ pub fn sleep_until_ns(moment_ns: u64) {
     let _ = clock_nanosleep_absolute(SleepClock::Monotonic, &request);
 }
 
-/// A span in seconds as nanoseconds; negative and non-finite spans are 0.
-#[must_use]
-pub fn span_ns(seconds: f64) -> u64 {
-    std::time::Duration::try_from_secs_f64(seconds)
-        .map_or(0, |span| u64::try_from(span.as_nanos()).unwrap_or(u64::MAX))
+/// The span of an option in seconds as nanoseconds.
+pub(crate) fn span_ns(option: &str, seconds: f64) -> Result<u64> {
+    Duration::try_from_secs_f64(seconds)
+        .map(|span| u64::try_from(span.as_nanos()).unwrap_or(u64::MAX))
+        .map_err(|why| Error::input(format!("{option} {seconds}: {why}; give 0 or more seconds")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_are_finite_and_not_negative() {
+        assert_eq!(span_ns("--seconds", 1.5).unwrap(), 1_500_000_000);
+        for bad in [-1.0, f64::NAN, f64::INFINITY] {
+            let error = span_ns("--seconds", bad).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains("--seconds"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_sleep_never_ends_early() {
+        let moment_ns = now_ns() + MILLISECOND_NS;
+        sleep_until_ns(moment_ns);
+        assert!(now_ns() >= moment_ns);
+        sleep_until_ns(0);
+    }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use chaincell_kernel::sample::Flags;
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use super::complain::complain;
 use super::histogram::{Latencies, Summary};
 use super::payload::{ToolForce, ToolPose};
 use super::realtime::{self, Role};
@@ -66,6 +67,8 @@ pub struct ControlReport {
     pub stale_answers: u64,
     /// Answers to poses that were not sent, or were answered already.
     pub foreign_answers: u64,
+    /// Poses that shared memory did not take; they count as sent.
+    pub sends_failed: u64,
     /// From the send to the arrival of its answer \[ns\].
     pub round_trip_ns: Summary,
     /// From the scheduled to the actual send \[ns\].
@@ -98,11 +101,17 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     }
     let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
     let ports = scene.control_ports(options.wait == Wait::Event)?;
+    if scene.has_other_pose_publisher() {
+        log::warn!(
+            "another program may publish poses on {}: the server executes those of one program",
+            scene.label()
+        );
+    }
     wait_for_server(&scene, &ports, options.wait_for_server_s)?;
     let refused =
         if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
     let mut run = Run::new(poses, &ports, options.wait)?;
-    run.play()?;
+    run.play();
     run.linger();
     Ok(run.finish(refused))
 }
@@ -122,7 +131,7 @@ fn wait_for_server(
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {
-    let end_ns = now_ns().saturating_add(span_ns(at_most_s));
+    let end_ns = now_ns().saturating_add(span_ns("--wait-for-server-s", at_most_s)?);
     while !scene.is_served() {
         if interrupt::asked() {
             return Err(Error::Interrupted);
@@ -159,6 +168,7 @@ struct Run<'a> {
     missed: u64,
     stale: u64,
     foreign: u64,
+    failed: u64,
     state_hash: u64,
     interrupted: bool,
 }
@@ -188,42 +198,37 @@ impl<'a> Run<'a> {
             missed: 0,
             stale: 0,
             foreign: 0,
+            failed: 0,
             state_hash: 0,
             interrupted: false,
         })
     }
 
-    fn play(&mut self) -> Result<()> {
+    fn play(&mut self) {
         for index in 0..self.poses.len() {
             let scheduled_ns = self.scheduled_ns(index);
             self.receive_until(scheduled_ns, |_| false);
             if interrupt::asked() {
                 self.interrupted = true;
-                return Ok(());
+                return;
             }
-            self.send(index, scheduled_ns)?;
+            self.send(index, scheduled_ns);
         }
-        Ok(())
     }
 
     fn scheduled_ns(&self, index: usize) -> u64 {
         self.start_ns + index as u64 * PERIOD_NS
     }
 
-    fn send(&mut self, index: usize, scheduled_ns: u64) -> Result<()> {
+    fn send(&mut self, index: usize, scheduled_ns: u64) {
         let send_ns = now_ns();
-        let pose = self.poses[index];
-        self.ports.publisher.send_copy(pose).map_err(|why| {
-            Error::check(format!(
-                "cannot send the pose of tick {} ({why:?}); restart chaincell serve",
-                pose.tick
-            ))
-        })?;
+        if let Err(why) = self.ports.publisher.send_copy(self.poses[index]) {
+            complain(&mut self.failed, "cannot send a pose", why);
+        }
         self.ports.ring.ring();
         self.sent_ns.push(send_ns);
         self.send_late.record(send_ns.saturating_sub(scheduled_ns));
         self.waiter.expect_after(send_ns);
-        Ok(())
     }
 
     /// Takes answers until a moment, or until there is nothing more to wait for.
@@ -293,6 +298,7 @@ impl<'a> Run<'a> {
                 missed_deadlines: self.missed,
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
+                sends_failed: self.failed,
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),
                 state_hash: match self.state_hash {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns};
 use super::control::{ControlOptions, control};
 use super::histogram::{Latencies, Summary};
+use super::names::unique_scene;
 use super::payload::ToolPose;
 use super::realtime::{self, Role};
 use super::record::Recorder;
@@ -56,7 +57,7 @@ fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
 /// Server and controller as two threads, each with a node of its own, connected as two processes
 /// are.
 fn round_trip(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Summary> {
-    let scene = Some(super::orchestra::unique_scene("floor"));
+    let scene = Some(unique_scene("floor"));
     let serve_options = ServeOptions {
         scene: scene.clone(),
         domain: domain.clone(),

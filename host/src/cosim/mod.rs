@@ -11,9 +11,12 @@
 //! - [`floor`]: what the machine itself costs, measured with the same loops and no tissue.
 //! - [`motion`]: the built-in press.
 //! - [`payload`], [`names`], [`services`]: what goes over shared memory, and under which names.
-//! - [`wait`], [`realtime`], [`clock`], [`histogram`]: waiting, privileges, time, latencies.
+//! - [`tissue`]: what the loop needs of a tissue. [`record`]: poses as received, with answers.
+//! - [`wait`], [`realtime`], [`clock`]: waiting, privileges, time.
+//! - [`histogram`], [`peers`]: latencies, and what a peer's joining costs.
 
 pub mod clock;
+mod complain;
 pub mod control;
 pub mod floor;
 pub mod histogram;

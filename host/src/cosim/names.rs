@@ -1,5 +1,7 @@
 //! Scene names and the service names made of them.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use iceoryx2::prelude::ServiceName;
 
 use crate::error::{Error, Result};
@@ -37,6 +39,14 @@ impl SceneNames {
             label,
         })
     }
+}
+
+/// A scene name that no other run on this machine has.
+#[must_use]
+pub fn unique_scene(what: &str) -> String {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+    let nanoseconds = since_1970.map_or(0, |span| span.as_nanos());
+    format!("{what}-{}-{nanoseconds:x}", std::process::id())
 }
 
 fn check(name: &str) -> Result<()> {
@@ -82,6 +92,13 @@ mod tests {
         assert_eq!(named.pose.as_str(), "chaincell/left-hand/pose");
         assert_eq!(named.force.as_str(), "chaincell/left-hand/force");
         assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());
+    }
+
+    #[test]
+    fn unique_names_are_unique_and_valid() {
+        let (one, two) = (unique_scene("cosim"), unique_scene("cosim"));
+        assert_ne!(one, two);
+        assert!(SceneNames::new(Some(&one)).is_ok());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde::de::DeserializeOwned;
@@ -27,7 +27,8 @@ const SERVE_END: Duration = Duration::from_secs(3);
 /// Time beyond the motion's own for `control` to find the server, wait for answers and report.
 const CONTROL_END: Duration = Duration::from_secs(20);
 
-/// The two child processes of a co-simulation.
+/// The two child processes of a co-simulation. Give both sides `ends_with_parent`, so that they
+/// end even when this process is killed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CosimOptions {
     /// Arguments of this executable that serve the scene and print a report as the last line.
@@ -51,14 +52,6 @@ pub struct CosimReports {
     pub interrupted: bool,
 }
 
-/// A scene name that no other run on this machine has.
-#[must_use]
-pub fn unique_scene(what: &str) -> String {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    let nanoseconds = since_1970.map_or(0, |span| span.as_nanos());
-    format!("{what}-{}-{nanoseconds:x}", std::process::id())
-}
-
 /// Runs both sides to their end. No child outlives this call, however it ends.
 pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
     let mut serve = Side::start("serve", &options.serve_args)?;
@@ -67,8 +60,11 @@ pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
     let motion = Duration::from_millis(options.motion_ms);
     let progress = terminal::progress(options.motion_ms, "cosim");
     let start = Instant::now();
-    while !control.has_ended()? && start.elapsed() < motion + CONTROL_END && !interrupt::asked() {
-        if serve.has_ended()? && start.elapsed() > motion + SERVE_END {
+    while control.try_wait()?.is_none()
+        && start.elapsed() < motion + CONTROL_END
+        && !interrupt::asked()
+    {
+        if serve.try_wait()?.is_some_and(|status| !status.success()) {
             break;
         }
         let done_ms = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
@@ -140,10 +136,6 @@ impl Side {
         )))
     }
 
-    fn has_ended(&mut self) -> Result<bool> {
-        Ok(self.try_wait()?.is_some())
-    }
-
     /// Lets the child end by itself for a while, then ends it, and takes its report.
     fn end<Report: DeserializeOwned>(&mut self, by_itself: Duration) -> Result<Report> {
         let status = self.wait(by_itself)?;
@@ -208,17 +200,5 @@ impl Drop for Side {
         // Both fail only for a child that has ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scene_names_are_unique_and_valid() {
-        let (one, two) = (unique_scene("cosim"), unique_scene("cosim"));
-        assert_ne!(one, two);
-        assert!(super::super::names::SceneNames::new(Some(&one)).is_ok());
     }
 }

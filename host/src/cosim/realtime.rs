@@ -1,7 +1,7 @@
 //! Real-time privileges: asked for, told when refused, never needed.
 
 use core_affinity::CoreId;
-use iceoryx2_bb_posix::process::{Process, ProcessId};
+use iceoryx2_bb_posix::process::{Process, ProcessId, ProcessSetSchedulerError};
 use iceoryx2_bb_posix::scheduler::Scheduler;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Signal, getrlimit, set_parent_process_death_signal};
@@ -67,8 +67,15 @@ fn ask_fifo() -> std::result::Result<(), String> {
     // Linux schedules threads: the id of one thread changes that thread alone.
     let thread = rustix::thread::gettid().as_raw_nonzero().get();
     let mut thread = Process::from_pid(ProcessId::new(thread));
-    thread.set_scheduler(Scheduler::Fifo).map_err(|why| format!("{why:?}"))?;
-    thread.set_priority(FIFO_PRIORITY).map_err(|why| format!("{why:?}"))
+    match thread.set_scheduler(Scheduler::Fifo) {
+        Ok(_) => {}
+        Err(ProcessSetSchedulerError::InsufficientPermissions) => {
+            return Err("Operation not permitted".to_owned());
+        }
+        Err(why) => return Err(format!("{why:?}")),
+    }
+    let raised = thread.set_priority(FIFO_PRIORITY);
+    raised.map_err(|why| format!("{why:?}"))
 }
 
 fn pin(role: Role) -> Option<String> {

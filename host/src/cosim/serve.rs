@@ -1,12 +1,17 @@
 //! The tissue's side: driven by poses, one tick and one answer for each.
+//!
+//! One thread receives, ticks and sends. A second thread for shared memory would stand between
+//! each pose and its answer all the same; instead, new readers are connected while no pose waits,
+//! so that only one that joins during a tick delays that tick's answer (see [`PeerCost`]).
 
-use iceoryx2::identifiers::{UniqueNodeId, UniquePublisherId};
+use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
 use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::{Flags, ToolSample};
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, span_ns};
+use super::complain::complain;
 use super::histogram::{Latencies, Summary};
 use super::payload::{ToolForce, ToolPose};
 use super::peers::{Call, PeerCost, PeerWatch};
@@ -111,6 +116,7 @@ pub struct Server {
     options: ServeOptions,
     scene: Scene,
     ports: Ports<ToolPose, ToolForce>,
+    length_ns: u64,
 }
 
 /// Serves a scene until its end, after printing `ready`.
@@ -127,12 +133,16 @@ pub fn serve(
 impl Server {
     /// Opens the scene's services; refused while another server is alive on the scene.
     pub fn open(options: &ServeOptions) -> Result<Self> {
+        let length_ns = match options.seconds {
+            Some(seconds) => span_ns("--seconds", seconds)?,
+            None => u64::MAX,
+        };
         if options.ends_with_parent {
             realtime::end_with_parent()?;
         }
         let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
         let ports = scene.serve_ports(options.wait == Wait::Event)?;
-        Ok(Self { options: options.clone(), scene, ports })
+        Ok(Self { options: options.clone(), scene, ports, length_ns })
     }
 
     /// Serves until the end of the run. Allocates nothing of its own from the first pose on.
@@ -201,10 +211,7 @@ impl<'a> Run<'a> {
             last_pose_ns: start_ns,
             answer: None,
             stale: false,
-            end_ns: match server.options.seconds {
-                Some(seconds) => start_ns.saturating_add(span_ns(seconds)),
-                None => u64::MAX,
-            },
+            end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
             repeated: 0,
@@ -222,19 +229,25 @@ impl<'a> Run<'a> {
             if interrupt::asked() {
                 return Ending::Interrupt;
             }
-            if let Some((pose, publisher)) = self.receive() {
-                self.on_pose(pose, publisher);
-                continue;
-            }
-            let now_ns = now_ns();
-            if now_ns >= self.end_ns {
+            if now_ns() >= self.end_ns {
                 return Ending::Seconds;
             }
-            self.watch(now_ns);
-            self.connect_peers();
-            let deadline_ns = (now_ns + LOOK_NS).min(self.end_ns);
-            self.waiter.pause(deadline_ns, &self.server.ports.wake);
+            match self.receive() {
+                Some((pose, publisher)) if self.accepts(pose, publisher) => {
+                    self.execute(pose);
+                    continue;
+                }
+                Some(_) => {}
+                None => self.wait(),
+            }
+            self.watch(now_ns());
         }
+    }
+
+    fn wait(&mut self) {
+        self.connect_peers();
+        let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
+        self.waiter.pause(deadline_ns, &self.server.ports.wake);
     }
 
     fn receive(&mut self) -> Option<(ToolPose, UniquePublisherId)> {
@@ -268,19 +281,20 @@ impl<'a> Run<'a> {
         );
     }
 
-    fn on_pose(&mut self, pose: ToolPose, publisher: UniquePublisherId) {
+    /// Whether a pose is the next one of the publisher in charge.
+    fn accepts(&mut self, pose: ToolPose, publisher: UniquePublisherId) -> bool {
         let arrival_ns = now_ns();
         let in_charge = self.in_charge;
         match in_charge {
             Some(known) if known.id == publisher => {
                 if pose.tick <= known.last_tick {
                     complain(&mut self.repeated, "tick not above the last one", pose.tick);
-                    return;
+                    return false;
                 }
             }
             Some(known) if self.is_in_charge(known.id, arrival_ns) => {
                 complain(&mut self.refused, "a second publisher sends poses", publisher.value());
-                return;
+                return false;
             }
             _ => self.publishers += 1,
         }
@@ -289,7 +303,7 @@ impl<'a> Run<'a> {
         self.waiter.expect_after(arrival_ns);
         self.last_pose_ns = arrival_ns;
         self.stale = false;
-        self.execute(pose);
+        true
     }
 
     fn execute(&mut self, pose: ToolPose) {
@@ -353,10 +367,6 @@ impl<'a> Run<'a> {
             return true;
         }
         self.alive_until_ns = now_ns + ALIVE_CHECK_NS;
-        self.node_is_alive(node)
-    }
-
-    fn node_is_alive(&self, node: UniqueNodeId) -> bool {
         self.server.scene.is_alive(node)
     }
 
@@ -376,13 +386,5 @@ impl<'a> Run<'a> {
             ended_by,
             refused,
         }
-    }
-}
-
-/// Counts a fault, and logs the 1st, 2nd, 4th, 8th.. so that a flood stays readable.
-fn complain(count: &mut u64, what: &str, detail: impl std::fmt::Debug) {
-    *count += 1;
-    if count.is_power_of_two() {
-        log::warn!("{what}: {detail:?} (time {count})");
     }
 }

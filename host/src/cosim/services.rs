@@ -120,6 +120,7 @@ impl Scene {
         set_log_level_from_env_or(LogLevel::Fatal);
         let names = SceneNames::new(scene)?;
         let node = NodeBuilder::new()
+            .name(&node_name()?)
             .config(&domain.config()?)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
@@ -179,6 +180,12 @@ impl Scene {
     pub fn is_served(&self) -> bool {
         self.pose.dynamic_config().number_of_subscribers() > 0
             && self.force.dynamic_config().number_of_publishers() > 0
+    }
+
+    /// Whether a program beside this controller could publish poses: a bridge, or a rival.
+    #[must_use]
+    pub fn has_other_pose_publisher(&self) -> bool {
+        self.pose.dynamic_config().number_of_publishers() > 1
     }
 
     /// Number of ports on both services, ours included.
@@ -318,6 +325,10 @@ fn wake(topic: &event::PortFactory<ipc::Service>, woken: bool) -> Result<Wake> {
     }
     let listener = topic.listener_builder().create();
     listener.map(|listener| Wake(Some(listener))).map_err(|why| port_error(topic.name(), why))
+}
+
+fn node_name() -> Result<NodeName> {
+    NodeName::new("chaincell").map_err(|why| Error::check(format!("node name: {why:?}")))
 }
 
 fn port_name(name: &str) -> Result<PortName> {

@@ -30,7 +30,7 @@ pub enum Wait {
     /// sleeps.
     #[default]
     Hybrid,
-    /// Poll all the time: the shortest answers, one busy core each side.
+    /// Poll all the time: the shortest answers, but only with a free core for each side.
     Spin,
     /// Sleep until the sender wakes this process: no polling, the longest answers.
     Event,
