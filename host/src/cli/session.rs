@@ -8,7 +8,6 @@ use chaincell_kernel::Model;
 use super::scene::SceneArgs;
 use crate::cosim::floor::{self, Floor};
 use crate::cosim::motion::Press;
-use crate::cosim::names::unique_scene;
 use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
 use crate::cosim::services::Domain;
@@ -91,8 +90,8 @@ pub fn run(
     let spinner = terminal::progress(1, "measuring the machine's floor");
     let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
     spinner.finish_and_clear();
-    let name = common.scene.clone().unwrap_or_else(|| unique_scene("cosim"));
-    let mut both: Vec<OsString> = vec!["--scene".into(), name.into(), "--json".into()];
+    let mut both: Vec<OsString> = vec!["--json".into()];
+    both.extend(common.scene.iter().map(|name| format!("--scene={name}").into()));
     both.extend(["--ends-with-parent".into(), "--wait".into(), wait_name(common.wait)]);
     both.extend(common.no_realtime.then(|| "--no-realtime".into()));
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];

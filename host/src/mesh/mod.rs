@@ -2,7 +2,8 @@
 //!
 //! A body is named by a spec: `plane:NXxNYxD`, `box:NXxNYxNZxD`, `organ[:SIZE]` or a file path
 //! (`./organ` for a file of that name). NX, NY and NZ count the nodes along an axis, D is the
-//! spacing in metres; a cube of a box has five tetrahedra. A new format is one file with a [`MeshReader`] and one row in [`READERS`].
+//! spacing in metres; a cube of a box has five tetrahedra. A new format is one file with a
+//! `MeshReader` and one row in `READERS`.
 
 mod check;
 mod cuboid;

@@ -1,0 +1,319 @@
+//! What must hold on any graph, whatever the tool does: random bodies of 4 to 40 cells, stiffness
+//! over six decades, alpha from 0 to 0.99, pushed, torn and let go.
+
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::mesh::Mesh;
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+/// A random body: nodes, links, fixed nodes and what the bake needs.
+#[derive(Debug, Clone)]
+struct Case {
+    nodes_m: Vec<[f64; 3]>,
+    links: Vec<[u32; 2]>,
+    fixed: Vec<u32>,
+    alpha: f64,
+    stiffness_n_per_m: Vec<f64>,
+    sweeps: u16,
+}
+
+fn case(floating: bool) -> impl Strategy<Value = Case> {
+    (4_usize..40).prop_flat_map(move |n| {
+        let nodes = prop::collection::vec(prop::array::uniform3(-0.1_f64..0.1), n);
+        let chords = prop::collection::vec((0..n as u32, 0..n as u32), 0..3 * n);
+        let parents = prop::collection::vec(any::<prop::sample::Index>(), n - 1);
+        let fixed = prop::collection::vec(0..n as u32 - 1, 1..3);
+        let alpha = prop_oneof![Just(0.0), 0.0..0.99];
+        let decades = prop::collection::vec(-3.0_f64..3.0, n);
+        (nodes, chords, parents, fixed, alpha, decades, 1_u16..5).prop_map(
+            move |(nodes_m, chords, parents, mut fixed, alpha, decades, sweeps)| {
+                let tree = parents.iter().enumerate().map(|(i, parent)| {
+                    let child = i as u32 + 1;
+                    [parent.index(i + 1) as u32, child]
+                });
+                let chords = chords.into_iter().map(|(a, b)| [a.min(b), a.max(b)]);
+                let mut links: Vec<[u32; 2]> = tree.chain(chords).filter(|[a, b]| a != b).collect();
+                links.sort_unstable();
+                links.dedup();
+                fixed.sort_unstable();
+                fixed.dedup();
+                if floating {
+                    fixed.clear();
+                }
+                let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
+                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, sweeps }
+            },
+        )
+    })
+}
+
+impl Case {
+    fn image(&self, options: BakeOptions) -> ImageBytes {
+        let mesh =
+            Mesh { nodes_m: self.nodes_m.clone(), links: self.links.clone(), ..Mesh::default() };
+        let options = BakeOptions {
+            alpha: PerCell::Uniform(self.alpha),
+            stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
+            ..options
+        };
+        bake(&mesh, &self.fixed, &options).unwrap()
+    }
+
+    fn engine<'m>(
+        &self,
+        image: &'m ImageBytes,
+        scheme: Scheme,
+        unloading: Unloading,
+    ) -> Engine<'m> {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let settings = Settings {
+            sweeps: self.sweeps,
+            step: model.step_max(),
+            unloading,
+            ..Settings::for_model(&model)
+        };
+        let network = Network::new(model, settings).unwrap();
+        // The last node is never fixed; the tool holds it.
+        let last = self.nodes_m.len() as u32 - 1;
+        let cell = model.input_id().iter().position(|&id| id == last).unwrap() as u16;
+        Engine::new(network, scheme, &[cell]).unwrap()
+    }
+}
+
+/// Sum of k d^2 / 2 in double precision at the published positions, and its rounding allowance
+/// 4 eps (E + sum of k u d / 2).
+fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
+    let positions_m = engine.positions_m();
+    let model = engine.network().model();
+    let (mut energy, mut scale) = (0.0, 0.0);
+    for i in 0..model.cells() {
+        for link in model.row(i) {
+            let j = usize::from(model.upper()[link]);
+            let u: f64 = (0..3)
+                .map(|axis| (positions_m[j][axis] - positions_m[i][axis]).powi(2))
+                .sum::<f64>()
+                .sqrt();
+            let l0 = f64::from(model.rest_lengths()[link]) * f64::from(model.unit_m());
+            let alpha = f64::from(model.link_alpha(link));
+            let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
+            let k = f64::from(model.link_weight(link)) * f64::from(model.stiffness_n_per_m());
+            energy += 0.5 * k * d * d;
+            scale += 0.5 * k * u * d;
+        }
+    }
+    (energy, 4.0 * f64::from(f32::EPSILON) * (energy + scale))
+}
+
+/// Where the tool goes, in metres, some of it far outside the body.
+fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
+    let near = prop::array::uniform3(-0.05_f32..0.05);
+    let far = prop::array::uniform3(-20.0_f32..20.0);
+    prop::collection::vec(prop_oneof![4 => near, 1 => far], 1..25)
+}
+
+fn sample(position_m: [f32; 3], engaged: u32) -> ToolSample {
+    ToolSample { position_m: Vector3::from(position_m), engaged }
+}
+
+fn schemes() -> impl Strategy<Value = Scheme> {
+    prop_oneof![Just(Scheme::Euler), Just(Scheme::Track)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(192))]
+
+    /// Left alone the energy never rises, and the published state's energy never exceeds the
+    /// certified level, under the tool and after it.
+    #[test]
+    fn energy_never_rises_by_itself(case in case(false), moves in moves(), scheme in schemes()) {
+        let image = case.image(BakeOptions::default());
+        let mut engine = case.engine(&image, scheme, Unloading::Off);
+        let bound = f64::from(engine.network().model().energy_max())
+            * f64::from(engine.network().model().energy_unit_j());
+        engine.tick(&sample([0.0; 3], 1));
+        for position_m in moves {
+            let output = engine.tick(&sample(position_m, 1));
+            let (energy, allowance) = energy_j(&mut engine);
+            if scheme == Scheme::Track {
+                let level = f64::from(output.energy_j);
+                prop_assert!(energy <= level * (1.0 + 1e-6) + allowance, "{energy} above {level}");
+            }
+            prop_assert!(energy <= bound * 1.0001, "{energy} beyond the bound {bound}");
+            prop_assert!(output.force_n.iter().all(|f| f.is_finite()));
+        }
+        let (mut before, _) = energy_j(&mut engine);
+        let mut level = f32::INFINITY;
+        for _ in 0..50 {
+            let output = engine.tick(&sample([0.0; 3], 0));
+            prop_assert_eq!(output.force_n, Vector3::zeros());
+            prop_assert_eq!(output.contacts, 0);
+            let (energy, allowance) = energy_j(&mut engine);
+            if scheme == Scheme::Track {
+                prop_assert!(output.energy_j <= level, "level {} after {level}", output.energy_j);
+                prop_assert!(energy <= f64::from(output.energy_j) * (1.0 + 1e-6) + allowance);
+            } else {
+                prop_assert!(energy <= before + allowance, "{energy} after {before}");
+            }
+            (before, level) = (energy, output.energy_j);
+        }
+    }
+
+    /// Without fixed cells the links' forces cancel: `euler` keeps the centroid.
+    #[test]
+    fn an_unfixed_body_feels_no_total_force(case in case(true), moves in moves()) {
+        let image = case.image(BakeOptions::default());
+        let mut engine = case.engine(&image, Scheme::Euler, Unloading::Off);
+        engine.tick(&sample([0.0; 3], 1));
+        for position_m in moves {
+            engine.tick(&sample(position_m, 1));
+        }
+        let centroid = |engine: &mut Engine<'_>| -> [f64; 3] {
+            let positions_m = engine.positions_m();
+            let n = positions_m.len() as f64;
+            std::array::from_fn(|axis| positions_m.iter().map(|p| p[axis]).sum::<f64>() / n)
+        };
+        let before = centroid(&mut engine);
+        for _ in 0..50 {
+            engine.tick(&sample([0.0; 3], 0));
+        }
+        let after = centroid(&mut engine);
+        for axis in 0..3 {
+            let drift = (after[axis] - before[axis]).abs();
+            prop_assert!(drift < 2e-5 * (0.1 + before[axis].abs()), "drift {drift} m");
+        }
+    }
+
+    /// The order of the input's nodes is of no consequence.
+    #[test]
+    fn node_order_does_not_change_the_physics(case in case(false), seed in any::<u64>(),
+                                              scheme in schemes()) {
+        let n = case.nodes_m.len();
+        // A permutation that leaves the last node, which the tool holds, in its place.
+        let mut to: Vec<usize> = (0..n - 1).collect();
+        let mut state = seed | 1;
+        for i in (1..n - 1).rev() {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            to.swap(i, (state >> 33) as usize % (i + 1));
+        }
+        to.push(n - 1);
+        let mut other = case.clone();
+        for (from, &to) in to.iter().enumerate() {
+            other.nodes_m[to] = case.nodes_m[from];
+            other.stiffness_n_per_m[to] = case.stiffness_n_per_m[from];
+        }
+        let renumber = |id: u32| to[id as usize] as u32;
+        other.links = case.links.iter().map(|link| {
+            let [a, b] = link.map(renumber);
+            [a.min(b), a.max(b)]
+        }).collect();
+        other.links.sort_unstable();
+        other.fixed = case.fixed.iter().copied().map(renumber).collect();
+        let forces = [&case, &other].map(|case| {
+            let image = case.image(BakeOptions::default());
+            let mut engine = case.engine(&image, scheme, Unloading::Release);
+            engine.tick(&sample([0.0; 3], 1));
+            (1..=20).map(|i| engine.tick(&sample([0.001 * i as f32, 0.0, 0.0], 1)).force_n)
+                .collect::<Vec<_>>()
+        });
+        let largest = forces[0].iter().flat_map(|f| f.iter()).fold(0.0_f32, |a, f| a.max(f.abs()));
+        for (a, b) in forces[0].iter().zip(&forces[1]) {
+            for axis in 0..3 {
+                prop_assert!((a[axis] - b[axis]).abs() <= 1e-3 * largest, "{a:?} {b:?}");
+            }
+        }
+    }
+
+    /// Untouched, or held without motion, a body stays as it was to the last bit.
+    #[test]
+    fn rest_stays_rest(case in case(false), scheme in schemes(), engaged in 0_u32..2) {
+        let image = case.image(BakeOptions::default());
+        let mut engine = case.engine(&image, scheme, Unloading::Release);
+        let before = engine.state_hash();
+        for _ in 0..200 {
+            let output = engine.tick(&sample([0.01, 0.0, 0.0], engaged));
+            prop_assert_eq!(output.force_n, Vector3::zeros());
+            prop_assert_eq!(output.energy_j.to_bits(), 0);
+        }
+        prop_assert_eq!(engine.state_hash(), before);
+    }
+
+    /// Saturation: no published coordinate ever leaves the range, the energy rules hold there too,
+    /// and the body comes back.
+    #[test]
+    fn saturation_is_reached_and_left(case in case(false), scheme in schemes(),
+                                      way in prop::array::uniform3(-1.0_f32..1.0)) {
+        let image = case.image(BakeOptions { energy_max_j: Some(1e12), ..BakeOptions::default() });
+        let mut engine = case.engine(&image, scheme, Unloading::Off);
+        let model = *engine.network().model();
+        let k_m = f64::from(model.saturation()) * f64::from(model.unit_m());
+        engine.tick(&sample([0.0; 3], 1));
+        let mut level = f32::INFINITY;
+        for i in 0..120_i16 {
+            let far = f32::from(60 - (60 - i).abs()) * 2.0 * model.unit_m();
+            engine.tick(&sample(way.map(|x| x * far), 1));
+            for position_m in engine.positions_m() {
+                for (axis, x) in position_m.iter().enumerate() {
+                    prop_assert!((x - f64::from(model.centre_m()[axis])).abs() <= k_m * 1.000001);
+                }
+            }
+        }
+        for _ in 0..100 {
+            let output = engine.tick(&sample([0.0; 3], 0));
+            if scheme == Scheme::Track {
+                let (energy, allowance) = energy_j(&mut engine);
+                prop_assert!(output.energy_j <= level);
+                prop_assert!(energy <= f64::from(output.energy_j) * (1.0 + 1e-6) + allowance);
+                level = output.energy_j;
+            }
+        }
+    }
+}
+
+/// 10,000 ticks at rest on the generated organ, without a band: the hash stays.
+#[test]
+fn ten_thousand_ticks_of_rest() {
+    let mesh = chaincell_host::mesh::load("organ:300", &Default::default()).unwrap();
+    let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default()).unwrap();
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    for scheme in [Scheme::Euler, Scheme::Track] {
+        let network = Network::new(model, Settings::for_model(&model)).unwrap();
+        let mut engine = Engine::new(network, scheme, &[]).unwrap();
+        let before = engine.state_hash();
+        for _ in 0..10_000 {
+            let output = engine.tick(&sample([f32::NAN; 3], 7));
+            assert_eq!(output.force_n, Vector3::zeros());
+            engine.tick(&sample([0.0; 3], 0));
+        }
+        assert_eq!(engine.state_hash(), before);
+    }
+}
+
+/// Bad samples: the last good one holds for ten ticks, then force 0 and cells as they are.
+#[test]
+fn bad_samples_end_in_the_safe_state() {
+    let mesh = chaincell_host::mesh::load("box:5x5x5x0.01", &Default::default()).unwrap();
+    let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default()).unwrap();
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let top = model.input_id().iter().position(|&id| id == 124).unwrap() as u16;
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut engine = Engine::new(network, Scheme::Track, &[top]).unwrap();
+    engine.tick(&sample([0.0; 3], 1));
+    engine.tick(&sample([0.0, 0.0, -0.004], 1));
+    for bad in [sample([f32::NAN, 0.0, 0.0], 1), sample([0.0; 3], 2)] {
+        for _ in 0..10 {
+            let output = engine.tick(&bad);
+            assert!(output.force_n.z > 0.0 && output.flags == Flags::BAD_SAMPLE, "{output:?}");
+        }
+        let before = engine.state_hash();
+        for _ in 0..5 {
+            let output = engine.tick(&bad);
+            assert_eq!(output.force_n, Vector3::zeros());
+            assert_eq!(output.flags.0, 2 + 16);
+            assert_eq!((output.contacts, engine.state_hash()), (1, before));
+        }
+        let output = engine.tick(&sample([0.0, 0.0, -0.004], 1));
+        assert!(output.force_n.z > 0.0 && output.flags.0 == 0);
+    }
+}
