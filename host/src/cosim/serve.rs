@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::{Flags, ToolSample};
 
-use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, span_ns};
+use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use super::complain::complain;
 use super::histogram::{Latencies, Summary};
 use super::payload::{ToolForce, ToolPose};
@@ -25,6 +25,8 @@ use crate::{interrupt, terminal};
 
 /// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
+/// Time for readers to take the last answer \[ns\].
+const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 /// Span between looks whether the publisher in charge is still alive \[ns\].
 const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
 
@@ -158,6 +160,8 @@ impl Server {
         };
         let mut run = Run::new(self, engine, recorder)?;
         let ended_by = run.until_the_end();
+        // A reader that has only just joined loses what a publisher sends right before its end.
+        sleep_until_ns(now_ns() + LINGER_NS);
         Ok(run.report(ended_by, refused))
     }
 }
