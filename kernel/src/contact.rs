@@ -109,19 +109,30 @@ pub(crate) fn outer_weight(model: &Model<'_>, held: &[Contact]) -> f32 {
     weight
 }
 
-/// Sum of w d^2 over the links of the held cells, each link once.
-pub(crate) fn touched_wd2(links: Links<'_, '_>, v: &[Cell], held: &[Contact]) -> TwoFloat {
-    let mut sum = TwoFloat::ZERO;
+/// What the links of the held cells store.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Touched {
+    /// Sum of w d^2, four times their energy.
+    pub wd2: TwoFloat,
+    /// Sum of w d (d + u): times eps, what rounding may have made of four times the energy.
+    pub scale: f32,
+}
+
+/// Sums over the links of the held cells, each link once.
+pub(crate) fn touched(links: Links<'_, '_>, v: &[Cell], held: &[Contact]) -> Touched {
+    let mut sums = Touched { wd2: TwoFloat::ZERO, scale: 0.0 };
     for contact in held {
         let cell = contact.cell();
         for (link, other) in links.model.neighbours(cell) {
             let counted = other < cell && held.binary_search_by_key(&other, Contact::cell).is_ok();
             if !counted && let Some(pull) = links.pull_on(v, link, cell, other) {
-                sum = sum.plus(pull.wd2.into());
+                let wd = 2.0 * sqrt(dot(pull.force, pull.force));
+                sums.wd2 = sums.wd2.plus(pull.wd2.into());
+                sums.scale += pull.wd2 + wd * links.length(v, cell, other);
             }
         }
     }
-    sum
+    sums
 }
 
 /// Force of the links on the held cells, in internal units. Links between two held cells pull on

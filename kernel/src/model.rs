@@ -21,6 +21,8 @@ pub struct Model<'a> {
     pub(crate) input_id: &'a [u32],
     pub(crate) link_alphas: Option<&'a [f32]>,
     pub(crate) link_weights: Option<&'a [f32]>,
+    /// Smallest weight of a link.
+    pub(crate) weight_min: f32,
     pub(crate) surface: &'a [u16],
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u16; 3]],
@@ -60,6 +62,8 @@ impl<'a> Model<'a> {
             Some(values) if values.len() != links => Err(ModelError::SectionSize(kind)),
             values => Ok(values),
         };
+        let link_weights = per_link(kind::WEIGHT)?;
+        let least = |least: f32, &w: &f32| if w < least { w } else { least };
         let surface = sections.optional(kind::SURFACE)?.unwrap_or(&[]);
         let normals = sections.optional(kind::NORMALS)?.unwrap_or(&[]);
         if normals.len() != surface.len() {
@@ -77,7 +81,8 @@ impl<'a> Model<'a> {
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, cells)?,
             link_alphas: per_link(kind::ALPHA)?,
-            link_weights: per_link(kind::WEIGHT)?,
+            link_weights,
+            weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),
             surface,
             normals,
             triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),

@@ -5,10 +5,11 @@
 //! all cells counts each link at both ends, so E is an eighth of that sum.
 
 use crate::access::accumulate;
-use crate::cell::{Cell, output, sub};
+use crate::cell::{Cell, dot, output, sub};
 use crate::contact::Contact;
 use crate::link::{Band, Pull, pull};
 use crate::model::Model;
+use crate::sqrt::sqrt;
 use crate::two_float::{LANES, Lanes, TwoFloat};
 
 /// What a pass needs besides positions: the body and whether its bands are closed (unloading).
@@ -51,14 +52,24 @@ impl Links<'_, '_> {
         }
     }
 
+    /// Output of the state of one cell.
+    fn published(&self, v: &[Cell], cell: usize) -> [f32; 3] {
+        v.get(cell).map_or([0.0; 3], |state| output(state.xyz(), self.model.saturation()))
+    }
+
+    /// Distance of two cells' outputs.
+    pub fn length(&self, v: &[Cell], cell: usize, other: usize) -> f32 {
+        let way = sub(self.published(v, cell), self.published(v, other));
+        sqrt(dot(way, way))
+    }
+
     /// The pull of one link on its end `cell`, the other end being `other`.
     pub fn pull_on(&self, v: &[Cell], link: usize, cell: usize, other: usize) -> Option<Pull> {
-        let k = self.model.saturation();
         let (i, j) = if cell < other { (cell, other) } else { (other, cell) };
-        let y = |id: usize| v.get(id).map_or([0.0; 3], |state| output(state.xyz(), k));
+        let (yi, yj) = (self.published(v, i), self.published(v, j));
         let l0 = self.model.rest_length.get(link).copied()?;
         let (w, band) = (self.model.link_weight(link), self.band(link));
-        let pull = pull(y(i), y(j), l0, w, band, || self.rest_difference(i, j))?;
+        let pull = pull(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
         Some(if cell == i { pull } else { Pull { force: pull.force.map(|f| -f), ..pull } })
     }
 }

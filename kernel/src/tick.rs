@@ -137,11 +137,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if applied == self.head.applied {
             return;
         }
-        let before = contact::touched_wd2(self.links(), self.state, self.contacts);
+        let before = contact::touched(self.links(), self.state, self.contacts);
         self.head.applied = applied;
         self.place();
-        let after = contact::touched_wd2(self.links(), self.state, self.contacts);
-        self.head.level.shift(after.minus(before).times_power_of_two(0.25));
+        let after = contact::touched(self.links(), self.state, self.contacts);
+        let change = after.wd2.minus(before.wd2).times_power_of_two(0.25);
+        // The level stays an upper bound where two large energies almost cancel.
+        let rounding = f32::EPSILON * (before.scale + after.scale);
+        self.head.level.shift(change.plus(rounding.into()));
     }
 
     /// Puts the held cells where the tool has them, in every copy of the state.

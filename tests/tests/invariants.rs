@@ -1,5 +1,6 @@
 //! What must hold on any graph, whatever the tool does: random bodies of 4 to 40 cells, stiffness
 //! over six decades, alpha from 0 to 0.99, pushed, torn and let go.
+#![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
@@ -21,7 +22,8 @@ struct Case {
 
 fn case(floating: bool) -> impl Strategy<Value = Case> {
     (4_usize..40).prop_flat_map(move |n| {
-        let nodes = prop::collection::vec(prop::array::uniform3(-0.1_f64..0.1), n);
+        let nodes = prop::collection::vec(prop::array::uniform3(-0.1_f64..0.1), n)
+            .prop_filter("nodes apart", |nodes| apart(nodes));
         let chords = prop::collection::vec((0..n as u32, 0..n as u32), 0..3 * n);
         let parents = prop::collection::vec(any::<prop::sample::Index>(), n - 1);
         let fixed = prop::collection::vec(0..n as u32 - 1, 1..3);
@@ -47,6 +49,12 @@ fn case(floating: bool) -> impl Strategy<Value = Case> {
             },
         )
     })
+}
+
+/// Whether all nodes keep a distance from each other, so that the body can be baked.
+fn apart(nodes_m: &[[f64; 3]]) -> bool {
+    let squared = |a: [f64; 3], b: [f64; 3]| (0..3).map(|x| (a[x] - b[x]).powi(2)).sum::<f64>();
+    nodes_m.iter().enumerate().all(|(i, &a)| nodes_m[..i].iter().all(|&b| squared(a, b) > 1e-6))
 }
 
 impl Case {
@@ -82,12 +90,18 @@ impl Case {
     }
 }
 
-/// Sum of k d^2 / 2 in double precision at the published positions, and its rounding allowance
-/// 4 eps (E + sum of k u d / 2).
+/// Sum of k d^2 / 2 in double precision at the published positions, and its allowance: 4 eps (E +
+/// sum of k u d) for the kernel's sum, and what the rounding of each stored coordinate, half an
+/// eps of it, does to every link.
 fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
     let positions_m = engine.positions_m();
     let model = engine.network().model();
-    let (mut energy, mut scale) = (0.0, 0.0);
+    let eps = f64::from(f32::EPSILON);
+    let from_centre = |cell: usize| {
+        let away = |axis: usize| positions_m[cell][axis] - f64::from(model.centre_m()[axis]);
+        (0..3).map(|axis| away(axis).powi(2)).sum::<f64>().sqrt()
+    };
+    let (mut energy, mut allowance) = (0.0, 0.0);
     for i in 0..model.cells() {
         for link in model.row(i) {
             let j = usize::from(model.upper()[link]);
@@ -99,11 +113,13 @@ fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
             let alpha = f64::from(model.link_alpha(link));
             let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
             let k = f64::from(model.link_weight(link)) * f64::from(model.stiffness_n_per_m());
+            let rounding = 0.5 * eps * (from_centre(i) + from_centre(j));
             energy += 0.5 * k * d * d;
-            scale += 0.5 * k * u * d;
+            allowance += 4.0 * eps * (0.5 * k * d * d + k * u * d);
+            allowance += k * rounding * (d + 0.5 * rounding);
         }
     }
-    (energy, 4.0 * f64::from(f32::EPSILON) * (energy + scale))
+    (energy, allowance)
 }
 
 /// Where the tool goes, in metres, some of it far outside the body.
@@ -122,7 +138,7 @@ fn schemes() -> impl Strategy<Value = Scheme> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(192))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
 
     /// Left alone the energy never rises, and the published state's energy never exceeds the
     /// certified level, under the tool and after it.
@@ -137,8 +153,8 @@ proptest! {
             let output = engine.tick(&sample(position_m, 1));
             let (energy, allowance) = energy_j(&mut engine);
             if scheme == Scheme::Track {
-                let level = f64::from(output.energy_j);
-                prop_assert!(energy <= level * (1.0 + 1e-6) + allowance, "{energy} above {level}");
+                let certified = f64::from(output.energy_j);
+                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
             }
             prop_assert!(energy <= bound * 1.0001, "{energy} beyond the bound {bound}");
             prop_assert!(output.force_n.iter().all(|f| f.is_finite()));
@@ -152,7 +168,8 @@ proptest! {
             let (energy, allowance) = energy_j(&mut engine);
             if scheme == Scheme::Track {
                 prop_assert!(output.energy_j <= level, "level {} after {level}", output.energy_j);
-                prop_assert!(energy <= f64::from(output.energy_j) * (1.0 + 1e-6) + allowance);
+                let certified = f64::from(output.energy_j);
+                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
             } else {
                 prop_assert!(energy <= before + allowance, "{energy} after {before}");
             }
@@ -163,7 +180,8 @@ proptest! {
     /// Without fixed cells the links' forces cancel: `euler` keeps the centroid.
     #[test]
     fn an_unfixed_body_feels_no_total_force(case in case(true), moves in moves()) {
-        let image = case.image(BakeOptions::default());
+        // In the linear range, that is: the leak of a saturated cell is an outer force.
+        let image = case.image(BakeOptions { saturation_m: Some(50.0), ..BakeOptions::default() });
         let mut engine = case.engine(&image, Scheme::Euler, Unloading::Off);
         engine.tick(&sample([0.0; 3], 1));
         for position_m in moves {
@@ -264,7 +282,8 @@ proptest! {
             if scheme == Scheme::Track {
                 let (energy, allowance) = energy_j(&mut engine);
                 prop_assert!(output.energy_j <= level);
-                prop_assert!(energy <= f64::from(output.energy_j) * (1.0 + 1e-6) + allowance);
+                let certified = f64::from(output.energy_j);
+                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
                 level = output.energy_j;
             }
         }

@@ -12,7 +12,9 @@
 //! E(y + d) <= E(y) - r . d + sum of `W_i` |`d_i`|^2 / 2. Hence x' is certified at
 //! U' = E(y) - sum of |`r_i`|^2 / (2 `W_i`). Where E(y) > U + tol the pass is discarded and the next one
 //! starts at x itself, accepted without comparison. What is published is x, never y, and its
-//! energy never exceeds U (within tol = 4 eps (E + sqrt E), the rounding of the sum).
+//! energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w the smallest weight: at most the
+//! rounding 4 eps (E + sum of w u d / 2) that the sum may have in the worst case, and about what it
+//! has, since the links' errors add up like a random walk).
 //!
 //! A state beyond K is handled by plain steps from x, whose clamped moves D obey
 //! E falls by at least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
@@ -47,9 +49,10 @@ fn damped(r: Cell, mobility: f32) -> [f32; 3] {
     if mobility > 0.0 { scale(mobility, r.xyz()) } else { [0.0; 3] }
 }
 
-/// Rounding allowance of an energy: the terms' errors add up like a random walk.
-fn tolerance(energy: f32) -> f32 {
-    4.0 * f32::EPSILON * (energy + sqrt(if energy > 0.0 { energy } else { 0.0 }))
+/// Rounding allowance of an energy.
+fn tolerance(energy: f32, weight_min: f32) -> f32 {
+    let energy = if energy > 0.0 { energy } else { 0.0 };
+    4.0 * f32::EPSILON * (energy + sqrt(weight_min * energy))
 }
 
 impl Track {
@@ -75,7 +78,8 @@ impl Track {
             [r.w(), dot(r.xyz(), step), dot(r.xyz(), sub(next, x.xyz()))]
         }));
         let energy = energy.times_power_of_two(0.125);
-        let allowed = body.level.value().plus(tolerance(body.level.leading()).into());
+        let tolerance = tolerance(body.level.leading(), model.weight_min);
+        let allowed = body.level.value().plus(tolerance.into());
         if energy.exceeds(allowed) || highest > model.saturation() {
             self.plain = true;
             return true;
@@ -177,7 +181,7 @@ mod tests {
 
     #[test]
     fn two_float_tolerance_is_far_below_the_energy() {
-        assert!(tolerance(1.0) < 1e-6 && tolerance(0.0) == 0.0);
+        assert!(tolerance(1.0, 1.0) < 1e-6 && tolerance(0.0, 1.0) == 0.0);
         assert!(TwoFloat::from(1.0).exceeds(TwoFloat::from(1.0 - 1e-6)));
     }
 }
