@@ -1,0 +1,140 @@
+//! The model image: whatever its bytes, it is refused or it is safe to run.
+#![allow(clippy::unwrap_used)]
+
+use std::sync::OnceLock;
+
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::mesh::load;
+use chaincell_kernel::image::{CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind};
+use chaincell_kernel::{Model, ModelError, Network, Settings, ToolSample};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+/// An image with every section there is.
+fn image() -> &'static ImageBytes {
+    static IMAGE: OnceLock<ImageBytes> = OnceLock::new();
+    IMAGE.get_or_init(|| {
+        let mesh = load("box:4x4x4x0.01", &Default::default()).unwrap();
+        let ramp = |from: f64, to: f64| {
+            let n = mesh.nodes_m.len() as f64;
+            PerCell::Each(
+                (0..mesh.nodes_m.len()).map(|i| from + (to - from) * i as f64 / n).collect(),
+            )
+        };
+        let options = BakeOptions {
+            alpha: ramp(0.0, 0.2),
+            stiffness_n_per_m: ramp(5.0, 50.0),
+            ..BakeOptions::default()
+        };
+        bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    })
+}
+
+fn resealed(mut bytes: Vec<u8>) -> ImageBytes {
+    let sum = checksum(&bytes).to_le_bytes();
+    bytes[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&sum);
+    ImageBytes::copy(&bytes)
+}
+
+/// Offset and size of a section.
+fn section(bytes: &[u8], wanted: u32) -> (usize, usize) {
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let entry = (0..word(16) as usize)
+        .map(|i| HEADER_BYTES + i * ENTRY_BYTES)
+        .find(|&entry| word(entry) == wanted)
+        .unwrap();
+    (word(entry + 8) as usize, word(entry + 12) as usize)
+}
+
+fn error(bytes: Vec<u8>) -> ModelError {
+    Model::from_bytes(resealed(bytes).as_bytes()).unwrap_err()
+}
+
+#[test]
+fn every_flipped_bit_and_every_truncation_is_seen() {
+    let bytes = image().as_bytes();
+    for at in 0..bytes.len() {
+        let mut flipped = bytes.to_vec();
+        flipped[at] ^= 1 << (at % 8);
+        assert!(Model::from_bytes(ImageBytes::copy(&flipped).as_bytes()).is_err(), "byte {at}");
+    }
+    for length in 0..bytes.len() {
+        assert!(Model::from_bytes(ImageBytes::copy(&bytes[..length]).as_bytes()).is_err());
+    }
+}
+
+#[test]
+fn errors_name_what_is_wrong() {
+    let bytes = image().as_bytes().to_vec();
+    let with = |at: usize, value: &[u8]| {
+        let mut changed = bytes.clone();
+        changed[at..at + value.len()].copy_from_slice(value);
+        changed
+    };
+    let at = |kind: u32, offset: usize| section(&bytes, kind).0 + offset;
+    let nan = f32::NAN.to_le_bytes();
+    assert_eq!(Model::from_bytes(&image().as_bytes()[1..]).unwrap_err(), ModelError::Misaligned);
+    assert_eq!(error(with(0, b"X")), ModelError::Magic);
+    assert_eq!(error(with(8, &[9])), ModelError::Version(9));
+    assert_eq!(error(with(HEADER_BYTES + 4, &[7])), ModelError::SectionVersion(kind::PARAMS));
+    assert_eq!(error(with(HEADER_BYTES, &[77])), ModelError::Missing(kind::PARAMS));
+    assert_eq!(error(with(at(kind::REST, 8), &nan)), ModelError::Value(kind::REST, 0));
+    assert_eq!(
+        error(with(at(kind::REST_LENGTH, 4), &nan)),
+        ModelError::Value(kind::REST_LENGTH, 1)
+    );
+    assert_eq!(error(with(at(kind::UPPER, 0), &[0, 0])), ModelError::Index(kind::UPPER, 0));
+    assert_eq!(error(with(at(kind::UPPER, 0), &[255, 255])), ModelError::Index(kind::UPPER, 0));
+    assert_eq!(error(with(at(kind::MOBILITY, 0), &nan)), ModelError::Value(kind::MOBILITY, 0));
+    assert_eq!(
+        error(with(at(kind::ALPHA, 8), &1.0_f32.to_le_bytes())),
+        ModelError::Value(kind::ALPHA, 2)
+    );
+    assert_eq!(
+        error(with(at(kind::WEIGHT, 0), &(-1.0_f32).to_le_bytes())),
+        ModelError::Value(kind::WEIGHT, 0)
+    );
+    assert_eq!(error(with(at(kind::FIXED, 0), &[255, 255])), ModelError::Index(kind::FIXED, 0));
+    assert_eq!(
+        error(with(at(kind::TETRAHEDRA, 0), &[255, 255])),
+        ModelError::Index(kind::TETRAHEDRA, 0)
+    );
+    assert_eq!(error(with(at(kind::PARAMS, 0), &[65, 0])), ModelError::SectionSize(kind::REST));
+}
+
+fn press(image: &ImageBytes) -> Option<f32> {
+    let model = Model::from_bytes(image.as_bytes()).ok()?;
+    let network = Network::new(model, Settings::for_model(&model)).ok()?;
+    let free = (0..model.cells() as u16).rev().find(|&cell| !model.is_fixed(cell))?;
+    let mut engine = Engine::new(network, Scheme::Track, &[free]).ok()?;
+    let mut last = 0.0;
+    for tick in 0..20_i16 {
+        let position_m = Vector3::new(0.0, 0.0, -0.001 * f32::from(tick));
+        last = engine.tick(&ToolSample { position_m, engaged: 1 }).force_n.z;
+    }
+    Some(last)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(4000) })]
+
+    /// Words changed at random, the checksum made right again: refused, or run without a panic.
+    #[test]
+    fn changed_words_are_refused_or_harmless(changes in prop::collection::vec(
+        (any::<prop::sample::Index>(), prop_oneof![
+            any::<u32>(), Just(0), Just(u32::MAX), Just(f32::INFINITY.to_bits()), 0_u32..70,
+        ]), 1..4)) {
+        let mut bytes = image().as_bytes().to_vec();
+        for (index, value) in changes {
+            let at = 4 * index.index(bytes.len() / 4);
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        }
+        let _ = press(&resealed(bytes));
+    }
+}
+
+#[test]
+fn the_unchanged_image_runs() {
+    assert!(press(image()).unwrap() > 0.0);
+}
