@@ -14,7 +14,7 @@ use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{ServeOptions, Server, serve};
 use chaincell_host::cosim::services::{Domain, Scene};
 use chaincell_host::terminal;
-use iceoryx2::prelude::{Config, NodeBuilder, Path, PortFactory, ipc};
+use iceoryx2::prelude::{Config, NodeBuilder, Path, PortFactory, SemanticString, ipc};
 
 use common::*;
 
