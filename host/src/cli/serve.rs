@@ -33,13 +33,13 @@ pub struct Args {
     #[command(flatten)]
     common: LoopArgs,
     /// Silence after which force 0 is published once, 0 for never [ms]
-    #[arg(long, default_value_t = 20, value_name = "MS")]
+    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     watchdog_ms: u32,
     /// Send the state hash with every so many ticks; 0 for none but the last
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     hash_every: u64,
     /// End after so many ticks
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     ticks: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     /// Ticks kept for --out [default: --ticks, or ten minutes]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
