@@ -30,7 +30,8 @@ fn binary() -> &'static Path {
         let built = Command::new(cargo)
             .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap())
             .args(["build", "--locked", "--offline", "--quiet", "--profile", profile])
-            .args(["-p", "chaincell-host", "--bin", "chaincell", "--target-dir"])
+            // The whole workspace selects the same features as its tests: nothing is built twice.
+            .args(["--workspace", "--bin", "chaincell", "--target-dir"])
             .arg(target)
             .stdin(Stdio::null())
             .output()

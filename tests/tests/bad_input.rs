@@ -1,6 +1,6 @@
 //! Models, paths, contacts and parameters that are refused: exit code 2, the place, the remedy.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use chaincell_tests::files::{bake, content, scratch, text, write_path};
 use chaincell_tests::run;
@@ -306,22 +306,18 @@ fn unknown_commands_and_options() {
         &["info"],
         &["run", "m"],
         &["info", text(&place.model), "--colour"],
-        &["serve", text(&place.model), "--wait", "sometimes"],
-        &["serve", text(&place.model), "--ticks", "-1"],
         &["cosim", "a", "b"],
     ] {
         place.refuses(args, &["Usage"]);
+    }
+    let serve = ["serve", text(&place.model)];
+    for (option, value) in
+        [("--wait", "sometimes"), ("--ticks", "-1"), ("--hash-every", "x"), ("--watchdog-ms", "-1")]
+    {
+        place.refuses(&[&serve, &[option, value][..]].concat(), &[option, value]);
     }
     for args in [&["--help"][..], &["--version"], &["run", "--help"], &["help", "cosim"]] {
         let ended = run(args).with(0);
         assert!(!ended.out.is_empty() && ended.err.is_empty());
     }
-}
-
-#[test]
-fn a_folder_that_is_no_scratch_is_listed_whole() {
-    let folder = scratch();
-    std::fs::create_dir(folder.path().join("a")).unwrap();
-    std::fs::write(folder.path().join("a/b"), "c").unwrap();
-    assert_eq!(content(Path::new(folder.path())).len(), 2);
 }
