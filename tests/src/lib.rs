@@ -9,6 +9,7 @@
 
 pub mod files;
 pub mod lattice;
+pub mod outsider;
 pub mod process;
 
 use std::path::PathBuf;
@@ -29,4 +30,10 @@ pub fn reference(test: &str) -> Option<PathBuf> {
 #[must_use]
 pub fn scene(test: &str) -> String {
     chaincell_host::cosim::names::unique_scene(test)
+}
+
+/// Real-time loops of several tests would take each other's cores: each waits for its turn.
+pub fn turn() -> std::sync::MutexGuard<'static, ()> {
+    static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
