@@ -96,6 +96,17 @@ impl Outsider {
         eventually(|| self.try_receive())
     }
 
+    /// Waits for an answer to a tick of at least this number.
+    #[track_caller]
+    pub fn after(&self, tick: u64) -> u64 {
+        loop {
+            let seen = self.receive().tick;
+            if seen >= tick {
+                return seen;
+            }
+        }
+    }
+
     /// An answer that has arrived.
     #[must_use]
     pub fn try_receive(&self) -> Option<Force> {

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 /// Longest life of a command that has little to do.
 pub const SHORT: Duration = Duration::from_secs(60);
@@ -131,8 +131,7 @@ impl Running {
 
     /// Sends a signal.
     pub fn signal(&self, signal: Signal) {
-        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, signal).unwrap();
+        kill_process(self.pid(), signal).unwrap();
     }
 
     /// Ctrl-C, and how the process then ended.
@@ -140,6 +139,17 @@ impl Running {
     pub fn interrupt(self) -> Ended {
         self.signal(Signal::INT);
         self.end(SHORT)
+    }
+
+    /// Ctrl-C of the terminal for a process that leads a group: the whole group gets it.
+    #[track_caller]
+    pub fn interrupt_group(self) -> Ended {
+        kill_process_group(self.pid(), Signal::INT).unwrap();
+        self.end(SHORT)
+    }
+
+    fn pid(&self) -> Pid {
+        Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap()
     }
 
     /// Waits for the end; one that takes longer is killed and fails the test.

@@ -1,5 +1,7 @@
 //! Models, paths, contacts and parameters that are refused: exit code 2, the place, the remedy.
 
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
 use std::path::PathBuf;
 
 use chaincell_tests::files::{bake, content, scratch, text, write_path};

@@ -1,5 +1,7 @@
 //! Meshes that cannot be baked: refused with file, line and remedy, and nothing is left behind.
 
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
 use std::path::Path;
 
 use chaincell_tests::files::{content, scratch, text};

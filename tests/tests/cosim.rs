@@ -1,10 +1,13 @@
 //! `cosim`: both processes, every tick answered, the replay the same; also with real anatomy.
 
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 
 use chaincell_tests::files::{Table, bake, is_hash, scratch, summary, text};
 use chaincell_tests::outsider::Outsider;
-use chaincell_tests::{Running, run, scene, turn};
+use chaincell_tests::{Running, chaincell, run, scene, turn};
 use serde_json::Value;
 
 /// What every session of so many ticks says when all went well.
@@ -92,21 +95,25 @@ fn the_reference_liver() {
 #[test]
 fn ctrl_c_ends_a_session_with_its_results_so_far() {
     let _turn = turn();
-    let folder = scratch();
-    let model = bake(folder.path(), "plane:21x21x0.01", &[]);
-    let (out, name) = (folder.path().join("out"), scene("ctrl-c"));
-    let args = ["cosim", text(&model), "--seconds", "30", "--scene", &name, "--out", text(&out)];
-    let cosim = Running::chaincell([&args[..], &["--json"]].concat());
-    let outsider = Outsider::join(&name, false);
-    while outsider.receive().tick < 300 {}
-    let ended = cosim.interrupt().with(130);
-    let found = ended.json();
-    let ticks = found["ticks_answered"].as_u64().unwrap();
-    assert!((300..30_000).contains(&ticks), "{ticks}");
-    assert_eq!(found["interrupted"], true);
-    assert_eq!(found["state_hash"], found["replay_state_hash"]);
-    assert_eq!(Table::read(&out.join("force.csv")).rows.len() as u64, ticks);
-    replay(&out, &folder.path().join("again"), &[]);
+    for to_group in [false, true] {
+        let folder = scratch();
+        let model = bake(folder.path(), "plane:21x21x0.01", &[]);
+        let (out, name) = (folder.path().join("out"), scene("ctrl-c"));
+        let args = ["cosim", text(&model), "--seconds", "30", "--scene", &name, "--json", "--out"];
+        let mut command = chaincell();
+        command.args(args).arg(&out).process_group(0);
+        let cosim = Running::start(&mut command);
+        Outsider::join(&name, false).after(300);
+        // A terminal's Ctrl-C reaches the children too.
+        let ended = if to_group { cosim.interrupt_group() } else { cosim.interrupt() };
+        let found = ended.with(130).json();
+        let ticks = found["ticks_answered"].as_u64().unwrap();
+        assert!((300..30_000).contains(&ticks), "{ticks}");
+        assert_eq!(found["interrupted"], true);
+        assert_eq!(found["state_hash"], found["replay_state_hash"]);
+        assert_eq!(Table::read(&out.join("force.csv")).rows.len() as u64, ticks);
+        replay(&out, &folder.path().join("again"), &[]);
+    }
 }
 
 #[test]

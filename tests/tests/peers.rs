@@ -1,5 +1,7 @@
 //! `serve` and `control` as processes of their own, and others who join, leave or intrude.
 
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -107,7 +109,8 @@ fn control_without_a_server() {
         assert!(ended.err.contains(part), "{}", ended.err);
     }
     let waiting = Running::chaincell(place.control_args(&["--wait-for-server-s", "60"]));
-    std::thread::sleep(Duration::from_millis(300));
+    // The services exist: it is waiting.
+    let _outsider = Outsider::join(&place.scene, false);
     waiting.interrupt().with(130);
 }
 
@@ -115,17 +118,36 @@ fn control_without_a_server() {
 fn a_second_control_is_refused_and_the_first_goes_on() {
     let _turn = turn();
     let place = Place::new("controls");
-    let serve = place.serve(&["--ticks", "1500", "--json"]);
+    let serve = place.serve(&["--json"]);
     let outsider = Outsider::join(&place.scene, false);
-    let first = Running::chaincell(place.control_args(&["--seconds", "1.5"]));
-    while outsider.receive().tick < 100 {}
+    let first = Running::chaincell(place.control_args(&["--seconds", "60"]));
+    let seen = outsider.after(100);
     let second = run(place.control_args(&["--seconds", "0.1"])).with(2);
     assert!(second.err.contains("has a running chaincell control"), "{}", second.err);
     assert!(second.err.contains("--scene NAME"), "{}", second.err);
-    let first = first.end(Duration::from_secs(30)).with(0).json();
-    assert_eq!(first["ticks_answered"], 1500);
-    let served = serve.end(Duration::from_secs(20)).with(0).json();
-    assert_eq!((&served["ticks_executed"], &served["publishers"]), (&1500.into(), &1.into()));
+    outsider.after(seen + 100);
+    let first = first.interrupt().with(130).json();
+    assert_eq!(first["ticks_answered"], first["ticks_sent"]);
+    let served = serve.interrupt().with(130).json();
+    assert_eq!(served["ticks_executed"], first["ticks_sent"]);
+    assert_eq!((&served["publishers"], &served["poses_refused"]), (&1.into(), &0.into()));
+}
+
+#[test]
+fn a_control_that_was_killed_is_followed_by_another() {
+    let _turn = turn();
+    let place = Place::new("follow");
+    let serve = place.serve(&["--json"]);
+    let outsider = Outsider::join(&place.scene, false);
+    let first = Running::chaincell(place.control_args(&["--seconds", "60"]));
+    outsider.after(200);
+    drop(first);
+    let second = run(place.control_args(&["--seconds", "0.3"])).with(0).json();
+    assert_eq!((&second["ticks_sent"], &second["ticks_answered"]), (&300.into(), &300.into()));
+    let served = serve.interrupt().with(130).json();
+    assert_eq!((&served["publishers"], &served["poses_repeated"]), (&2.into(), &0.into()));
+    assert!(served["ticks_executed"].as_u64().unwrap() > 500);
+    assert_eq!(served["state_hash"], second["state_hash"]);
 }
 
 #[test]
@@ -160,7 +182,7 @@ fn poses_of_another_program_drive_the_tissue() {
     let _turn = turn();
     let place = Place::new("foreign");
     let out = place.folder.path().join("out");
-    let serve = place.serve(&["--watchdog-ms", "50", "--out", text(&out), "--json"]);
+    let serve = place.serve(&["--watchdog-ms", "1000", "--out", text(&out), "--json"]);
     let outsider = Outsider::join(&place.scene, true);
     let pose = |tick: u64, z: f32| Pose { tick, position_m: [0.0, 0.0, z], engaged: 1 };
     // Two poses lost after 11, two repeated, one bad.
@@ -201,7 +223,7 @@ fn ctrl_c_ends_both_sides_with_what_they_have() {
     let serve = place.serve(&["--out", text(&out), "--json"]);
     let outsider = Outsider::join(&place.scene, false);
     let control = Running::chaincell(place.control_args(&["--seconds", "60"]));
-    while outsider.receive().tick < 200 {}
+    outsider.after(200);
     let control = control.interrupt().with(130).json();
     let sent = control["ticks_sent"].as_u64().unwrap();
     assert!((200..60_000).contains(&sent), "{sent}");
