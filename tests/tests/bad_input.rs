@@ -67,6 +67,9 @@ fn models_that_are_no_models() {
     let longer = place.file("longer", [bytes.as_slice(), &[0; 16]].concat());
     let missing = place.folder.path().join("missing");
     let folder = place.folder.path().to_owned();
+    for model in [&mesh, &place.path] {
+        place.refuses(&["info", text(model)], &["not a chaincell model", "chaincell bake"]);
+    }
     for model in [&empty, &mesh, &longer, &missing, &folder, &place.path] {
         place.refuses(&["info", text(model)], &["cannot read model", text(model)]);
         for command in ["serve", "cosim", "latency"] {
@@ -256,17 +259,17 @@ fn session_parameters_out_of_range() {
     }
     for seconds in ["0", "-1", "NaN", "inf", "1e30"] {
         let args = [&["serve", model], &common[..], &["--seconds", seconds]].concat();
-        place.refuses(&args, &["--seconds"]);
+        place.refuses(&args, &["--seconds", "must be "]);
     }
     for depth in ["0", "-1", "NaN", "inf"] {
         for command in [&["cosim", model][..], &["control"], &["latency", model]] {
             let args = [command, &common[..], &["--depth-m", depth]].concat();
-            place.refuses(&args, &["depth", "above 0"]);
+            place.refuses(&args, &["--depth-m", "must be above 0 and finite"]);
         }
     }
     for wait in ["-1", "NaN", "inf", "1e30"] {
         let args = [&["control"], &common[..], &["--wait-for-server-s", wait]].concat();
-        place.refuses(&args, &["--wait-for-server-s"]);
+        place.refuses(&args, &["--wait-for-server-s", "must be "]);
     }
     for (option, value) in [
         ("--direction", "0,0,0"),
@@ -274,7 +277,7 @@ fn session_parameters_out_of_range() {
         ("--touch-m", "a,b,c"),
         ("--touch-m", "NaN,0,0"),
     ] {
-        place.refuses(&[&["control"], &common[..], &[option, value]].concat(), &["direction"; 0]);
+        place.refuses(&[&["control"], &common[..], &[option, value]].concat(), &[option]);
     }
     let both = ["control", "--path", text(&place.path), "--motion", "press"];
     place.refuses(&both, &["--path", "--motion"]);

@@ -54,7 +54,7 @@ fn a_session_is_replayed_by_run() {
     assert_eq!(Table::read(&out.join("path.csv")).rows.len(), 1000);
     replay(&out, &again, &how);
     // The session's folder is not taken a second time.
-    let second = run(&args).with(2);
+    let second = run(args).with(2);
     assert!(second.err.contains("not empty") && second.err.contains("--force"));
 }
 
