@@ -11,7 +11,7 @@ use super::scene::{SceneArgs, SceneReport};
 use super::session::LoopArgs;
 use crate::cosim::payload::ToolForce;
 use crate::cosim::record::Recorder;
-use crate::cosim::serve::{Ending, ServeOptions, ServeReport, serve};
+use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
 use crate::cosim::tissue::TissueEngine;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
@@ -86,10 +86,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;
-    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     let known = args.ticks.and_then(|ticks| usize::try_from(ticks).ok());
     let wanted = args.record_ticks.or(known).unwrap_or(RECORD_TICKS).min(100 * RECORD_TICKS);
-    let mut recorder = Recorder::with_capacity(if folder.is_some() { wanted } else { 0 });
+    let mut recorder = Recorder::with_capacity(if args.out.is_some() { wanted } else { 0 });
     let options = ServeOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -101,7 +100,11 @@ pub fn execute(args: &Args) -> Result<()> {
         seconds: args.seconds,
         ..ServeOptions::default()
     };
-    let report = serve(&mut engine, &options, &mut recorder)?;
+    // A scene that is refused leaves the folder as it was.
+    let server = Server::open(&options)?;
+    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
+    terminal::say("ready")?;
+    let report = server.run(&mut engine, &mut recorder)?;
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         let scene = args.scene.report(&engine);
