@@ -286,14 +286,18 @@ fn session_parameters_out_of_range() {
 #[test]
 fn scene_names_that_are_refused() {
     let place = Place::new();
+    let (model, out) = (text(&place.model), place.folder.path().join("out"));
     let long = "x".repeat(65);
     for scene in [
         "", "a/b", "/", "..\\", &long, "state", "command", "pose", "force", "a\nb", "a\u{7}b",
         "a b", "käfer",
     ] {
-        let model = text(&place.model);
-        for command in [&["serve", model][..], &["control"], &["cosim", model, "--seconds", "0.02"]]
-        {
+        for command in [
+            &["serve", model, "--out", text(&out)][..],
+            &["cosim", model, "--out", text(&out)],
+            &["latency", model],
+            &["control"],
+        ] {
             let args = [command, &["--scene", scene]].concat();
             place.refuses(&args, &["--scene", "give 1 to 64 letters"]);
         }

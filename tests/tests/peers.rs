@@ -72,8 +72,12 @@ fn one_server_after_the_other_but_never_two() {
     let _turn = turn();
     let place = Place::new("servers");
     let mut first = place.serve(&["--json"]);
-    let args = ["serve", text(&place.model), "--scene", &place.scene];
-    let second = run(args).with(2);
+    let out = place.folder.path().join("out");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("force.csv"), "of an earlier run").unwrap();
+    let args = ["serve", text(&place.model), "--scene", &place.scene, "--out", text(&out)];
+    let second = run([&args[..], &["--force"]].concat()).with(2);
+    assert_eq!(std::fs::read(out.join("force.csv")).unwrap(), b"of an earlier run");
     for part in [&place.scene, "has a running chaincell serve", "--scene NAME"] {
         assert!(second.err.contains(part), "{}", second.err);
     }
