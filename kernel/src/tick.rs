@@ -103,7 +103,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             let model = self.network.model();
             self.head.tool_origin_m = sample.position_m.into();
             self.head.applied = [0.0; 3];
-            self.head.deepest = 0.0;
+            // Any depth is deeper: taking hold reopens the bands.
+            self.head.deepest = -1.0;
             for contact in &mut *self.contacts {
                 if let Some(v) = self.state.get(contact.cell()) {
                     contact.origin = output(v.xyz(), model.saturation());

@@ -72,6 +72,7 @@ struct CosimSummary {
 
 pub fn execute(args: &Args) -> Result<()> {
     let ticks = ticks(args.seconds)?;
+    args.common.check()?;
     let scratch = tempfile::tempdir()
         .map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))?;
     let (image, model_path) = match &args.model {

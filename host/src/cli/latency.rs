@@ -54,6 +54,7 @@ struct LatencySummary {
 
 pub fn execute(args: &Args) -> Result<()> {
     let ticks = ticks(args.seconds)?;
+    args.common.check()?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;

@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     /// Also write the positions after these ticks
-    #[arg(long, value_name = "TICKS", value_delimiter = ',')]
+    #[arg(long, value_name = "TICKS", value_delimiter = ',', allow_negative_numbers = true)]
     snapshot_ticks: Vec<u64>,
     /// Replay a recorded session, lost and bad poses included, by the rules of `serve`
     #[arg(long)]

@@ -11,7 +11,7 @@ use super::scene::{SceneArgs, SceneReport};
 use super::session::LoopArgs;
 use crate::cosim::payload::ToolForce;
 use crate::cosim::record::Recorder;
-use crate::cosim::serve::{Ending, ServeOptions, ServeReport, serve};
+use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
 use crate::cosim::tissue::TissueEngine;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
@@ -33,13 +33,13 @@ pub struct Args {
     #[command(flatten)]
     common: LoopArgs,
     /// Silence after which force 0 is published once, 0 for never [ms]
-    #[arg(long, default_value_t = 20, value_name = "MS")]
+    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     watchdog_ms: u32,
     /// Send the state hash with every so many ticks; 0 for none but the last
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     hash_every: u64,
     /// End after so many ticks
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     ticks: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     /// Ticks kept for --out [default: --ticks, or ten minutes]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
@@ -86,10 +86,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;
-    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     let known = args.ticks.and_then(|ticks| usize::try_from(ticks).ok());
     let wanted = args.record_ticks.or(known).unwrap_or(RECORD_TICKS).min(100 * RECORD_TICKS);
-    let mut recorder = Recorder::with_capacity(if folder.is_some() { wanted } else { 0 });
+    let mut recorder = Recorder::with_capacity(if args.out.is_some() { wanted } else { 0 });
     let options = ServeOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -101,7 +100,11 @@ pub fn execute(args: &Args) -> Result<()> {
         seconds: args.seconds,
         ..ServeOptions::default()
     };
-    let report = serve(&mut engine, &options, &mut recorder)?;
+    // A scene that is refused leaves the folder as it was.
+    let server = Server::open(&options)?;
+    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
+    terminal::say("ready")?;
+    let report = server.run(&mut engine, &mut recorder)?;
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         let scene = args.scene.report(&engine);

@@ -8,6 +8,7 @@ use chaincell_kernel::Model;
 use super::scene::SceneArgs;
 use crate::cosim::floor::{self, Floor};
 use crate::cosim::motion::Press;
+use crate::cosim::names::SceneNames;
 use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
 use crate::cosim::services::Domain;
@@ -38,6 +39,13 @@ pub struct LoopArgs {
     /// End when the process that started this one has ended
     #[arg(long, hide = true)]
     pub ends_with_parent: bool,
+}
+
+impl LoopArgs {
+    /// Refuses a scene name before anything is measured or written.
+    pub fn check(&self) -> Result<()> {
+        SceneNames::new(self.scene.as_deref()).map(|_| ())
+    }
 }
 
 /// What a session measured.

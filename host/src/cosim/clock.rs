@@ -33,11 +33,18 @@ pub fn sleep_until_ns(moment_ns: u64) {
     let _ = clock_nanosleep_absolute(SleepClock::Monotonic, &request);
 }
 
+/// Longest span that an option may name \[s\].
+const SPAN_S_MAX: f64 = 1e9;
+
 /// The span of an option in seconds as nanoseconds.
 pub(crate) fn span_ns(option: &str, seconds: f64) -> Result<u64> {
     Duration::try_from_secs_f64(seconds)
-        .map(|span| u64::try_from(span.as_nanos()).unwrap_or(u64::MAX))
-        .map_err(|why| Error::input(format!("{option} {seconds}: {why}; give 0 or more seconds")))
+        .ok()
+        .filter(|_| seconds <= SPAN_S_MAX)
+        .and_then(|span| u64::try_from(span.as_nanos()).ok())
+        .ok_or_else(|| {
+            Error::input(format!("{option} {seconds}: must be from 0 to {SPAN_S_MAX} [s]"))
+        })
 }
 
 #[cfg(test)]
@@ -47,7 +54,7 @@ mod tests {
     #[test]
     fn spans_are_finite_and_not_negative() {
         assert_eq!(span_ns("--seconds", 1.5).unwrap(), 1_500_000_000);
-        for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        for bad in [-1.0, f64::NAN, f64::INFINITY, 1e30] {
             let error = span_ns("--seconds", bad).unwrap_err();
             assert_eq!(error.exit_code(), 2);
             assert!(error.to_string().contains("--seconds"), "{error}");

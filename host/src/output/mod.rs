@@ -79,11 +79,15 @@ impl Folder {
 }
 
 /// Writes a file under another name beside it first, so that it appears whole or not at all.
+/// Devices, sockets and pipes stay what they are: a new file in their place would replace them.
 ///
 /// # Errors
-/// What the system says, with the path.
+/// What the system says, with the path; a place that holds something other than a file.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     let failed = |why: std::io::Error| Error::file("write", path, why);
+    if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(Error::file("write", path, "it is there and no file; name another one"));
+    }
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

@@ -1,0 +1,332 @@
+//! Models, paths, contacts and parameters that are refused: exit code 2, the place, the remedy.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::PathBuf;
+
+use chaincell_tests::files::{bake, content, scratch, text, write_path};
+use chaincell_tests::run;
+
+/// A baked plane and a path of five ticks.
+struct Place {
+    folder: tempfile::TempDir,
+    model: PathBuf,
+    path: PathBuf,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = scratch();
+        let model = bake(folder.path(), "plane:5x5x0.01", &[]);
+        let path = folder.path().join("path.csv");
+        write_path(&path, (0..5).map(|tick| (tick, [0.0; 3], 1)));
+        Self { folder, model, path }
+    }
+
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let file = self.folder.path().join(name);
+        std::fs::write(&file, content).unwrap();
+        file
+    }
+
+    /// Expects exit code 2, a message with every part, and a folder as it was.
+    #[track_caller]
+    fn refuses(&self, args: &[&str], parts: &[&str]) {
+        let before = content(self.folder.path());
+        let ended = run(args).with(2);
+        for part in parts {
+            assert!(ended.err.contains(part), "{args:?}: `{part}` is missing: {}", ended.err);
+        }
+        assert!(ended.err.len() > 20, "{args:?}: {}", ended.err);
+        assert!(content(self.folder.path()) == before, "{args:?}: something was left behind");
+    }
+
+    /// Expects that `run` with these options is refused.
+    #[track_caller]
+    fn refuses_run(&self, options: &[&str], parts: &[&str]) {
+        let out = self.folder.path().join("out");
+        let args = ["run", text(&self.model), "--path", text(&self.path), "--out", text(&out)];
+        self.refuses(&[&args, options].concat(), parts);
+    }
+
+    /// Expects that `bake` with these options is refused.
+    #[track_caller]
+    fn refuses_bake(&self, options: &[&str], parts: &[&str]) {
+        let model = self.folder.path().join("other.chaincell");
+        let args = ["bake", "plane:5x5x0.01", "-o", text(&model)];
+        self.refuses(&[&args, options].concat(), parts);
+    }
+}
+
+#[test]
+fn models_that_are_no_models() {
+    let place = Place::new();
+    let bytes = std::fs::read(&place.model).unwrap();
+    let empty = place.file("empty", b"");
+    let mesh = place.file("body.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
+    let longer = place.file("longer", [bytes.as_slice(), &[0; 16]].concat());
+    let missing = place.folder.path().join("missing");
+    let folder = place.folder.path().to_owned();
+    for model in [&mesh, &place.path] {
+        place.refuses(&["info", text(model)], &["not a chaincell model", "chaincell bake"]);
+    }
+    for model in [&empty, &mesh, &longer, &missing, &folder, &place.path] {
+        place.refuses(&["info", text(model)], &["cannot read model", text(model)]);
+        for command in ["serve", "cosim", "latency"] {
+            place.refuses(&[command, text(model)], &["cannot read model", text(model)]);
+        }
+        let out = place.folder.path().join("out");
+        let args = ["run", text(model), "--path", text(&place.path), "--out", text(&out)];
+        place.refuses(&args, &["cannot read model", text(model)]);
+    }
+}
+
+#[test]
+fn models_that_are_cut_off() {
+    let place = Place::new();
+    let bytes = std::fs::read(&place.model).unwrap();
+    let cut = place.folder.path().join("cut");
+    for length in (0..bytes.len()).step_by(61).chain([1, 15, 16, 31, 32, bytes.len() - 1]) {
+        std::fs::write(&cut, &bytes[..length]).unwrap();
+        place.refuses(&["info", text(&cut)], &["cannot read model", text(&cut)]);
+    }
+}
+
+#[test]
+fn models_with_a_wrong_byte() {
+    let place = Place::new();
+    let mut bytes = std::fs::read(&place.model).unwrap();
+    let wrong = place.folder.path().join("wrong");
+    for at in (0..bytes.len()).step_by(97).chain(0..32) {
+        bytes[at] ^= 1 << (at % 8);
+        std::fs::write(&wrong, &bytes).unwrap();
+        bytes[at] ^= 1 << (at % 8);
+        place.refuses(&["info", text(&wrong)], &["cannot read model", text(&wrong)]);
+    }
+}
+
+#[test]
+fn paths_that_break_the_rules() {
+    const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
+    let place = Place::new();
+    let out = place.folder.path().join("out");
+    let scene = chaincell_tests::scene("paths");
+    for (content, part) in [
+        (format!("{HEADER}\n0,0,0,0,0\n2,0,0,0,0\n"), "bad.csv:3: field tick 2: must be 1"),
+        (format!("{HEADER}\n0,0,0,0,0\n0,0,0,0,0\n"), "bad.csv:3: field tick 0: must be 1"),
+        (format!("{HEADER}\n3,0,0,0,0\n2,0,0,0,0\n"), "bad.csv:3: field tick 2: must be 4"),
+        (format!("{HEADER}\n0,0,NaN,0,0\n"), "bad.csv:2: field y_m `NaN`: must be finite"),
+        (format!("{HEADER}\n0,inf,0,0,0\n"), "bad.csv:2: field x_m `inf`: must be finite"),
+        (format!("{HEADER}\n0,0,0,1e99,0\n"), "bad.csv:2: field z_m `1e99`: must be finite"),
+        (format!("{HEADER}\n0,0,0,,0\n"), "bad.csv:2: field z_m ``: must be a number"),
+        (format!("{HEADER}\n0,0,0,0,2\n"), "bad.csv:2: field engaged `2`: must be 0 or 1"),
+        (format!("{HEADER}\n0,0,0,0,-1\n"), "bad.csv:2: field engaged `-1`"),
+        (format!("{HEADER}\n0.5,0,0,0,0\n"), "bad.csv:2: field tick `0.5`"),
+        (format!("{HEADER}\n0,0,0,0\n"), "bad.csv:2: 4 fields; a row has 5"),
+        (format!("{HEADER}\n\n"), "bad.csv:2: "),
+        (format!("{HEADER}\n"), "bad.csv: no rows"),
+        ("tick,x,y,z,engaged\n0,0,0,0,0\n".into(), "bad.csv:1: the header is"),
+        ("0,0,0,0,0\n".into(), "bad.csv:1: the header is"),
+        (String::new(), "bad.csv: no rows"),
+    ] {
+        let path = place.file("bad.csv", content);
+        let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
+        place.refuses(&args, &[part, text(&path)]);
+        place.refuses(&["control", "--scene", &scene, "--path", text(&path)], &[part]);
+    }
+    for path in [place.folder.path().join("missing.csv"), place.folder.path().to_owned()] {
+        let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
+        place.refuses(&args, &[text(&path), "cannot"]);
+    }
+    let binary = place.file("bad.csv", [HEADER.as_bytes(), b"\n\xff\xfe,0\n"].concat());
+    let args = ["run", text(&place.model), "--path", text(&binary), "--out", text(&out)];
+    place.refuses(&args, &["bad.csv:2: not text"]);
+}
+
+#[test]
+fn contacts_that_cannot_be_held() {
+    let place = Place::new();
+    let sets = place.file("sets.json", r#"{"none": [], "far": [25], "one": 3}"#);
+    let key = |key: &str| format!("cells:file:{}{key}", sets.display());
+    for (contact, parts) in [
+        ("cells:nodes:25", &["'25' is no node", "0 to 24"][..]),
+        ("25", &["'25' is no node"]),
+        ("cells:nodes:0", &["node 0 is fixed"]),
+        ("cells:nodes:12,12", &["node 12 is given twice"]),
+        ("cells:nodes:", &["no node"]),
+        ("cells:", &["unknown selector"]),
+        ("", &["unknown selector"]),
+        ("cells:box:5,6,0,1,0,1", &["selects no node"]),
+        ("cells:group:liver", &["no group 'liver'", "its groups"]),
+        ("cells:border", &["fixed"]),
+        ("probe:0.01", &["probes are not supported", "cells:SELECTOR"]),
+        (&key(""), &["add #KEY"]),
+        (&key("#none"), &["selects no node"]),
+        (&key("#far"), &["'25' is no node"]),
+        (&key("#one"), &["is no array"]),
+        (&key("#other"), &["no key 'other'"]),
+        ("cells:file:/none/none", &["cannot read /none/none"]),
+    ] {
+        let parts = [parts, &["--contact"]].concat();
+        place.refuses_run(&["--contact", contact], &parts);
+        place.refuses(&["serve", text(&place.model), "--contact", contact], &parts);
+    }
+    let all_fixed = bake(place.folder.path(), "plane:3x3x0.01", &["--fix", "box:-1,1,-1,1,-1,1"]);
+    let args = ["serve", text(&all_fixed)];
+    place.refuses(&args, &["--contact auto: every cell is fixed"]);
+}
+
+#[test]
+fn nodes_that_cannot_be_fixed() {
+    let place = Place::new();
+    for (fix, part) in [
+        ("nodes:25", "'25' is no node"),
+        ("nodes:1,1", "given twice"),
+        ("box:5,6,0,1,0,1", "selects no node"),
+        ("box:1,0,0,1,0,1", "x0 is above x1"),
+        ("box:0,1", "six bounds"),
+        ("group:top", "no group 'top'"),
+        ("everything", "unknown selector"),
+        ("", "unknown selector"),
+        ("file:/none/none", "cannot read /none/none"),
+    ] {
+        place.refuses_bake(&["--fix", fix], &["--fix", part]);
+    }
+}
+
+#[test]
+fn body_parameters_out_of_range() {
+    let place = Place::new();
+    for alpha in ["-0.1", "1", "1.5", "0.99999999999", "NaN", "inf", "x", ""] {
+        place.refuses_bake(&["--alpha", alpha], &["--alpha"]);
+    }
+    place.refuses_bake(&["--alpha", "-0.1"], &["--alpha -0.1: must be in [0, 1)"]);
+    for stiffness in ["0", "-1", "inf", "NaN", "1e-60", "1e60"] {
+        let parts = ["--stiffness-n-per-m", "must be above 0 and finite"];
+        place.refuses_bake(&["--stiffness-n-per-m", stiffness], &parts);
+    }
+    place.refuses_bake(&["--k-m", "0.01"], &["--k-m 0.01", "at least twice"]);
+    for option in ["--k-m", "--r-x", "--capacitance", "--energy-max-j"] {
+        for value in ["0", "-1", "NaN", "inf", "1e99", "1e-99"] {
+            place.refuses_bake(&[option, value], &[option, "must be above 0 and finite"]);
+        }
+        place.refuses_bake(&[option, "many"], &[option, "many"]);
+    }
+    let few = format!("file:{}", place.file("few", "0.1 0.1").display());
+    place.refuses_bake(&["--alpha", &few], &["--alpha", "2 values for 25 nodes"]);
+    let bad = format!("file:{}", place.file("bad", "0.1 2 ".repeat(12) + "0").display());
+    place.refuses_bake(&["--alpha", &bad], &["--alpha", "node 1", "[0, 1)"]);
+    let word = format!("file:{}", place.file("word", "0.1 soft").display());
+    place.refuses_bake(&["--alpha", &word], &["--alpha", "value 1", "soft"]);
+    place.refuses_bake(&["--alpha", "file:/none/none"], &["--alpha", "/none/none"]);
+}
+
+#[test]
+fn run_parameters_out_of_range() {
+    let place = Place::new();
+    let bound = "must be above 0 and at most 0.5, the model's proven bound";
+    for step in ["0", "-0.1", "0.51", "1e9", "NaN", "inf"] {
+        place.refuses_run(&["--dynamics", "euler", "--step", step], &["--step", bound]);
+    }
+    for option in ["--max-tool-step-m", "--max-force-n"] {
+        for value in ["0", "-1", "NaN", "inf"] {
+            place.refuses_run(&[option, value], &[option, "must be above 0 and finite"]);
+        }
+    }
+    place.refuses_run(&["--sweeps", "0"], &["--sweeps 0: must be at least 1"]);
+    for sweeps in ["-1", "65536", "1.5", "x"] {
+        place.refuses_run(&["--sweeps", sweeps], &["--sweeps", sweeps]);
+    }
+    place.refuses_run(&["--snapshot-ticks", "5"], &["--snapshot-ticks 5", "0 to 4"]);
+    place.refuses_run(&["--snapshot-ticks", "1,9"], &["--snapshot-ticks 9", "0 to 4"]);
+    place.refuses_run(&["--snapshot-ticks", "1,-1"], &["--snapshot-ticks", "-1"]);
+    place.refuses_run(&["--dynamics", "verlet"], &["--dynamics", "euler", "track"]);
+    place.refuses_run(&["--unloading", "never"], &["--unloading", "retreat"]);
+}
+
+#[test]
+fn session_parameters_out_of_range() {
+    let place = Place::new();
+    let model = text(&place.model);
+    let scene = chaincell_tests::scene("ranges");
+    let common = ["--scene", &scene];
+    for seconds in ["0", "-1", "NaN", "1e9", "inf", "0.001"] {
+        let option = ["--seconds", seconds];
+        let parts = ["--seconds", "must be from 0.02 to 86400"];
+        place.refuses(&[&["cosim", model], &common[..], &option].concat(), &parts);
+        place.refuses(&[&["control"], &common[..], &option].concat(), &parts);
+        place.refuses(&[&["latency", model], &common[..], &option].concat(), &parts);
+    }
+    for seconds in ["0", "-1", "NaN", "inf", "1e30"] {
+        let args = [&["serve", model], &common[..], &["--seconds", seconds]].concat();
+        place.refuses(&args, &["--seconds", "must be "]);
+    }
+    for depth in ["0", "-1", "NaN", "inf"] {
+        for command in [&["cosim", model][..], &["control"], &["latency", model]] {
+            let args = [command, &common[..], &["--depth-m", depth]].concat();
+            place.refuses(&args, &["--depth-m", "must be above 0 and finite"]);
+        }
+    }
+    for wait in ["-1", "NaN", "inf", "1e30"] {
+        let args = [&["control"], &common[..], &["--wait-for-server-s", wait]].concat();
+        place.refuses(&args, &["--wait-for-server-s", "must be "]);
+    }
+    for (option, value) in [
+        ("--direction", "0,0,0"),
+        ("--direction", "0,0"),
+        ("--touch-m", "a,b,c"),
+        ("--touch-m", "NaN,0,0"),
+    ] {
+        place.refuses(&[&["control"], &common[..], &[option, value]].concat(), &[option]);
+    }
+    let both = ["control", "--path", text(&place.path), "--motion", "press"];
+    place.refuses(&both, &["--path", "--motion"]);
+}
+
+#[test]
+fn scene_names_that_are_refused() {
+    let place = Place::new();
+    let (model, out) = (text(&place.model), place.folder.path().join("out"));
+    let long = "x".repeat(65);
+    for scene in [
+        "", "a/b", "/", "..\\", &long, "state", "command", "pose", "force", "a\nb", "a\u{7}b",
+        "a b", "käfer",
+    ] {
+        for command in [
+            &["serve", model, "--out", text(&out)][..],
+            &["cosim", model, "--out", text(&out)],
+            &["latency", model],
+            &["control"],
+        ] {
+            let args = [command, &["--scene", scene]].concat();
+            place.refuses(&args, &["--scene", "give 1 to 64 letters"]);
+        }
+    }
+}
+
+#[test]
+fn unknown_commands_and_options() {
+    let place = Place::new();
+    for args in [
+        &[][..],
+        &["bend"],
+        &["bake"],
+        &["bake", "plane:3x3x0.01"],
+        &["info"],
+        &["run", "m"],
+        &["info", text(&place.model), "--colour"],
+        &["cosim", "a", "b"],
+    ] {
+        place.refuses(args, &["Usage"]);
+    }
+    let serve = ["serve", text(&place.model)];
+    for (option, value) in
+        [("--wait", "sometimes"), ("--ticks", "-1"), ("--hash-every", "x"), ("--watchdog-ms", "-1")]
+    {
+        place.refuses(&[&serve, &[option, value][..]].concat(), &[option, value]);
+    }
+    for args in [&["--help"][..], &["--version"], &["run", "--help"], &["help", "cosim"]] {
+        let ended = run(args).with(0);
+        assert!(!ended.out.is_empty() && ended.err.is_empty());
+    }
+}

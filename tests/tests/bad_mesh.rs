@@ -1,0 +1,185 @@
+//! Meshes that cannot be baked: refused with file, line and remedy, and nothing is left behind.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::Path;
+
+use chaincell_tests::files::{content, scratch, text};
+use chaincell_tests::run;
+
+/// Five nodes, two tetrahedra, format 2.2.
+const SOUND: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+    $Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n\
+    $Elements\n2\n1 4 2 1 1 1 2 3 4\n2 4 2 1 1 2 3 4 5\n$EndElements\n";
+
+/// The same, format 4.1.
+const SOUND_41: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
+    $Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n\
+    0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n$EndNodes\n\
+    $Elements\n1 2 1 2\n3 1 4 2\n1 1 2 3 4\n2 2 3 4 5\n$EndElements\n";
+
+/// Bakes `mesh` where it lies and expects a refusal that holds all `parts`.
+#[track_caller]
+fn refused(folder: &Path, mesh: &Path, options: &[&str], parts: &[&str]) {
+    let before = content(folder);
+    let model = folder.join("model.chaincell");
+    let args = ["bake", text(mesh), "-o", text(&model)];
+    let ended = run([&args, options].concat()).with(2);
+    assert_eq!(ended.out, "");
+    for part in parts.iter().chain([&text(mesh)]) {
+        assert!(ended.err.contains(part), "`{part}` is missing: {}", ended.err);
+    }
+    assert!(ended.err.lines().count() == 1, "{}", ended.err);
+    assert!(content(folder) == before, "something was left behind");
+}
+
+#[track_caller]
+fn text_refused(mesh: &str, parts: &[&str]) {
+    let folder = scratch();
+    let file = folder.path().join("body.msh");
+    std::fs::write(&file, mesh).unwrap();
+    refused(folder.path(), &file, &[], parts);
+}
+
+#[test]
+fn the_sound_meshes_are_baked() {
+    for mesh in [SOUND, SOUND_41] {
+        let folder = scratch();
+        let (file, model) = (folder.path().join("a.msh"), folder.path().join("a.chaincell"));
+        std::fs::write(&file, mesh).unwrap();
+        let ended = run(["bake", text(&file), "-o", text(&model), "--json"]).with(0);
+        assert_eq!(
+            (ended.json()["cells"].as_u64(), ended.json()["links"].as_u64()),
+            (Some(5), Some(9))
+        );
+        assert!(model.is_file());
+    }
+}
+
+#[test]
+fn truncated_at_every_line() {
+    for mesh in [SOUND, SOUND_41] {
+        let lines: Vec<&str> = mesh.lines().collect();
+        for length in 1..lines.len() {
+            text_refused(&(lines[..length].join("\n") + "\n"), &[]);
+        }
+    }
+}
+
+#[test]
+fn corrupt_numbers_name_the_line() {
+    let bad = |from: &str, to: &str, parts: &[&str]| {
+        assert!(SOUND.contains(from));
+        text_refused(&SOUND.replacen(from, to, 1), parts);
+    };
+    bad("2 1 0 0", "2 1 NaN 0", &["body.msh:7", "NaN", "mend"]);
+    bad("2 1 0 0", "2 inf 0 0", &["body.msh:7", "inf"]);
+    bad("2 1 0 0", "2 1e300 0 0", &["body.msh:7", "1e300", "--units"]);
+    bad("2 1 0 0", "2 1e999 0 0", &["body.msh:7", "1e999"]);
+    bad("2 1 0 0", "2 1 0", &["body.msh:7", "line ends"]);
+    bad("2 1 0 0", "2 1 0 0 7", &["body.msh:7", "line goes on"]);
+    bad("2 1 0 0", "x 1 0 0", &["body.msh:7", "'x'"]);
+    bad("2 1 0 0", "1 1 0 0", &["body.msh:7", "node tag 1 is given twice"]);
+    bad("1 2 3 4\n", "1 2 3 99\n", &["body.msh:14", "99"]);
+    bad("1 2 3 4\n", "1 2 3 3\n", &["body.msh:14", "twice"]);
+    bad("$Nodes\n5", "$Nodes\n18446744073709551615", &["body.msh:"]);
+    bad("$Nodes\n5", "$Nodes\n4", &["body.msh:"]);
+    bad("$Elements\n2", "$Elements\n-2", &["body.msh:13", "whole number"]);
+    bad("$Elements\n2", "$Elements\n3", &["body.msh:16"]);
+}
+
+#[test]
+fn formats_that_are_not_read_name_the_way_out() {
+    for version in ["1.0", "3", "4.0", "5.2", "x"] {
+        let mesh = SOUND.replacen("2.2 0 8", &format!("{version} 0 8"), 1);
+        text_refused(&mesh, &["body.msh:2", version, "gmsh -save"]);
+    }
+    text_refused(&SOUND.replacen("2.2 0 8", "2.2 1 8", 1), &["body.msh:2", "binary", "ASCII"]);
+    text_refused("", &["empty"]);
+    text_refused("\u{0}\u{1}\u{2}", &["$MeshFormat"]);
+    text_refused("solid body\nendsolid\n", &["$MeshFormat"]);
+    let folder = scratch();
+    let file = folder.path().join("body.stl");
+    std::fs::write(&file, "solid body\nendsolid\n").unwrap();
+    refused(folder.path(), &file, &[], &["unknown format", "Gmsh"]);
+}
+
+#[test]
+fn elements_other_than_first_order_tetrahedra() {
+    let elements = |lines: &str| {
+        let count = lines.lines().count();
+        let head = SOUND.split("$Elements").next().unwrap();
+        format!("{head}$Elements\n{count}\n{lines}$EndElements\n")
+    };
+    text_refused(&elements("1 11 2 1 1 1 2 3 4 5 5 5 5 5 5\n"), &["body.msh:14", "order"]);
+    text_refused(&elements("1 2 2 1 1 1 2 3\n2 2 2 1 1 2 3 4\n"), &["tetrahedra"]);
+    text_refused(&elements("1 4 2 1 1 1 2 3 4\n2 5 2 1 1 1 2 3 4 5 1 2 3\n"), &["body.msh:15"]);
+    text_refused(&elements("1 4 2 1 1 1 2 3 4\n2 6 2 1 1 1 2 3 4 5 1\n"), &["body.msh:15"]);
+    text_refused(&elements("1 4 2 1 1 1 2 3 4\n2 999 2 1 1 1 2\n"), &["body.msh:15", "999"]);
+    text_refused(&elements(""), &[]);
+}
+
+#[test]
+fn bodies_that_no_network_can_carry() {
+    text_refused(
+        &SOUND.replacen("2 4 2 1 1 2 3 4 5\n", "", 1).replacen("$Elements\n2", "$Elements\n1", 1),
+        &["1 nodes belong to no link: 4", "--drop-unused"],
+    );
+    text_refused(&SOUND.replacen("5 1 1 1", "5 0 0 1", 1), &["nodes 3 and 4", "merge"]);
+    let far = "6 9 9 9\n7 10 9 9\n8 9 10 9\n9 9 9 10\n$EndNodes";
+    let two_parts = SOUND
+        .replacen("$Nodes\n5", "$Nodes\n9", 1)
+        .replacen("$EndNodes", far, 1)
+        .replacen("$Elements\n2", "$Elements\n3", 1)
+        .replacen("$EndElements", "3 4 2 1 1 6 7 8 9\n$EndElements", 1);
+    text_refused(&two_parts, &["2 unconnected parts", "--allow-parts"]);
+}
+
+#[test]
+fn files_that_are_no_files() {
+    let folder = scratch();
+    refused(folder.path(), &folder.path().join("none.msh"), &[], &["organ[:SIZE]"]);
+    refused(folder.path(), folder.path(), &[], &["cannot read mesh"]);
+    refused(folder.path(), &folder.path().join("none/none.msh"), &[], &["cannot open mesh"]);
+}
+
+#[test]
+fn generators_with_bad_sizes() {
+    let folder = scratch();
+    for spec in [
+        "plane:",
+        "plane:3",
+        "plane:3x3",
+        "plane:1x1x0.01",
+        "plane:0x3x0.01",
+        "plane:3x3x0",
+        "plane:3x3x-1",
+        "plane:3x3xNaN",
+        "plane:3x3xinf",
+        "plane:3x3x1e-300",
+        "plane:3x3x1e300",
+        "plane:999x999x0.01",
+        "plane:18446744073709551616x3x1",
+        "plane:4294967296x4294967296x1",
+        "plane:-3x3x1",
+        "plane:3x3x0.01x3",
+        "box:3x3x0.01",
+        "box:1x3x3x0.01",
+        "box:99x99x99x0.01",
+        "box:3x3x3x0",
+        "box:",
+        "organ:0",
+        "organ:-5",
+        "organ:x",
+        "organ:9999999",
+        "organ:",
+        "cube:3",
+        "",
+        ":",
+        "plane",
+        "box",
+    ] {
+        refused(folder.path(), Path::new(spec), &[], &[]);
+    }
+    refused(folder.path(), Path::new("box:3x3x3x0.01"), &["--diagonals"], &["--diagonals"]);
+}

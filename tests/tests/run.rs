@@ -1,0 +1,348 @@
+//! `run` seen from outside: its files, its determinism, and what a tick means.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::{Path, PathBuf};
+
+use chaincell_tests::files::{Row, Table, bake, is_hash, scratch, summary, text, write_path};
+use chaincell_tests::lattice::{norm, positions};
+use chaincell_tests::run;
+
+/// Spacing of the bodies: the mean link length too [m].
+const D: f32 = 0.01;
+/// Node in the middle of `plane:9x9x0.01`.
+const CENTRE: usize = 40;
+
+/// A plane whose middle cell is held, and the folder for its results.
+struct Place {
+    folder: tempfile::TempDir,
+    model: PathBuf,
+}
+
+/// What a run left behind.
+struct Results {
+    out: PathBuf,
+    force: Table,
+}
+
+impl Place {
+    fn plane(options: &[&str]) -> Self {
+        let folder = scratch();
+        let model = bake(folder.path(), "plane:9x9x0.01", options);
+        Self { folder, model }
+    }
+
+    /// Runs a path into the folder `name`.
+    #[track_caller]
+    fn run(&self, name: &str, rows: &[Row], options: &[&str]) -> Results {
+        let path = self.folder.path().join(format!("{name}.csv"));
+        write_path(&path, rows.iter().copied());
+        let out = self.folder.path().join(name);
+        let args = ["run", text(&self.model), "--path", text(&path), "--out", text(&out)];
+        let contact = ["--contact", "cells:nodes:40"];
+        run([&args[..], &contact, options].concat()).with(0);
+        let force = Table::read(&out.join("force.csv"));
+        Results { out, force }
+    }
+}
+
+impl Results {
+    fn cells(&self, which: &str) -> Vec<[f64; 3]> {
+        positions(&self.out.join(format!("cells_{which}.csv")))
+    }
+
+    fn bytes(&self, file: &str) -> Vec<u8> {
+        std::fs::read(self.out.join(file)).unwrap()
+    }
+
+    fn hash(&self) -> String {
+        summary(&self.out)["state_hash"].as_str().unwrap().to_owned()
+    }
+
+    fn forces(&self) -> Vec<[f64; 3]> {
+        self.force.vectors("fx_n")
+    }
+}
+
+/// Down by `depth_m` over `ticks` ticks from tick 0 on, the tool engaged.
+fn press(ticks: u64, depth_m: f32) -> Vec<Row> {
+    let z = |tick: u64| -depth_m * tick as f32 / (ticks - 1) as f32;
+    (0..ticks).map(|tick| (tick, [0.0, 0.0, z(tick)], 1)).collect()
+}
+
+/// A press, a hold and a release.
+fn press_and_release() -> Vec<Row> {
+    let mut rows = press(60, 2.5 * D);
+    rows.extend((60..100).map(|tick| (tick, [0.0, 0.0, -2.5 * D], 1)));
+    rows.extend((100..160).map(|tick| (tick, [0.0, 0.0, 0.0], 0)));
+    rows
+}
+
+#[test]
+fn files_have_the_columns_of_the_contract() {
+    let place = Place::plane(&["--alpha", "0.02"]);
+    let results = place.run("out", &press_and_release(), &["--snapshot-ticks", "0,10,159"]);
+    let mut names: Vec<_> = std::fs::read_dir(&results.out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let expected = [
+        "cells_0.csv",
+        "cells_10.csv",
+        "cells_159.csv",
+        "cells_final.csv",
+        "final.vtu",
+        "force.csv",
+        "summary.json",
+    ];
+    assert_eq!(names, expected);
+    assert_eq!(results.force.header, "tick,fx_n,fy_n,fz_n,energy_j,contacts,flags");
+    assert!(results.force.whole("tick").into_iter().eq(0..160));
+    // The last snapshot is the final state; `positions` checks the header and the input order.
+    assert_eq!(results.bytes("cells_159.csv"), results.bytes("cells_final.csv"));
+    for text in String::from_utf8(results.bytes("cells_10.csv")).unwrap().lines().skip(1) {
+        for number in text.split(',').skip(1) {
+            let digits = number.split('e').next().unwrap();
+            let digits = digits.bytes().filter(u8::is_ascii_digit).count();
+            assert_eq!(digits, 9, "{number}");
+        }
+    }
+    // Node i * 9 + j lies at (i - 4, j - 4) spacings.
+    let rest = results.cells("0");
+    for (node, at) in rest.iter().enumerate() {
+        let expected = [(node / 9) as f64 - 4.0, (node % 9) as f64 - 4.0, 0.0].map(|x| 0.01 * x);
+        let off = (0..3).map(|axis| (at[axis] - expected[axis]).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-8, "node {node}: {at:?}");
+    }
+}
+
+#[test]
+fn the_summary_says_what_was_run() {
+    let place = Place::plane(&["--alpha", "0.02", "--stiffness-n-per-m", "30"]);
+    let options = ["--sweeps", "3", "--dynamics", "euler", "--max-force-n", "2"];
+    let results = place.run("out", &press(10, D), &options);
+    let found = summary(&results.out);
+    for (key, value) in [
+        ("cells", 81.0),
+        ("links", 144.0),
+        ("ticks", 10.0),
+        ("sweeps_per_tick", 3.0),
+        ("alpha", 0.02),
+        ("stiffness_n_per_m", 30.0),
+        ("max_force_n", 2.0),
+        ("max_tool_step_m", 0.01),
+        ("step", 0.45),
+        ("step_bound", 0.5),
+        ("mean_link_m", 0.01),
+        ("r_x", 1.0),
+        ("capacitance", 1.0),
+        ("k_m", 0.16),
+    ] {
+        let number = found[key].as_f64().unwrap_or(f64::NAN);
+        assert!((number / value - 1.0).abs() < 1e-6, "{key}: {} {value}", found[key]);
+    }
+    assert_eq!(found["dynamics"], "euler");
+    assert_eq!(found["unloading"], "release");
+    assert_eq!(found["contact_nodes"], serde_json::json!([40]));
+    assert!(is_hash(&found["state_hash"]), "{}", found["state_hash"]);
+    let step = |name: &str| found["step_ns"][name].as_u64().unwrap();
+    assert!(step("p50") <= step("p99") && step("p99") <= step("p999"));
+    assert!(step("p999") <= step("max"));
+}
+
+#[test]
+fn the_same_path_gives_the_same_bytes() {
+    for dynamics in ["track", "euler"] {
+        let place = Place::plane(&["--alpha", "0.05"]);
+        let options = ["--dynamics", dynamics, "--snapshot-ticks", "50"];
+        let one = place.run("one", &press_and_release(), &options);
+        let two = place.run("two", &press_and_release(), &options);
+        for file in ["force.csv", "cells_50.csv", "cells_final.csv", "final.vtu"] {
+            assert!(one.bytes(file) == two.bytes(file), "{dynamics}: {file}");
+        }
+        assert_eq!(one.hash(), two.hash());
+        // A snapshot is the state after its row, whatever follows.
+        let short = place.run("short", &press_and_release()[..=50], &["--dynamics", dynamics]);
+        assert!(short.bytes("cells_final.csv") == one.bytes("cells_50.csv"), "{dynamics}");
+        assert_ne!(short.hash(), one.hash());
+    }
+}
+
+#[test]
+fn final_vtu_is_well_formed() {
+    let folder = scratch();
+    for (spec, elements, corners) in [("plane:4x5x0.01", 24, 3), ("box:3x3x4x0.01", 60, 4)] {
+        let model = bake(folder.path(), spec, &[]);
+        let path = folder.path().join("path.csv");
+        write_path(&path, press(5, 0.005));
+        let out = folder.path().join("out");
+        let args = ["run", text(&model), "--path", text(&path), "--out", text(&out), "--force"];
+        run(args).with(0);
+        check_vtu(&out.join("final.vtu"), elements, corners);
+        let at = positions(&out.join("cells_final.csv"));
+        let vtu = array(&std::fs::read_to_string(out.join("final.vtu")).unwrap(), "position_m");
+        assert_eq!(vtu.len(), 3 * at.len());
+    }
+}
+
+/// Numbers of a named array.
+fn array(vtu: &str, name: &str) -> Vec<f64> {
+    let start = vtu.find(&format!("Name=\"{name}\"")).unwrap();
+    let body = &vtu[start..];
+    let body = &body[body.find('>').unwrap() + 1..body.find("</DataArray>").unwrap()];
+    body.split_whitespace().map(|number| number.parse().unwrap()).collect()
+}
+
+fn check_vtu(file: &Path, elements: usize, corners: usize) {
+    let vtu = std::fs::read_to_string(file).unwrap();
+    let count = |name: &str| -> usize {
+        let text = vtu.split(&format!("{name}=\"")).nth(1).unwrap();
+        text.split('"').next().unwrap().parse().unwrap()
+    };
+    let points = count("NumberOfPoints");
+    assert_eq!(count("NumberOfCells"), elements);
+    let connectivity = array(&vtu, "connectivity");
+    assert_eq!(connectivity.len(), corners * elements);
+    assert!(connectivity.iter().all(|&corner| corner < points as f64));
+    let offsets = array(&vtu, "offsets");
+    assert!(offsets.iter().enumerate().all(|(at, &n)| n == ((at + 1) * corners) as f64));
+    assert_eq!(array(&vtu, "types"), vec![if corners == 4 { 10.0 } else { 5.0 }; elements]);
+    let mut nodes = array(&vtu, "node");
+    nodes.sort_by(f64::total_cmp);
+    assert!(nodes.iter().enumerate().all(|(at, &node)| node == at as f64));
+    assert_eq!(nodes.len(), points);
+    for name in ["fixed", "contact"] {
+        let marks = array(&vtu, name);
+        assert_eq!(marks.len(), points);
+        assert!(marks.contains(&1.0) && marks.contains(&0.0));
+    }
+    // Every element opened is closed, in the order of nesting.
+    let mut open = Vec::new();
+    for tag in vtu.split('<').skip(1).map(|text| text.split(['>', ' ']).next().unwrap()) {
+        match tag.strip_prefix('/') {
+            Some(name) => assert_eq!(open.pop(), Some(name)),
+            None if tag.starts_with('?') => {}
+            None => open.push(tag),
+        }
+    }
+    assert!(open.is_empty());
+}
+
+#[test]
+fn release_lets_go_in_that_very_tick() {
+    let place = Place::plane(&["--alpha", "0.02"]);
+    for unloading in ["off", "release", "retreat"] {
+        let results = place.run(unloading, &press_and_release(), &["--unloading", unloading]);
+        let contacts = results.force.whole("contacts");
+        for (tick, force_n) in results.forces().into_iter().enumerate() {
+            let held = tick < 100;
+            assert_eq!(contacts[tick], u64::from(held), "tick {tick}");
+            assert!(held || force_n == [0.0; 3], "tick {tick}: {force_n:?}");
+        }
+        assert!(results.forces()[99][2] > 0.01, "the pressed plane pushes back");
+    }
+}
+
+#[test]
+fn the_first_row_counts_as_an_edge() {
+    let place = Place::plane(&[]);
+    // Far off from the start on: what counts is the way from the first row.
+    let at = [1.0_f32, -2.0, 3.0];
+    let rows = [(7, at, 1), (8, [at[0], at[1], at[2] - 0.5 * D], 1), (9, at, 1)];
+    let results = place.run("out", &rows, &["--snapshot-ticks", "7,8,9"]);
+    assert_eq!(results.cells("7")[CENTRE], [0.0; 3]);
+    assert_eq!(results.forces()[0], [0.0; 3]);
+    assert!((results.cells("8")[CENTRE][2] + 0.005).abs() < 1e-6);
+    assert!(results.cells("9")[CENTRE][2].abs() < 1e-6);
+    assert_eq!(results.force.whole("contacts"), [1, 1, 1]);
+    assert_eq!(results.force.whole("flags"), [0, 0, 0]);
+}
+
+#[test]
+fn the_tool_moves_its_cells_by_at_most_one_mean_link_a_tick() {
+    let place = Place::plane(&[]);
+    let down = [0.0, 0.0, -2.5 * D];
+    let rows: Vec<Row> =
+        (0..6).map(|tick| (tick, if tick == 0 { [0.0; 3] } else { down }, 1)).collect();
+    let results = place.run("out", &rows, &["--snapshot-ticks", "1,2,3,4"]);
+    assert_eq!(results.force.whole("flags"), [0, 1, 1, 0, 0, 0]);
+    for (tick, depth) in [("1", 0.01), ("2", 0.02), ("3", 0.025), ("4", 0.025)] {
+        let z = results.cells(tick)[CENTRE][2];
+        assert!((z + depth).abs() < 1e-7, "tick {tick}: {z}");
+    }
+    let slow = place.run("slow", &rows, &["--max-tool-step-m", "0.001"]);
+    assert_eq!(slow.force.whole("flags"), [0, 1, 1, 1, 1, 1]);
+    assert!((slow.cells("final")[CENTRE][2] + 0.005).abs() < 1e-7);
+}
+
+#[test]
+fn bad_samples_are_held_for_ten_ticks_then_the_force_is_zero() {
+    let place = Place::plane(&[]);
+    for bad in [([0.0, f32::NAN, 0.0], 1), ([f32::INFINITY, 0.0, 0.0], 1), ([0.0; 3], 2)] {
+        let mut rows = press(30, 1.5 * D);
+        rows.extend((30..45).map(|tick| (tick, bad.0, bad.1)));
+        rows.extend((45..50).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
+        let options = ["--recorded", "--force", "--snapshot-ticks", "39,40,44"];
+        let results = place.run("out", &rows, &options);
+        let flags = results.force.whole("flags");
+        assert_eq!(flags[30..40], [2; 10]);
+        assert_eq!(flags[40..45], [2 + 16; 5]);
+        assert_eq!(flags[45..50], [0; 5]);
+        let forces = results.forces();
+        assert!(forces[30..40].iter().all(|force_n| force_n[2] > 0.01));
+        assert!(forces[40..45].iter().all(|force_n| *force_n == [0.0; 3]));
+        assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_40.csv"));
+        assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_44.csv"));
+        assert!(forces[45][2] > 0.01, "a good sample brings the force back");
+        // Held samples are the last good one, repeated.
+        let mut held = press(30, 1.5 * D);
+        held.extend((30..40).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
+        let held = place.run("held", &held, &["--force"]);
+        assert_eq!(held.bytes("cells_final.csv"), results.bytes("cells_39.csv"));
+    }
+}
+
+#[test]
+fn lost_ticks_are_executed_once_and_repeated_ones_not_at_all() {
+    let place = Place::plane(&[]);
+    let rows = press(20, D);
+    let lost: Vec<Row> =
+        rows.iter().map(|&(tick, at, engaged)| (tick + 5 * (tick / 10), at, engaged)).collect();
+    let mut repeated = rows.clone();
+    repeated.insert(8, (7, [9.0; 3], 1));
+    repeated.insert(12, (3, [f32::NAN; 3], 7));
+    let strict = place.run("strict", &rows, &[]);
+    let lost = place.run("lost", &lost, &["--recorded"]);
+    let repeated = place.run("repeated", &repeated, &["--recorded"]);
+    assert_eq!(lost.force.rows.len(), 20);
+    assert_eq!(lost.force.whole("tick")[9..12], [9, 15, 16]);
+    assert_eq!(repeated.bytes("force.csv"), strict.bytes("force.csv"));
+    assert_eq!(summary(&repeated.out)["poses_repeated"], 2);
+    assert_eq!(summary(&repeated.out)["ticks"], 20);
+    for other in [&lost, &repeated] {
+        assert_eq!(other.hash(), strict.hash());
+        assert_eq!(other.forces(), strict.forces());
+    }
+}
+
+#[test]
+fn the_force_is_shortened_to_its_limit() {
+    let place = Place::plane(&[]);
+    let free = place.run("free", &press(40, 2.5 * D), &[]);
+    let limited = place.run("limited", &press(40, 2.5 * D), &["--max-force-n", "0.1"]);
+    assert_eq!(free.hash(), limited.hash(), "the limit concerns the tool alone");
+    let mut clamped = 0;
+    for (tick, (free, limited_n)) in free.forces().iter().zip(limited.forces()).enumerate() {
+        let flag = limited.force.whole("flags")[tick];
+        if norm(*free) > 0.1 {
+            clamped += 1;
+            assert_eq!(flag & 8, 8, "tick {tick}");
+            assert!((norm(limited_n) - 0.1).abs() < 1e-7);
+        } else {
+            assert_eq!(flag & 8, 0, "tick {tick}");
+            assert_eq!(*free, limited_n);
+        }
+    }
+    assert!((1..40).contains(&clamped), "{clamped}");
+}
