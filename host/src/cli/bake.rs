@@ -9,7 +9,7 @@ use super::reports::ModelReport;
 use crate::bake::{BakeOptions, PerCell, bake};
 use crate::error::{Error, Result};
 use crate::mesh::{self, Mesh, MeshOptions};
-use crate::{output, terminal};
+use crate::{interrupt, output, terminal};
 
 /// Bake a mesh into a model image that the kernel reads in place.
 #[derive(Debug, clap::Args)]
@@ -127,6 +127,9 @@ impl BodyArgs {
             lean: self.lean,
         };
         let image = bake(&mesh, &fixed, &options)?;
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
         Ok((mesh, image))
     }
 }

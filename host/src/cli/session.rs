@@ -8,10 +8,9 @@ use chaincell_kernel::Model;
 use super::scene::SceneArgs;
 use crate::cosim::floor::{self, Floor};
 use crate::cosim::motion::Press;
-use crate::cosim::names::SceneNames;
 use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
-use crate::cosim::services::Domain;
+use crate::cosim::services::{Domain, Scene};
 use crate::cosim::wait::Wait;
 use crate::engine::Engine;
 use crate::error::Result;
@@ -42,9 +41,10 @@ pub struct LoopArgs {
 }
 
 impl LoopArgs {
-    /// Refuses a scene name before anything is measured or written.
+    /// Refuses a scene that cannot be served, before anything is measured or written.
     pub fn check(&self) -> Result<()> {
-        SceneNames::new(self.scene.as_deref()).map(|_| ())
+        let scene = Scene::open(self.scene.as_deref(), &Domain::default())?;
+        scene.serve_ports(false).map(|_| ())
     }
 }
 
