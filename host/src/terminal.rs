@@ -18,6 +18,11 @@ pub fn say(line: impl fmt::Display) -> Result<()> {
     }
 }
 
+/// Writes a value to standard output as one JSON object in a line.
+pub fn say_json(value: &impl serde::Serialize) -> Result<()> {
+    say(serde_json::to_string(value).map_err(Error::check)?)
+}
+
 /// Writes one line to standard error; a lost line there is no reason to stop.
 pub fn note(line: impl fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");

@@ -87,7 +87,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let model = model_file::parse(&image, &args.output)?;
     let report = ModelReport::new(&model, image.as_bytes().len());
     if args.json {
-        return terminal::say(report.json()?);
+        return terminal::say_json(&report);
     }
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");

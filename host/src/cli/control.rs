@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use super::session::LoopArgs;
+use super::session::{LoopArgs, tell_refused};
 use crate::cosim::control::{ControlOptions, ControlReport, control};
 use crate::cosim::motion::Press;
 use crate::cosim::payload::ToolPose;
@@ -122,11 +122,9 @@ pub fn execute(args: &Args) -> Result<()> {
 
 fn print(args: &Args, report: &ControlReport) -> Result<()> {
     if args.json {
-        return terminal::say(serde_json::to_string(report).map_err(Error::check)?);
+        return terminal::say_json(report);
     }
-    for refused in &report.refused {
-        terminal::note(format_args!("note: {refused}"));
-    }
+    tell_refused(&report.refused);
     terminal::say(format_args!(
         "{} poses sent, {} answered, {} later than 1 ms",
         report.ticks_sent, report.ticks_answered, report.missed_deadlines

@@ -9,7 +9,7 @@ use super::control::ticks;
 use super::model_file;
 use super::run::play;
 use super::scene::{SceneArgs, SceneReport};
-use super::session::{self, Files, LoopArgs, Session};
+use super::session::{self, Files, LoopArgs, Session, tell_refused};
 use crate::bake::{BakeOptions, ImageBytes, bake};
 use crate::cosim::histogram::Summary;
 use crate::cosim::peers::PeerCost;
@@ -157,11 +157,9 @@ fn summary(
 
 fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     if args.json {
-        return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
+        return terminal::say_json(summary);
     }
-    for refused in &summary.refused {
-        terminal::note(format_args!("note: {refused} (not needed, worst cases get longer)"));
-    }
+    tell_refused(&summary.refused);
     terminal::say(format_args!(
         "{} of {} ticks answered, {} later than 1 ms after the scheduled send",
         summary.ticks_answered, summary.ticks_sent, summary.missed_deadlines

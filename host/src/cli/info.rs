@@ -22,5 +22,5 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let report = ModelReport::new(&model, image.as_bytes().len());
-    if args.json { terminal::say(report.json()?) } else { report.print() }
+    if args.json { terminal::say_json(&report) } else { report.print() }
 }

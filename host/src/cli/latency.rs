@@ -8,7 +8,7 @@ use super::control::ticks;
 use super::model_file;
 use super::run::play;
 use super::scene::SceneArgs;
-use super::session::{self, Files, LoopArgs};
+use super::session::{self, Files, LoopArgs, tell_refused};
 use crate::cosim::histogram::Summary;
 use crate::error::{Error, Result};
 use crate::{interrupt, terminal};
@@ -94,11 +94,9 @@ pub fn execute(args: &Args) -> Result<()> {
 
 fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
     if args.json {
-        return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
+        return terminal::say_json(summary);
     }
-    for refused in &summary.refused {
-        terminal::note(format_args!("note: {refused} (not needed, worst cases get longer)"));
-    }
+    tell_refused(&summary.refused);
     terminal::say(format_args!(
         "{} cells, {} links, {} sweeps a tick, {} ticks, {} answers later than 1 ms",
         summary.cells,

@@ -4,7 +4,7 @@ use chaincell_kernel::contact::Contact;
 use chaincell_kernel::{Dynamics, Euler, Head, Model, Track, array_bytes};
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::terminal;
 
 /// Contact cells that the RAM figures allow for, the default of the kernel's `Tissue`.
@@ -70,11 +70,6 @@ impl ModelReport {
             ram_bytes_euler: ram_bytes::<Euler>(model.cells()),
             checksum: format!("{:08x}", model.checksum()),
         }
-    }
-
-    /// One JSON object.
-    pub fn json(&self) -> Result<String> {
-        serde_json::to_string(self).map_err(Error::check)
     }
 
     /// A table on standard output.

@@ -161,7 +161,7 @@ pub fn play(
 
 fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
     if args.json {
-        return terminal::say(serde_json::to_string(summary).map_err(Error::check)?);
+        return terminal::say_json(summary);
     }
     let magnitude = |a: &Answer| {
         let [x, y, z]: [f32; 3] = a.output.force_n.into();

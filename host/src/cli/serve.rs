@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
-use super::session::LoopArgs;
+use super::session::{LoopArgs, tell_refused};
 use crate::cosim::payload::ToolForce;
 use crate::cosim::record::Recorder;
 use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
@@ -133,11 +133,9 @@ fn answer(force: &ToolForce) -> Answer {
 
 fn print(args: &Args, report: &ServeReport) -> Result<()> {
     if args.json {
-        return terminal::say(serde_json::to_string(report).map_err(Error::check)?);
+        return terminal::say_json(report);
     }
-    for refused in &report.refused {
-        terminal::note(format_args!("note: {refused}"));
-    }
+    tell_refused(&report.refused);
     terminal::say(format_args!(
         "{} ticks answered, {} repeated, {} refused, watchdog {} times",
         report.ticks_executed, report.poses_repeated, report.poses_refused, report.watchdog_fired

@@ -48,6 +48,13 @@ impl LoopArgs {
     }
 }
 
+/// Names the real-time privileges that were refused.
+pub fn tell_refused(refused: &[String]) {
+    for refused in refused {
+        terminal::note(format_args!("note: {refused} (not needed, worst cases get longer)"));
+    }
+}
+
 /// What a session measured.
 pub struct Session {
     /// Both processes' reports.
