@@ -10,6 +10,14 @@ use crate::terminal;
 /// Contact cells that the RAM figures allow for, the default of the kernel's `Tissue`.
 const CONTACTS: usize = 64;
 
+/// Links of a cell.
+#[derive(Debug, Serialize)]
+struct Valence {
+    min: usize,
+    mean: f64,
+    max: usize,
+}
+
 /// Figures of a model.
 #[derive(Debug, Serialize)]
 pub struct ModelReport {
@@ -17,9 +25,7 @@ pub struct ModelReport {
     links: usize,
     fixed: usize,
     surface: usize,
-    valence_min: usize,
-    valence_mean: f64,
-    valence_max: usize,
+    valence: Valence,
     dimension: u32,
     parts: u32,
     step_bound: f32,
@@ -49,9 +55,11 @@ impl ModelReport {
             links: model.links(),
             fixed: model.fixed().len(),
             surface: model.surface().len(),
-            valence_min: valences().min().unwrap_or(0),
-            valence_mean: 2.0 * model.links() as f64 / model.cells() as f64,
-            valence_max: valences().max().unwrap_or(0),
+            valence: Valence {
+                min: valences().min().unwrap_or(0),
+                mean: 2.0 * model.links() as f64 / model.cells() as f64,
+                max: valences().max().unwrap_or(0),
+            },
             dimension: model.dimension(),
             parts: model.parts(),
             step_bound: model.step_max(),
@@ -83,7 +91,7 @@ impl ModelReport {
         row("links", self.links.to_string())?;
         row(
             "valence",
-            format!("{} to {}, mean {:.1}", self.valence_min, self.valence_max, self.valence_mean),
+            format!("{} to {}, mean {:.1}", self.valence.min, self.valence.max, self.valence.mean),
         )?;
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
         row("mean link", format!("{:.4e} m", self.mean_link_m))?;
