@@ -63,6 +63,7 @@ trait AnyTissue {
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3];
+    fn go_scalar(&mut self);
     fn ram_bytes(&self) -> usize;
 }
 
@@ -89,6 +90,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3] {
         self.view().position(model, cell).unwrap_or([0.0; 3])
+    }
+
+    fn go_scalar(&mut self) {
+        self.view().go_scalar();
     }
 
     fn ram_bytes(&self) -> usize {
@@ -149,6 +154,11 @@ impl<'m> Engine<'m> {
     /// The state hash, see [`chaincell_kernel::hash`].
     pub fn state_hash(&mut self) -> u64 {
         self.tissue.state_hash(self.network.model())
+    }
+
+    /// Leaves the vector unit alone until the next reset: the bits stay the same.
+    pub fn go_scalar(&mut self) {
+        self.tissue.go_scalar();
     }
 
     /// Model and settings.

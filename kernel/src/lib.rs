@@ -52,6 +52,7 @@ mod model;
 mod pass;
 pub mod sample;
 mod settings;
+pub mod simd;
 #[allow(unsafe_code)]
 pub mod sqrt;
 mod tick;

@@ -13,7 +13,7 @@ use crate::sqrt::sqrt;
 /// rounding of l0, of l0^2 and of the product is at most 5 units of 2^-24 together.
 const RIM: f32 = 8.0 / 16_777_216.0;
 /// Below this fraction of l0^2 a link has no direction of its own and takes that of the rest shape.
-const COINCIDENT: f32 = 1.0e-12;
+pub(crate) const COINCIDENT: f32 = 1.0e-12;
 
 /// Whether a slack link's root and division are computed and masked, not skipped: on out-of-order
 /// cores that is cheaper than guessing wrong. Adding the masked zeros changes no bit.
@@ -22,10 +22,10 @@ const SPECULATE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"
 /// The band of a link in rest lengths, as the sweep needs it.
 #[derive(Debug, Clone, Copy)]
 pub struct Band {
-    low: f32,
-    high: f32,
-    low_squared: f32,
-    high_squared: f32,
+    pub(crate) low: f32,
+    pub(crate) high: f32,
+    pub(crate) low_squared: f32,
+    pub(crate) high_squared: f32,
 }
 
 impl Band {

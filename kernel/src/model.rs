@@ -3,6 +3,18 @@
 use core::ops::Range;
 
 use crate::image::{ModelError, Sections, kind, params, validate};
+use crate::two_float::LANES;
+
+/// The links once more, in slices of [`LANES`] consecutive cells for vector units.
+#[derive(Clone, Copy)]
+pub(crate) struct Slices<'a> {
+    /// Groups of each slice, slices + 1.
+    pub rows: &'a [u32],
+    /// Other ends, by group and lane.
+    pub neighbours: &'a [[u16; LANES]],
+    /// Rest lengths, by group and lane; 0 for padding.
+    pub lengths: &'a [[f32; LANES]],
+}
 
 /// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
 ///
@@ -19,6 +31,7 @@ pub struct Model<'a> {
     pub(crate) mobility: &'a [f32],
     pub(crate) fixed: &'a [u16],
     pub(crate) input_id: &'a [u32],
+    pub(crate) slices: Option<Slices<'a>>,
     pub(crate) link_alphas: Option<&'a [f32]>,
     pub(crate) link_weights: Option<&'a [f32]>,
     /// Smallest weight of a link.
@@ -80,6 +93,7 @@ impl<'a> Model<'a> {
             mobility: sections.sized(kind::MOBILITY, cells)?,
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, cells)?,
+            slices: slices(&sections, cells)?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,
             weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),
@@ -260,6 +274,12 @@ impl<'a> Model<'a> {
         self.input_nodes
     }
 
+    /// Whether the links are stored once more in slices for vector units.
+    #[must_use]
+    pub fn is_sliced(&self) -> bool {
+        self.slices.is_some()
+    }
+
     /// Whether alpha is stored for each link.
     #[must_use]
     pub fn alpha_varies(&self) -> bool {
@@ -346,9 +366,22 @@ impl core::fmt::Debug for Model<'_> {
     }
 }
 
+/// The sliced links of an image, where it has them.
+fn slices<'a>(sections: &Sections<'a>, cells: usize) -> Result<Option<Slices<'a>>, ModelError> {
+    let Some(rows) = sections.optional::<u32>(kind::SLICE_ROWS)? else { return Ok(None) };
+    if rows.len() != cells.div_ceil(LANES) + 1 {
+        return Err(ModelError::SectionSize(kind::SLICE_ROWS));
+    }
+    let groups = rows.last().map_or(0, |&last| last as usize);
+    let neighbours = sections.sized(kind::SLICE_NEIGHBOURS, groups)?;
+    let lengths = sections.sized(kind::SLICE_LENGTHS, groups)?;
+    Ok(Some(Slices { rows, neighbours, lengths }))
+}
+
+/// `rows[at]..rows[at + 1]`, empty beyond the end.
 #[inline]
-fn range(rows: &[u32], cell: usize) -> Range<usize> {
-    match rows.get(cell..).and_then(|rows| rows.first_chunk()) {
+pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
+    match rows.get(at..).and_then(|rows| rows.first_chunk()) {
         Some(&[start, end]) => start as usize..end as usize,
         None => 0..0,
     }

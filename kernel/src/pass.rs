@@ -9,6 +9,7 @@ use crate::cell::{Cell, dot, output, sub};
 use crate::contact::Contact;
 use crate::link::{Band, Pull, pull};
 use crate::model::Model;
+use crate::simd::VectorUnit;
 use crate::sqrt::sqrt;
 use crate::two_float::{LANES, Lanes, TwoFloat};
 
@@ -17,6 +18,8 @@ use crate::two_float::{LANES, Lanes, TwoFloat};
 pub(crate) struct Links<'a, 'm> {
     pub model: &'a Model<'m>,
     pub closed: bool,
+    /// The vector unit to use on sliced links.
+    pub vectors: Option<VectorUnit>,
 }
 
 impl Links<'_, '_> {
@@ -41,6 +44,14 @@ impl Links<'_, '_> {
         let uniform = model.link_weights.is_none() && (self.closed || model.link_alphas.is_none());
         if uniform {
             let band = self.band(0);
+            if let (false, Some(unit), Some(slices)) = (SATURATED, self.vectors, &model.slices) {
+                let coincident = |i: usize, j: usize, l0: f32| {
+                    let at = |cell: usize| v.get(cell).map_or([0.0; 3], |v| v.xyz());
+                    pull(at(i), at(j), l0, 1.0, band, || self.rest_difference(i, j))
+                };
+                unit.pass(model, slices, band, v, residual, coincident);
+                return;
+            }
             accumulate(model, v, residual, |_, i, j, pi, pj, l0| {
                 pull(y(pi), y(pj), l0, 1.0, band, || self.rest_difference(i, j))
             });

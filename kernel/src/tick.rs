@@ -93,7 +93,7 @@ struct Tick<'a, 'm, D: Dynamics> {
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     fn links(&self) -> Links<'_, '_> {
-        Links { model: self.network.model(), closed: self.head.closed }
+        Links { model: self.network.model(), closed: self.head.closed, vectors: self.head.vectors }
     }
 
     /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
@@ -188,7 +188,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     fn sweep(&mut self) {
         let held: &[Contact] = if self.head.engaged { self.contacts } else { &[] };
         let mut body = Body {
-            links: Links { model: self.network.model(), closed: self.head.closed },
+            links: Links {
+                model: self.network.model(),
+                closed: self.head.closed,
+                vectors: self.head.vectors,
+            },
             settings: self.network.settings(),
             held,
             applied: self.head.applied,

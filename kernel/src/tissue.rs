@@ -9,6 +9,7 @@ use crate::image::CELLS_MAX;
 use crate::model::Model;
 use crate::sample::{TickOutput, ToolSample};
 use crate::settings::Network;
+use crate::simd::VectorUnit;
 use nalgebra::Vector3;
 
 /// Why a tissue cannot take a model.
@@ -61,6 +62,8 @@ pub struct Head<D> {
     pub(crate) released: bool,
     /// Whether the bands are closed.
     pub(crate) closed: bool,
+    /// The vector unit found at the reset.
+    pub(crate) vectors: Option<VectorUnit>,
     pub(crate) last_good: ToolSample,
     pub(crate) bad_ticks: u32,
 }
@@ -79,6 +82,7 @@ impl<D: Dynamics> Head<D> {
         outer_weight: 0.0,
         released: false,
         closed: false,
+        vectors: None,
         last_good: ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 },
         bad_ticks: 0,
     };
@@ -197,6 +201,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         *self.head = Head::NEW;
         self.head.model = Some(network.model().checksum());
+        self.head.vectors = if network.model().is_sliced() { VectorUnit::find() } else { None };
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(*rest);
         }
@@ -227,6 +232,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         self.head.chosen = cells.len();
         Ok(())
+    }
+
+    /// Leaves the vector unit alone from here to the next reset: the bits stay the same.
+    pub fn go_scalar(&mut self) {
+        self.head.vectors = None;
     }
 
     /// Number of contact cells chosen.

@@ -257,6 +257,36 @@ proptest! {
         prop_assert_eq!(engine.state_hash(), before);
     }
 
+    /// The vector unit gives the bits of the scalar pass, coincident and flattened cells included.
+    #[test]
+    fn vectors_change_no_bit(mut case in case(false), moves in moves(), scheme in schemes(),
+                             flat in any::<bool>()) {
+        case.stiffness_n_per_m = vec![20.0];
+        let mesh = Mesh { nodes_m: case.nodes_m.clone(), links: case.links.clone(),
+            ..Mesh::default() };
+        let options = BakeOptions { alpha: PerCell::Uniform(case.alpha), ..BakeOptions::default() };
+        let image = bake(&mesh, &case.fixed, &options).unwrap();
+        let mut engines = [(); 2].map(|()| case.engine(&image, scheme, Unloading::Release));
+        engines[0].go_scalar();
+        // The tool drags its cell right onto another one, in a straight line.
+        let onto = |axis: usize| (case.nodes_m[0][axis] - case.nodes_m[case.nodes_m.len() - 1][axis]) as f32;
+        let mut places = moves;
+        if flat {
+            places.extend((1..=10_u8).map(|i| {
+                [0, 1, 2].map(|axis| onto(axis) * f32::from(i) / 10.0)
+            }));
+            places.extend([[0, 1, 2].map(onto); 10]);
+        }
+        for (engaged, place) in [(1, [0.0; 3])].into_iter().chain(places.iter().map(|&p| (1, p)))
+            .chain([(0, [0.0; 3]); 5]) {
+            let [scalar, vector] =
+                engines.each_mut().map(|engine| engine.tick(&sample(place, engaged)));
+            prop_assert_eq!(scalar, vector);
+            let [scalar, vector] = engines.each_mut().map(|engine| engine.state_hash());
+            prop_assert_eq!(scalar, vector);
+        }
+    }
+
     /// Saturation: no published coordinate ever leaves the range, the energy rules hold there too,
     /// and the body comes back.
     #[test]

@@ -95,9 +95,8 @@ pub(super) fn params(
             )));
         }
     };
-    let pair = |&([i, j], _): &([u16; 2], usize)| {
-        0.5 * (weights[usize::from(i)] + weights[usize::from(j)])
-    };
+    let pair =
+        |&([i, j], _): &super::Link| 0.5 * (weights[usize::from(i)] + weights[usize::from(j)]);
     let degree_bound = body.links.iter().map(pair).fold(0.0, f32::max);
     let energy_max = match options.energy_max_j {
         Some(joule) => (joule / (2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m)) as f32,

@@ -4,6 +4,7 @@
 mod image;
 mod notes;
 mod order;
+mod slices;
 
 use chaincell_kernel::Model;
 use chaincell_kernel::link::rest_length;
@@ -51,7 +52,7 @@ pub struct BakeOptions {
     pub capacitance: f64,
     /// `--energy-max-j`: what a tool may load into the body \[J\].
     pub energy_max_j: Option<f64>,
-    /// `--lean`: leave out what only a display needs.
+    /// `--lean`: leave out what only a display or a vector unit needs.
     pub lean: bool,
 }
 
@@ -69,6 +70,9 @@ impl Default for BakeOptions {
     }
 }
 
+/// Cells of a link, lower first, and the index of the mesh's link.
+type Link = ([u16; 2], usize);
+
 /// Cells in the model's order, with what the sections are made of.
 struct Body {
     /// Input id of each cell.
@@ -79,7 +83,7 @@ struct Body {
     unit_m: f32,
     rest: Vec<[f32; 3]>,
     /// Links of cells, `i < j`, sorted, with the index of the mesh's link.
-    links: Vec<([u16; 2], usize)>,
+    links: Vec<Link>,
     fixed: Vec<u16>,
 }
 
@@ -138,12 +142,16 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
         used[node as usize] = false;
     }
     let nodes: Vec<u32> = (0..mesh.nodes_m.len() as u32).filter(|&id| used[id as usize]).collect();
-    let input_id = order::by_place(&mesh.nodes_m, nodes);
+    let mut valence = vec![0_u32; mesh.nodes_m.len()];
+    for &node in mesh.links.as_flattened() {
+        valence[node as usize] += 1;
+    }
+    let input_id = order::by_place(&mesh.nodes_m, &valence, nodes);
     let mut cell_of = vec![u16::MAX; mesh.nodes_m.len()];
     for (cell, &node) in input_id.iter().enumerate() {
         cell_of[node as usize] = cell as u16;
     }
-    let mut links: Vec<([u16; 2], usize)> = (mesh.links.iter().enumerate())
+    let mut links: Vec<Link> = (mesh.links.iter().enumerate())
         .map(|(at, &[i, j])| {
             let (a, b) = (cell_of[i as usize], cell_of[j as usize]);
             ([a.min(b), a.max(b)], at)
@@ -204,7 +212,7 @@ struct Adjacency {
     back_link: Vec<u32>,
 }
 
-fn adjacency(cells: usize, links: &[([u16; 2], usize)]) -> Adjacency {
+fn adjacency(cells: usize, links: &[Link]) -> Adjacency {
     let mut rows = vec![0_u32; cells + 1];
     let mut back_rows = vec![0_u32; cells + 1];
     for &([i, j], _) in links {
@@ -261,9 +269,8 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
             if held { 0.0 } else { 1.0 / w }
         })
         .collect();
-    let length = |&([i, j], _): &([u16; 2], usize)| {
-        rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)])
-    };
+    let length =
+        |&([i, j], _): &Link| rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)]);
     let mut sections = Sections::default();
     let params = image::params(mesh, body, options, &weights, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
@@ -282,6 +289,10 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
     }
     if let PerCell::Each(_) = options.stiffness_n_per_m {
         sections.push(kind::WEIGHT, &weight);
+    }
+    if !options.lean {
+        let rest_lengths: Vec<f32> = links.iter().map(length).collect();
+        slices::push(&mut sections, cells, &adjacency, links, &rest_lengths);
     }
     surface(&mut sections, mesh, body, options.lean);
     Ok(sections.finish())

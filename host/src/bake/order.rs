@@ -1,11 +1,16 @@
 //! Order of the cells: along a Morton curve through their rest positions, so that linked cells lie
-//! close together in memory and the input's numbering leaves no trace.
+//! close together in memory and the input's numbering leaves no trace; within short windows by
+//! valence, so that the eight cells of a slice have about as many links.
 
 /// Bits of each coordinate on the curve.
 const BITS: u32 = 21;
 
-/// `nodes` sorted along the curve through their positions; ties by coordinates, then by id.
-pub fn by_place(nodes_m: &[[f64; 3]], mut nodes: Vec<u32>) -> Vec<u32> {
+/// Cells that are sorted by valence among themselves.
+const WINDOW: usize = 128;
+
+/// `nodes` sorted along the curve through their positions, ties by coordinates, then by id; then,
+/// in windows, by `valence` of the node.
+pub fn by_place(nodes_m: &[[f64; 3]], valence: &[u32], mut nodes: Vec<u32>) -> Vec<u32> {
     let at = |node: u32| nodes_m[node as usize];
     let (mut low, mut size) = ([f64::INFINITY; 3], 0.0_f64);
     for &node in &nodes {
@@ -28,6 +33,9 @@ pub fn by_place(nodes_m: &[[f64; 3]], mut nodes: Vec<u32>) -> Vec<u32> {
         let place = |axis: usize| pa[axis].total_cmp(&pb[axis]);
         key(a).cmp(&key(b)).then(place(0)).then(place(1)).then(place(2)).then(a.cmp(&b))
     });
+    for window in nodes.chunks_mut(WINDOW) {
+        window.sort_by_key(|&node| valence[node as usize]);
+    }
     nodes
 }
 
@@ -63,11 +71,11 @@ mod tests {
         let nodes_m: Vec<[f64; 3]> = (0..64_u32)
             .map(|i| [f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)])
             .collect();
-        let order = by_place(&nodes_m, (0..64).rev().collect());
+        let order = by_place(&nodes_m, &[0; 64], (0..64).rev().collect());
         let octant = |&node: &u32| nodes_m[node as usize].map(|x| x >= 2.0);
         let mut octants: Vec<_> = order.iter().map(octant).collect();
         octants.dedup();
         assert_eq!(octants.len(), 8);
-        assert_eq!(order, by_place(&nodes_m, (0..64).collect()));
+        assert_eq!(order, by_place(&nodes_m, &[0; 64], (0..64).collect()));
     }
 }

@@ -78,6 +78,14 @@ pub mod kind {
     pub const TRIANGLES: u32 = 16;
     /// Optional, for display: tetrahedra ([u16; 4]).
     pub const TETRAHEDRA: u32 = 17;
+    /// Optional: starts of the slices of eight consecutive cells, in groups of eight slots; the
+    /// links of every cell once more, lane by lane, for vector units (u32, slices + 1).
+    pub const SLICE_ROWS: u32 = 19;
+    /// With `SLICE_ROWS`: other end of each slot, ascending in each lane, then the lane's own cell
+    /// (u16, 8 a group).
+    pub const SLICE_NEIGHBOURS: u32 = 20;
+    /// With `SLICE_ROWS`: rest length of each slot, 0 for padding (f32, 8 a group).
+    pub const SLICE_LENGTHS: u32 = 21;
     /// Optional: what the host wants to remember, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
 }

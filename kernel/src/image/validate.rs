@@ -5,7 +5,8 @@
 
 use super::{ModelError, kind, params};
 use crate::link;
-use crate::model::Model;
+use crate::model::{Model, range};
+use crate::two_float::LANES;
 
 /// Rest lengths, in mean link lengths, span at most this factor either way.
 const LENGTH_RANGE: f32 = 1.0e6;
@@ -21,6 +22,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     half_links(model)?;
     rest_positions(model)?;
     link_numbers(model)?;
+    slices(model)?;
     ascending(kind::FIXED, model.fixed, model.cells())?;
     mobilities(model)?;
     ascending(kind::SURFACE, model.surface, model.cells())?;
@@ -129,6 +131,39 @@ fn link_numbers(model: &Model<'_>) -> Result<(), ModelError> {
             }
             if !(1.0 / WEIGHT_RANGE..=WEIGHT_RANGE).contains(&model.link_weight(k)) {
                 return Err(ModelError::Value(kind::WEIGHT, at(k)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The slices name every cell's links in ascending order of the other end, then pad with the cell
+/// itself.
+fn slices(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(slices) = model.slices else { return Ok(()) };
+    rows(kind::SLICE_ROWS, slices.rows, slices.neighbours.len())?;
+    for slice in 0..slices.rows.len().saturating_sub(1) {
+        let groups = range(slices.rows, slice);
+        for lane in 0..LANES {
+            let cell = slice * LANES + lane;
+            let mut expected = model.neighbours(cell);
+            for group in groups.clone() {
+                let slot = |_| Some((slices.neighbours.get(group)?, slices.lengths.get(group)?));
+                let (ids, lengths) = Some(()).and_then(slot).ok_or(ModelError::Layout)?;
+                let id = ids.get(lane).copied().map_or(usize::MAX, usize::from);
+                let length = lengths.get(lane).copied().unwrap_or(f32::NAN);
+                let (wanted, wanted_length) = match expected.next() {
+                    Some((link, other)) => {
+                        (other, model.rest_length.get(link).copied().unwrap_or(f32::NAN))
+                    }
+                    None => (cell.min(model.cells() - 1), 0.0),
+                };
+                if id != wanted || length.to_bits() != wanted_length.to_bits() {
+                    return Err(ModelError::Index(kind::SLICE_NEIGHBOURS, at(group)));
+                }
+            }
+            if expected.next().is_some() {
+                return Err(ModelError::Index(kind::SLICE_ROWS, at(slice)));
             }
         }
     }
