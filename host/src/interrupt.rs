@@ -2,15 +2,24 @@
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
+use crate::terminal;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Catches SIGINT, SIGTERM and SIGHUP from here on. A second signal ends the process at once.
+/// A repeat within this span is the same wish: signals reach a process and its group at once.
+const SAME_WISH: Duration = Duration::from_millis(500);
+
+/// Catches SIGINT, SIGTERM and SIGHUP from here on. Asking once more ends the process at once.
 pub fn install() -> Result<()> {
-    ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::SeqCst) {
+    let mut first = None;
+    ctrlc::set_handler(move || {
+        ASKED.store(true, Ordering::SeqCst);
+        let since = first.get_or_insert_with(Instant::now).elapsed();
+        if since > SAME_WISH {
+            terminal::note("chaincell: interrupted twice; results are lost");
             std::process::exit(130);
         }
     })

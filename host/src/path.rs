@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 /// First line of every path file.
 pub const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
 /// Largest number of rows that is read: a day and a quarter at 1 kHz.
-const ROWS_MAX: usize = 100_000_000;
+const ROWS_MAX: u64 = 100_000_000;
 
 /// What a path may hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,19 +22,21 @@ pub enum Rules {
     Recorded,
 }
 
-/// Reads a path file.
+/// Reads a path file: its sequences of poses, one unless the header stands again before a row of
+/// a recorded session, where another controller took over and numbered anew.
 ///
 /// # Errors
 /// File, line and field of the first thing that breaks the rules, and the remedy.
-pub fn read(path: &Path, rules: Rules) -> Result<Vec<ToolPose>> {
+pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
     let file = File::open(path).map_err(|why| Error::file("open path", path, why))?;
     parse(BufReader::new(file), &path.display().to_string(), rules)
 }
 
-fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<ToolPose>> {
+fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
+    let mut sequences = Vec::new();
     let mut poses: Vec<ToolPose> = Vec::new();
     let mut bytes = Vec::new();
-    for line in 1.. {
+    for line in 1_u64.. {
         bytes.clear();
         let read = text
             .read_until(b'\n', &mut bytes)
@@ -52,7 +54,9 @@ fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<ToolPos
                     row.escape_debug().take(60).collect::<String>()
                 )));
             }
-        } else if poses.len() == ROWS_MAX {
+        } else if row == HEADER && rules == Rules::Recorded {
+            sequences.push(std::mem::take(&mut poses));
+        } else if line > ROWS_MAX {
             return Err(Error::input(format!(
                 "{name}:{line}: more than {ROWS_MAX} rows: split it"
             )));
@@ -64,10 +68,11 @@ fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<ToolPos
             poses.push(pose);
         }
     }
-    if poses.is_empty() {
+    sequences.push(poses);
+    if sequences.iter().all(Vec::is_empty) {
         return Err(Error::input(format!("{name}: no rows: a path has a header and a row a tick")));
     }
-    Ok(poses)
+    Ok(sequences)
 }
 
 /// One row.
@@ -117,11 +122,17 @@ fn follows(
     }
 }
 
-/// The text of a path file; decimals that read back as the same single-precision numbers.
+/// The text of a path file; decimals that read back as the same single-precision numbers. Where a
+/// tick is not above the one before, another controller took over: the header stands once more.
 #[must_use]
 pub fn to_text(poses: impl IntoIterator<Item = ToolPose>) -> String {
     let mut text = format!("{HEADER}\n");
+    let mut last = None;
     for pose in poses {
+        if last.is_some_and(|last| pose.tick <= last) {
+            let _ = writeln!(text, "{HEADER}");
+        }
+        last = Some(pose.tick);
         let [x, y, z] = pose.position_m;
         let _ = writeln!(text, "{},{x:?},{y:?},{z:?},{}", pose.tick, pose.engaged);
     }
@@ -133,7 +144,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn strict(text: &str) -> Result<Vec<ToolPose>> {
+    fn strict(text: &str) -> Result<Vec<Vec<ToolPose>>> {
         parse(text.as_bytes(), "p.csv", Rules::Strict)
     }
 
@@ -168,7 +179,18 @@ mod tests {
 
     #[test]
     fn line_ends_of_either_kind_are_read() {
-        assert_eq!(strict(&format!("{HEADER}\r\n3,1,2,3,1\r\n")).unwrap()[0].tick, 3);
+        assert_eq!(strict(&format!("{HEADER}\r\n3,1,2,3,1\r\n")).unwrap()[0][0].tick, 3);
+    }
+
+    #[test]
+    fn a_controller_that_numbers_anew_begins_a_sequence() {
+        let pose = |tick| ToolPose { tick, ..ToolPose::default() };
+        let text = to_text([5, 6, 2, 3, 3].map(pose));
+        let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
+        let ticks: Vec<Vec<u64>> =
+            back.iter().map(|poses| poses.iter().map(|pose| pose.tick).collect()).collect();
+        assert_eq!(ticks, [vec![5, 6], vec![2, 3], vec![3]]);
+        assert!(error(&text).starts_with("p.csv:4: "), "{}", error(&text));
     }
 
     proptest! {
@@ -185,7 +207,7 @@ mod tests {
             let text = to_text(poses.iter().copied());
             let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
             let key = |pose: &ToolPose| (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged);
-            prop_assert!(back.iter().map(key).eq(poses.iter().map(key)));
+            prop_assert!(back.iter().flatten().map(key).eq(poses.iter().map(key)));
         }
 
         #[test]

@@ -2,6 +2,9 @@
 
 use core::hint::black_box;
 
+#[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
+compile_error!("x87 arithmetic carries excess precision: build for a target with SSE2");
+
 /// What is wrong with the floating-point environment of the calling thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FloatEnvironmentError {

@@ -44,7 +44,7 @@ pub struct Flags(pub u32);
 impl Flags {
     /// The tool's motion was shortened, by the step limit or by the energy limit.
     pub const MOTION_CLAMPED: Self = Self(1);
-    /// A bad sample: the last good one was held.
+    /// A bad sample: the last good one stands in, or the safe state is on.
     pub const BAD_SAMPLE: Self = Self(2);
     /// No sample within the watchdog's time (set by the process around the kernel).
     pub const STALE: Self = Self(4);
@@ -56,7 +56,7 @@ impl Flags {
     pub const BAND_CLOSED: Self = Self(32);
     /// A pass was discarded by the energy guard.
     pub const ROLLED_BACK: Self = Self(64);
-    /// More cells in contact than the tissue has room for.
+    /// More cells in contact than the tissue has room for; reserved for contact by shape.
     pub const CONTACT_CAPACITY: Self = Self(128);
 
     /// Sets every bit of `other`.

@@ -62,12 +62,12 @@ impl core::fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 impl Settings {
-    /// The defaults for a model: 2 sweeps, nine tenths of the step bound, one mean link length a
+    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, one mean link length a
     /// tick, unloading on release, no force limit.
     #[must_use]
     pub fn for_model(model: &Model<'_>) -> Self {
         Self {
-            sweeps: 2,
+            sweeps: 4,
             step: 0.9 * model.step_max(),
             max_tool_step_m: model.unit_m(),
             unloading: Unloading::Release,

@@ -18,10 +18,10 @@ pub fn sqrt(a: f32) -> f32 {
 #[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
 pub fn sqrt(a: f32) -> f32 {
     let root: f32;
-    // SAFETY: the FPU of the target has the instruction; it touches no memory and no flags.
+    // SAFETY: the FPU of the target has the instruction; it touches no memory.
     unsafe {
         core::arch::asm!("vsqrt.f32 {root}, {a}", root = out(sreg) root, a = in(sreg) a,
-            options(pure, nomem, nostack, preserves_flags));
+            options(pure, nomem, nostack));
     }
     root
 }

@@ -1,13 +1,14 @@
 //! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs.
 
 use crate::cell::{Cell, add, dot, output, scale, sub};
-use crate::contact::{self, Contact};
+use crate::contact::{self, Contact, Touched};
 use crate::dynamics::{Body, Dynamics};
 use crate::pass::Links;
 use crate::sample::{Flags, TickOutput, ToolSample};
 use crate::settings::{Network, Unloading};
 use crate::sqrt::sqrt;
 use crate::tissue::{Head, TissueMut};
+use crate::two_float::TwoFloat;
 use nalgebra::Vector3;
 
 /// Bad samples in a row that the last good one stands in for.
@@ -22,7 +23,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// link passes whatever the input, none in the safe state.
     ///
     /// The safe state (force 0, cells as they are) answers a sample that stays bad for more than
-    /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset.
+    /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
+    /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
     pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
         let mut flags = Flags::default();
         let cells = network.model().cells();
@@ -32,11 +34,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let Some(sample) = self.head.accept(sample, &mut flags) else {
             return self.safe(network, flags);
         };
-        let own_cells = self.own.len().min(D::ARRAYS * cells);
         let (Some(state), Some(residual), Some(own)) = (
             self.state.get_mut(..cells),
             self.residual.get_mut(..cells),
-            self.own.get_mut(..own_cells),
+            self.own.get_mut(..D::ARRAYS * cells),
         ) else {
             return self.safe(network, flags);
         };
@@ -54,6 +55,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
         flags.insert(Flags::SAFE_STATE);
+        if self.head.closed {
+            flags.insert(Flags::BAND_CLOSED);
+        }
         TickOutput {
             force_n: Vector3::zeros(),
             energy_j: self.head.level.leading() * network.model().energy_unit_j(),
@@ -124,28 +128,42 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let (model, settings) = (self.network.model(), self.network.settings());
         let wished = sub(sample.position_m.into(), self.head.tool_origin_m)
             .map(|way| (way / model.unit_m()).clamp(-DISPLACEMENT_MAX, DISPLACEMENT_MAX));
+        let from = self.head.applied;
+        let step = settings.max_tool_step_m / model.unit_m();
         let room = contact::move_max(
             model.energy_max(),
             self.head.level.leading(),
             self.head.outer_weight,
         );
-        let step = settings.max_tool_step_m / model.unit_m();
-        let limit = if step < room { step } else { room };
-        let (applied, clamped) = contact::approach(self.head.applied, wished, limit);
+        let (to, clamped) = contact::approach(from, wished, step);
         if clamped {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
-        if applied == self.head.applied {
+        if to == from {
             return;
         }
+        let (within, beyond) = contact::approach(from, to, room);
         let before = contact::touched(self.links(), self.state, self.contacts);
-        self.head.applied = applied;
+        let mut change = self.displace(to, before);
+        // A move that lowers the energy is not shortened: the tool can always come back.
+        if beyond && change.hi > 0.0 {
+            change = self.displace(within, before);
+            self.flags.insert(Flags::MOTION_CLAMPED);
+        }
+        if self.head.applied != from {
+            self.head.level.shift(change);
+        }
+    }
+
+    /// Puts the held cells at a displacement and returns what that does to the energy, rounded
+    /// up: the level stays an upper bound where two large energies almost cancel.
+    fn displace(&mut self, to: [f32; 3], before: Touched) -> TwoFloat {
+        self.head.applied = to;
         self.place();
         let after = contact::touched(self.links(), self.state, self.contacts);
-        let change = after.wd2.minus(before.wd2).times_power_of_two(0.25);
-        // The level stays an upper bound where two large energies almost cancel.
         let rounding = f32::EPSILON * (before.scale + after.scale);
-        self.head.level.shift(change.plus(rounding.into()));
+        let change = after.wd2.minus(before.wd2).times_power_of_two(0.25);
+        change.plus(rounding.into())
     }
 
     /// Puts the held cells where the tool has them, in every copy of the state.

@@ -239,12 +239,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.vectors = None;
     }
 
-    /// Number of contact cells chosen.
-    #[must_use]
-    pub fn contacts_chosen(&self) -> usize {
-        self.head.chosen
-    }
-
     /// Published position of a cell in the frame of the input mesh \[m\]; `None` beyond the last.
     #[must_use]
     pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {

@@ -31,7 +31,7 @@ impl TwoFloat {
     /// Zero.
     pub const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 
-    /// `self + other`, relative error about 2^-46.
+    /// `self + other`, error about 2^-46 of |self| + |other|.
     #[must_use]
     #[inline]
     pub fn plus(self, other: Self) -> Self {

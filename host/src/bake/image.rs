@@ -73,7 +73,7 @@ impl Sections {
 /// The scalars of the body.
 ///
 /// # Errors
-/// A saturation below twice the largest coordinate.
+/// A saturation below twice the largest coordinate, units out of range.
 pub(super) fn params(
     mesh: &Mesh,
     body: &Body,
@@ -83,6 +83,13 @@ pub(super) fn params(
     stiffness_n_per_m: f32,
 ) -> Result<[u32; params::WORDS]> {
     let unit_m = f64::from(body.unit_m);
+    let force_unit_n = 2.0 * f64::from(stiffness_n_per_m) * unit_m;
+    if ![force_unit_n, force_unit_n * unit_m].iter().all(|unit| (1e-17..=1e17).contains(unit)) {
+        return Err(Error::input(format!(
+            "--stiffness-n-per-m {stiffness_n_per_m} with links of {unit_m} m: forces or energies \
+             leave the range of single precision; check --units"
+        )));
+    }
     let largest = body.rest.as_flattened().iter().fold(0.0_f32, |a, &x| a.max(x.abs()));
     let saturation = match options.saturation_m {
         None => 4.0 * largest,

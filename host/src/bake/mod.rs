@@ -122,14 +122,15 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     each("--alpha", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
     each("--stiffness-n-per-m", &options.stiffness_n_per_m, positive, stiffness)?;
-    for (name, value) in [
-        ("--k-m", options.saturation_m),
-        ("--r-x", Some(options.resistance)),
-        ("--capacitance", Some(options.capacitance)),
-        ("--energy-max-j", options.energy_max_j),
-    ] {
+    for (name, value) in [("--k-m", options.saturation_m), ("--energy-max-j", options.energy_max_j)]
+    {
         if let Some(value) = value.filter(|&value| !positive(value)) {
             return Err(Error::input(format!("{name} {value}: must be above 0 and finite")));
+        }
+    }
+    for (name, value) in [("--r-x", options.resistance), ("--capacitance", options.capacitance)] {
+        if !(1e-6..=1e6).contains(&value) {
+            return Err(Error::input(format!("{name} {value}: must be from 1e-6 to 1e6")));
         }
     }
     Ok(())

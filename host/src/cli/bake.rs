@@ -29,7 +29,7 @@ pub struct Args {
     json: bool,
 }
 
-/// What the body is made of; shared by `bake` and by `cosim` without a model.
+/// What the body is made of.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BodyArgs {
     /// Half-width of the links' band in rest lengths, in [0, 1): the slack of the tissue; a number,

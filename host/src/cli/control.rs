@@ -68,7 +68,7 @@ fn vector(text: &str) -> std::result::Result<Vector, String> {
 /// Ticks in a number of seconds.
 ///
 /// # Errors
-/// Less than one tick, more than a day, or no number.
+/// Less than the built-in press has room for, more than a day, or no number.
 pub fn ticks(seconds: f64) -> Result<u64> {
     if seconds.is_finite() && (0.02..=86_400.0).contains(&seconds) {
         Ok((seconds * 1000.0).round() as u64)
@@ -80,7 +80,7 @@ pub fn ticks(seconds: f64) -> Result<u64> {
 impl Args {
     fn poses(&self) -> Result<Vec<ToolPose>> {
         match &self.path {
-            Some(file) => path::read(file, Rules::Strict),
+            Some(file) => path::read(file, Rules::Strict).map(|sequences| sequences.concat()),
             None => {
                 let ticks = ticks(self.seconds)?;
                 Press::new(self.touch_m.0, self.direction.0, self.depth_m, ticks)

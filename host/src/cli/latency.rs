@@ -59,7 +59,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;
     let poses = session::press(&engine, args.depth_m, ticks)?;
-    let alone = play(&mut engine, &poses, |_, _| Ok(()))?;
+    let alone = play(&mut engine, std::slice::from_ref(&poses), |_, _| Ok(()))?;
     if interrupt::asked() {
         return Err(Error::Interrupted);
     }

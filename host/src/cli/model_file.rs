@@ -26,5 +26,14 @@ pub fn read(path: &Path) -> Result<ImageBytes> {
 
 /// The model in those bytes.
 pub fn parse<'a>(image: &'a ImageBytes, path: &Path) -> Result<Model<'a>> {
-    Model::from_bytes(image.as_bytes()).map_err(|why| Error::file("read model", path, why))
+    let refuse = |why: &dyn std::fmt::Display| Error::file("read model", path, why);
+    let model = Model::from_bytes(image.as_bytes()).map_err(|why| refuse(&why))?;
+    let mut ids = model.input_id().to_vec();
+    ids.sort_unstable();
+    match ids.windows(2).find(|pair| pair[0] == pair[1]) {
+        None => Ok(model),
+        Some(pair) => {
+            Err(refuse(&format_args!("two cells have the input id {}: bake again", pair[0])))
+        }
+    }
 }

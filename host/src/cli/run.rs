@@ -1,5 +1,6 @@
 //! `chaincell run`: a path offline, deterministic, without shared memory.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -102,12 +103,15 @@ pub fn execute(args: &Args) -> Result<()> {
     if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-fn check_snapshots(ticks: &[u64], poses: &[ToolPose]) -> Result<()> {
-    let (first, last) = (poses.first().map_or(0, |p| p.tick), poses.last().map_or(0, |p| p.tick));
-    match ticks.iter().find(|&&tick| !poses.iter().any(|pose| pose.tick == tick)) {
+fn check_snapshots(ticks: &[u64], poses: &[Vec<ToolPose>]) -> Result<()> {
+    let of_path: BTreeSet<u64> = poses.iter().flatten().map(|pose| pose.tick).collect();
+    let (first, last) = (of_path.first().copied(), of_path.last().copied());
+    match ticks.iter().find(|tick| !of_path.contains(tick)) {
         None => Ok(()),
         Some(tick) => Err(Error::input(format!(
-            "--snapshot-ticks {tick}: the path has the ticks {first} to {last}"
+            "--snapshot-ticks {tick}: the path has the ticks {} to {}",
+            first.unwrap_or_default(),
+            last.unwrap_or_default()
         ))),
     }
 }
@@ -122,21 +126,26 @@ pub struct Played {
     pub poses_repeated: u64,
 }
 
-/// Plays poses through an engine as `serve` would, `after` being called behind each tick.
+/// Plays sequences of poses, each from another controller, through an engine as `serve` would, `after` being called behind each tick.
 /// Ends early, with what it has, when the user asks to stop.
 pub fn play(
     engine: &mut Engine<'_>,
-    poses: &[ToolPose],
+    sequences: &[Vec<ToolPose>],
     mut after: impl FnMut(u64, &mut Engine<'_>) -> Result<()>,
 ) -> Result<Played> {
     let mut played = Played {
-        answers: Vec::with_capacity(poses.len()),
+        answers: Vec::with_capacity(sequences.iter().map(Vec::len).sum()),
         step: Latencies::new()?,
         poses_repeated: 0,
     };
-    let progress = terminal::progress(poses.len() as u64, "run");
+    let progress = terminal::progress(sequences.iter().map(Vec::len).sum::<usize>() as u64, "run");
     let mut last = None;
-    for pose in poses {
+    for (pose, is_first) in
+        sequences.iter().flat_map(|poses| poses.iter().zip((0..).map(|i| i == 0)))
+    {
+        if is_first {
+            last = None;
+        }
         if interrupt::asked() {
             break;
         }

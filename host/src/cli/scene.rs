@@ -25,7 +25,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub step: Option<f32>,
     /// Sweeps a tick
-    #[arg(long, default_value_t = 2, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 4, value_name = "N", allow_negative_numbers = true)]
     pub sweeps: u16,
     /// Largest motion of the contact cells a tick [m] [default: one mean link length]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]

@@ -80,9 +80,6 @@ impl TissueEngine for Engine<'_> {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    if let Some(seconds) = args.seconds.filter(|&s| !(s.is_finite() && s > 0.0)) {
-        return Err(Error::input(format!("--seconds {seconds}: must be above 0 and finite")));
-    }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;

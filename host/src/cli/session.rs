@@ -128,7 +128,7 @@ fn wait_name(wait: Wait) -> OsString {
     value.map_or(OsString::new(), |value| value.get_name().into())
 }
 
-/// Checksum and size in a line, for headings.
+/// Size in a line, for headings.
 pub fn describe(model: &Model<'_>) -> String {
     format!("{} cells, {} links", model.cells(), model.links())
 }

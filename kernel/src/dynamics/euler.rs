@@ -53,8 +53,8 @@ impl Scheme for Euler {
             let here = peak(v.xyz());
             highest = if here > highest { here } else { highest };
         }
-        body.restore_held();
-        self.saturated = highest > k;
+        let held = body.restore_held();
+        self.saturated = highest > k || held > k;
         false
     }
 

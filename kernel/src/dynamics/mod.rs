@@ -6,7 +6,7 @@ mod track;
 pub use euler::Euler;
 pub use track::Track;
 
-use crate::cell::Cell;
+use crate::cell::{Cell, add, peak};
 use crate::contact::Contact;
 use crate::pass::Links;
 use crate::settings::Settings;
@@ -37,7 +37,7 @@ impl Level {
         self.known = false;
     }
 
-    /// The tool moved cells, which changed the energy by exactly `change`.
+    /// The tool moved cells, which changed the energy by at most `change`.
     pub(crate) fn shift(&mut self, change: TwoFloat) {
         self.set(self.value.plus(change));
     }
@@ -73,13 +73,19 @@ pub(crate) struct Body<'a, 'm> {
 }
 
 impl Body<'_, '_> {
-    /// Puts the held cells back where the tool has them.
-    pub fn restore_held(&mut self) {
+    /// Puts the held cells back where the tool has them, and returns the largest magnitude of
+    /// their coordinates.
+    pub fn restore_held(&mut self) -> f32 {
+        let mut highest = 0.0;
         for contact in self.held {
+            let position = add(contact.origin, self.applied);
             if let Some(state) = self.state.get_mut(contact.cell()) {
-                *state = Cell::at(crate::cell::add(contact.origin, self.applied));
+                *state = Cell::at(position);
             }
+            let here = peak(position);
+            highest = if here > highest { here } else { highest };
         }
+        highest
     }
 }
 

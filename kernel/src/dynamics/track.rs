@@ -126,19 +126,16 @@ impl Track {
             let here = peak(v.xyz());
             highest = if here > highest { here } else { highest };
         }
-        body.restore_held();
+        let held = body.restore_held();
         for contact in body.held {
             if let (Some(y), Some(v)) =
                 (body.own.get_mut(contact.cell()), body.state.get(contact.cell()))
             {
                 *y = *v;
-                let here = peak(v.xyz());
-                highest = if here > highest { here } else { highest };
             }
         }
-        self.momentum = 1.0;
         let _ = self.advance(true);
-        self.plain = highest > k;
+        self.plain = highest > k || held > k;
     }
 }
 

@@ -13,6 +13,18 @@ const LENGTH_RANGE: f32 = 1.0e6;
 /// Weights, k / `k_ref`, span at most this factor either way.
 const WEIGHT_RANGE: f32 = 1.0e9;
 
+/// R_x and C span at most this factor either way.
+const CIRCUIT_RANGE: f32 = 1.0e6;
+/// Newtons and joules per internal unit span at most this factor either way.
+const UNIT_RANGE: f32 = 1.0e18;
+/// Largest numbering of an input.
+const INPUT_NODES_MAX: u32 = 1 << 27;
+
+/// Whether a number lies within a factor of 1.
+fn within(value: f32, factor: f32) -> bool {
+    (1.0 / factor..=factor).contains(&value)
+}
+
 /// Checks a whole model: ranges first, then order and symmetry, then the numbers.
 pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     parameters(model)?;
@@ -50,12 +62,17 @@ fn parameters(model: &Model<'_>) -> Result<(), ModelError> {
     word(params::CENTRE_M, model.centre_m.iter().all(|value| value.is_finite()))?;
     word(params::STIFFNESS_N_PER_M, positive(model.stiffness_n_per_m))?;
     let force = 2.0 * model.stiffness_n_per_m * model.unit_m;
-    word(params::STIFFNESS_N_PER_M, force.is_normal() && (force * model.unit_m).is_normal())?;
+    let units = within(force, UNIT_RANGE) && within(force * model.unit_m, UNIT_RANGE);
+    word(params::STIFFNESS_N_PER_M, units)?;
     word(params::ALPHA, (0.0..1.0).contains(&model.alpha))?;
     word(params::SATURATION, positive(model.saturation) && model.saturation < 1.0e6)?;
-    word(params::RESISTANCE, positive(model.resistance))?;
-    word(params::CAPACITANCE, positive(model.capacitance))?;
+    word(params::RESISTANCE, within(model.resistance, CIRCUIT_RANGE))?;
+    word(params::CAPACITANCE, within(model.capacitance, CIRCUIT_RANGE))?;
     word(params::DEGREE_BOUND, positive(model.degree_bound))?;
+    let parts = model.parts as usize;
+    word(params::PARTS, (1..=model.cells()).contains(&parts))?;
+    let numbering = model.cells() as u32..=INPUT_NODES_MAX;
+    word(params::INPUT_NODES, numbering.contains(&model.input_nodes))?;
     word(params::ENERGY_MAX, positive(model.energy_max) && model.energy_max < 1.0e18)
 }
 
@@ -109,7 +126,7 @@ fn half_links(model: &Model<'_>) -> Result<(), ModelError> {
 
 fn rest_positions(model: &Model<'_>) -> Result<(), ModelError> {
     let bad = model.rest.iter().position(|rest| {
-        let inside = rest.iter().all(|x| x.is_finite() && x.abs() <= model.saturation);
+        let inside = rest.iter().all(|x| x.is_finite() && 1.999 * x.abs() <= model.saturation);
         !inside || rest.iter().any(|x| x.to_bits() == (-0.0_f32).to_bits())
     });
     bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::REST, at(cell))))

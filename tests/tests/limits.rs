@@ -1,0 +1,80 @@
+//! At the limits: the energy bound, saturation under a held cell, units beyond single precision.
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::mesh::load;
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample};
+use nalgebra::Vector3;
+
+fn plane(options: &BakeOptions) -> ImageBytes {
+    let mesh = load("plane:9x9x0.01", &Default::default()).unwrap();
+    bake(&mesh, &mesh.border, options).unwrap()
+}
+
+/// Moves the centre up by so many metres a tick, then holds it there, then goes back in one go.
+fn pull(
+    image: &ImageBytes,
+    scheme: Scheme,
+    settings: impl Fn(Settings) -> Settings,
+    heights_m: impl Iterator<Item = f32>,
+) -> Vec<TickOutput> {
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let network = Network::new(model, settings(Settings::for_model(&model))).unwrap();
+    let centre = model.input_id().iter().position(|&id| id == 40).unwrap() as u16;
+    let mut engine = Engine::new(network, scheme, &[centre]).unwrap();
+    heights_m
+        .map(|z| engine.tick(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 }))
+        .collect()
+}
+
+/// The bound stops the tool on its way out and lets it come back.
+#[test]
+fn the_energy_bound_never_locks_the_tool() {
+    let energy_max_j = 0.0005;
+    let image = plane(&BakeOptions { energy_max_j: Some(energy_max_j), ..BakeOptions::default() });
+    let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
+    for scheme in [Scheme::Euler, Scheme::Track] {
+        let back = std::iter::repeat_n(0.0, 400);
+        let answers = pull(&image, scheme, |settings| settings, out.clone().chain(back));
+        let bound = energy_max_j as f32 * 1.0001;
+        assert!(answers.iter().all(|answer| answer.energy_j <= bound));
+        assert!(answers[1999].flags.contains(Flags::MOTION_CLAMPED), "{:?}", answers[1999]);
+        let (far, home) = (answers[1999].force_n.z.abs(), answers[2399].force_n.z.abs());
+        assert!(home < 0.05 * far, "{scheme:?}: {far} N out, {home} N back at the origin");
+    }
+}
+
+/// With a leak of 1 the free cells return into the range in one step; a held one stays beyond.
+#[test]
+fn euler_clamps_a_held_cell_beyond_saturation_at_every_step() {
+    let image = plane(&BakeOptions {
+        saturation_m: Some(0.08),
+        resistance: 0.25,
+        energy_max_j: Some(1e6),
+        ..BakeOptions::default()
+    });
+    let rise = |_| (0..2000_u16).map(|i| 0.001 * f32::from(i.min(200)));
+    let last = [0.25, 0.2499].map(|step| {
+        let settings = |settings| Settings { step, ..settings };
+        *pull(&image, Scheme::Euler, settings, rise(())).last().unwrap()
+    });
+    let track = *pull(&image, Scheme::Track, |settings| settings, rise(())).last().unwrap();
+    for euler in last {
+        let off = (euler.force_n.z - track.force_n.z).abs() / track.force_n.z.abs();
+        assert!(off < 0.01, "euler {} N, track {} N", euler.force_n.z, track.force_n.z);
+    }
+}
+
+#[test]
+fn units_beyond_single_precision_are_refused() {
+    let mesh = load("plane:3x3x0.01", &Default::default()).unwrap();
+    let refused =
+        |options: BakeOptions| bake(&mesh, &mesh.border, &options).unwrap_err().to_string();
+    let stiff = BakeOptions { stiffness_n_per_m: PerCell::Uniform(1e35), ..BakeOptions::default() };
+    assert!(refused(stiff).starts_with("--stiffness-n-per-m"));
+    let slow = BakeOptions { capacitance: 3e38, ..BakeOptions::default() };
+    assert!(refused(slow).starts_with("--capacitance"));
+    let leaky = BakeOptions { resistance: 1e-30, ..BakeOptions::default() };
+    assert!(refused(leaky).starts_with("--r-x"));
+}
