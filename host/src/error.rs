@@ -48,7 +48,7 @@ impl fmt::Display for Error {
         match self {
             Self::Check(text) | Self::Input(text) => f.write_str(text),
             Self::Interrupted => {
-                f.write_str("interrupted; what results there are so far are written")
+                f.write_str("interrupted; any results so far are written")
             }
         }
     }

@@ -206,9 +206,14 @@ fn body_parameters_out_of_range() {
         place.refuses_bake(&["--stiffness-n-per-m", stiffness], &parts);
     }
     place.refuses_bake(&["--k-m", "0.01"], &["--k-m 0.01", "at least twice"]);
-    for option in ["--k-m", "--r-x", "--capacitance", "--energy-max-j"] {
+    for (option, range) in [
+        ("--k-m", "must be above 0 and finite"),
+        ("--r-x", "must be from 1e-6 to 1e6"),
+        ("--capacitance", "must be from 1e-6 to 1e6"),
+        ("--energy-max-j", "must be above 0 and finite"),
+    ] {
         for value in ["0", "-1", "NaN", "inf", "1e99", "1e-99"] {
-            place.refuses_bake(&[option, value], &[option, "must be above 0 and finite"]);
+            place.refuses_bake(&[option, value], &[option, range]);
         }
         place.refuses_bake(&[option, "many"], &[option, "many"]);
     }

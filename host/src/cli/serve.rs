@@ -80,6 +80,9 @@ impl TissueEngine for Engine<'_> {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    if args.seconds.is_some_and(|seconds| seconds.is_nan() || seconds <= 0.0) {
+        return Err(Error::input("--seconds: must be above 0"));
+    }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;
