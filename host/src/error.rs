@@ -47,9 +47,7 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Check(text) | Self::Input(text) => f.write_str(text),
-            Self::Interrupted => {
-                f.write_str("interrupted; any results so far are written")
-            }
+            Self::Interrupted => f.write_str("interrupted; any results so far are written"),
         }
     }
 }

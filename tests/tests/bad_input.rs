@@ -208,8 +208,8 @@ fn body_parameters_out_of_range() {
     place.refuses_bake(&["--k-m", "0.01"], &["--k-m 0.01", "at least twice"]);
     for (option, range) in [
         ("--k-m", "must be above 0 and finite"),
-        ("--r-x", "must be from 1e-6 to 1e6"),
-        ("--capacitance", "must be from 1e-6 to 1e6"),
+        ("--r-x", "must be from 1e-11 to 1e11"),
+        ("--capacitance", "must be from 1e-11 to 1e11"),
         ("--energy-max-j", "must be above 0 and finite"),
     ] {
         for value in ["0", "-1", "NaN", "inf", "1e99", "1e-99"] {

@@ -129,8 +129,8 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         }
     }
     for (name, value) in [("--r-x", options.resistance), ("--capacitance", options.capacitance)] {
-        if !(1e-6..=1e6).contains(&value) {
-            return Err(Error::input(format!("{name} {value}: must be from 1e-6 to 1e6")));
+        if !(1e-11..=1e11).contains(&value) {
+            return Err(Error::input(format!("{name} {value}: must be from 1e-11 to 1e11")));
         }
     }
     Ok(())

@@ -70,7 +70,8 @@ pub struct BodyArgs {
     /// valence pulled at once by the body's width]
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     energy_max_j: Option<f64>,
-    /// Leave out what only selectors and pictures need: groups, triangles, tetrahedra
+    /// Leave out what firmware has no use for: groups, triangles, tetrahedra, and the links once
+    /// more in slices for vector units
     #[arg(long)]
     lean: bool,
 }

@@ -14,7 +14,7 @@ const LENGTH_RANGE: f32 = 1.0e6;
 const WEIGHT_RANGE: f32 = 1.0e9;
 
 /// R_x and C span at most this factor either way.
-const CIRCUIT_RANGE: f32 = 1.0e6;
+const CIRCUIT_RANGE: f32 = 1.0e12;
 /// Newtons and joules per internal unit span at most this factor either way.
 const UNIT_RANGE: f32 = 1.0e18;
 /// Largest numbering of an input.
