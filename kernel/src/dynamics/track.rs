@@ -43,10 +43,10 @@ impl Dynamics for Track {
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 1];
 }
 
-/// r / W for a free cell, nothing for a fixed one.
+/// r / W for a free cell, nothing for a fixed one; the fourth lane means nothing.
 #[inline(always)]
-fn damped(r: Cell, mobility: f32) -> [f32; 3] {
-    if mobility > 0.0 { scale(mobility, r.xyz()) } else { [0.0; 3] }
+fn damped(r: Cell, mobility: f32) -> Cell {
+    if mobility > 0.0 { r.times(mobility) } else { Cell::ZERO }
 }
 
 /// Rounding allowance of an energy.
@@ -68,19 +68,18 @@ impl Track {
         let model = body.links.model;
         body.links.pass::<false>(body.own, body.residual);
         mask(body.residual, body.held);
-        let mut highest = 0.0;
+        let mut highest = Cell::ZERO;
         let cells = body.own.iter().zip(&*body.state).zip(&*body.residual).zip(model.mobility);
         let [energy, decrease, product] = totals(cells.map(|(((y, x), &r), &mobility)| {
             let step = damped(r, mobility);
-            let next = add(y.xyz(), step);
-            let here = peak(next);
-            highest = if here > highest { here } else { highest };
-            [r.w(), dot(r.xyz(), step), dot(r.xyz(), sub(next, x.xyz()))]
+            let next = y.plus(step);
+            highest = highest.larger_magnitude(next);
+            [r.w(), dot(r.xyz(), step.xyz()), dot(r.xyz(), next.minus(*x).xyz())]
         }));
         let energy = energy.times_power_of_two(0.125);
         let tolerance = tolerance(body.level.leading(), model.weight_min);
         let allowed = body.level.value().plus(tolerance.into());
-        if energy.exceeds(allowed) || highest > model.saturation() {
+        if energy.exceeds(allowed) || peak(highest.xyz()) > model.saturation() {
             self.plain = true;
             return true;
         }
@@ -88,9 +87,9 @@ impl Track {
         let beta = self.advance(product.hi <= 0.0);
         let cells = body.own.iter_mut().zip(body.state.iter_mut()).zip(&*body.residual);
         for (((y, x), &r), &mobility) in cells.zip(model.mobility) {
-            let next = add(y.xyz(), damped(r, mobility));
-            *y = Cell::at(add(next, scale(beta, sub(next, x.xyz()))));
-            *x = Cell::at(next);
+            let next = y.plus(damped(r, mobility)).position();
+            *y = next.plus(next.minus(*x).times(beta));
+            *x = next;
         }
         false
     }
@@ -104,7 +103,7 @@ impl Track {
         let next = |v: [f32; 3], r: Cell, mobility: f32| {
             let leak = mobility / model.resistance();
             let leak = if leak < 1.0 { leak } else { 1.0 };
-            sub(add(v, damped(r, mobility)), scale(leak, sub(v, output(v, k))))
+            sub(add(v, damped(r, mobility).xyz()), scale(leak, sub(v, output(v, k))))
         };
         let cells = body.state.iter().zip(&*body.residual).zip(model.mobility);
         let [energy, decrease] = totals(cells.map(|((v, &r), &mobility)| {
