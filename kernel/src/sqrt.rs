@@ -15,15 +15,17 @@ pub fn sqrt(a: f32) -> f32 {
 /// Square root of `a`; NaN for negative `a`.
 #[must_use]
 #[inline(always)]
-#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 pub fn sqrt(a: f32) -> f32 {
-    let root: f32;
-    // SAFETY: the FPU of the target has the instruction; it touches no memory.
+    let root: u32;
+    // The compiler does not admit FPU registers as operands here, only as clobbers.
+    // SAFETY: the hard-float ABI says that the FPU is there; the code touches no memory.
     unsafe {
-        core::arch::asm!("vsqrt.f32 {root}, {a}", root = out(sreg) root, a = in(sreg) a,
+        core::arch::asm!("vmov s0, {a}", "vsqrt.f32 s0, s0", "vmov {root}, s0",
+            a = in(reg) a.to_bits(), root = out(reg) root, out("s0") _,
             options(pure, nomem, nostack));
     }
-    root
+    f32::from_bits(root)
 }
 
 /// Square root of `a`; NaN for negative `a`.
@@ -45,7 +47,7 @@ pub fn sqrt(a: f32) -> f32 {
 #[inline(always)]
 #[cfg(not(any(
     target_arch = "x86_64",
-    all(target_arch = "arm", target_feature = "vfp2"),
+    all(target_arch = "arm", target_abi = "eabihf"),
     all(any(target_arch = "riscv32", target_arch = "riscv64"), target_feature = "f")
 )))]
 pub fn sqrt(a: f32) -> f32 {

@@ -205,7 +205,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(*rest);
         }
-        for array in self.own.chunks_mut(needed).take(D::ARRAYS) {
+        for array in self.own.chunks_mut(needed.max(1)).take(D::ARRAYS) {
             for (own, v) in array.iter_mut().zip(&*self.state) {
                 *own = *v;
             }
