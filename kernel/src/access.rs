@@ -11,12 +11,6 @@ use crate::cell::Cell;
 use crate::link::Pull;
 use crate::model::Model;
 
-#[inline(always)]
-fn plus(a: Cell, b: [f32; 4]) -> Cell {
-    let [x, y, z, w] = a.0;
-    Cell([x + b[0], y + b[1], z + b[2], w + b[3]])
-}
-
 /// Adds every link's pull to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in
 /// the fourth lane. Starts from +0.0.
 ///
@@ -49,10 +43,10 @@ pub(crate) fn accumulate(
             let there = unsafe { at.get_unchecked(j).xyz() };
             let Some(pull) = law(link, i, j, here, there, l0) else { continue };
             let [x, y, z] = pull.force;
-            total = plus(total, [x, y, z, pull.wd2]);
+            total = total.plus(Cell([x, y, z, pull.wd2]));
             // SAFETY: as above; j > i, so the running total of i is not touched.
             let other = unsafe { sum.get_unchecked_mut(j) };
-            *other = plus(*other, [-x, -y, -z, pull.wd2]);
+            *other = other.plus(Cell([-x, -y, -z, pull.wd2]));
         }
         // SAFETY: i < cells.
         unsafe { *sum.get_unchecked_mut(i) = total };

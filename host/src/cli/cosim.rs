@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use chaincell_kernel::Model;
 use serde::Serialize;
 
 use super::control::ticks;
@@ -13,6 +12,7 @@ use super::session::{self, Files, LoopArgs, Session, tell_refused};
 use crate::bake::{BakeOptions, ImageBytes, bake};
 use crate::cosim::histogram::Summary;
 use crate::cosim::peers::PeerCost;
+use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::mesh::{self, MeshOptions};
 use crate::output::{self, Folder};
@@ -73,14 +73,13 @@ struct CosimSummary {
 pub fn execute(args: &Args) -> Result<()> {
     let ticks = ticks(args.seconds)?;
     args.common.check()?;
-    let scratch = tempfile::tempdir()
-        .map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))?;
+    let scratch = session::scratch()?;
     let (image, model_path) = match &args.model {
         Some(path) => (model_file::read(path)?, path.clone()),
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let engine = args.scene.engine(model)?;
+    let mut engine = args.scene.engine(model)?;
     let poses = session::press(&engine, args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     let folder = Folder::open(&out, args.force)?;
@@ -97,8 +96,8 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
     let session = session::run(&files, &poses, &args.scene, &args.common)?;
-    let replay_state_hash = replay(args, model, &folder.file("path.csv"))?;
-    let summary = summary(args, model, session, replay_state_hash)?;
+    let replay_state_hash = replay(&mut engine, &folder.file("path.csv"))?;
+    let summary = summary(args, &engine, session, replay_state_hash);
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
     judge(&summary)
@@ -111,31 +110,31 @@ fn organ() -> Result<ImageBytes> {
 }
 
 /// State hash after the poses as received, played once more without shared memory.
-fn replay(args: &Args, model: Model<'_>, received: &Path) -> Result<String> {
-    let mut engine = args.scene.engine(model)?;
+fn replay(engine: &mut Engine<'_>, received: &Path) -> Result<String> {
     let nothing_received =
         std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
     if !nothing_received {
         let poses = path::read(received, Rules::Recorded)?;
         // An interrupted session is short and checked like any other.
-        interrupt::ignoring(|| play(&mut engine, &poses, |_, _| Ok(())))?;
+        interrupt::ignoring(|| play(engine, &poses, |_, _| Ok(())))?;
     }
     Ok(format!("{:016x}", engine.state_hash()))
 }
 
 fn summary(
     args: &Args,
-    model: Model<'_>,
+    engine: &Engine<'_>,
     session: Session,
     replay_state_hash: String,
-) -> Result<CosimSummary> {
+) -> CosimSummary {
+    let model = engine.network().model();
     let Session { reports, floor } = session;
     let (serve, control) = (reports.serve, reports.control);
     let mut refused = serve.refused;
     refused.extend(control.refused);
     refused.sort();
     refused.dedup();
-    Ok(CosimSummary {
+    CosimSummary {
         cells: model.cells(),
         links: model.links(),
         ticks_sent: control.ticks_sent,
@@ -151,8 +150,8 @@ fn summary(
         replay_state_hash,
         interrupted: reports.interrupted,
         refused,
-        scene: args.scene.report(&args.scene.engine(model)?),
-    })
+        scene: args.scene.report(engine),
+    }
 }
 
 fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
@@ -164,14 +163,12 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         "{} of {} ticks answered, {} later than 1 ms after the scheduled send",
         summary.ticks_answered, summary.ticks_sent, summary.missed_deadlines
     ))?;
-    for (name, figures) in [
+    session::tell_latencies(&[
         ("kernel step", &summary.step_ns),
         ("round trip", &summary.round_trip_ns),
         ("floor: round trip", &summary.floor_round_trip_ns),
         ("floor: wake-up", &summary.floor_wakeup_ns),
-    ] {
-        terminal::say(format_args!("  {name:<18}{}", figures.in_us()))?;
-    }
+    ])?;
     terminal::say(format_args!(
         "  {:<18}{} joined, {} left; longest call meanwhile {:.1} us",
         "peers",

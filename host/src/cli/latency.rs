@@ -63,8 +63,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if interrupt::asked() {
         return Err(Error::Interrupted);
     }
-    let scratch = tempfile::tempdir()
-        .map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))?;
+    let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
     let session = session::run(&files, &poses, &args.scene, &args.common)?;
     let (serve, control) = (session.reports.serve, session.reports.control);
@@ -105,14 +104,11 @@ fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
         summary.ticks,
         summary.missed_deadlines
     ))?;
-    for (name, figures) in [
+    session::tell_latencies(&[
         ("step alone", &summary.step_alone_ns),
         ("step in the loop", &summary.step_ns),
         ("round trip", &summary.round_trip_ns),
         ("floor: round trip", &summary.floor_round_trip_ns),
         ("floor: wake-up", &summary.floor_wakeup_ns),
-    ] {
-        terminal::say(format_args!("  {name:<18}{}", figures.in_us()))?;
-    }
-    Ok(())
+    ])
 }

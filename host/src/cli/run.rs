@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use chaincell_kernel::ToolSample;
-use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::model_file;
@@ -126,46 +125,47 @@ pub struct Played {
     pub poses_repeated: u64,
 }
 
-/// Plays sequences of poses, each from another controller, through an engine as `serve` would, `after` being called behind each tick.
-/// Ends early, with what it has, when the user asks to stop.
+/// Plays sequences of poses, each from another controller, through an engine as `serve` would,
+/// `after` being called behind each tick. Ends early, with what it has, when the user asks to stop.
 pub fn play(
     engine: &mut Engine<'_>,
     sequences: &[Vec<ToolPose>],
     mut after: impl FnMut(u64, &mut Engine<'_>) -> Result<()>,
 ) -> Result<Played> {
-    let mut played = Played {
-        answers: Vec::with_capacity(sequences.iter().map(Vec::len).sum()),
-        step: Latencies::new()?,
-        poses_repeated: 0,
-    };
-    let progress = terminal::progress(sequences.iter().map(Vec::len).sum::<usize>() as u64, "run");
-    let mut last = None;
-    for (pose, is_first) in
-        sequences.iter().flat_map(|poses| poses.iter().zip((0..).map(|i| i == 0)))
-    {
-        if is_first {
-            last = None;
+    let poses: usize = sequences.iter().map(Vec::len).sum();
+    let mut played =
+        Played { answers: Vec::with_capacity(poses), step: Latencies::new()?, poses_repeated: 0 };
+    let progress = terminal::progress(poses as u64, "run");
+    'session: for poses in sequences {
+        let mut last = None;
+        for pose in poses {
+            if interrupt::asked() {
+                break 'session;
+            }
+            progress.inc(1);
+            if last.is_some_and(|last| pose.tick <= last) {
+                played.poses_repeated += 1;
+                continue;
+            }
+            last = Some(pose.tick);
+            played.tick(engine, pose);
+            after(pose.tick, engine)?;
         }
-        if interrupt::asked() {
-            break;
-        }
-        progress.inc(1);
-        if last.is_some_and(|last| pose.tick <= last) {
-            played.poses_repeated += 1;
-            continue;
-        }
-        last = Some(pose.tick);
-        let sample =
-            ToolSample { position_m: Vector3::from(pose.position_m), engaged: pose.engaged };
-        let start = Instant::now();
-        let output = engine.tick(&sample);
-        let span = start.elapsed();
-        played.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
-        played.answers.push(Answer { tick: pose.tick, output });
-        after(pose.tick, engine)?;
     }
     progress.finish_and_clear();
     Ok(played)
+}
+
+impl Played {
+    /// One timed tick.
+    fn tick(&mut self, engine: &mut Engine<'_>, pose: &ToolPose) {
+        let sample = ToolSample::from(*pose);
+        let start = Instant::now();
+        let output = engine.tick(&sample);
+        let span = start.elapsed();
+        self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
+        self.answers.push(Answer { tick: pose.tick, output });
+    }
 }
 
 fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {

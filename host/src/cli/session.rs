@@ -4,16 +4,18 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use chaincell_kernel::Model;
+use tempfile::TempDir;
 
 use super::scene::SceneArgs;
 use crate::cosim::floor::{self, Floor};
+use crate::cosim::histogram::Summary;
 use crate::cosim::motion::Press;
 use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
 use crate::cosim::services::{Domain, Scene};
 use crate::cosim::wait::Wait;
 use crate::engine::Engine;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::{output, path, terminal};
 
 /// Ticks of each measurement of the machine's floor: a second and a half.
@@ -53,6 +55,18 @@ pub fn tell_refused(refused: &[String]) {
     for refused in refused {
         terminal::note(format_args!("note: {refused} (not needed, worst cases get longer)"));
     }
+}
+
+/// A folder for scratch files, gone with the value.
+pub fn scratch() -> Result<TempDir> {
+    tempfile::tempdir().map_err(|why| Error::file("create folder in", &std::env::temp_dir(), why))
+}
+
+/// Prints latencies, a name and a row of percentiles each.
+pub fn tell_latencies(rows: &[(&str, &Summary)]) -> Result<()> {
+    rows.iter().try_for_each(|(name, figures)| {
+        terminal::say(format_args!("  {name:<18}{}", figures.in_us()))
+    })
 }
 
 /// What a session measured.

@@ -116,22 +116,16 @@ impl Track {
         }));
         body.level.certify(energy.times_power_of_two(0.125).minus(decrease));
         let mut highest = 0.0;
-        let cells = body.state.iter_mut().zip(body.own.iter_mut()).zip(&*body.residual);
-        for (((v, y), &r), &mobility) in cells.zip(model.mobility) {
+        for ((v, &r), &mobility) in body.state.iter_mut().zip(&*body.residual).zip(model.mobility) {
             if mobility > 0.0 {
                 *v = Cell::at(next(v.xyz(), r, mobility));
             }
-            *y = *v;
             let here = peak(v.xyz());
             highest = if here > highest { here } else { highest };
         }
         let held = body.restore_held();
-        for contact in body.held {
-            if let (Some(y), Some(v)) =
-                (body.own.get_mut(contact.cell()), body.state.get(contact.cell()))
-            {
-                *y = *v;
-            }
+        for (y, v) in body.own.iter_mut().zip(&*body.state) {
+            *y = *v;
         }
         let _ = self.advance(true);
         self.plain = highest > k || held > k;
