@@ -63,6 +63,7 @@ trait AnyTissue {
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3];
+    fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
     fn ram_bytes(&self) -> usize;
 }
@@ -90,6 +91,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3] {
         self.view().position(model, cell).unwrap_or([0.0; 3])
+    }
+
+    fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()> {
+        self.view().set_positions(network, positions).map_err(Error::check)
     }
 
     fn go_scalar(&mut self) {
@@ -154,6 +159,15 @@ impl<'m> Engine<'m> {
     /// The state hash, see [`chaincell_kernel::hash`].
     pub fn state_hash(&mut self) -> u64 {
         self.tissue.state_hash(self.network.model())
+    }
+
+    /// Puts every cell at a position [mean link lengths from the body's centre], in the model's
+    /// order, without motion and with the tool released.
+    ///
+    /// # Errors
+    /// Positions that are too few, not finite or too large.
+    pub fn set_positions(&mut self, positions: &[[f32; 3]]) -> Result<()> {
+        self.tissue.set_positions(&self.network, positions)
     }
 
     /// Leaves the vector unit alone until the next reset: the bits stay the same.

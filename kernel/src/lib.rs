@@ -65,4 +65,4 @@ pub use model::Model;
 pub use sample::{Flags, TickOutput, ToolSample};
 pub use settings::{Network, Settings, SettingsError, Unloading};
 pub use tick::HELD_TICKS_MAX;
-pub use tissue::{Head, ResetError, Tissue, TissueMut, array_bytes};
+pub use tissue::{COORDINATE_MAX, Head, ResetError, StateError, Tissue, TissueMut, array_bytes};

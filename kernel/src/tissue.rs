@@ -39,6 +39,39 @@ impl core::fmt::Display for ResetError {
 
 impl core::error::Error for ResetError {}
 
+/// Largest coordinate of a position that a state may have [mean link lengths].
+pub const COORDINATE_MAX: f32 = 1.0e6;
+
+/// Why a state is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StateError {
+    /// The tissue was not reset to this network.
+    Model,
+    /// Fewer or more positions than cells.
+    Count {
+        /// Cells of the model.
+        needed: usize,
+        /// Positions given.
+        given: usize,
+    },
+    /// The position of this cell is not finite, or beyond [`COORDINATE_MAX`].
+    Position(usize),
+}
+
+impl core::fmt::Display for StateError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
+            Self::Count { needed, given } => write!(f, "{given} positions for {needed} cells"),
+            Self::Position(cell) => {
+                write!(f, "cell {cell}: coordinates must be finite and at most {COORDINATE_MAX}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for StateError {}
+
 /// Scalar state of a tissue: all of it but the arrays.
 #[derive(Debug, Clone, Copy)]
 pub struct Head<D> {
@@ -211,6 +244,43 @@ impl<D: Dynamics> TissueMut<'_, D> {
             }
         }
         log::debug!("tissue reset");
+        Ok(())
+    }
+
+    /// Puts every cell, fixed ones too, at a position [mean link lengths from the body's centre],
+    /// without motion and with the tool released; the contact cells stay chosen.
+    ///
+    /// The certified level starts anew from the energy of that state.
+    ///
+    /// # Errors
+    /// What is wrong with the positions; the state stays as it is.
+    pub fn set_positions(
+        &mut self,
+        network: &Network<'_>,
+        positions: &[[f32; 3]],
+    ) -> Result<(), StateError> {
+        let model = network.model();
+        if self.head.model != Some(model.checksum()) {
+            return Err(StateError::Model);
+        }
+        let (needed, given) = (model.cells(), positions.len());
+        if needed != given {
+            return Err(StateError::Count { needed, given });
+        }
+        let range = -COORDINATE_MAX..=COORDINATE_MAX;
+        if let Some(cell) = positions.iter().position(|p| !p.iter().all(|x| range.contains(x))) {
+            return Err(StateError::Position(cell));
+        }
+        let kept = *self.head;
+        *self.head = Head { vectors: kept.vectors, ..Head::NEW };
+        self.head.model = kept.model;
+        self.head.chosen = kept.chosen;
+        self.head.level.forget();
+        for (cell, (v, position)) in self.state.iter_mut().zip(positions).enumerate() {
+            // There is one zero in the state.
+            *v = Cell::at(position.map(|x| x + 0.0));
+            self.head.dynamics.place(self.own, cell, *v, model.saturation());
+        }
         Ok(())
     }
 
