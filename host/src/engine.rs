@@ -27,16 +27,19 @@ struct Memory<D> {
     state: Vec<Cell>,
     residual: Vec<Cell>,
     own: Vec<Cell>,
+    room: Vec<[f32; 8]>,
     contacts: Vec<Contact>,
 }
 
 impl<D: Dynamics> Memory<D> {
-    fn new(cells: usize, contacts: usize) -> Self {
+    fn new(model: &Model<'_>, contacts: usize) -> Self {
+        let cells = model.cells();
         Self {
             head: Head::NEW,
             state: vec![Cell::ZERO; cells],
             residual: vec![Cell::ZERO; cells],
             own: vec![Cell::ZERO; D::ARRAYS * cells],
+            room: vec![[0.0; 8]; D::room_octets(model, contacts)],
             contacts: vec![Contact::NONE; contacts],
         }
     }
@@ -47,6 +50,7 @@ impl<D: Dynamics> Memory<D> {
             state: &mut self.state,
             residual: &mut self.residual,
             own: &mut self.own,
+            room: &mut self.room,
             contacts: &mut self.contacts,
         }
     }
@@ -103,7 +107,11 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 
     fn ram_bytes(&self) -> usize {
         size_of::<Head<D>>()
-            + chaincell_kernel::array_bytes::<D>(self.state.len(), self.contacts.len())
+            + chaincell_kernel::array_bytes::<D>(
+                self.state.len(),
+                self.contacts.len(),
+                self.room.len(),
+            )
     }
 }
 
@@ -120,10 +128,10 @@ impl<'m> Engine<'m> {
     /// # Errors
     /// Contact cells that the kernel refuses, named by their input ids.
     pub fn new(network: Network<'m>, scheme: Scheme, contacts: &[u16]) -> Result<Self> {
-        let cells = network.model().cells();
+        let (model, held) = (network.model(), contacts.len());
         let tissue: Box<dyn AnyTissue> = match scheme {
-            Scheme::Euler => Box::new(Memory::<Euler>::new(cells, contacts.len())),
-            Scheme::Track => Box::new(Memory::<Track>::new(cells, contacts.len())),
+            Scheme::Euler => Box::new(Memory::<Euler>::new(model, held)),
+            Scheme::Track => Box::new(Memory::<Track>::new(model, held)),
         };
         let mut engine = Self { network, tissue, contacts: contacts.to_vec() };
         engine.reset()?;

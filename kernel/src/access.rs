@@ -7,12 +7,15 @@
 
 #![allow(unsafe_code)]
 
+use crate::awake::SliceSet;
 use crate::cell::Cell;
 use crate::link::Pull;
 use crate::model::Model;
+use crate::two_float::LANES;
 
 /// Adds every link's pull to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in
-/// the fourth lane. Starts from +0.0.
+/// the fourth lane. Starts from +0.0 in awake slices; the links of all others are slack, and are
+/// left out.
 ///
 /// Links run in ascending order of (i, j), so each cell's terms are added in ascending order of
 /// its neighbours, as a loop over cells would. `law(link, i, j, P_i, P_j, l0)` gives the pull.
@@ -20,6 +23,7 @@ use crate::model::Model;
 #[inline(always)]
 pub(crate) fn accumulate(
     model: &Model<'_>,
+    awake: &SliceSet,
     at: &[Cell],
     sum: &mut [Cell],
     law: impl Fn(usize, usize, usize, [f32; 3], [f32; 3], f32) -> Option<Pull>,
@@ -28,8 +32,14 @@ pub(crate) fn accumulate(
     if at.len() < cells || sum.len() < cells {
         return;
     }
-    sum.fill(Cell::ZERO);
-    for i in 0..cells {
+    let slices = model.slice_count();
+    for slice in awake.iter(slices) {
+        for sum in sum.iter_mut().skip(slice * LANES).take(LANES) {
+            *sum = Cell::ZERO;
+        }
+    }
+    let all = awake.iter(slices).flat_map(|slice| slice * LANES..cells.min((slice + 1) * LANES));
+    for i in all {
         let row = model.row(i);
         // SAFETY: i < cells, and both slices hold at least that many.
         let (here, mut total) = unsafe { (at.get_unchecked(i).xyz(), *sum.get_unchecked(i)) };

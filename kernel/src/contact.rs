@@ -45,6 +45,14 @@ pub enum ContactError {
     Fixed(usize),
     /// The ids must ascend without repeats.
     Order(usize),
+    /// The tissue has too little room to hold that many cells against the model's hats: size it
+    /// with [`hats_room`](crate::hats_room).
+    Hats {
+        /// Octets needed.
+        needed: usize,
+        /// Octets there.
+        room: usize,
+    },
     /// The tool is engaged: cells change hands only while it is not.
     Engaged,
 }
@@ -58,6 +66,10 @@ impl core::fmt::Display for ContactError {
             Self::Unknown(at) => write!(f, "contact cell at position {at} is not in the model"),
             Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
             Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
+            Self::Hats { needed, room } => write!(
+                f,
+                "holding these cells needs {needed} octets of room for the hats, there are {room}"
+            ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
         }
     }

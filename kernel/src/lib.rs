@@ -40,12 +40,14 @@
 extern crate std;
 
 mod access;
+mod awake;
 pub mod cell;
 pub mod contact;
 pub mod dynamics;
 pub mod float_env;
 pub mod handover;
 pub mod hash;
+mod hats;
 pub mod image;
 pub mod link;
 mod model;
@@ -53,6 +55,7 @@ mod pass;
 pub mod sample;
 mod settings;
 pub mod simd;
+mod slice;
 #[allow(unsafe_code)]
 pub mod sqrt;
 mod tick;
@@ -60,6 +63,7 @@ mod tissue;
 pub mod two_float;
 
 pub use dynamics::{Dynamics, Euler, Track};
+pub use hats::hats_room;
 pub use image::ModelError;
 pub use model::Model;
 pub use sample::{Flags, TickOutput, ToolSample};

@@ -11,7 +11,7 @@ use crate::sqrt::sqrt;
 
 /// Widens the band on squared lengths, so that the rest length lies inside at alpha 0 too: the
 /// rounding of l0, of l0^2 and of the product is at most 5 units of 2^-24 together.
-const RIM: f32 = 8.0 / 16_777_216.0;
+pub(crate) const RIM: f32 = 8.0 / 16_777_216.0;
 /// Below this fraction of l0^2 a link has no direction of its own and takes that of the rest shape.
 pub(crate) const COINCIDENT: f32 = 1.0e-12;
 

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use crate::hats::Hats;
 use crate::image::{ModelError, Sections, kind, params, validate};
 use crate::two_float::LANES;
 
@@ -14,6 +15,10 @@ pub(crate) struct Slices<'a> {
     pub neighbours: &'a [[u16; LANES]],
     /// Rest lengths, by group and lane; 0 for padding.
     pub lengths: &'a [[f32; LANES]],
+    /// Alpha, by group and lane, where links differ.
+    pub alphas: Option<&'a [[f32; LANES]]>,
+    /// Weights, by group and lane, where links differ; 1 for padding.
+    pub weights: Option<&'a [[f32; LANES]]>,
 }
 
 /// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
@@ -32,6 +37,7 @@ pub struct Model<'a> {
     pub(crate) fixed: &'a [u16],
     pub(crate) input_id: &'a [u32],
     pub(crate) slices: Option<Slices<'a>>,
+    pub(crate) hats: Option<Hats<'a>>,
     pub(crate) link_alphas: Option<&'a [f32]>,
     pub(crate) link_weights: Option<&'a [f32]>,
     /// Smallest weight of a link.
@@ -94,6 +100,7 @@ impl<'a> Model<'a> {
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, cells)?,
             slices: slices(&sections, cells)?,
+            hats: Hats::read(&sections, cells)?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,
             weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),
@@ -274,6 +281,18 @@ impl<'a> Model<'a> {
         self.input_nodes
     }
 
+    /// Number of slices of eight consecutive cells.
+    #[inline(always)]
+    pub(crate) fn slice_count(&self) -> usize {
+        self.cells().div_ceil(LANES)
+    }
+
+    /// Number of hat functions of the coarse level, 0 without one.
+    #[must_use]
+    pub fn hats(&self) -> usize {
+        self.hats.map_or(0, |hats| hats.count)
+    }
+
     /// Whether the links are stored once more in slices for vector units.
     #[must_use]
     pub fn is_sliced(&self) -> bool {
@@ -375,7 +394,17 @@ fn slices<'a>(sections: &Sections<'a>, cells: usize) -> Result<Option<Slices<'a>
     let groups = rows.last().map_or(0, |&last| last as usize);
     let neighbours = sections.sized(kind::SLICE_NEIGHBOURS, groups)?;
     let lengths = sections.sized(kind::SLICE_LENGTHS, groups)?;
-    Ok(Some(Slices { rows, neighbours, lengths }))
+    let per_slot = |of: u32, slots: u32| match sections.optional::<f32>(of)? {
+        Some(_) => sections.sized(slots, groups).map(Some),
+        None => Ok(None),
+    };
+    Ok(Some(Slices {
+        rows,
+        neighbours,
+        lengths,
+        alphas: per_slot(kind::ALPHA, kind::SLICE_ALPHAS)?,
+        weights: per_slot(kind::WEIGHT, kind::SLICE_WEIGHTS)?,
+    }))
 }
 
 /// `rows[at]..rows[at + 1]`, empty beyond the end.

@@ -5,11 +5,15 @@
 //! all cells counts each link at both ends, so E is an eighth of that sum.
 
 use crate::access::accumulate;
+use crate::awake::SliceSet;
 use crate::cell::{Cell, dot, output, sub};
 use crate::contact::Contact;
 use crate::link::{Band, Pull, pull};
 use crate::model::Model;
-use crate::simd::VectorUnit;
+use crate::simd::octet::{Lanes8, Octet};
+use crate::simd::sliced::SlicedPass;
+use crate::simd::{VectorUnit, Work, run};
+use crate::slice::eight;
 use crate::sqrt::sqrt;
 use crate::two_float::{LANES, Lanes, TwoFloat};
 
@@ -18,14 +22,60 @@ use crate::two_float::{LANES, Lanes, TwoFloat};
 pub(crate) struct Links<'a, 'm> {
     pub model: &'a Model<'m>,
     pub closed: bool,
-    /// The vector unit to use on sliced links.
+    /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
+}
+
+/// What a pass sums over the cells beside their residuals, eight cells at a time.
+pub(crate) trait Reduce {
+    /// Adds the terms of a slice: where its cells are, and their residuals with held cells masked.
+    fn slice<V: Octet>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]);
+}
+
+/// The energy alone.
+#[derive(Default)]
+pub(crate) struct Energy(Lanes);
+
+impl Reduce for Energy {
+    #[inline(always)]
+    fn slice<V: Octet>(&mut self, _slice: usize, _at: [V; 3], [_, _, _, wd2]: [V; 4]) {
+        self.0.add(wd2);
+    }
+}
+
+impl Energy {
+    /// E in internal units.
+    pub fn total(&self) -> TwoFloat {
+        self.0.total().times_power_of_two(0.125)
+    }
+}
+
+/// Held cells, ascending.
+#[derive(Clone, Copy)]
+pub(crate) struct Held<'a>(pub &'a [Contact]);
+
+impl Held<'_> {
+    /// Which cells of a slice are free, where some are held.
+    #[inline(always)]
+    pub fn mask<V: Octet>(self, slice: usize) -> Option<V::Mask> {
+        // A body is held at few cells: most slices are done with one comparison or two.
+        let after = self.0.partition_point(|contact| contact.cell() < slice * LANES);
+        let mut held = [0.0; LANES];
+        let mut any = false;
+        for contact in self.0.get(after..)? {
+            let Some(lane) = contact.cell().checked_sub(slice * LANES) else { continue };
+            let Some(lane) = held.get_mut(lane) else { break };
+            *lane = 1.0;
+            any = true;
+        }
+        any.then(|| V::load(&held).below(V::splat(0.5)))
+    }
 }
 
 impl Links<'_, '_> {
     /// The band of a link in force.
     #[inline]
-    fn band(&self, link: usize) -> Band {
+    pub fn band(&self, link: usize) -> Band {
         Band::new(if self.closed { 0.0 } else { self.model.link_alpha(link) })
     }
 
@@ -34,29 +84,58 @@ impl Links<'_, '_> {
         sub(self.model.rest_position(j), self.model.rest_position(i))
     }
 
-    /// Residuals and energy terms of the output of the states `v`, into `residual`.
+    /// Residuals and energy terms of the states `v`, into `residual`, held cells masked; and what
+    /// `reduce` sums on the way. Both only of awake slices: in all others links are slack and
+    /// residuals 0.
     ///
-    /// `SATURATED` clamps each state on the way in; without it the states must lie within K.
-    pub fn pass<const SATURATED: bool>(&self, v: &[Cell], residual: &mut [Cell]) {
+    /// The states must lie within K.
+    pub fn pass(
+        self,
+        awake: &SliceSet,
+        v: &[Cell],
+        residual: &mut [Cell],
+        held: &[Contact],
+        reduce: &mut impl Reduce,
+    ) {
+        let held = Held(held);
+        if let (Some(_), Some(slices)) = (self.vectors, self.model.slices) {
+            let pass = SlicedPass { links: self, slices, awake, at: v, residual, held, reduce };
+            return run(self.vectors, pass);
+        }
+        self.accumulate(awake, v, residual, |v| v);
+        mask(residual, held.0);
+        run(self.vectors, Reduction { model: self.model, awake, at: v, residual, reduce });
+    }
+
+    /// Residuals and energy terms of the outputs of all states, held cells masked; every slice has
+    /// to be awake.
+    pub fn saturated_pass(
+        self,
+        awake: &SliceSet,
+        v: &[Cell],
+        residual: &mut [Cell],
+        held: &[Contact],
+    ) {
+        let k = self.model.saturation();
+        self.accumulate(awake, v, residual, |v| output(v, k));
+        mask(residual, held);
+    }
+
+    fn accumulate(
+        self,
+        awake: &SliceSet,
+        v: &[Cell],
+        residual: &mut [Cell],
+        y: impl Fn([f32; 3]) -> [f32; 3],
+    ) {
         let model = self.model;
-        let k = model.saturation();
-        let y = |v| if SATURATED { output(v, k) } else { v };
-        let uniform = model.link_weights.is_none() && (self.closed || model.link_alphas.is_none());
-        if uniform {
+        if model.link_weights.is_none() && (self.closed || model.link_alphas.is_none()) {
             let band = self.band(0);
-            if let (false, Some(unit), Some(slices)) = (SATURATED, self.vectors, &model.slices) {
-                let coincident = |i: usize, j: usize, l0: f32| {
-                    let at = |cell: usize| v.get(cell).map_or([0.0; 3], |v| v.xyz());
-                    pull(at(i), at(j), l0, 1.0, band, || self.rest_difference(i, j))
-                };
-                unit.pass(model, slices, band, v, residual, coincident);
-                return;
-            }
-            accumulate(model, v, residual, |_, i, j, pi, pj, l0| {
+            accumulate(model, awake, v, residual, |_, i, j, pi, pj, l0| {
                 pull(y(pi), y(pj), l0, 1.0, band, || self.rest_difference(i, j))
             });
         } else {
-            accumulate(model, v, residual, |link, i, j, pi, pj, l0| {
+            accumulate(model, awake, v, residual, |link, i, j, pi, pj, l0| {
                 let (w, band) = (model.link_weight(link), self.band(link));
                 pull(y(pi), y(pj), l0, w, band, || self.rest_difference(i, j))
             });
@@ -82,6 +161,34 @@ impl Links<'_, '_> {
         let (w, band) = (self.model.link_weight(link), self.band(link));
         let pull = pull(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
         Some(if cell == i { pull } else { Pull { force: pull.force.map(|f| -f), ..pull } })
+    }
+}
+
+/// The sums of a pass from residuals that are there.
+struct Reduction<'a, 'm, R> {
+    model: &'a Model<'m>,
+    awake: &'a SliceSet,
+    at: &'a [Cell],
+    residual: &'a [Cell],
+    reduce: &'a mut R,
+}
+
+impl<R: Reduce> Work for Reduction<'_, '_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Octet>(self) {
+        let cells = self.model.cells();
+        for slice in self.awake.iter(self.model.slice_count()) {
+            let (mut here, mut there) = ([Cell::ZERO; LANES], [Cell::ZERO; LANES]);
+            let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut here));
+            let mut residual = *eight(self.residual, slice, &mut there);
+            // Beyond the last cell there is nothing to sum.
+            for beyond in residual.iter_mut().skip(cells.saturating_sub(slice * LANES)) {
+                *beyond = Cell::ZERO;
+            }
+            self.reduce.slice(slice, [x, y, z], V::transposed(&residual));
+        }
     }
 }
 
@@ -119,7 +226,7 @@ pub(crate) fn totals<const N: usize>(terms: impl Iterator<Item = [f32; N]>) -> [
 #[inline(always)]
 fn flush<const N: usize>(lanes: &mut [Lanes; N], block: &mut [[f32; LANES]; N]) {
     for (lanes, block) in lanes.iter_mut().zip(block) {
-        lanes.add(block);
+        lanes.add(Lanes8(*block));
         *block = [0.0; LANES];
     }
 }

@@ -3,12 +3,13 @@
 use crate::cell::{Cell, add, dot, output, scale, sub};
 use crate::contact::{self, Contact, Touched};
 use crate::dynamics::{Body, Dynamics};
+use crate::hats::Eight;
 use crate::pass::Links;
 use crate::sample::{Flags, TickOutput, ToolSample};
 use crate::settings::{Network, Unloading};
 use crate::sqrt::sqrt;
 use crate::tissue::{Head, TissueMut};
-use crate::two_float::TwoFloat;
+use crate::two_float::{LANES, TwoFloat};
 use nalgebra::Vector3;
 
 /// Bad samples in a row that the last good one stands in for.
@@ -43,7 +44,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let chosen = self.contacts.len().min(self.head.chosen);
         let (contacts, _) = self.contacts.split_at_mut(chosen);
-        let mut tick = Tick { network, head: self.head, state, residual, own, contacts, flags };
+        let room = &mut *self.room;
+        let mut tick = Tick { network, head: self.head, state, residual, own, room, contacts, flags };
         tick.hold_or_release(&sample);
         if tick.head.engaged {
             tick.pull(&sample);
@@ -91,6 +93,7 @@ struct Tick<'a, 'm, D: Dynamics> {
     state: &'a mut [Cell],
     residual: &'a mut [Cell],
     own: &'a mut [Cell],
+    room: &'a mut [Eight],
     contacts: &'a mut [Contact],
     flags: Flags,
 }
@@ -160,6 +163,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     fn displace(&mut self, to: [f32; 3], before: Touched) -> TwoFloat {
         self.head.applied = to;
         self.place();
+        self.head.dynamics.pushed();
         let after = contact::touched(self.links(), self.state, self.contacts);
         let rounding = f32::EPSILON * (before.scale + after.scale);
         let change = after.wd2.minus(before.wd2).times_power_of_two(0.25);
@@ -175,6 +179,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 *v = position;
             }
             self.head.dynamics.place(self.own, contact.cell(), position, k);
+            self.head.awake.wake_around(self.network.model(), contact.cell());
         }
     }
 
@@ -196,6 +201,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             self.head.closed = closed;
             self.head.level.forget();
             self.head.dynamics.interrupt();
+            self.head.awake.wake_all(self.network.model());
         }
         if closed {
             self.flags.insert(Flags::BAND_CLOSED);
@@ -205,6 +211,13 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// The constant number of link passes.
     fn sweep(&mut self) {
         let held: &[Contact] = if self.head.engaged { self.contacts } else { &[] };
+        let (state, own, residual) = (&*self.state, &*self.own, &*self.residual);
+        self.head.awake.settle(self.network.model(), |slice| {
+            (slice * LANES..(slice + 1) * LANES).all(|cell| {
+                residual.get(cell).is_none_or(|r| *r == Cell::ZERO)
+                    && D::is_still(state, own, cell)
+            })
+        });
         let mut body = Body {
             links: Links {
                 model: self.network.model(),
@@ -217,6 +230,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             state: self.state,
             residual: self.residual,
             own: self.own,
+            room: self.room,
+            awake: &mut self.head.awake,
             level: &mut self.head.level,
         };
         for _ in 0..self.network.settings().sweeps {

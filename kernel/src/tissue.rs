@@ -2,9 +2,11 @@
 
 use crate::cell::{Cell, output};
 use crate::contact::{self, Contact, ContactError};
-use crate::dynamics::{CellArrays, Dynamics, Level};
+use crate::awake::Awake;
+use crate::dynamics::{CellArrays, Dynamics, Level, Octets};
 use crate::float_env::{self, FloatEnvironmentError};
 use crate::hash::state_hash;
+use crate::hats::Eight;
 use crate::image::CELLS_MAX;
 use crate::model::Model;
 use crate::sample::{TickOutput, ToolSample};
@@ -22,6 +24,14 @@ pub enum ResetError {
         /// Room.
         capacity: usize,
     },
+    /// The model has hats, for which the scheme has too little room: size it with
+    /// [`hats_room`](crate::hats_room), or bake the model without hats.
+    Hats {
+        /// Octets needed.
+        needed: usize,
+        /// Octets there.
+        room: usize,
+    },
     /// The thread's arithmetic is not what the bits rely on.
     Float(FloatEnvironmentError),
 }
@@ -32,6 +42,11 @@ impl core::fmt::Display for ResetError {
             Self::Capacity { needed, capacity } => {
                 write!(f, "the model has {needed} cells, the tissue room for {capacity}")
             }
+            Self::Hats { needed, room } => write!(
+                f,
+                "the model's hats need {needed} octets of room, the tissue has {room}: size it with \
+                 hats_room, or bake with --hats none"
+            ),
             Self::Float(why) => write!(f, "{why}"),
         }
     }
@@ -95,6 +110,8 @@ pub struct Head<D> {
     pub(crate) released: bool,
     /// Whether the bands are closed.
     pub(crate) closed: bool,
+    /// The slices that a sweep looks at.
+    pub(crate) awake: Awake,
     /// The vector unit found at the reset.
     pub(crate) vectors: Option<VectorUnit>,
     pub(crate) last_good: ToolSample,
@@ -115,6 +132,7 @@ impl<D: Dynamics> Head<D> {
         outer_weight: 0.0,
         released: false,
         closed: false,
+        awake: Awake::NOBODY,
         vectors: None,
         last_good: ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 },
         bad_ticks: 0,
@@ -130,6 +148,7 @@ pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
     state: [Cell; CELLS],
     residual: [Cell; CELLS],
     own: D::Arrays<CELLS>,
+    room: D::Room,
     contacts: [Contact; CONTACTS],
 }
 
@@ -147,6 +166,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             state: [Cell::ZERO; CELLS],
             residual: [Cell::ZERO; CELLS],
             own: <D::Arrays<CELLS> as CellArrays>::ZERO,
+            room: <D::Room as Octets>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
         }
     }
@@ -158,6 +178,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             state: &mut self.state,
             residual: &mut self.residual,
             own: self.own.flat(),
+            room: self.room.flat(),
             contacts: &mut self.contacts,
         }
     }
@@ -196,10 +217,13 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
     }
 }
 
-/// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\].
+/// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\]; `room` in
+/// octets.
 #[must_use]
-pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize) -> usize {
-    (2 + D::ARRAYS) * cells * size_of::<Cell>() + contacts * size_of::<Contact>()
+pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
+    (2 + D::ARRAYS) * cells * size_of::<Cell>()
+        + contacts * size_of::<Contact>()
+        + room * size_of::<Eight>()
 }
 
 /// A tissue of any size, over memory that somebody else owns.
@@ -215,6 +239,8 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub residual: &'a mut [Cell],
     /// The scheme's own arrays.
     pub own: &'a mut [Cell],
+    /// Room for the coarse level of a model with hats, see [`hats_room`](crate::hats_room).
+    pub room: &'a mut [Eight],
     /// Room for contact cells.
     pub contacts: &'a mut [Contact],
 }
@@ -232,9 +258,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if needed > capacity {
             return Err(ResetError::Capacity { needed, capacity });
         }
+        let (needed, room) = (D::room(network.model(), 0), self.room.len());
+        if needed > room {
+            return Err(ResetError::Hats { needed, room });
+        }
         *self.head = Head::NEW;
         self.head.model = Some(network.model().checksum());
-        self.head.vectors = if network.model().is_sliced() { VectorUnit::find() } else { None };
+        self.head.vectors = VectorUnit::find();
+        self.residual.fill(Cell::ZERO);
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(*rest);
         }
@@ -276,10 +307,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.model = kept.model;
         self.head.chosen = kept.chosen;
         self.head.level.forget();
+        self.head.awake.wake_all(model);
         for (cell, (v, position)) in self.state.iter_mut().zip(positions).enumerate() {
             // There is one zero in the state.
             *v = Cell::at(position.map(|x| x + 0.0));
-            self.head.dynamics.place(self.own, cell, *v, model.saturation());
+            let own = self.own.get_mut(..D::ARRAYS * needed).unwrap_or(&mut []);
+            self.head.dynamics.place(own, cell, *v, model.saturation());
         }
         Ok(())
     }
@@ -296,11 +329,17 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if self.head.engaged {
             return Err(ContactError::Engaged);
         }
-        contact::check(network.model(), cells, self.contacts.len())?;
+        let model = network.model();
+        contact::check(model, cells, self.contacts.len())?;
+        let (needed, room) = (D::room(model, cells.len()), self.room.len());
+        if needed > room {
+            return Err(ContactError::Hats { needed, room });
+        }
         for (slot, &cell) in self.contacts.iter_mut().zip(cells) {
             *slot = Contact::new(cell);
         }
         self.head.chosen = cells.len();
+        D::hold(model, self.room, self.contacts.get(..cells.len()).unwrap_or(&[]));
         Ok(())
     }
 

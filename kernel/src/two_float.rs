@@ -6,6 +6,8 @@
 //!
 //! Source: D. E. Knuth, The Art of Computer Programming 2, section 4.2.2 (error-free addition).
 
+use crate::simd::octet::Octet;
+
 /// Number of interleaved partial sums; part of the bit-exact definition, not the machine's width.
 pub const LANES: usize = 8;
 
@@ -76,7 +78,7 @@ impl From<f32> for TwoFloat {
 }
 
 /// Eight interleaved two-float sums: term `i` goes to lane `i mod 8`, in ascending order.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Lanes {
     hi: [f32; LANES],
     lo: [f32; LANES],
@@ -88,12 +90,14 @@ impl Lanes {
 
     /// Adds the terms of up to eight consecutive cells, the first of them in lane 0.
     #[inline(always)]
-    pub fn add(&mut self, terms: &[f32; LANES]) {
-        for ((hi, lo), term) in self.hi.iter_mut().zip(self.lo.iter_mut()).zip(terms) {
-            let (sum, error) = two_sum(*hi, *term);
-            *hi = sum;
-            *lo += error;
-        }
+    pub(crate) fn add<V: Octet>(&mut self, terms: V) {
+        let (hi, lo) = (V::load(&self.hi), V::load(&self.lo));
+        let sum = hi.plus(terms);
+        let of_terms = sum.minus(hi);
+        let of_hi = sum.minus(of_terms);
+        let error = hi.minus(of_hi).plus(terms.minus(of_terms));
+        sum.store(&mut self.hi);
+        lo.plus(error).store(&mut self.lo);
     }
 
     /// The lanes combined in a fixed tree: (0+4, 1+5, 2+6, 3+7), then (+2), then (+1).
@@ -111,6 +115,7 @@ impl Lanes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::octet::Lanes8;
 
     #[test]
     fn keeps_what_a_single_float_loses() {
@@ -132,7 +137,7 @@ mod tests {
                 1.0 / (1.0 + n) * if lane % 3 == 0 { 1.0e4 } else { 1.0 }
             });
             exact += terms.iter().map(|&term| f64::from(term)).sum::<f64>();
-            lanes.add(&terms);
+            lanes.add(Lanes8(terms));
         }
         let total = lanes.total();
         let error = f64::from(total.hi) + f64::from(total.lo) - exact;

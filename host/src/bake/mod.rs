@@ -1,6 +1,7 @@
 //! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
 //! bands and weights, the bounds that the kernel's proofs need.
 
+mod hats;
 mod image;
 mod notes;
 mod order;
@@ -9,6 +10,7 @@ mod slices;
 use chaincell_kernel::Model;
 use chaincell_kernel::link::rest_length;
 
+pub use hats::HatSpacing;
 pub use image::ImageBytes;
 use image::Sections;
 pub use notes::Notes;
@@ -52,6 +54,8 @@ pub struct BakeOptions {
     pub capacitance: f64,
     /// `--energy-max-j`: what a tool may load into the body \[J\].
     pub energy_max_j: Option<f64>,
+    /// `--hats`: the coarse level of `track`.
+    pub hats: HatSpacing,
     /// `--lean`: leave out what only a display or a vector unit needs.
     pub lean: bool,
 }
@@ -65,6 +69,7 @@ impl Default for BakeOptions {
             resistance: 1.0,
             capacitance: 1.0,
             energy_max_j: None,
+            hats: HatSpacing::BySize,
             lean: false,
         }
     }
@@ -122,6 +127,11 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     each("--alpha", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
     each("--stiffness-n-per-m", &options.stiffness_n_per_m, positive, stiffness)?;
+    if let HatSpacing::Links(spacing) = options.hats
+        && !(1.0..=1e6).contains(&spacing)
+    {
+        return Err(Error::input(format!("--hats {spacing}: must be at least 1 mean link length")));
+    }
     for (name, value) in [("--k-m", options.saturation_m), ("--energy-max-j", options.energy_max_j)]
     {
         if let Some(value) = value.filter(|&value| !positive(value)) {
@@ -285,16 +295,24 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
     sections.push(kind::MOBILITY, &mobility);
     sections.push(kind::FIXED, &body.fixed);
     sections.push(kind::INPUT_ID, &body.input_id);
-    if let PerCell::Each(_) = options.alpha {
-        sections.push(kind::ALPHA, &alphas.iter().map(|&a| a as f32).collect::<Vec<_>>());
-    }
-    if let PerCell::Each(_) = options.stiffness_n_per_m {
-        sections.push(kind::WEIGHT, &weight);
+    let alphas: Vec<f32> = alphas.iter().map(|&alpha| alpha as f32).collect();
+    let varied = |value: &PerCell| matches!(value, PerCell::Each(_));
+    let rest_lengths: Vec<f32> = links.iter().map(length).collect();
+    let values = slices::Values {
+        rest_lengths: &rest_lengths,
+        alphas: varied(&options.alpha).then_some(&alphas),
+        weights: varied(&options.stiffness_n_per_m).then_some(&weight),
+    };
+    for (kind, values) in [(kind::ALPHA, values.alphas), (kind::WEIGHT, values.weights)] {
+        if let Some(values) = values {
+            sections.push(kind, values);
+        }
     }
     if !options.lean {
-        let rest_lengths: Vec<f32> = links.iter().map(length).collect();
-        slices::push(&mut sections, cells, &adjacency, links, &rest_lengths);
+        slices::push(&mut sections, cells, &adjacency, links, &values);
     }
+    let has_band = alphas.iter().any(|&alpha| alpha > 0.0);
+    hats::push(&mut sections, body, &mobility, &weight, options.hats, has_band)?;
     surface(&mut sections, mesh, body, options.lean);
     Ok(sections.finish())
 }

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use super::model_file;
 use super::reports::ModelReport;
-use crate::bake::{BakeOptions, PerCell, bake};
+use crate::bake::{BakeOptions, HatSpacing, PerCell, bake};
 use crate::error::{Error, Result};
 use crate::mesh::{self, Mesh, MeshOptions};
 use crate::{interrupt, output, terminal};
@@ -70,6 +70,11 @@ pub struct BodyArgs {
     /// valence pulled at once by the body's width]
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     energy_max_j: Option<f64>,
+    /// Coarse level of `track`: distance of its hat functions in mean link lengths, none, or auto
+    /// (at most 400 hats at 2.5 or more; none where links have slack, and where every cell is
+    /// within four links of a fixed one)
+    #[arg(long, default_value = "auto", value_name = "SPACING", allow_negative_numbers = true)]
+    hats: String,
     /// Leave out what firmware has no use for: groups, triangles, tetrahedra, and the links once
     /// more in slices for vector units
     #[arg(long)]
@@ -125,6 +130,7 @@ impl BodyArgs {
             resistance: self.r_x,
             capacitance: self.capacitance,
             energy_max_j: self.energy_max_j,
+            hats: spacing(&self.hats)?,
             lean: self.lean,
         };
         let image = bake(&mesh, &fixed, &options)?;
@@ -132,6 +138,16 @@ impl BodyArgs {
             return Err(Error::Interrupted);
         }
         Ok((mesh, image))
+    }
+}
+
+fn spacing(text: &str) -> Result<HatSpacing> {
+    match text {
+        "auto" => Ok(HatSpacing::BySize),
+        "none" => Ok(HatSpacing::None),
+        number => number.parse().map(HatSpacing::Links).map_err(|_| {
+            Error::input(format!("--hats {number}: give a distance in mean link lengths, none or auto"))
+        }),
     }
 }
 

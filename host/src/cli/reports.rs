@@ -29,6 +29,7 @@ pub struct ModelReport {
     dimension: u32,
     parts: u32,
     step_bound: f32,
+    hats: usize,
     alpha: f32,
     alpha_varies: bool,
     stiffness_n_per_m: f32,
@@ -63,6 +64,7 @@ impl ModelReport {
             dimension: model.dimension(),
             parts: model.parts(),
             step_bound: model.step_max(),
+            hats: model.hats(),
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
@@ -74,8 +76,8 @@ impl ModelReport {
             capacitance: model.capacitance(),
             energy_max_j: model.energy_max() * model.energy_unit_j(),
             image_bytes,
-            ram_bytes: ram_bytes::<Track>(model.cells()),
-            ram_bytes_euler: ram_bytes::<Euler>(model.cells()),
+            ram_bytes: ram_bytes::<Track>(model),
+            ram_bytes_euler: ram_bytes::<Euler>(model),
             checksum: format!("{:08x}", model.checksum()),
         }
     }
@@ -94,6 +96,7 @@ impl ModelReport {
             format!("{} to {}, mean {:.1}", self.valence.min, self.valence.max, self.valence.mean),
         )?;
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
+        row("hats", format!("{} (coarse level of track)", self.hats))?;
         row("mean link", format!("{:.4e} m", self.mean_link_m))?;
         row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
         row(
@@ -113,7 +116,9 @@ impl ModelReport {
 }
 
 /// RAM of a tissue with room for a model's cells and the default number of contacts [bytes].
-fn ram_bytes<D: Dynamics>(cells: usize) -> usize {
+fn ram_bytes<D: Dynamics>(model: &Model<'_>) -> usize {
     const { assert!(size_of::<Contact>() == 16) };
-    size_of::<Head<D>>().next_multiple_of(16) + array_bytes::<D>(cells, CONTACTS.min(cells))
+    let (cells, contacts) = (model.cells(), CONTACTS.min(model.cells()));
+    let arrays = array_bytes::<D>(cells, contacts, D::room_octets(model, contacts));
+    size_of::<Head<D>>().next_multiple_of(16) + arrays
 }

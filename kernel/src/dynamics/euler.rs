@@ -7,11 +7,19 @@
 //! which is Eq. 2 with the templates of Eq. 15: inside the linear range the state is the position
 //! and the leak vanishes. With h <= 2 C / b and h <= `R_x` C no step raises the energy of y, from
 //! any state. Time is physical: choose h = 1 ms / time constant for stress relaxation.
+//!
+//! Cost: one link pass and one pass over the cells, no array besides state and residual.
 
 use super::scheme::Scheme;
 use super::{Body, Dynamics};
+use crate::awake::Awake;
 use crate::cell::{Cell, add, output, peak, scale, sub};
-use crate::pass::{mask, totals};
+use crate::hats::Eight;
+use crate::model::Model;
+use crate::pass::{Energy, totals};
+use crate::simd::octet::Octet;
+use crate::simd::{Work, run};
+use crate::slice::{Moved, eight, eight_values, put_pairs};
 
 /// State of the scheme: whether any state is beyond K.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,37 +32,93 @@ impl Dynamics for Euler {
     const REST: Self = Self { saturated: false };
     const ARRAYS: usize = 0;
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 0];
+    type Room = [Eight; 0];
+}
+
+/// v += step r of the free cells in awake slices.
+pub(super) struct Step<'a, 'm> {
+    pub model: &'a Model<'m>,
+    pub awake: &'a Awake,
+    pub state: &'a mut [Cell],
+    pub residual: &'a [Cell],
+    pub step: f32,
+}
+
+impl Work for Step<'_, '_> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<V: Octet>(self) -> Moved {
+        let mut moved = Moved::NOTHING;
+        let (step, zero) = (V::splat(self.step), V::splat(0.0));
+        let mut peak = zero;
+        for slice in self.awake.set.iter(self.model.slice_count()) {
+            let (mut here, mut there) = ([Cell::ZERO; 8], [Cell::ZERO; 8]);
+            let residual = eight(self.residual, slice, &mut here);
+            let state = eight(self.state, slice, &mut there);
+            let mobility = eight_values(self.model.mobility, slice);
+            let mut pairs = [zero; 4];
+            let mut changed = zero;
+            for (pair, slot) in pairs.iter_mut().enumerate() {
+                let v = V::pair(state, pair);
+                let free = V::spread(&mobility, pair).above(zero);
+                let way = V::pair(residual, pair).times(step).keep(free).positions();
+                *slot = v.plus(way);
+                changed = changed.larger_magnitude(slot.minus(v));
+                peak = peak.larger_magnitude(*slot);
+            }
+            put_pairs(self.state, slice, pairs);
+            if !self.awake.spread.contains(slice) && V::any(changed.above(zero)) {
+                moved.slices.insert(slice);
+            }
+        }
+        moved.reach(peak);
+        moved
+    }
+}
+
+impl Euler {
+    /// A step with the leak of states beyond K; returns the largest magnitude of a state.
+    fn saturated_step(body: &mut Body<'_, '_>) -> f32 {
+        let model = body.links.model;
+        body.awake.wake_all(model);
+        body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
+        let [sum] = totals(body.residual.iter().map(|r| [r.w()]));
+        body.level.set(sum.times_power_of_two(0.125));
+        let step = body.settings.step / model.capacitance();
+        let (leak, k) = (step / model.resistance(), model.saturation());
+        let mut highest = 0.0;
+        for ((v, r), &mobility) in body.state.iter_mut().zip(&*body.residual).zip(model.mobility) {
+            if mobility > 0.0 {
+                let next = add(v.xyz(), scale(step, r.xyz()));
+                *v = Cell::at(sub(next, scale(leak, sub(v.xyz(), output(v.xyz(), k)))));
+            }
+            let here = peak(v.xyz());
+            highest = if here > highest { here } else { highest };
+        }
+        highest
+    }
 }
 
 impl Scheme for Euler {
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
-        if self.saturated {
-            body.links.pass::<true>(body.state, body.residual);
-        } else {
-            body.links.pass::<false>(body.state, body.residual);
-        }
-        mask(body.residual, body.held);
-        let [sum] = totals(body.residual.iter().map(|r| [r.w()]));
-        body.level.set(sum.times_power_of_two(0.125));
         let model = body.links.model;
-        let step = body.settings.step / model.capacitance();
-        let leak = if self.saturated { step / model.resistance() } else { 0.0 };
-        let k = model.saturation();
-        let mut highest = 0.0;
-        for ((v, r), &mobility) in body.state.iter_mut().zip(&*body.residual).zip(model.mobility) {
-            if mobility > 0.0 {
-                let mut next = add(v.xyz(), scale(step, r.xyz()));
-                if leak > 0.0 {
-                    next = sub(next, scale(leak, sub(v.xyz(), output(v.xyz(), k))));
-                }
-                *v = Cell::at(next);
-            }
-            let here = peak(v.xyz());
-            highest = if here > highest { here } else { highest };
-        }
+        let highest = if self.saturated {
+            Self::saturated_step(body)
+        } else {
+            let mut energy = Energy::default();
+            body.links.pass(&body.awake.set, body.state, body.residual, body.held, &mut energy);
+            body.level.set(energy.total());
+            let step = body.settings.step / model.capacitance();
+            let (awake, residual) = (&*body.awake, &*body.residual);
+            let moved =
+                run(body.links.vectors, Step { model, awake, state: body.state, residual, step });
+            body.awake.wake_neighbours(model, &moved.slices);
+            moved.peak
+        };
         let held = body.restore_held();
-        self.saturated = highest > k || held > k;
+        self.saturated = highest > model.saturation() || held > model.saturation();
         false
     }
 

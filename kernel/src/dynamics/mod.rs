@@ -1,13 +1,17 @@
 //! The schemes that move the network's state, one file each.
 
+mod conjugate;
 mod euler;
 mod track;
 
 pub use euler::Euler;
 pub use track::Track;
 
+use crate::awake::Awake;
 use crate::cell::{Cell, add, peak};
 use crate::contact::Contact;
+use crate::hats::Eight;
+use crate::model::Model;
 use crate::pass::Links;
 use crate::settings::Settings;
 use crate::two_float::TwoFloat;
@@ -69,6 +73,10 @@ pub(crate) struct Body<'a, 'm> {
     pub residual: &'a mut [Cell],
     /// The scheme's own arrays, one after the other, each as long as `state`.
     pub own: &'a mut [Cell],
+    /// Room for a coarse level.
+    pub room: &'a mut [Eight],
+    /// The slices that a sweep looks at.
+    pub awake: &'a mut Awake,
     pub level: &'a mut Level,
 }
 
@@ -105,8 +113,24 @@ impl<const CELLS: usize, const ARRAYS: usize> CellArrays for [[Cell; CELLS]; ARR
     }
 }
 
+/// Memory in octets of `f32` whose size is part of the scheme's type.
+pub trait Octets {
+    /// All +0.0.
+    const ZERO: Self;
+    /// The octets.
+    fn flat(&mut self) -> &mut [Eight];
+}
+
+impl<const OCTETS: usize> Octets for [Eight; OCTETS] {
+    const ZERO: Self = [[0.0; 8]; OCTETS];
+
+    fn flat(&mut self) -> &mut [Eight] {
+        self
+    }
+}
+
 pub(crate) mod scheme {
-    use super::{Body, Cell};
+    use super::{Body, Cell, Contact, Eight, Model};
 
     /// What a scheme does; sealed, since the guarantees rest on it.
     pub trait Scheme {
@@ -114,9 +138,28 @@ pub(crate) mod scheme {
         #[allow(private_interfaces)]
         fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool;
 
-        /// A held cell was put at `position`, in the scheme's own arrays too; `k` is the
-        /// saturation.
+        /// A cell was put at `position`, in the scheme's own arrays too; `k` is the saturation.
         fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32);
+
+        /// The tool moved the cells it holds.
+        fn pushed(&mut self) {}
+
+        /// Whether a cell has no momentum.
+        fn is_still(state: &[Cell], own: &[Cell], cell: usize) -> bool {
+            let _ = (state, own, cell);
+            true
+        }
+
+        /// Octets of room for a model and a number of held cells.
+        fn room(model: &Model<'_>, held: usize) -> usize {
+            let _ = (model, held);
+            0
+        }
+
+        /// These cells are the ones the tool will hold.
+        fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact]) {
+            let _ = (model, room, held);
+        }
 
         /// The bands changed: forget the momentum.
         fn interrupt(&mut self);
@@ -133,4 +176,11 @@ pub trait Dynamics: scheme::Scheme + Copy {
     const ARRAYS: usize;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays;
+    /// Room for a coarse level, see [`hats_room`](crate::hats_room).
+    type Room: Octets;
+    /// Octets of room that a model needs with a number of contact cells.
+    #[must_use]
+    fn room_octets(model: &Model<'_>, held: usize) -> usize {
+        Self::room(model, held)
+    }
 }

@@ -1,52 +1,69 @@
-//! `track`: follows the equilibrium as fast as the guard allows; momentum with restart.
+//! `track`: follows the equilibrium as fast as the guard allows; conjugate directions, and a
+//! coarse level where the model has one.
 //!
-//! Nesterov's scheme on E with the step 1 / `W_i` of each cell. With x the published point, y the
-//! extrapolated one, r the residual at y:
+//! With y the point of a pass, r its residual, W the cells' weights, and P, B the hats with their
+//! inverse ([`hats`](crate::hats)), the preconditioned residual is
 //!
 //! ```text
-//! x' = y + r / W,   y' = x' + beta (x' - x),   beta = (t - 1) / t',   t' = (1 + sqrt(1 + 4 t^2)) / 2
+//! z = r / W + P B P' r
 //! ```
 //!
-//! t = 1 where r . (x' - x) <= 0 (restart; O'Donoghue and Candes 2015). The guard: half the squared
-//! distance to a set curves upwards by at most one, so for every move d of the cells
-//! E(y + d) <= E(y) - r . d + sum of `W_i` |`d_i`|^2 / 2. Hence x' is certified at
-//! U' = E(y) - sum of |`r_i`|^2 / (2 `W_i`). Where E(y) > U + tol the pass is discarded and the next one
-//! starts at x itself, accepted without comparison. What is published is x, never y, and its
-//! energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w the smallest weight: at most the
-//! rounding 4 eps (E + sum of w u d / 2) that the sum may have in the worst case, and about what it
-//! has, since the links' errors add up like a random walk).
+//! The published point is x = y + z. The next pass is at y' = y + alpha z + beta s with s the way
+//! from the last y to this one, both factors from the local quadratic model ([`conjugate`]).
+//!
+//! **The guard.** Half the squared distance to a set curves upwards by at most one, so for every
+//! move d of the cells E(y + d) <= E(y) - r . d + d' L d / 2, L the Laplacian of weight w / 2. Let
+//! a = r . r / W and b = r . P B P' r. For the two parts of z: `d1' L d1` <= a and `d2' L d2` <= b
+//! (the largest eigenvalue of L / W is at most 1; B is at most the inverse of P' L P). By the
+//! triangle inequality z' L z <= (sqrt a + sqrt b)^2, hence
+//!
+//! ```text
+//! E(x) <= U' = E(y) - (a + b) + (sqrt a + sqrt b)^2 / 2 = E(y) - (sqrt a - sqrt b)^2 / 2
+//! ```
+//!
+//! which without hats is E(y) - a / 2. Where E(y) > U + tol, U the level of the last x, the pass is
+//! discarded and the next one starts at x itself, accepted without comparison. What is published
+//! is x, never y, and its energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w the
+//! smallest weight: at most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the
+//! worst case, and about what it has, since the links' errors add up like a random walk).
 //!
 //! A state beyond K is handled by plain steps from x, whose clamped moves D obey
 //! E falls by at least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
 //!
-//! Cost: one link pass, two passes over the cells, one array besides state and residual.
+//! Cost: one link pass, one pass over the cells, two arrays besides state and residual; with hats
+//! their restriction, product and prolongation.
 
+use super::conjugate::{Last, Products};
 use super::scheme::Scheme;
 use super::{Body, Dynamics};
+use crate::awake::Awake;
 use crate::cell::{Cell, add, dot, output, peak, scale, sub};
-use crate::pass::{mask, totals};
+use crate::contact::Contact;
+use crate::hats::{self, Eight, Hats, Restrict, Solve, hats_room};
+use crate::model::{Model, range};
+use crate::pass::{Reduce, totals};
+use crate::simd::octet::Octet;
+use crate::simd::{Work, run};
+use crate::slice::{Moved, eight, eight_values, put_pairs};
 use crate::sqrt::sqrt;
+use crate::two_float::{Lanes, TwoFloat};
 
-/// State of the scheme.
+/// State of the scheme; `ROOM` octets of memory for the model's hats.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Track {
-    /// Nesterov's t, at least 1.
-    momentum: f32,
-    /// The next pass starts at the published point and takes a plain step.
-    plain: bool,
+pub struct Track<const ROOM: usize = 0> {
+    last: Last,
+    /// The next pass starts at the published point and is accepted.
+    restart: bool,
+    /// Some state is beyond K.
+    saturated: bool,
 }
 
-impl Dynamics for Track {
+impl<const ROOM: usize> Dynamics for Track<ROOM> {
     const NAME: &'static str = "track";
-    const REST: Self = Self { momentum: 1.0, plain: true };
-    const ARRAYS: usize = 1;
-    type Arrays<const CELLS: usize> = [[Cell; CELLS]; 1];
-}
-
-/// r / W for a free cell, nothing for a fixed one; the fourth lane means nothing.
-#[inline(always)]
-fn damped(r: Cell, mobility: f32) -> Cell {
-    if mobility > 0.0 { r.times(mobility) } else { Cell::ZERO }
+    const REST: Self = Self { last: Last::None, restart: true, saturated: false };
+    const ARRAYS: usize = 2;
+    type Arrays<const CELLS: usize> = [[Cell; CELLS]; 2];
+    type Room = [Eight; ROOM];
 }
 
 /// Rounding allowance of an energy.
@@ -55,55 +72,221 @@ fn tolerance(energy: f32, weight_min: f32) -> f32 {
     4.0 * f32::EPSILON * (energy + sqrt(weight_min * energy))
 }
 
-impl Track {
-    /// Momentum factor of the next extrapolation; a restart makes it zero.
-    fn advance(&mut self, restart: bool) -> f32 {
-        let t = if restart { 1.0 } else { self.momentum };
-        self.momentum = 0.5 * (1.0 + sqrt(1.0 + 4.0 * t * t));
-        (t - 1.0) / self.momentum
-    }
+/// The sums of a pass: sum of w d^2, r . r / W, r . s, r . `z_last`.
+struct Sums<'a, 'm> {
+    model: &'a Model<'m>,
+    published: &'a [Cell],
+    before: &'a [Cell],
+    lanes: [Lanes; 4],
+}
 
+impl Reduce for Sums<'_, '_> {
+    #[inline(always)]
+    fn slice<V: Octet>(&mut self, slice: usize, at: [V; 3], [x, y, z, wd2]: [V; 4]) {
+        let (mut here, mut there) = ([Cell::ZERO; 8], [Cell::ZERO; 8]);
+        let published = V::transposed(eight(self.published, slice, &mut here));
+        let before = V::transposed(eight(self.before, slice, &mut there));
+        let m = V::load(&eight_values(self.model.mobility, slice));
+        let squared = x.times(x.times(m)).plus(y.times(y.times(m))).plus(z.times(z.times(m)));
+        let way = x
+            .times(at[0].minus(before[0]))
+            .plus(y.times(at[1].minus(before[1])))
+            .plus(z.times(at[2].minus(before[2])));
+        let direction = x
+            .times(published[0].minus(before[0]))
+            .plus(y.times(published[1].minus(before[1])))
+            .plus(z.times(published[2].minus(before[2])));
+        self.lanes[0].add(wd2);
+        self.lanes[1].add(squared);
+        self.lanes[2].add(way);
+        self.lanes[3].add(direction);
+    }
+}
+
+/// The arrays that an update moves.
+struct Arrays<'a, 'm> {
+    model: &'a Model<'m>,
+    awake: &'a Awake,
+    published: &'a mut [Cell],
+    at: &'a mut [Cell],
+    before: &'a mut [Cell],
+    residual: &'a [Cell],
+    alpha: f32,
+    beta: f32,
+}
+
+/// The update of awake slices without hats.
+struct Step<'a, 'm>(Arrays<'a, 'm>);
+
+impl Work for Step<'_, '_> {
+    type Output = Moved;
+
+    #[inline(always)]
+    fn run<V: Octet>(self) -> Moved {
+        let arrays = self.0;
+        let mut moved = Moved::NOTHING;
+        let (alpha, beta) = (V::splat(arrays.alpha), V::splat(arrays.beta));
+        let zero = V::splat(0.0);
+        let mut peak = zero;
+        for slice in arrays.awake.set.iter(arrays.model.slice_count()) {
+            let mut buffers = [[Cell::ZERO; 8]; 3];
+            let [here, there, other] = &mut buffers;
+            let residual = eight(arrays.residual, slice, here);
+            let at = eight(arrays.at, slice, there);
+            let before = eight(arrays.before, slice, other);
+            let mobility = eight_values(arrays.model.mobility, slice);
+            let (mut last, mut next, mut ahead) = ([zero; 4], [zero; 4], [zero; 4]);
+            let mut changed = zero;
+            for pair in 0..4 {
+                let z = V::pair(residual, pair).times(V::spread(&mobility, pair)).positions();
+                let y = V::pair(at, pair);
+                let way = y.minus(V::pair(before, pair));
+                last[pair] = y;
+                next[pair] = y.plus(z);
+                ahead[pair] = y.plus(alpha.times(z)).plus(beta.times(way));
+                changed = changed.larger_magnitude(ahead[pair].minus(y));
+                peak = peak.larger_magnitude(next[pair]).larger_magnitude(ahead[pair]);
+            }
+            put_pairs(arrays.published, slice, next);
+            put_pairs(arrays.before, slice, last);
+            put_pairs(arrays.at, slice, ahead);
+            if !arrays.awake.spread.contains(slice) && V::any(changed.above(zero)) {
+                moved.slices.insert(slice);
+            }
+        }
+        moved.reach(peak);
+        moved
+    }
+}
+
+/// The update of all free cells, box by box, with the coarse direction.
+struct CoarseStep<'a, 'm> {
+    arrays: Arrays<'a, 'm>,
+    hats: Hats<'m>,
+    room: &'a [Eight],
+}
+
+impl Work for CoarseStep<'_, '_> {
+    /// Largest magnitude of a coordinate.
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<V: Octet>(self) -> f32 {
+        let Arrays { model, published, at, before, residual, alpha, beta, .. } = self.arrays;
+        let mut highest = Cell::ZERO;
+        for at_box in 0..self.hats.corners.len() {
+            let corners = hats::corners::<V>(&self.hats, self.room, at_box);
+            let entries = range(self.hats.rows, at_box);
+            let cells = self.hats.cells.get(entries.clone()).unwrap_or(&[]);
+            for (&cell, weights) in cells.iter().zip(self.hats.weights.get(entries).unwrap_or(&[])) {
+                let cell = usize::from(cell);
+                let (Some(x), Some(y), Some(last), Some(r), Some(&mobility)) = (
+                    published.get_mut(cell),
+                    at.get_mut(cell),
+                    before.get_mut(cell),
+                    residual.get(cell),
+                    model.mobility.get(cell),
+                ) else {
+                    continue;
+                };
+                let coarse = hats::along(&corners, weights);
+                let z = r.times(mobility).position().plus(coarse);
+                let way = y.minus(*last);
+                *last = *y;
+                *x = y.plus(z);
+                *y = y.plus(z.times(alpha)).plus(way.times(beta));
+                highest = highest.larger_magnitude(*x).larger_magnitude(*y);
+            }
+        }
+        peak(highest.xyz())
+    }
+}
+
+impl<const ROOM: usize> Track<ROOM> {
     /// A pass at the extrapolated point. Whether the guard discarded it.
     fn extrapolated(&mut self, body: &mut Body<'_, '_>) -> bool {
-        let model = body.links.model;
-        body.links.pass::<false>(body.own, body.residual);
-        mask(body.residual, body.held);
-        let mut highest = Cell::ZERO;
-        let cells = body.own.iter().zip(&*body.state).zip(&*body.residual).zip(model.mobility);
-        let [energy, decrease, product] = totals(cells.map(|(((y, x), &r), &mobility)| {
-            let step = damped(r, mobility);
-            let next = y.plus(step);
-            highest = highest.larger_magnitude(next);
-            [r.w(), dot(r.xyz(), step.xyz()), dot(r.xyz(), next.minus(*x).xyz())]
-        }));
+        let (model, vectors) = (body.links.model, body.links.vectors);
+        let cells = body.state.len();
+        let Some((at, before)) = body.own.split_at_mut_checked(cells) else { return false };
+        let published = &mut *body.state;
+        if self.restart {
+            at.copy_from_slice(published);
+            before.copy_from_slice(published);
+            self.last = Last::None;
+        }
+        let mut sums = Sums { model, published, before, lanes: [Lanes::ZERO; 4] };
+        body.links.pass(&body.awake.set, at, body.residual, body.held, &mut sums);
+        let [energy, fine, way, direction] = sums.lanes.map(|lanes| lanes.total());
         let energy = energy.times_power_of_two(0.125);
         let tolerance = tolerance(body.level.leading(), model.weight_min);
         let allowed = body.level.value().plus(tolerance.into());
-        if energy.exceeds(allowed) || peak(highest.xyz()) > model.saturation() {
-            self.plain = true;
+        if !self.restart && energy.exceeds(allowed) {
+            self.restart = true;
             return true;
         }
-        body.level.certify(energy.minus(decrease.times_power_of_two(0.5)));
-        let beta = self.advance(product.hi <= 0.0);
-        let cells = body.own.iter_mut().zip(body.state.iter_mut()).zip(&*body.residual);
-        for (((y, x), &r), &mobility) in cells.zip(model.mobility) {
-            let next = y.plus(damped(r, mobility)).position();
-            *y = next.plus(next.minus(*x).times(beta));
-            *x = next;
+        self.restart = false;
+        let hats = model.hats.filter(|_| !body.awake.set.is_empty(model.slice_count()));
+        let coarse = hats.map_or(TwoFloat::ZERO, |hats| {
+            run(vectors, Restrict { hats, residual: body.residual, room: body.room });
+            run(vectors, Solve { hats, room: body.room, held: body.held.len() })
+        });
+        let level = *body.level;
+        body.level.certify(energy.minus(decrease(fine, coarse)));
+        let products =
+            Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
+        let [alpha, beta] = self.last.choose(products);
+        let (awake, residual) = (&*body.awake, &*body.residual);
+        let arrays = Arrays { model, awake, published, at, before, residual, alpha, beta };
+        let highest = if let Some(hats) = hats {
+            let highest = run(vectors, CoarseStep { arrays, hats, room: body.room });
+            body.awake.wake_all(model);
+            highest
+        } else {
+            let moved = run(vectors, Step(arrays));
+            body.awake.wake_neighbours(model, &moved.slices);
+            moved.peak
+        };
+        self.restore_held(body);
+        if highest <= model.saturation() {
+            return false;
         }
-        false
+        *body.level = level;
+        body.level.certify(energy);
+        self.stay(body);
+        true
+    }
+
+    /// Puts the held cells back where the tool has them, in all arrays.
+    fn restore_held(&mut self, body: &mut Body<'_, '_>) {
+        body.restore_held();
+        for contact in body.held {
+            let cell = contact.cell();
+            if let Some(&position) = body.state.get(cell) {
+                self.place(body.own, cell, position, body.links.model.saturation());
+            }
+        }
+    }
+
+    /// Some cell went beyond K: back to the point of this pass, whose energy was found to be
+    /// within the level, and on with a step that saturates.
+    fn stay(&mut self, body: &mut Body<'_, '_>) {
+        let cells = body.state.len();
+        if let Some((_, before)) = body.own.split_at_checked(cells) {
+            body.state.copy_from_slice(before);
+        }
+        self.saturated = true;
     }
 
     /// A plain step from the published point, saturating.
     fn plain(&mut self, body: &mut Body<'_, '_>) {
         let model = body.links.model;
         let k = model.saturation();
-        body.links.pass::<true>(body.state, body.residual);
-        mask(body.residual, body.held);
+        body.awake.wake_all(model);
+        body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
         let next = |v: [f32; 3], r: Cell, mobility: f32| {
             let leak = mobility / model.resistance();
             let leak = if leak < 1.0 { leak } else { 1.0 };
-            sub(add(v, damped(r, mobility).xyz()), scale(leak, sub(v, output(v, k))))
+            sub(add(v, scale(mobility, r.xyz())), scale(leak, sub(v, output(v, k))))
         };
         let cells = body.state.iter().zip(&*body.residual).zip(model.mobility);
         let [energy, decrease] = totals(cells.map(|((v, &r), &mobility)| {
@@ -124,18 +307,27 @@ impl Track {
             highest = if here > highest { here } else { highest };
         }
         let held = body.restore_held();
-        for (y, v) in body.own.iter_mut().zip(&*body.state) {
-            *y = *v;
-        }
-        let _ = self.advance(true);
-        self.plain = highest > k || held > k;
+        self.saturated = highest > k || held > k;
+        self.restart = true;
     }
 }
 
-impl Scheme for Track {
+/// What a step with these two inner products is certified to lower the energy by.
+fn decrease(fine: TwoFloat, coarse: TwoFloat) -> TwoFloat {
+    /// Room for the rounding of both products.
+    const SURE: f32 = 0.5 - 1.0 / 1024.0;
+    if coarse.hi > 0.0 {
+        let way = sqrt(if fine.hi > 0.0 { fine.hi } else { 0.0 }) - sqrt(coarse.hi);
+        TwoFloat::from(SURE * way * way)
+    } else {
+        fine.times_power_of_two(0.5)
+    }
+}
+
+impl<const ROOM: usize> Scheme for Track<ROOM> {
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
-        if self.plain {
+        if self.saturated {
             self.plain(body);
             false
         } else {
@@ -144,34 +336,58 @@ impl Scheme for Track {
     }
 
     fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32) {
-        if let Some(y) = own.get_mut(cell) {
-            *y = position;
+        let cells = own.len() / 2;
+        for at in [cell, cells + cell] {
+            if let Some(slot) = own.get_mut(at) {
+                *slot = position;
+            }
         }
-        self.plain |= peak(position.xyz()) > k;
+        self.saturated |= peak(position.xyz()) > k;
+    }
+
+    fn pushed(&mut self) {
+        if self.last != Last::None {
+            self.last = Last::Pushed;
+        }
     }
 
     fn interrupt(&mut self) {
-        self.plain = true;
+        self.restart = true;
+    }
+
+    fn is_still(state: &[Cell], own: &[Cell], cell: usize) -> bool {
+        let here = state.get(cell);
+        here == own.get(cell) && here == own.get(state.len() + cell)
+    }
+
+    fn room(model: &Model<'_>, held: usize) -> usize {
+        hats_room(model.hats(), held)
+    }
+
+    #[allow(private_interfaces)]
+    fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact]) {
+        if let Some(hats) = &model.hats {
+            hats::hold(model, hats, room, held);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::two_float::TwoFloat;
 
     #[test]
-    fn momentum_grows_from_a_restart() {
-        let mut track = Track::REST;
-        assert_eq!(track.advance(true), 0.0);
-        let betas: [f32; 3] = core::array::from_fn(|_| track.advance(false));
-        assert!(betas[0] > 0.25 && betas[0] < betas[1] && betas[1] < betas[2] && betas[2] < 1.0);
-        assert_eq!(track.advance(true), 0.0);
+    fn tolerance_is_far_below_the_energy() {
+        assert!(tolerance(1.0, 1.0) < 1e-6 && tolerance(0.0, 1.0) == 0.0);
+        assert!(TwoFloat::from(1.0).exceeds(TwoFloat::from(1.0 - 1e-6)));
     }
 
     #[test]
-    fn two_float_tolerance_is_far_below_the_energy() {
-        assert!(tolerance(1.0, 1.0) < 1e-6 && tolerance(0.0, 1.0) == 0.0);
-        assert!(TwoFloat::from(1.0).exceeds(TwoFloat::from(1.0 - 1e-6)));
+    fn the_certified_decrease_is_that_of_the_better_part() {
+        let certified = |fine: f32, coarse: f32| decrease(fine.into(), coarse.into()).hi;
+        assert_eq!(certified(3.0, 0.0), 1.5);
+        assert!(certified(0.0, 3.0) > 1.49 && certified(0.0, 3.0) < 1.5);
+        assert_eq!(certified(2.0, 2.0), 0.0);
+        assert!((certified(9.0, 1.0) - 2.0).abs() < 0.01);
     }
 }

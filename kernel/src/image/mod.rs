@@ -37,6 +37,10 @@ pub const ENTRY_BYTES: usize = 16;
 pub const ALIGNMENT: usize = 16;
 /// Largest number of cells: ids are 16 bits wide, and 65,535 stays free.
 pub const CELLS_MAX: usize = 65_535;
+/// Most hat functions.
+pub const HATS_MAX: usize = 1024;
+/// Corner without a hat, and cell without an entry.
+pub const NO_HAT: u16 = u16::MAX;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = 20;
 
@@ -86,6 +90,24 @@ pub mod kind {
     pub const SLICE_NEIGHBOURS: u32 = 20;
     /// With `SLICE_ROWS`: rest length of each slot, 0 for padding (f32, 8 a group).
     pub const SLICE_LENGTHS: u32 = 21;
+    /// With `SLICE_ROWS` and `ALPHA`: alpha of each slot (f32, 8 a group).
+    pub const SLICE_ALPHAS: u32 = 22;
+    /// With `SLICE_ROWS` and `WEIGHT`: weight of each slot, 1 for padding (f32, 8 a group).
+    pub const SLICE_WEIGHTS: u32 = 23;
+    /// Optional: number of hat functions (u32, one word).
+    pub const HATS: u32 = 24;
+    /// With `HATS`: starts of the boxes' cells in `HAT_CELLS` (u32, boxes + 1).
+    pub const HAT_ROWS: u32 = 25;
+    /// With `HATS`: the hats at the corners of each box; [`super::NO_HAT`] for none ([u16; 8]).
+    pub const HAT_CORNERS: u32 = 26;
+    /// With `HATS`: the free cells, box by box (u16).
+    pub const HAT_CELLS: u32 = 27;
+    /// With `HATS`: weights of those cells at the corners of their box ([f32; 8] a cell).
+    pub const HAT_WEIGHTS: u32 = 28;
+    /// With `HATS`: where each cell stands in `HAT_CELLS`, 65,535 for a fixed one (u16 a cell).
+    pub const HAT_ENTRY: u32 = 29;
+    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32).
+    pub const HAT_INVERSE: u32 = 30;
     /// Optional: what the host wants to remember, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
 }

@@ -3,7 +3,7 @@
 //! Every function runs in one pass without memory of its own; together they cost about as much as
 //! two sweeps plus the checksum.
 
-use super::{ModelError, kind, params};
+use super::{ModelError, NO_HAT, kind, params};
 use crate::link;
 use crate::model::{Model, range};
 use crate::two_float::LANES;
@@ -37,6 +37,8 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     slices(model)?;
     ascending(kind::FIXED, model.fixed, model.cells())?;
     mobilities(model)?;
+    slice_values(model)?;
+    hats(model)?;
     ascending(kind::SURFACE, model.surface, model.cells())?;
     normals(model)?;
     input_ids(model)?;
@@ -181,6 +183,66 @@ fn slices(model: &Model<'_>) -> Result<(), ModelError> {
             }
             if expected.next().is_some() {
                 return Err(ModelError::Index(kind::SLICE_ROWS, at(slice)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Alpha and weight of each slot are those of its link; padding has weight 1 and no alpha.
+fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(slices) = model.slices else { return Ok(()) };
+    let check = |kind: u32, values: Option<&[[f32; LANES]]>, padding: f32, of: &dyn Fn(usize) -> f32| {
+        let Some(values) = values else { return Ok(()) };
+        for cell in 0..model.cells() {
+            let mut links = model.neighbours(cell);
+            for group in range(slices.rows, cell / LANES) {
+                let value = values.get(group).and_then(|lanes| lanes.get(cell % LANES)).copied();
+                let wanted = links.next().map_or(padding, |(link, _)| of(link));
+                if value.map(f32::to_bits) != Some(wanted.to_bits()) {
+                    return Err(ModelError::Value(kind, at(group)));
+                }
+            }
+        }
+        Ok(())
+    };
+    check(kind::SLICE_ALPHAS, slices.alphas, 0.0, &|link| model.link_alpha(link))?;
+    check(kind::SLICE_WEIGHTS, slices.weights, 1.0, &|link| model.link_weight(link))
+}
+
+/// Every free cell stands in one box, with weights of at most 1 in all; the inverse is symmetric
+/// and finite. That it inverts is the bake's word, as rest positions are.
+fn hats(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(hats) = model.hats else { return Ok(()) };
+    rows(kind::HAT_ROWS, hats.rows, hats.cells.len())?;
+    let known = |hat: &u16| usize::from(*hat) < hats.count || *hat == NO_HAT;
+    if let Some(at_box) = hats.corners.iter().position(|corners| !corners.iter().all(known)) {
+        return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
+    }
+    let mut entries = 0;
+    for (cell, (&entry, &mobility)) in hats.entry.iter().zip(model.mobility).enumerate() {
+        let here = hats.cells.get(usize::from(entry)).copied().map(usize::from);
+        let expected = if mobility > 0.0 { Some(cell) } else { None };
+        if here != expected || (here.is_none() && entry != NO_HAT) {
+            return Err(ModelError::Index(kind::HAT_ENTRY, at(cell)));
+        }
+        entries += usize::from(here.is_some());
+    }
+    if entries != hats.cells.len() {
+        return Err(ModelError::SectionSize(kind::HAT_CELLS));
+    }
+    let weighs = |weights: &[f32; LANES]| {
+        weights.iter().all(|w| (0.0..=1.0).contains(w)) && weights.iter().sum::<f32>() < 1.0001
+    };
+    if let Some(entry) = hats.weights.iter().position(|weights| !weighs(weights)) {
+        return Err(ModelError::Value(kind::HAT_WEIGHTS, at(entry)));
+    }
+    for row in 0..hats.count {
+        for column in 0..hats.stride() {
+            let value = hats.inverse_at(row, column);
+            let mirrored = if column < hats.count { hats.inverse_at(column, row) } else { 0.0 };
+            if !value.is_finite() || value != mirrored {
+                return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
             }
         }
     }

@@ -1,18 +1,12 @@
-//! AVX2: eight cells side by side, one neighbour of each at a time.
-//!
-//! Every lane does what `link::pull` does, in its order; no fused multiply-add, no approximate
-//! instructions. A cell's terms are added in ascending order of its neighbours, as the scalar pass
-//! adds them, and the pull that a cell feels from below is exactly the opposite of what the scalar
-//! pass computes at the other end.
+//! AVX2: eight lanes in one register.
 
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::*;
 
-use super::VectorUnit;
+use super::octet::{Chunk, Octet};
+use super::{VectorUnit, Work};
 use crate::cell::Cell;
-use crate::link::{Band, COINCIDENT, Pull};
-use crate::model::{Model, Slices, range};
 use crate::two_float::LANES;
 
 /// Whether processor and operating system offer AVX2.
@@ -28,186 +22,261 @@ pub(super) fn is_offered() -> bool {
     saved & YMM_SAVED == YMM_SAVED && __cpuid_count(7, 0).ebx & AVX2 != 0
 }
 
-/// See [`VectorUnit::pass`].
-pub(super) fn pass(
-    _proof: VectorUnit,
-    model: &Model<'_>,
-    slices: &Slices<'_>,
-    band: Band,
-    at: &[Cell],
-    residual: &mut [Cell],
-    pull: impl Fn(usize, usize, f32) -> Option<Pull>,
-) {
-    let cells = model.cells();
-    if at.len() < cells || residual.len() < cells {
-        return;
-    }
-    for slice in 0..slices.rows.len().saturating_sub(1) {
-        // SAFETY: the proof is that AVX2 is there; the slices of a model name only its cells, and
-        // both arrays hold as many.
-        unsafe { one_slice(slices, slice, cells, band, at, residual, &pull) };
-    }
-}
-
-/// Coordinates of eight cells.
-struct Eight {
-    x: __m256,
-    y: __m256,
-    z: __m256,
-}
-
-/// # Safety
-/// AVX2 is there; every id in `ids` is an index of `at`.
+/// Does the work, compiled for AVX2.
 #[inline]
+pub(super) fn run<W: Work>(_proof: VectorUnit, work: W) -> W::Output {
+    // SAFETY: the proof is that AVX2 is there.
+    unsafe { compiled(work) }
+}
+
 #[target_feature(enable = "avx2")]
-unsafe fn gather(at: &[Cell], ids: &[u16; LANES]) -> Eight {
-    // SAFETY: the caller's promise; a cell is four aligned floats.
-    let load = |low: u16, high: u16| unsafe {
-        let low = _mm_load_ps(at.get_unchecked(usize::from(low)).0.as_ptr());
-        let high = _mm_load_ps(at.get_unchecked(usize::from(high)).0.as_ptr());
-        _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), high)
-    };
-    let [a, b, c, d, e, f, g, h] = *ids;
-    let (ae, bf, cg, dh) = (load(a, e), load(b, f), load(c, g), load(d, h));
-    let (xy_low, xy_high) = (_mm256_unpacklo_ps(ae, cg), _mm256_unpacklo_ps(bf, dh));
-    let (z_low, z_high) = (_mm256_unpackhi_ps(ae, cg), _mm256_unpackhi_ps(bf, dh));
-    Eight {
-        x: _mm256_unpacklo_ps(xy_low, xy_high),
-        y: _mm256_unpackhi_ps(xy_low, xy_high),
-        z: _mm256_unpacklo_ps(z_low, z_high),
+fn compiled<W: Work>(work: W) -> W::Output {
+    work.run::<Avx2>()
+}
+
+/// A register of eight lanes. Values exist only inside [`run`], where AVX2 is there: that is the
+/// ground of every block below.
+#[derive(Clone, Copy)]
+pub(super) struct Avx2(__m256);
+
+/// One half of a register, from a cell.
+#[inline(always)]
+fn half(cell: &Cell) -> __m128 {
+    // SAFETY: a cell is four aligned floats.
+    unsafe { _mm_load_ps(cell.0.as_ptr()) }
+}
+
+#[inline(always)]
+fn joined(low: &Cell, high: &Cell) -> __m256 {
+    // SAFETY: see `Avx2`.
+    unsafe { _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(half(low)), half(high)) }
+}
+
+#[inline(always)]
+fn put_half(lanes: __m128, cell: &mut Cell) {
+    // SAFETY: a cell is four aligned floats.
+    unsafe { _mm_store_ps(cell.0.as_mut_ptr(), lanes) };
+}
+
+/// The two cells of a pair.
+#[inline(always)]
+fn two(chunk: &Chunk, pair: usize) -> [&Cell; 2] {
+    let [a, b, c, d, e, f, g, h] = chunk;
+    match pair {
+        0 => [a, b],
+        1 => [c, d],
+        2 => [e, f],
+        _ => [g, h],
     }
 }
 
-/// # Safety
-/// AVX2 is there; `slices` are those of a model of `cells` cells, `at` and `residual` as long.
-#[target_feature(enable = "avx2")]
-unsafe fn one_slice(
-    slices: &Slices<'_>,
-    slice: usize,
-    cells: usize,
-    band: Band,
-    at: &[Cell],
-    residual: &mut [Cell],
-    pull: &impl Fn(usize, usize, f32) -> Option<Pull>,
-) {
-    let first = slice * LANES;
-    let own: [u16; LANES] = core::array::from_fn(|lane| (first + lane).min(cells - 1) as u16);
-    // SAFETY: every own id is below `cells`.
-    let here = unsafe { gather(at, &own) };
-    let mut sum = [_mm256_setzero_ps(); 4];
-    for group in range(slices.rows, slice) {
-        // SAFETY: the last row start is the number of groups.
-        let (ids, lengths) = unsafe {
-            (slices.neighbours.get_unchecked(group), slices.lengths.get_unchecked(group))
+impl Octet for Avx2 {
+    type Mask = __m256;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_set1_ps(value) })
+    }
+
+    #[inline(always)]
+    fn load(values: &[f32; LANES]) -> Self {
+        // SAFETY: see `Avx2`; eight floats are there to be read.
+        Self(unsafe { _mm256_loadu_ps(values.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn store(self, values: &mut [f32; LANES]) {
+        // SAFETY: see `Avx2`; there is room for eight floats.
+        unsafe { _mm256_storeu_ps(values.as_mut_ptr(), self.0) };
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_add_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_sub_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_mul_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_div_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_sqrt_ps(self.0) })
+    }
+
+    #[inline(always)]
+    fn larger_magnitude(self, other: Self) -> Self {
+        // SAFETY: see `Avx2`; the maximum takes its second operand where they do not compare.
+        Self(unsafe {
+            let magnitude = _mm256_andnot_ps(_mm256_set1_ps(-0.0), other.0);
+            _mm256_max_ps(magnitude, self.0)
+        })
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> Self::Mask {
+        // SAFETY: see `Avx2`.
+        unsafe { _mm256_cmp_ps::<_CMP_GT_OQ>(self.0, other.0) }
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> Self::Mask {
+        // SAFETY: see `Avx2`.
+        unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) }
+    }
+
+    #[inline(always)]
+    fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        // SAFETY: see `Avx2`.
+        unsafe { _mm256_or_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        // SAFETY: see `Avx2`.
+        unsafe { _mm256_movemask_ps(mask) != 0 }
+    }
+
+    #[inline(always)]
+    fn keep(self, mask: Self::Mask) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_and_ps(self.0, mask) })
+    }
+
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_blendv_ps(no.0, yes.0, mask) })
+    }
+
+    #[inline(always)]
+    unsafe fn gather(cells: &[Cell], ids: &[u16; LANES]) -> [Self; 3] {
+        let [a, b, c, d, e, f, g, h] = *ids;
+        // SAFETY: the caller's promise, and see `Avx2`.
+        unsafe {
+            let load = |low: u16, high: u16| {
+                let low = cells.get_unchecked(usize::from(low));
+                joined(low, cells.get_unchecked(usize::from(high)))
+            };
+            let (ae, bf, cg, dh) = (load(a, e), load(b, f), load(c, g), load(d, h));
+            let (xy_low, xy_high) = (_mm256_unpacklo_ps(ae, cg), _mm256_unpacklo_ps(bf, dh));
+            let (z_low, z_high) = (_mm256_unpackhi_ps(ae, cg), _mm256_unpackhi_ps(bf, dh));
+            [
+                Self(_mm256_unpacklo_ps(xy_low, xy_high)),
+                Self(_mm256_unpackhi_ps(xy_low, xy_high)),
+                Self(_mm256_unpacklo_ps(z_low, z_high)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn transposed(chunk: &Chunk) -> [Self; 4] {
+        let [a, b, c, d, e, f, g, h] = chunk;
+        let (ae, bf, cg, dh) = (joined(a, e), joined(b, f), joined(c, g), joined(d, h));
+        // SAFETY: see `Avx2`.
+        unsafe {
+            let (xy_low, xy_high) = (_mm256_unpacklo_ps(ae, cg), _mm256_unpacklo_ps(bf, dh));
+            let (zw_low, zw_high) = (_mm256_unpackhi_ps(ae, cg), _mm256_unpackhi_ps(bf, dh));
+            [
+                Self(_mm256_unpacklo_ps(xy_low, xy_high)),
+                Self(_mm256_unpackhi_ps(xy_low, xy_high)),
+                Self(_mm256_unpacklo_ps(zw_low, zw_high)),
+                Self(_mm256_unpackhi_ps(zw_low, zw_high)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn put_transposed([x, y, z, w]: [Self; 4], chunk: &mut Chunk) {
+        let [a, b, c, d, e, f, g, h] = chunk;
+        // SAFETY: see `Avx2`.
+        unsafe {
+            let (xz_low, xz_high) = (_mm256_unpacklo_ps(x.0, z.0), _mm256_unpackhi_ps(x.0, z.0));
+            let (yw_low, yw_high) = (_mm256_unpacklo_ps(y.0, w.0), _mm256_unpackhi_ps(y.0, w.0));
+            let put = |lanes: __m256, low: &mut Cell, high: &mut Cell| {
+                put_half(_mm256_castps256_ps128(lanes), low);
+                put_half(_mm256_extractf128_ps::<1>(lanes), high);
+            };
+            put(_mm256_unpacklo_ps(xz_low, yw_low), a, e);
+            put(_mm256_unpackhi_ps(xz_low, yw_low), b, f);
+            put(_mm256_unpacklo_ps(xz_high, yw_high), c, g);
+            put(_mm256_unpackhi_ps(xz_high, yw_high), d, h);
+        }
+    }
+
+    #[inline(always)]
+    fn pair(chunk: &Chunk, pair: usize) -> Self {
+        let [low, high] = two(chunk, pair);
+        Self(joined(low, high))
+    }
+
+    #[inline(always)]
+    fn put_pair(self, chunk: &mut Chunk, pair: usize) {
+        let [a, b, c, d, e, f, g, h] = chunk;
+        let (low, high) = match pair {
+            0 => (a, b),
+            1 => (c, d),
+            2 => (e, f),
+            _ => (g, h),
         };
-        // SAFETY: a model's slices name only its cells.
-        let there = unsafe { gather(at, ids) };
-        // SAFETY: the section is eight floats a group.
-        let l0 = unsafe { _mm256_loadu_ps(lengths.as_ptr()) };
-        let taut = links(band, &here, &there, l0, &mut sum);
-        if let Taut::SomeCoincident = taut {
-            by_lane(&own, ids, lengths, &mut sum, pull);
+        // SAFETY: see `Avx2`.
+        unsafe {
+            put_half(_mm256_castps256_ps128(self.0), low);
+            put_half(_mm256_extractf128_ps::<1>(self.0), high);
         }
     }
-    store(residual, first, cells, sum);
-}
 
-/// What a group of links was.
-enum Taut {
-    /// Nothing, or added.
-    Done,
-    /// Not added: some link has no direction of its own.
-    SomeCoincident,
-}
+    #[inline(always)]
+    fn spread(values: &[f32; LANES], pair: usize) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe {
+            let all = _mm256_loadu_ps(values.as_ptr());
+            let first = 2 * pair as i32;
+            let second = first + 1;
+            let order = _mm256_setr_epi32(
+                first, first, first, first, second, second, second, second,
+            );
+            _mm256_permutevar8x32_ps(all, order)
+        })
+    }
 
-/// Adds the pulls of eight links to the sums, unless one of them has no direction of its own.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn links(band: Band, here: &Eight, there: &Eight, l0: __m256, sum: &mut [__m256; 4]) -> Taut {
-    let dx = _mm256_sub_ps(there.x, here.x);
-    let dy = _mm256_sub_ps(there.y, here.y);
-    let dz = _mm256_sub_ps(there.z, here.z);
-    let xy = _mm256_add_ps(_mm256_mul_ps(dx, dx), _mm256_mul_ps(dy, dy));
-    let u2 = _mm256_add_ps(xy, _mm256_mul_ps(dz, dz));
-    let l02 = _mm256_mul_ps(l0, l0);
-    let high2 = _mm256_mul_ps(l02, _mm256_set1_ps(band.high_squared));
-    let low2 = _mm256_mul_ps(l02, _mm256_set1_ps(band.low_squared));
-    let above = _mm256_cmp_ps::<_CMP_GT_OQ>(u2, high2);
-    let taut = _mm256_or_ps(above, _mm256_cmp_ps::<_CMP_LT_OQ>(u2, low2));
-    if _mm256_movemask_ps(taut) == 0 {
-        return Taut::Done;
+    #[inline(always)]
+    fn positions(self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_blend_ps::<0b1000_1000>(self.0, _mm256_setzero_ps()) })
     }
-    let rare = _mm256_mul_ps(l02, _mm256_set1_ps(COINCIDENT));
-    if _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(u2, rare)) != 0 {
-        return Taut::SomeCoincident;
-    }
-    let u = _mm256_sqrt_ps(u2);
-    let side = _mm256_blendv_ps(_mm256_set1_ps(band.low), _mm256_set1_ps(band.high), above);
-    let d = _mm256_sub_ps(u, _mm256_mul_ps(l0, side));
-    let factor = _mm256_and_ps(_mm256_div_ps(d, _mm256_add_ps(u, u)), taut);
-    let [x, y, z, wd2] = sum;
-    *x = _mm256_add_ps(*x, _mm256_mul_ps(factor, dx));
-    *y = _mm256_add_ps(*y, _mm256_mul_ps(factor, dy));
-    *z = _mm256_add_ps(*z, _mm256_mul_ps(factor, dz));
-    *wd2 = _mm256_add_ps(*wd2, _mm256_and_ps(_mm256_mul_ps(d, d), taut));
-    Taut::Done
-}
 
-/// Adds the pulls of eight links one after the other.
-#[cold]
-#[target_feature(enable = "avx2")]
-fn by_lane(
-    own: &[u16; LANES],
-    ids: &[u16; LANES],
-    lengths: &[f32; LANES],
-    sum: &mut [__m256; 4],
-    pull: &impl Fn(usize, usize, f32) -> Option<Pull>,
-) {
-    let mut lanes = [[0.0_f32; LANES]; 4];
-    for (lanes, sum) in lanes.iter_mut().zip(&*sum) {
-        // SAFETY: eight floats have room for eight floats.
-        unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), *sum) };
+    #[inline(always)]
+    fn twice(cell: Cell) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_broadcast_ps(&half(&cell)) })
     }
-    for (lane, ((&i, &j), &l0)) in own.iter().zip(ids).zip(lengths).enumerate() {
-        // Padding has no length.
-        let pulled = if l0 > 0.0 { pull(i.into(), j.into(), l0) } else { None };
-        let Some(pulled) = pulled else { continue };
-        let [x, y, z] = pulled.force;
-        for (lanes, term) in lanes.iter_mut().zip([x, y, z, pulled.wd2]) {
-            if let Some(lane) = lanes.get_mut(lane) {
-                *lane += term;
-            }
-        }
-    }
-    for (lanes, sum) in lanes.iter().zip(sum) {
-        // SAFETY: as above.
-        *sum = unsafe { _mm256_loadu_ps(lanes.as_ptr()) };
-    }
-}
 
-/// Writes the sums of a slice's cells, of which the last slice may have fewer than eight.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn store(residual: &mut [Cell], first: usize, cells: usize, sum: [__m256; 4]) {
-    let [x, y, z, w] = sum;
-    let (xz_low, xz_high) = (_mm256_unpacklo_ps(x, z), _mm256_unpackhi_ps(x, z));
-    let (yw_low, yw_high) = (_mm256_unpacklo_ps(y, w), _mm256_unpackhi_ps(y, w));
-    let pairs = [
-        _mm256_unpacklo_ps(xz_low, yw_low),
-        _mm256_unpackhi_ps(xz_low, yw_low),
-        _mm256_unpacklo_ps(xz_high, yw_high),
-        _mm256_unpackhi_ps(xz_high, yw_high),
-    ];
-    for (lane, pair) in pairs.into_iter().enumerate() {
-        let low = _mm256_castps256_ps128(pair);
-        let high = _mm256_extractf128_ps::<1>(pair);
-        for (cell, lanes) in [(first + lane, low), (first + lane + 4, high)] {
-            if cell < cells
-                && let Some(cell) = residual.get_mut(cell)
-            {
-                // SAFETY: a cell is four aligned floats.
-                unsafe { _mm_store_ps(cell.0.as_mut_ptr(), lanes) };
-            }
-        }
+    #[inline(always)]
+    fn folded(self) -> Cell {
+        let mut cell = Cell::ZERO;
+        // SAFETY: see `Avx2`.
+        let sum = unsafe {
+            _mm_add_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0))
+        };
+        put_half(sum, &mut cell);
+        cell
     }
 }

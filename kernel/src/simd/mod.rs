@@ -1,11 +1,16 @@
-//! The link pass on vector units, chosen at run time; the same bits as the scalar pass.
+//! Loops over slices of eight cells, on vector units chosen at run time; the same bits everywhere.
+//!
+//! A loop is written once, as [`Work`] over the eight lanes of an [`Octet`], and compiled for each
+//! unit: AVX2 on x86-64, NEON on aarch64, plain Rust elsewhere.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+pub(crate) mod octet;
+pub(crate) mod sliced;
 
-use crate::cell::Cell;
-use crate::link::{Band, Pull};
-use crate::model::{Model, Slices};
+use octet::{Lanes8, Octet};
 
 /// A vector unit that this processor and its operating system offer. Its existence is the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,26 +22,31 @@ impl VectorUnit {
     pub fn find() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
         let found = avx2::is_offered();
-        #[cfg(not(target_arch = "x86_64"))]
+        #[cfg(target_arch = "aarch64")]
+        let found = true;
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
         let found = false;
         found.then_some(Self(()))
     }
+}
 
-    /// Residuals of all cells from the sliced links of a model with one band and weight 1.
-    ///
-    /// `pull(i, j, l0)` gives the pull on i of a link whose ends coincide. Does nothing where `at`
-    /// or `residual` are shorter than the model.
-    #[cfg_attr(not(target_arch = "x86_64"), allow(unused_variables))]
-    pub(crate) fn pass(
-        self,
-        model: &Model<'_>,
-        slices: &Slices<'_>,
-        band: Band,
-        at: &[Cell],
-        residual: &mut [Cell],
-        pull: impl Fn(usize, usize, f32) -> Option<Pull>,
-    ) {
+/// A loop that any vector unit can do.
+pub(crate) trait Work {
+    /// What it gives.
+    type Output;
+    /// Does it. Implementations are `#[inline(always)]`, and so is all they call: code is compiled
+    /// for the unit only where it ends up inside the unit's own function.
+    fn run<V: Octet>(self) -> Self::Output;
+}
+
+/// Does the work on the unit, or in plain Rust without one.
+#[inline]
+pub(crate) fn run<W: Work>(unit: Option<VectorUnit>, work: W) -> W::Output {
+    match unit {
         #[cfg(target_arch = "x86_64")]
-        avx2::pass(self, model, slices, band, at, residual, pull);
+        Some(unit) => avx2::run(unit, work),
+        #[cfg(target_arch = "aarch64")]
+        Some(unit) => neon::run(unit, work),
+        _ => work.run::<Lanes8>(),
     }
 }

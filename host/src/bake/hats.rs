@@ -1,0 +1,274 @@
+//! The coarse level: hat functions over the rest shape and the inverse of their Laplacian bound.
+//!
+//! See `chaincell_kernel::hats` for what they are for. The grid's spacing is the same along all
+//! axes up to what fits the body's box; hats that no free cell touches are left out.
+
+use chaincell_kernel::image::{HATS_MAX, NO_HAT, kind};
+use nalgebra::DMatrix;
+
+use super::image::Sections;
+use super::{Body, Link};
+use crate::error::{Error, Result};
+
+/// Hats that a model gets at most unless asked for more: their product then takes about a quarter
+/// of a sweep of the paper's liver.
+const HATS_DEFAULT_MAX: usize = 400;
+/// Closest hats of the default [mean link lengths].
+const SPACING_MIN: f64 = 2.5;
+/// Farthest, beyond which a level of hats is of little use.
+const SPACING_MAX: f64 = 8.0;
+/// Share of its diagonal that is added to the matrix before it is inverted.
+const ROUNDING_ROOM: f64 = 1.0e-3;
+/// Where every cell is fewer links than this away from a fixed one, sweeps alone settle the body
+/// as fast.
+const RINGS_MIN: usize = 5;
+
+/// `--hats`: how far apart the hats stand.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum HatSpacing {
+    /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none for a band, or
+    /// where every cell is close to a fixed one.
+    #[default]
+    BySize,
+    /// No coarse level.
+    None,
+    /// This far apart [mean link lengths].
+    Links(f64),
+}
+
+/// A regular grid of boxes over the rest shape.
+struct Grid {
+    low: [f64; 3],
+    /// Boxes along each axis.
+    boxes: [usize; 3],
+    /// Size of a box.
+    size: [f64; 3],
+}
+
+impl Grid {
+    fn new(rest: &[[f32; 3]], spacing: f64) -> Self {
+        let (low, extent) = extent(rest);
+        let boxes = extent.map(|extent| ((extent / spacing).round() as usize).max(1));
+        let size = [0, 1, 2].map(|axis| {
+            let size = extent[axis] / boxes[axis] as f64;
+            if size > 0.0 { size } else { 1.0 }
+        });
+        Self { low, boxes, size }
+    }
+
+    /// The box of a position, and where in it.
+    fn locate(&self, position: [f32; 3]) -> ([usize; 3], [f64; 3]) {
+        let along = |axis: usize| (f64::from(position[axis]) - self.low[axis]) / self.size[axis];
+        let at = [0, 1, 2].map(|axis| (along(axis) as usize).min(self.boxes[axis] - 1));
+        (at, [0, 1, 2].map(|axis| (along(axis) - at[axis] as f64).clamp(0.0, 1.0)))
+    }
+
+    fn box_index(&self, [x, y, z]: [usize; 3]) -> usize {
+        (x * self.boxes[1] + y) * self.boxes[2] + z
+    }
+
+    /// Grid points at the corners of a box, x slowest.
+    fn corners(&self, [x, y, z]: [usize; 3]) -> [usize; 8] {
+        std::array::from_fn(|corner| {
+            let (i, j, k) = (x + (corner >> 2), y + (corner >> 1 & 1), z + (corner & 1));
+            (i * (self.boxes[1] + 1) + j) * (self.boxes[2] + 1) + k
+        })
+    }
+}
+
+fn extent(rest: &[[f32; 3]]) -> ([f64; 3], [f64; 3]) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for position in rest {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(f64::from(position[axis]));
+            high[axis] = high[axis].max(f64::from(position[axis]));
+        }
+    }
+    (low, [0, 1, 2].map(|axis| high[axis] - low[axis]))
+}
+
+/// Weights of a cell at the corners of its box, x slowest, as the kernel reads them.
+fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
+    let side = |corner: usize, bit: usize, t: f64| if corner >> bit & 1 == 1 { t } else { 1.0 - t };
+    std::array::from_fn(|corner| (side(corner, 2, x) * side(corner, 1, y) * side(corner, 0, z)) as f32)
+}
+
+/// The free cells by box, with their weights; the numbers of the hats.
+struct Level {
+    count: usize,
+    rows: Vec<u32>,
+    corners: Vec<[u16; 8]>,
+    cells: Vec<u16>,
+    weights: Vec<[f32; 8]>,
+    entry: Vec<u16>,
+}
+
+impl Level {
+    fn new(body: &Body, mobility: &[f32], spacing: f64) -> Self {
+        let grid = Grid::new(&body.rest, spacing);
+        let mut by_box: Vec<(usize, u16, [usize; 3], [f64; 3])> = (body.rest.iter().enumerate())
+            .filter(|&(cell, _)| mobility[cell] > 0.0)
+            .map(|(cell, &position)| {
+                let (at, inside) = grid.locate(position);
+                (grid.box_index(at), cell as u16, at, inside)
+            })
+            .collect();
+        by_box.sort_unstable_by_key(|&(at_box, cell, ..)| (at_box, cell));
+        let points = (0..3).map(|axis| grid.boxes[axis] + 1).product();
+        let mut hat_of = vec![NO_HAT; points];
+        for &(_, _, at, inside) in &by_box {
+            for (point, weight) in grid.corners(at).into_iter().zip(weights(inside)) {
+                if weight > 0.0 {
+                    hat_of[point] = 0;
+                }
+            }
+        }
+        let mut count = 0;
+        for hat in hat_of.iter_mut().filter(|hat| **hat != NO_HAT) {
+            *hat = count as u16;
+            count += 1;
+        }
+        let mut level = Self {
+            count,
+            rows: vec![0],
+            corners: Vec::new(),
+            cells: Vec::new(),
+            weights: Vec::new(),
+            entry: vec![NO_HAT; body.rest.len()],
+        };
+        for chunk in by_box.chunk_by(|a, b| a.0 == b.0) {
+            level.corners.push(grid.corners(chunk[0].2).map(|point| hat_of[point]));
+            for &(_, cell, _, inside) in chunk {
+                level.entry[usize::from(cell)] = level.cells.len() as u16;
+                level.cells.push(cell);
+                level.weights.push(weights(inside));
+            }
+            level.rows.push(level.cells.len() as u32);
+        }
+        level
+    }
+
+    /// Row of P of a cell.
+    fn row(&self, cell: u16) -> Vec<(usize, f64)> {
+        let entry = self.entry[usize::from(cell)];
+        if entry == NO_HAT {
+            return Vec::new();
+        }
+        let entry = usize::from(entry);
+        let at_box = self.rows.partition_point(|&start| start as usize <= entry) - 1;
+        let hats = self.corners[at_box].iter().zip(self.weights[entry]);
+        hats.filter(|&(_, weight)| weight > 0.0)
+            .map(|(&hat, weight)| (usize::from(hat), f64::from(weight)))
+            .collect()
+    }
+
+    /// The inverse of P' L P with its rounding room, L the Laplacian of weight w / 2.
+    fn inverse(&self, links: &[Link], weight: &[f32]) -> Result<DMatrix<f64>> {
+        let mut matrix = DMatrix::<f64>::zeros(self.count, self.count);
+        for (&([i, j], _), &w) in links.iter().zip(weight) {
+            // One link adds w / 2 times the square of the difference of its ends' rows.
+            let mut difference = self.row(i);
+            difference.extend(self.row(j).into_iter().map(|(hat, value)| (hat, -value)));
+            for &(a, x) in &difference {
+                for &(b, y) in &difference {
+                    matrix[(a, b)] += 0.5 * f64::from(w) * x * y;
+                }
+            }
+        }
+        for hat in 0..self.count {
+            matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM;
+        }
+        let factor = matrix.cholesky().ok_or_else(|| {
+            Error::check("the hats' matrix is not positive definite: bake with --hats none")
+        })?;
+        Ok(factor.inverse())
+    }
+}
+
+/// Links between the cell farthest from all fixed ones and the nearest of them; `None` where some
+/// cell is linked to no fixed one.
+fn rings(body: &Body) -> Option<usize> {
+    let mut linked = vec![Vec::new(); body.rest.len()];
+    for &([i, j], _) in &body.links {
+        linked[usize::from(i)].push(j);
+        linked[usize::from(j)].push(i);
+    }
+    let mut reached = vec![false; body.rest.len()];
+    let mut front = body.fixed.clone();
+    let mut rings = 0;
+    while !front.is_empty() {
+        for &cell in &front {
+            reached[usize::from(cell)] = true;
+        }
+        let mut next: Vec<u16> = (front.iter().flat_map(|&cell| &linked[usize::from(cell)]))
+            .copied()
+            .filter(|&cell| !reached[usize::from(cell)])
+            .collect();
+        next.sort_unstable();
+        next.dedup();
+        rings += usize::from(!next.is_empty());
+        front = next;
+    }
+    reached.iter().all(|&reached| reached).then_some(rings)
+}
+
+/// How far apart the hats of a body stand by default; `None` for no hats.
+fn by_size(body: &Body, mobility: &[f32], has_band: bool) -> Option<f64> {
+    if has_band || rings(body).is_some_and(|rings| rings < RINGS_MIN) {
+        return None;
+    }
+    let mut spacing = SPACING_MIN;
+    while spacing <= SPACING_MAX {
+        if Level::new(body, mobility, spacing).count <= HATS_DEFAULT_MAX {
+            return Some(spacing);
+        }
+        spacing += 0.05;
+    }
+    None
+}
+
+/// Adds the sections of the coarse level, where the body gets one.
+pub(super) fn push(
+    sections: &mut Sections,
+    body: &Body,
+    mobility: &[f32],
+    weight: &[f32],
+    spacing: HatSpacing,
+    has_band: bool,
+) -> Result<()> {
+    let spacing = match spacing {
+        HatSpacing::None => None,
+        HatSpacing::Links(spacing) => Some(spacing),
+        HatSpacing::BySize => by_size(body, mobility, has_band),
+    };
+    let Some(spacing) = spacing else { return Ok(()) };
+    let level = Level::new(body, mobility, spacing);
+    if level.count == 0 {
+        return Ok(());
+    }
+    if level.count > HATS_MAX {
+        return Err(Error::input(format!(
+            "--hats {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
+             apart",
+            level.count
+        )));
+    }
+    let inverse = level.inverse(&body.links, weight)?;
+    let stride = level.count.next_multiple_of(8);
+    let mut rows = vec![0.0_f32; level.count * stride];
+    for row in 0..level.count {
+        for column in 0..=row {
+            let value = inverse[(row, column)] as f32;
+            rows[row * stride + column] = value;
+            rows[column * stride + row] = value;
+        }
+    }
+    sections.push(kind::HATS, &[level.count as u32]);
+    sections.push(kind::HAT_ROWS, &level.rows);
+    sections.push(kind::HAT_CORNERS, level.corners.as_flattened());
+    sections.push(kind::HAT_CELLS, &level.cells);
+    sections.push(kind::HAT_WEIGHTS, level.weights.as_flattened());
+    sections.push(kind::HAT_ENTRY, &level.entry);
+    sections.push(kind::HAT_INVERSE, &rows);
+    Ok(())
+}

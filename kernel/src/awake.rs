@@ -1,0 +1,161 @@
+//! Which parts of the body a sweep must look at: sets of slices of eight consecutive cells.
+//!
+//! A slice sleeps while all links of its cells are slack, none of its cells moves, and no cell
+//! linked to them has moved since that was found. Then its residuals and energies are exactly
+//! zero and stay so: leaving it out changes no bit. Motion wakes a slice's neighbours at once,
+//! before the next pass; falling asleep is looked for every [`SETTLE_TICKS`] ticks, in the order
+//! of the cells. Asleep, a body costs a look at its sets.
+
+use crate::image::CELLS_MAX;
+use crate::model::Model;
+use crate::two_float::LANES;
+
+/// Ticks from one look for sleepers to the next.
+pub(crate) const SETTLE_TICKS: u32 = 16;
+
+const WORDS: usize = CELLS_MAX.div_ceil(LANES * 64);
+
+/// A set of slices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SliceSet([u64; WORDS]);
+
+impl SliceSet {
+    pub const EMPTY: Self = Self([0; WORDS]);
+
+    #[inline(always)]
+    pub fn insert(&mut self, slice: usize) {
+        if let Some(word) = self.0.get_mut(slice / 64) {
+            *word |= 1 << (slice % 64);
+        }
+    }
+
+    #[inline(always)]
+    pub fn contains(&self, slice: usize) -> bool {
+        self.0.get(slice / 64).is_some_and(|word| word >> (slice % 64) & 1 != 0)
+    }
+
+    /// The first `slices` slices.
+    fn fill(&mut self, slices: usize) {
+        let mut left = slices;
+        for word in &mut self.0 {
+            *word = if left >= 64 { u64::MAX } else { (1 << left) - 1 };
+            left = left.saturating_sub(64);
+        }
+    }
+
+    #[inline(always)]
+    pub fn is_empty(&self, slices: usize) -> bool {
+        self.0.iter().take(slices.div_ceil(64)).all(|&word| word == 0)
+    }
+
+    /// The slices of the set among the first `slices`, ascending.
+    #[inline(always)]
+    pub fn iter(&self, slices: usize) -> Iter<'_> {
+        let words = self.0.get(..slices.div_ceil(64)).unwrap_or(&self.0);
+        Iter { words, at: 0, left: words.first().copied().unwrap_or(0) }
+    }
+}
+
+/// Slices of a set, ascending.
+pub(crate) struct Iter<'a> {
+    words: &'a [u64],
+    at: usize,
+    /// What is left of the word `at`.
+    left: u64,
+}
+
+impl Iterator for Iter<'_> {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        while self.left == 0 {
+            self.at += 1;
+            self.left = *self.words.get(self.at)?;
+        }
+        let slice = self.at * 64 + self.left.trailing_zeros() as usize;
+        self.left &= self.left - 1;
+        Some(slice)
+    }
+}
+
+/// Awake slices, and those among them whose neighbours are known to be awake.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Awake {
+    pub set: SliceSet,
+    pub spread: SliceSet,
+    ticks: u32,
+}
+
+impl Awake {
+    /// Everybody sleeps.
+    pub const NOBODY: Self = Self { set: SliceSet::EMPTY, spread: SliceSet::EMPTY, ticks: 0 };
+
+    /// Everybody wakes.
+    pub fn wake_all(&mut self, model: &Model<'_>) {
+        self.set.fill(model.slice_count());
+        self.spread = self.set;
+    }
+
+    /// A cell was moved: its slice and those of the cells linked to it wake.
+    pub fn wake_around(&mut self, model: &Model<'_>, cell: usize) {
+        self.set.insert(cell / LANES);
+        for (_, other) in model.neighbours(cell) {
+            self.set.insert(other / LANES);
+        }
+    }
+
+    /// The cells of these slices moved: their neighbours wake.
+    pub fn wake_neighbours(&mut self, model: &Model<'_>, moved: &SliceSet) {
+        for slice in moved.iter(model.slice_count()) {
+            self.spread.insert(slice);
+            for cell in slice * LANES..(slice + 1) * LANES {
+                self.wake_around(model, cell);
+            }
+        }
+    }
+
+    /// Every [`SETTLE_TICKS`] calls: puts to sleep whoever is `quiet` (links slack, no motion) and
+    /// has only quiet neighbours.
+    pub fn settle(&mut self, model: &Model<'_>, quiet: impl Fn(usize) -> bool) {
+        self.ticks = (self.ticks + 1) % SETTLE_TICKS;
+        if self.ticks != 0 {
+            return;
+        }
+        let mut busy = SliceSet::EMPTY;
+        let mut sleepers = false;
+        for slice in self.set.iter(model.slice_count()) {
+            if quiet(slice) {
+                sleepers = true;
+            } else {
+                busy.insert(slice);
+            }
+        }
+        if sleepers {
+            self.set = busy;
+            self.wake_neighbours(model, &busy);
+            self.spread = busy;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn sets_hold_what_was_put_in_ascending() {
+        let mut set = SliceSet::EMPTY;
+        for slice in [130, 3, 64, 8191] {
+            set.insert(slice);
+        }
+        assert_eq!(set.iter(8192).collect::<Vec<_>>(), [3, 64, 130, 8191]);
+        assert!(set.contains(64) && !set.contains(65) && !set.is_empty(1000));
+        for slices in [0, 1, 63, 64, 65, 8192] {
+            set.fill(slices);
+            assert!(set.iter(8192).eq(0..slices));
+            assert_eq!(set.is_empty(8192), slices == 0);
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! One coarse level over the cells: hat functions whose Laplacian bound is inverted at the bake.
+//!
+//! A regular grid of trilinear hats lies over the rest shape; P holds their weights at the free
+//! cells. With L the constant Laplacian of weight w / 2 that bounds the energy's curvature,
+//! A = P' L P is one matrix for x, y and z. The bake stores B = (A + R)^-1 with a small positive
+//! diagonal R, so that rounding has room. For a residual r the coarse direction is
+//!
+//! ```text
+//! c = B P' r,   d = P c,   d' L d = c' A c <= r . d
+//! ```
+//!
+//! which is the step that lowers the bound of the energy most among all moves of the hats, and
+//! reaches at once what sweeps over links carry one ring of cells at a time.
+//!
+//! Cells held at run time must not move: their rows of P become zero. One held cell i, with p its
+//! row of P, h its row of L P and l its diagonal of L, changes A by two matrices of rank one,
+//!
+//! ```text
+//! A + (a a' - h h') / l,   a = l p - h
+//! ```
+//!
+//! and B by the Sherman-Morrison-Woodbury formula: B - va va' + vh vh'. Both vectors are worked
+//! out when the cells are chosen, never in a tick, first the one that adds, so every matrix on the
+//! way is positive definite.
+//!
+//! Cost of a sweep: restriction and prolongation, 8 multiplications a cell and axis each; the
+//! product, hats^2 for each axis; 4 hats a held cell and axis.
+
+use crate::cell::Cell;
+use crate::contact::Contact;
+use crate::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
+use crate::model::{Model, range};
+use crate::simd::Work;
+use crate::simd::octet::{Chunk, Octet};
+use crate::two_float::{LANES, Lanes, TwoFloat};
+
+/// Eight values.
+pub type Eight = [f32; LANES];
+
+/// Room that the coarse level needs for `hats` hats and up to `held` held cells \[octets of f32\].
+#[must_use]
+pub const fn hats_room(hats: usize, held: usize) -> usize {
+    hats.div_ceil(LANES) * (6 + 2 * held)
+}
+
+/// The hats of a model.
+#[derive(Clone, Copy)]
+pub(crate) struct Hats<'a> {
+    pub count: usize,
+    /// Starts of the boxes' entries.
+    pub rows: &'a [u32],
+    /// Hats at the corners of each box.
+    pub corners: &'a [[u16; LANES]],
+    /// Cell of each entry.
+    pub cells: &'a [u16],
+    /// Weights of each entry at the corners of its box.
+    pub weights: &'a [Eight],
+    /// Entry of each cell.
+    pub entry: &'a [u16],
+    /// Rows of the inverse.
+    inverse: &'a [Eight],
+}
+
+impl<'a> Hats<'a> {
+    pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Option<Self>, ModelError> {
+        let Some(count) = sections.optional::<u32>(kind::HATS)? else { return Ok(None) };
+        let count = match count {
+            &[count] if (1..=HATS_MAX as u32).contains(&count) => count as usize,
+            _ => return Err(ModelError::Value(kind::HATS, 0)),
+        };
+        let corners: &[[u16; LANES]] = sections.required(kind::HAT_CORNERS)?;
+        let entries: &[u16] = sections.required(kind::HAT_CELLS)?;
+        Ok(Some(Self {
+            count,
+            rows: sections.sized(kind::HAT_ROWS, corners.len() + 1)?,
+            corners,
+            cells: entries,
+            weights: sections.sized(kind::HAT_WEIGHTS, entries.len())?,
+            entry: sections.sized(kind::HAT_ENTRY, cells)?,
+            inverse: sections.sized(kind::HAT_INVERSE, count * count.div_ceil(LANES))?,
+        }))
+    }
+
+    /// Octets of a vector over the hats.
+    #[inline(always)]
+    fn octets(&self) -> usize {
+        self.count.div_ceil(LANES)
+    }
+
+    /// Length of a row of the inverse with its padding.
+    pub fn stride(&self) -> usize {
+        self.octets() * LANES
+    }
+
+    /// One element of the inverse; 0 beyond it.
+    pub fn inverse_at(&self, row: usize, column: usize) -> f32 {
+        let octet = self.inverse.get(row * self.octets() + column / LANES);
+        octet.and_then(|octet| octet.get(column % LANES)).copied().unwrap_or(0.0)
+    }
+
+    /// Row of P of a cell: its hats with their weights.
+    fn row_of(&self, cell: usize) -> impl Iterator<Item = (usize, f32)> {
+        let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
+        let parts = entry.and_then(|entry| {
+            let entry = usize::from(entry);
+            let at_box = self.rows.partition_point(|&start| start as usize <= entry);
+            Some((self.corners.get(at_box.checked_sub(1)?)?, self.weights.get(entry)?))
+        });
+        parts.into_iter().flat_map(|(corners, weights)| {
+            let hats = corners.iter().zip(weights).filter(|&(&hat, _)| hat != NO_HAT);
+            hats.map(|(&hat, &weight)| (usize::from(hat), weight))
+        })
+    }
+}
+
+/// The vectors of one axis or of one correction, cut from the room.
+#[inline(always)]
+fn vector(room: &[Eight], octets: usize, index: usize) -> &[Eight] {
+    room.get(index * octets..(index + 1) * octets).unwrap_or(&[])
+}
+
+/// P' r of the masked residuals, into the first three vectors of the room.
+pub(crate) struct Restrict<'a, 'm> {
+    pub hats: Hats<'m>,
+    pub residual: &'a [Cell],
+    pub room: &'a mut [Eight],
+}
+
+impl Work for Restrict<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Octet>(self) {
+        let octets = self.hats.octets();
+        let Some(sums) = self.room.get_mut(..3 * octets) else { return };
+        sums.fill([0.0; LANES]);
+        for (at_box, corners) in self.hats.corners.iter().enumerate() {
+            let entries = range(self.hats.rows, at_box);
+            let cells = self.hats.cells.get(entries.clone()).unwrap_or(&[]);
+            let weights = self.hats.weights.get(entries).unwrap_or(&[]);
+            let mut sum = [V::splat(0.0); 4];
+            for (&cell, weights) in cells.iter().zip(weights) {
+                let Some(&residual) = self.residual.get(usize::from(cell)) else { continue };
+                let r = V::twice(residual);
+                sum = [
+                    sum[0].plus(V::spread(weights, 0).times(r)),
+                    sum[1].plus(V::spread(weights, 1).times(r)),
+                    sum[2].plus(V::spread(weights, 2).times(r)),
+                    sum[3].plus(V::spread(weights, 3).times(r)),
+                ];
+            }
+            let mut chunk = [Cell::ZERO; LANES];
+            sum[0].put_pair(&mut chunk, 0);
+            sum[1].put_pair(&mut chunk, 1);
+            sum[2].put_pair(&mut chunk, 2);
+            sum[3].put_pair(&mut chunk, 3);
+            let flat = sums.as_flattened_mut();
+            for (&hat, sum) in corners.iter().zip(chunk) {
+                for (axis, term) in sum.xyz().into_iter().enumerate() {
+                    let slot = axis * octets * LANES + usize::from(hat);
+                    if hat != NO_HAT
+                        && let Some(slot) = flat.get_mut(slot)
+                    {
+                        *slot += term;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// c = B g, with the corrections of the held cells; gives g . c.
+pub(crate) struct Solve<'a, 'm> {
+    pub hats: Hats<'m>,
+    pub room: &'a mut [Eight],
+    /// Held cells whose corrections stand in the room.
+    pub held: usize,
+}
+
+impl Work for Solve<'_, '_> {
+    type Output = TwoFloat;
+
+    #[inline(always)]
+    fn run<V: Octet>(self) -> TwoFloat {
+        let octets = self.hats.octets();
+        let Some((g, rest)) = self.room.split_at_mut_checked(3 * octets) else {
+            return TwoFloat::ZERO;
+        };
+        let Some((c, corrections)) = rest.split_at_mut_checked(3 * octets) else {
+            return TwoFloat::ZERO;
+        };
+        let mut block = 0;
+        while block + 2 <= octets {
+            columns::<V, 2>(self.hats.inverse, octets, block, g, c);
+            block += 2;
+        }
+        if block < octets {
+            columns::<V, 1>(self.hats.inverse, octets, block, g, c);
+        }
+        for (index, along) in corrections.chunks_exact(octets).take(2 * self.held).enumerate() {
+            correct::<V>(along, octets, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
+        }
+        let mut product = Lanes::ZERO;
+        for octet in 0..octets {
+            let mut term = V::splat(0.0);
+            for axis in 0..3 {
+                let at = axis * octets + octet;
+                if let (Some(g), Some(c)) = (g.get(at), c.get(at)) {
+                    term = term.plus(V::load(g).times(V::load(c)));
+                }
+            }
+            product.add(term);
+        }
+        product.total()
+    }
+}
+
+/// N octets of c = B g on all axes, summed over the hats in ascending order.
+#[inline(always)]
+fn columns<V: Octet, const N: usize>(
+    inverse: &[Eight],
+    octets: usize,
+    block: usize,
+    g: &[Eight],
+    c: &mut [Eight],
+) {
+    let mut sum = [[V::splat(0.0); N]; 3];
+    let axis = |axis: usize| vector(g, octets, axis).as_flattened();
+    let g = axis(0).iter().zip(axis(1)).zip(axis(2));
+    for (row, ((&x, &y), &z)) in inverse.chunks_exact(octets).zip(g) {
+        let Some(here) = row.get(block..).and_then(|row| row.first_chunk::<N>()) else { continue };
+        let (x, y, z) = (V::splat(x), V::splat(y), V::splat(z));
+        let mut at = 0;
+        while at < N {
+            let b = V::load(&here[at]);
+            sum[0][at] = sum[0][at].plus(b.times(x));
+            sum[1][at] = sum[1][at].plus(b.times(y));
+            sum[2][at] = sum[2][at].plus(b.times(z));
+            at += 1;
+        }
+    }
+    for (axis, sum) in sum.iter().enumerate() {
+        for (at, sum) in sum.iter().enumerate() {
+            if let Some(slot) = c.get_mut(axis * octets + block + at) {
+                sum.store(slot);
+            }
+        }
+    }
+}
+
+/// c += sign v (v . g) on all axes.
+#[inline(always)]
+fn correct<V: Octet>(along: &[Eight], octets: usize, sign: f32, g: &[Eight], c: &mut [Eight]) {
+    for axis in 0..3 {
+        let mut lanes = V::splat(0.0);
+        for (v, g) in along.iter().zip(vector(g, octets, axis)) {
+            lanes = lanes.plus(V::load(v).times(V::load(g)));
+        }
+        let mut sums = [0.0; LANES];
+        lanes.store(&mut sums);
+        let [a, b, c0, d, e, f, h, i] = sums;
+        let factor = V::splat(sign * (((a + e) + (c0 + h)) + ((b + f) + (d + i))));
+        let c = c.get_mut(axis * octets..(axis + 1) * octets).unwrap_or(&mut []);
+        for (v, c) in along.iter().zip(c) {
+            V::load(c).plus(V::load(v).times(factor)).store(c);
+        }
+    }
+}
+
+/// The coarse direction at the corners of a box, ready for [`along`].
+#[inline(always)]
+pub(crate) fn corners<V: Octet>(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> [V; 4] {
+    let octets = hats.octets();
+    let c = vector(room, 3 * octets, 1).as_flattened();
+    let stride = octets * LANES;
+    let mut chunk: Chunk = [Cell::ZERO; LANES];
+    if let Some(corners) = hats.corners.get(at_box) {
+        for (cell, &hat) in chunk.iter_mut().zip(corners) {
+            let at = |axis: usize| c.get(axis * stride + usize::from(hat)).copied().unwrap_or(0.0);
+            if hat != NO_HAT {
+                *cell = Cell::at([at(0), at(1), at(2)]);
+            }
+        }
+    }
+    [V::pair(&chunk, 0), V::pair(&chunk, 1), V::pair(&chunk, 2), V::pair(&chunk, 3)]
+}
+
+/// The coarse direction at a cell, from those at the corners of its box.
+#[inline(always)]
+pub(crate) fn along<V: Octet>(corners: &[V; 4], weights: &Eight) -> Cell {
+    let term = V::spread(weights, 0).times(corners[0]);
+    let term = term.plus(V::spread(weights, 1).times(corners[1]));
+    let term = term.plus(V::spread(weights, 2).times(corners[2]));
+    term.plus(V::spread(weights, 3).times(corners[3])).folded()
+}
+
+/// Works out the corrections of the inverse for cells that the tool will hold, into the room.
+///
+/// Cost: 2 hats^2 a cell and more with every cell; outside the tick.
+pub(crate) fn hold(model: &Model<'_>, hats: &Hats<'_>, room: &mut [Eight], held: &[Contact]) {
+    let octets = hats.octets();
+    let Some((scratch, rest)) = room.split_at_mut_checked(6 * octets) else { return };
+    for (index, contact) in held.iter().enumerate() {
+        let Some((earlier, later)) = rest.split_at_mut_checked(2 * index * octets) else { return };
+        let Some((adding, taking)) = later.split_at_mut_checked(octets) else { return };
+        let Some(taking) = taking.get_mut(..octets) else { return };
+        let cell = contact.cell();
+        let diagonal = 0.5 * model.cell_weight(cell);
+        let Some(row) = scratch.get_mut(..octets) else { return };
+        row.fill([0.0; LANES]);
+        // a = l p - h, which is the neighbours' share of h.
+        let add = |to: &mut [Eight], hat: usize, term: f32| {
+            if let Some(slot) = to.as_flattened_mut().get_mut(hat) {
+                *slot += term;
+            }
+        };
+        for (link, other) in model.neighbours(cell) {
+            let zeroed = held.iter().take(index).any(|contact| contact.cell() == other);
+            for (hat, weight) in hats.row_of(other).filter(|_| !zeroed) {
+                add(row, hat, 0.5 * model.link_weight(link) * weight);
+            }
+        }
+        apply(hats, earlier, row, adding);
+        scale(adding, f64::from(diagonal) + dot(row, adding));
+        // h = l p - a.
+        for slot in row.as_flattened_mut() {
+            *slot = -*slot;
+        }
+        for (hat, weight) in hats.row_of(cell) {
+            add(row, hat, diagonal * weight);
+        }
+        apply(hats, earlier, row, taking);
+        let share = -dot(adding, row) as f32;
+        for (slot, along) in taking.as_flattened_mut().iter_mut().zip(adding.as_flattened()) {
+            *slot += share * along;
+        }
+        let left = f64::from(diagonal) - dot(row, taking);
+        // Rounding must not make the matrix indefinite; a larger rest is a shorter step.
+        scale(taking, left.max(1.0e-6 * f64::from(diagonal)));
+    }
+}
+
+/// v / sqrt(norm); nothing where the norm is not positive.
+fn scale(vector: &mut [Eight], norm: f64) {
+    let factor = if norm > 0.0 { 1.0 / crate::sqrt::sqrt(norm as f32) } else { 0.0 };
+    for slot in vector.as_flattened_mut() {
+        *slot *= factor;
+    }
+}
+
+/// The inverse with the corrections of `earlier` cells, times a vector.
+fn apply(hats: &Hats<'_>, earlier: &[Eight], of: &[Eight], product: &mut [Eight]) {
+    let octets = hats.octets();
+    product.fill([0.0; LANES]);
+    for (row, &factor) in hats.inverse.chunks_exact(octets).zip(of.as_flattened()) {
+        if factor != 0.0 {
+            for (slot, b) in product.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+                *slot += factor * b;
+            }
+        }
+    }
+    for (index, along) in earlier.chunks_exact(octets).enumerate() {
+        let share = dot(along, of) as f32;
+        let share = if index % 2 == 0 { -share } else { share };
+        for (slot, along) in product.as_flattened_mut().iter_mut().zip(along.as_flattened()) {
+            *slot += share * along;
+        }
+    }
+}
+
+fn dot(a: &[Eight], b: &[Eight]) -> f64 {
+    let terms = a.as_flattened().iter().zip(b.as_flattened());
+    terms.fold(0.0, |sum, (&a, &b)| sum + f64::from(a) * f64::from(b))
+}

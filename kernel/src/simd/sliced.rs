@@ -1,0 +1,199 @@
+//! The link pass over slices: eight cells side by side, one neighbour of each at a time.
+//!
+//! Every lane does what `link::pull` does, in its order. A cell's terms are added in ascending
+//! order of its neighbours, as the scalar pass adds them, and the pull that a cell feels from
+//! below is exactly the opposite of what the scalar pass computes at the other end.
+
+#![allow(unsafe_code)]
+
+use super::Work;
+use super::octet::Octet;
+use crate::awake::SliceSet;
+use crate::cell::Cell;
+use crate::link::{Band, COINCIDENT, Pull, RIM};
+use crate::model::{Slices, range};
+use crate::pass::{Held, Links, Reduce};
+use crate::slice::{eight, put_lanes};
+use crate::two_float::LANES;
+
+/// A pass over the awake slices, and what it sums on the way.
+pub(crate) struct SlicedPass<'a, 'm, R> {
+    pub links: Links<'a, 'm>,
+    pub slices: Slices<'m>,
+    pub awake: &'a SliceSet,
+    pub at: &'a [Cell],
+    pub residual: &'a mut [Cell],
+    pub held: Held<'a>,
+    pub reduce: &'a mut R,
+}
+
+/// Bands and weights of eight links.
+struct Law<V> {
+    low: V,
+    high: V,
+    low_squared: V,
+    high_squared: V,
+    weight: Option<V>,
+}
+
+impl<V: Octet> Law<V> {
+    /// One band for all, weight 1.
+    #[inline(always)]
+    fn uniform(band: Band) -> Self {
+        Self {
+            low: V::splat(band.low),
+            high: V::splat(band.high),
+            low_squared: V::splat(band.low_squared),
+            high_squared: V::splat(band.high_squared),
+            weight: None,
+        }
+    }
+
+    /// The arithmetic of [`Band::new`].
+    #[inline(always)]
+    fn varied(alpha: V, weight: V) -> Self {
+        let one = V::splat(1.0);
+        let (low, high) = (one.minus(alpha), one.plus(alpha));
+        Self {
+            low,
+            high,
+            low_squared: low.times(low).times(V::splat(1.0 - RIM)),
+            high_squared: high.times(high).times(V::splat(1.0 + RIM)),
+            weight: Some(weight),
+        }
+    }
+}
+
+impl<R: Reduce> Work for SlicedPass<'_, '_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Octet>(mut self) {
+        let cells = self.links.model.cells();
+        if self.at.len() != cells || self.residual.len() != cells {
+            return;
+        }
+        let varied = self.slices.weights.is_some()
+            || !self.links.closed && self.slices.alphas.is_some();
+        for slice in self.awake.iter(self.links.model.slice_count()) {
+            if varied {
+                self.slice::<V, true>(slice);
+            } else {
+                self.slice::<V, false>(slice);
+            }
+        }
+    }
+}
+
+impl<R: Reduce> SlicedPass<'_, '_, R> {
+    #[inline(always)]
+    fn slice<V: Octet, const VARIED: bool>(&mut self, slice: usize) {
+        let mut buffer = [Cell::ZERO; LANES];
+        let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut buffer));
+        let here = [x, y, z];
+        let mut sum = [V::splat(0.0); 4];
+        let mut least = V::splat(1.0);
+        let mut law = Law::uniform(self.links.band(0));
+        for group in range(self.slices.rows, slice) {
+            // SAFETY: the last row start is the number of groups; a model's slices name only its
+            // cells, and `at` holds as many.
+            let (there, l0) = unsafe {
+                let ids = self.slices.neighbours.get_unchecked(group);
+                (V::gather(self.at, ids), V::load(self.slices.lengths.get_unchecked(group)))
+            };
+            if VARIED {
+                law = self.law(group);
+            }
+            least = add_links(&law, here, there, l0, least, &mut sum);
+        }
+        if V::any(least.below(V::splat(0.0))) {
+            sum = self.one_by_one(slice);
+        }
+        if let Some(free) = self.held.mask::<V>(slice) {
+            let [x, y, z, wd2] = sum;
+            sum = [x.keep(free), y.keep(free), z.keep(free), wd2];
+        }
+        self.reduce.slice(slice, here, sum);
+        put_lanes(self.residual, slice, sum);
+    }
+
+    /// Bands and weights of a group whose links differ.
+    #[inline(always)]
+    fn law<V: Octet>(&self, group: usize) -> Law<V> {
+        let alpha = if self.links.closed {
+            V::splat(0.0)
+        } else {
+            of_group(self.slices.alphas, group, self.links.model.alpha())
+        };
+        Law::varied(alpha, of_group(self.slices.weights, group, 1.0))
+    }
+
+    /// The sums of a slice with coincident cells, link after link.
+    #[cold]
+    #[inline(never)]
+    fn one_by_one<V: Octet>(&self, slice: usize) -> [V; 4] {
+        let mut lanes = [[0.0_f32; LANES]; 4];
+        for lane in 0..LANES {
+            let cell = slice * LANES + lane;
+            for (link, other) in self.links.model.neighbours(cell) {
+                let Some(Pull { force: [x, y, z], wd2 }) =
+                    self.links.pull_on(self.at, link, cell, other)
+                else {
+                    continue;
+                };
+                for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
+                    if let Some(sum) = lanes.get_mut(lane) {
+                        *sum += term;
+                    }
+                }
+            }
+        }
+        [V::load(&lanes[0]), V::load(&lanes[1]), V::load(&lanes[2]), V::load(&lanes[3])]
+    }
+}
+
+/// The values of a group, or one for all where they are not stored.
+#[inline(always)]
+fn of_group<V: Octet>(values: Option<&[[f32; LANES]]>, group: usize, otherwise: f32) -> V {
+    match values.and_then(|values| values.get(group)) {
+        Some(values) => V::load(values),
+        None => V::splat(otherwise),
+    }
+}
+
+/// Adds the pulls of eight links to the sums. `least` goes below 0 in the lane of a link without a
+/// direction of its own, whose terms are void.
+#[inline(always)]
+fn add_links<V: Octet>(
+    law: &Law<V>,
+    here: [V; 3],
+    there: [V; 3],
+    l0: V,
+    least: V,
+    sum: &mut [V; 4],
+) -> V {
+    let dx = there[0].minus(here[0]);
+    let dy = there[1].minus(here[1]);
+    let dz = there[2].minus(here[2]);
+    let u2 = dx.times(dx).plus(dy.times(dy)).plus(dz.times(dz));
+    let l02 = l0.times(l0);
+    let above = u2.above(l02.times(law.high_squared));
+    let taut = V::either(above, u2.below(l02.times(law.low_squared)));
+    if !V::any(taut) {
+        return least;
+    }
+    let coincident = u2.below(l02.times(V::splat(COINCIDENT)));
+    let u = u2.root();
+    let d = u.minus(l0.times(V::select(above, law.high, law.low)));
+    let wd = match law.weight {
+        Some(weight) => weight.times(d),
+        None => d,
+    };
+    let factor = wd.over(u.plus(u)).keep(taut);
+    let [x, y, z, wd2] = sum;
+    *x = x.plus(factor.times(dx));
+    *y = y.plus(factor.times(dy));
+    *z = z.plus(factor.times(dz));
+    *wd2 = wd2.plus(wd.times(d).keep(taut));
+    V::select(coincident, V::splat(-1.0), least)
+}

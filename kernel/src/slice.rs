@@ -1,0 +1,93 @@
+//! Slices of eight consecutive cells in the arrays: reading and writing them, the last one too.
+
+use crate::awake::SliceSet;
+use crate::cell::Cell;
+use crate::simd::octet::{Chunk, Octet};
+use crate::two_float::LANES;
+
+/// A slice of `cells`; beyond the end the last cell repeats, in `buffer`.
+#[inline(always)]
+pub(crate) fn eight<'a>(cells: &'a [Cell], slice: usize, buffer: &'a mut Chunk) -> &'a Chunk {
+    match cells.get(slice * LANES..).and_then(|left| left.first_chunk()) {
+        Some(chunk) => chunk,
+        None => {
+            let mut left = cells.get(slice * LANES..).unwrap_or(&[]).iter();
+            for slot in &mut *buffer {
+                *slot = left.next().or(cells.last()).copied().unwrap_or(Cell::ZERO);
+            }
+            buffer
+        }
+    }
+}
+
+/// A slice of values a cell; beyond the end 0.
+#[inline(always)]
+pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
+    match values.get(slice * LANES..).and_then(|left| left.first_chunk()) {
+        Some(values) => *values,
+        None => {
+            let mut left = values.get(slice * LANES..).unwrap_or(&[]).iter();
+            [0.0; LANES].map(|zero| left.next().copied().unwrap_or(zero))
+        }
+    }
+}
+
+/// Writes a slice as pairs of cells; what lies beyond the end is dropped.
+#[inline(always)]
+pub(crate) fn put_pairs<V: Octet>(cells: &mut [Cell], slice: usize, pairs: [V; 4]) {
+    let [a, b, c, d] = pairs;
+    let mut buffer = [Cell::ZERO; LANES];
+    let whole = cells.get_mut(slice * LANES..).and_then(|left| left.first_chunk_mut());
+    let is_whole = whole.is_some();
+    let chunk = whole.unwrap_or(&mut buffer);
+    a.put_pair(chunk, 0);
+    b.put_pair(chunk, 1);
+    c.put_pair(chunk, 2);
+    d.put_pair(chunk, 3);
+    if !is_whole {
+        put_last(cells, slice, &buffer);
+    }
+}
+
+/// Writes a slice from its lanes; what lies beyond the end is dropped.
+#[inline(always)]
+pub(crate) fn put_lanes<V: Octet>(cells: &mut [Cell], slice: usize, lanes: [V; 4]) {
+    match cells.get_mut(slice * LANES..).and_then(|left| left.first_chunk_mut()) {
+        Some(chunk) => V::put_transposed(lanes, chunk),
+        None => {
+            let mut buffer = [Cell::ZERO; LANES];
+            V::put_transposed(lanes, &mut buffer);
+            put_last(cells, slice, &buffer);
+        }
+    }
+}
+
+#[cold]
+fn put_last(cells: &mut [Cell], slice: usize, chunk: &Chunk) {
+    let last = cells.get_mut(slice * LANES..).unwrap_or(&mut []);
+    for (cell, value) in last.iter_mut().zip(chunk) {
+        *cell = *value;
+    }
+}
+
+/// What an update did.
+pub(crate) struct Moved {
+    /// Slices whose cells moved and whose neighbours may be asleep.
+    pub slices: SliceSet,
+    /// Largest magnitude of a coordinate.
+    pub peak: f32,
+}
+
+impl Moved {
+    pub const NOTHING: Self = Self { slices: SliceSet::EMPTY, peak: 0.0 };
+
+    /// Takes in a peak by lane.
+    #[inline(always)]
+    pub fn reach<V: Octet>(&mut self, peak: V) {
+        let mut lanes = [0.0; LANES];
+        peak.store(&mut lanes);
+        for lane in lanes {
+            self.peak = if lane > self.peak { lane } else { self.peak };
+        }
+    }
+}
