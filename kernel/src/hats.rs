@@ -224,23 +224,22 @@ fn columns<V: Octet, const N: usize>(
     g: &[Eight],
     c: &mut [Eight],
 ) {
-    let mut sum = [[V::splat(0.0); N]; 3];
+    let mut sums = [[V::splat(0.0); 3]; N];
     let axis = |axis: usize| vector(g, octets, axis).as_flattened();
     let g = axis(0).iter().zip(axis(1)).zip(axis(2));
     for (row, ((&x, &y), &z)) in inverse.chunks_exact(octets).zip(g) {
-        let Some(here) = row.get(block..).and_then(|row| row.first_chunk::<N>()) else { continue };
+        let here = row.get(block..).and_then(|row| row.first_chunk::<N>());
+        let Some(here) = here else { continue };
         let (x, y, z) = (V::splat(x), V::splat(y), V::splat(z));
-        let mut at = 0;
-        while at < N {
-            let b = V::load(&here[at]);
-            sum[0][at] = sum[0][at].plus(b.times(x));
-            sum[1][at] = sum[1][at].plus(b.times(y));
-            sum[2][at] = sum[2][at].plus(b.times(z));
-            at += 1;
+        for ([sum_x, sum_y, sum_z], b) in sums.iter_mut().zip(here) {
+            let b = V::load(b);
+            *sum_x = sum_x.plus(b.times(x));
+            *sum_y = sum_y.plus(b.times(y));
+            *sum_z = sum_z.plus(b.times(z));
         }
     }
-    for (axis, sum) in sum.iter().enumerate() {
-        for (at, sum) in sum.iter().enumerate() {
+    for (at, sums) in sums.into_iter().enumerate() {
+        for (axis, sum) in sums.into_iter().enumerate() {
             if let Some(slot) = c.get_mut(axis * octets + block + at) {
                 sum.store(slot);
             }

@@ -45,13 +45,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let chosen = self.contacts.len().min(self.head.chosen);
         let (contacts, _) = self.contacts.split_at_mut(chosen);
         let room = &mut *self.room;
-        let mut tick = Tick { network, head: self.head, state, residual, own, room, contacts, flags };
+        let mut tick =
+            Tick { network, head: self.head, state, residual, own, room, contacts, flags };
         tick.hold_or_release(&sample);
         if tick.head.engaged {
             tick.pull(&sample);
         }
         tick.unload();
         tick.sweep();
+        tick.settle();
         tick.output()
     }
 
@@ -211,13 +213,6 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// The constant number of link passes.
     fn sweep(&mut self) {
         let held: &[Contact] = if self.head.engaged { self.contacts } else { &[] };
-        let (state, own, residual) = (&*self.state, &*self.own, &*self.residual);
-        self.head.awake.settle(self.network.model(), |slice| {
-            (slice * LANES..(slice + 1) * LANES).all(|cell| {
-                residual.get(cell).is_none_or(|r| *r == Cell::ZERO)
-                    && D::is_still(state, own, cell)
-            })
-        });
         let mut body = Body {
             links: Links {
                 model: self.network.model(),
@@ -239,6 +234,16 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 self.flags.insert(Flags::ROLLED_BACK);
             }
         }
+    }
+
+    /// Puts parts of the body to sleep: behind the sweeps, before anything else can move a cell.
+    fn settle(&mut self) {
+        let (state, own, residual) = (&*self.state, &*self.own, &*self.residual);
+        self.head.awake.settle(self.network.model(), |slice| {
+            (slice * LANES..(slice + 1) * LANES).all(|cell| {
+                residual.get(cell).is_none_or(|r| *r == Cell::ZERO) && D::is_still(state, own, cell)
+            })
+        });
     }
 
     /// Force and energy of the state after the last update.

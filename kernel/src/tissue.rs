@@ -1,8 +1,8 @@
 //! The mutable half: statically sized arrays, and the size-erased view that does the work.
 
+use crate::awake::Awake;
 use crate::cell::{Cell, output};
 use crate::contact::{self, Contact, ContactError};
-use crate::awake::Awake;
 use crate::dynamics::{CellArrays, Dynamics, Level, Octets};
 use crate::float_env::{self, FloatEnvironmentError};
 use crate::hash::state_hash;

@@ -148,7 +148,10 @@ fn the_level_never_rises_while_nothing_outside_acts() {
             for tick in 222..level_j.len() {
                 assert!(level_j[tick] <= level_j[tick - 1], "alpha {alpha} tick {tick}");
             }
-            assert!(level_j.last().unwrap() < &level_j[HELD_TICKS as usize], "it relaxes");
+            let (last, held) = (level_j[level_j.len() - 1], level_j[HELD_TICKS as usize - 1]);
+            // With slack the pressed body may have come to rest without tension.
+            let relaxed = last < held || (alpha != "0" && held == 0.0);
+            assert!(relaxed, "alpha {alpha}: {last:e} after {held:e}");
             assert!(level_j.iter().all(|&level| level >= 0.0));
         }
     }

@@ -2,7 +2,7 @@
 //! over six decades, alpha from 0 to 0.99, pushed, torn and let go.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
@@ -17,6 +17,8 @@ struct Case {
     fixed: Vec<u32>,
     alpha: f64,
     stiffness_n_per_m: Vec<f64>,
+    /// Distance of the hats in mean link lengths.
+    hats: Option<f64>,
     sweeps: u16,
 }
 
@@ -29,8 +31,9 @@ fn case(floating: bool) -> impl Strategy<Value = Case> {
         let fixed = prop::collection::vec(0..n as u32 - 1, 1..3);
         let alpha = prop_oneof![Just(0.0), 0.0..0.99];
         let decades = prop::collection::vec(-3.0_f64..3.0, n);
-        (nodes, chords, parents, fixed, alpha, decades, 1_u16..5).prop_map(
-            move |(nodes_m, chords, parents, mut fixed, alpha, decades, sweeps)| {
+        let hats = prop::option::of(1.0_f64..4.0);
+        (nodes, chords, parents, fixed, alpha, decades, (hats, 1_u16..5)).prop_map(
+            move |(nodes_m, chords, parents, mut fixed, alpha, decades, (hats, sweeps))| {
                 let tree = parents.iter().enumerate().map(|(i, parent)| {
                     let child = i as u32 + 1;
                     [parent.index(i + 1) as u32, child]
@@ -45,7 +48,7 @@ fn case(floating: bool) -> impl Strategy<Value = Case> {
                     fixed.clear();
                 }
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
-                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, sweeps }
+                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, hats, sweeps }
             },
         )
     })
@@ -64,6 +67,7 @@ impl Case {
         let options = BakeOptions {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
+            hats: self.hats.map_or(HatSpacing::None, HatSpacing::Links),
             ..options
         };
         bake(&mesh, &self.fixed, &options).unwrap()
@@ -259,12 +263,22 @@ proptest! {
 
     /// The vector unit gives the bits of the scalar pass, coincident and flattened cells included.
     #[test]
-    fn vectors_change_no_bit(mut case in case(false), moves in moves(), scheme in schemes(),
-                             flat in any::<bool>()) {
-        case.stiffness_n_per_m = vec![20.0];
+    fn vectors_change_no_bit(case in case(false), moves in moves(), scheme in schemes(),
+                             flat in any::<bool>(), varied in any::<[bool; 2]>()) {
         let mesh = Mesh { nodes_m: case.nodes_m.clone(), links: case.links.clone(),
             ..Mesh::default() };
-        let options = BakeOptions { alpha: PerCell::Uniform(case.alpha), ..BakeOptions::default() };
+        let nodes = case.nodes_m.len();
+        let alphas = (0..nodes).map(|node| case.alpha * (node % 3) as f64 / 3.0).collect();
+        let options = BakeOptions {
+            alpha: if varied[0] { PerCell::Each(alphas) } else { PerCell::Uniform(case.alpha) },
+            stiffness_n_per_m: if varied[1] {
+                PerCell::Each(case.stiffness_n_per_m.clone())
+            } else {
+                PerCell::Uniform(20.0)
+            },
+            hats: case.hats.map_or(HatSpacing::None, HatSpacing::Links),
+            ..BakeOptions::default()
+        };
         let image = bake(&mesh, &case.fixed, &options).unwrap();
         let mut engines = [(); 2].map(|()| case.engine(&image, scheme, Unloading::Release));
         engines[0].go_scalar();

@@ -90,7 +90,9 @@ fn extent(rest: &[[f32; 3]]) -> ([f64; 3], [f64; 3]) {
 /// Weights of a cell at the corners of its box, x slowest, as the kernel reads them.
 fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
     let side = |corner: usize, bit: usize, t: f64| if corner >> bit & 1 == 1 { t } else { 1.0 - t };
-    std::array::from_fn(|corner| (side(corner, 2, x) * side(corner, 1, y) * side(corner, 0, z)) as f32)
+    std::array::from_fn(|corner| {
+        (side(corner, 2, x) * side(corner, 1, y) * side(corner, 0, z)) as f32
+    })
 }
 
 /// The free cells by box, with their weights; the numbers of the hats.

@@ -146,7 +146,9 @@ fn spacing(text: &str) -> Result<HatSpacing> {
         "auto" => Ok(HatSpacing::BySize),
         "none" => Ok(HatSpacing::None),
         number => number.parse().map(HatSpacing::Links).map_err(|_| {
-            Error::input(format!("--hats {number}: give a distance in mean link lengths, none or auto"))
+            Error::input(format!(
+                "--hats {number}: give a distance in mean link lengths, none or auto"
+            ))
         }),
     }
 }

@@ -100,9 +100,12 @@ mod tests {
 
     #[test]
     fn what_cannot_be_used_is_forgotten() {
-        for (rz, rs, rz_last, before) in
-            [(0.0, 0.0, 0.0, 0.0), (1e-45, 1.0, 1.0, 2.0), (1.0, 0.5, 0.0, 0.1), (1.0, f32::NAN, 0.0, 1.0)]
-        {
+        for (rz, rs, rz_last, before) in [
+            (0.0, 0.0, 0.0, 0.0),
+            (1e-45, 1.0, 1.0, 2.0),
+            (1.0, 0.5, 0.0, 0.1),
+            (1.0, f32::NAN, 0.0, 1.0),
+        ] {
             assert_eq!(Last::Secant(before).choose(Products { rz, rs, rz_last }), [1.0, 0.0]);
         }
         let any = Products { rz: 1.0, rs: -1.0, rz_last: 0.0 };

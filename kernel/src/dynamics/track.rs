@@ -137,15 +137,16 @@ impl Work for Step<'_, '_> {
             let mobility = eight_values(arrays.model.mobility, slice);
             let (mut last, mut next, mut ahead) = ([zero; 4], [zero; 4], [zero; 4]);
             let mut changed = zero;
-            for pair in 0..4 {
+            let slots = last.iter_mut().zip(&mut next).zip(&mut ahead);
+            for (pair, ((last, next), ahead)) in slots.enumerate() {
                 let z = V::pair(residual, pair).times(V::spread(&mobility, pair)).positions();
                 let y = V::pair(at, pair);
                 let way = y.minus(V::pair(before, pair));
-                last[pair] = y;
-                next[pair] = y.plus(z);
-                ahead[pair] = y.plus(alpha.times(z)).plus(beta.times(way));
-                changed = changed.larger_magnitude(ahead[pair].minus(y));
-                peak = peak.larger_magnitude(next[pair]).larger_magnitude(ahead[pair]);
+                *last = y;
+                *next = y.plus(z);
+                *ahead = y.plus(alpha.times(z)).plus(beta.times(way));
+                changed = changed.larger_magnitude(ahead.minus(y));
+                peak = peak.larger_magnitude(*next).larger_magnitude(*ahead);
             }
             put_pairs(arrays.published, slice, next);
             put_pairs(arrays.before, slice, last);
@@ -178,7 +179,8 @@ impl Work for CoarseStep<'_, '_> {
             let corners = hats::corners::<V>(&self.hats, self.room, at_box);
             let entries = range(self.hats.rows, at_box);
             let cells = self.hats.cells.get(entries.clone()).unwrap_or(&[]);
-            for (&cell, weights) in cells.iter().zip(self.hats.weights.get(entries).unwrap_or(&[])) {
+            for (&cell, weights) in cells.iter().zip(self.hats.weights.get(entries).unwrap_or(&[]))
+            {
                 let cell = usize::from(cell);
                 let (Some(x), Some(y), Some(last), Some(r), Some(&mobility)) = (
                     published.get_mut(cell),
@@ -232,8 +234,7 @@ impl<const ROOM: usize> Track<ROOM> {
         });
         let level = *body.level;
         body.level.certify(energy.minus(decrease(fine, coarse)));
-        let products =
-            Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
+        let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
         let [alpha, beta] = self.last.choose(products);
         let (awake, residual) = (&*body.awake, &*body.residual);
         let arrays = Arrays { model, awake, published, at, before, residual, alpha, beta };

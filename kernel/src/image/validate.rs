@@ -192,20 +192,22 @@ fn slices(model: &Model<'_>) -> Result<(), ModelError> {
 /// Alpha and weight of each slot are those of its link; padding has weight 1 and no alpha.
 fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(slices) = model.slices else { return Ok(()) };
-    let check = |kind: u32, values: Option<&[[f32; LANES]]>, padding: f32, of: &dyn Fn(usize) -> f32| {
-        let Some(values) = values else { return Ok(()) };
-        for cell in 0..model.cells() {
-            let mut links = model.neighbours(cell);
-            for group in range(slices.rows, cell / LANES) {
-                let value = values.get(group).and_then(|lanes| lanes.get(cell % LANES)).copied();
-                let wanted = links.next().map_or(padding, |(link, _)| of(link));
-                if value.map(f32::to_bits) != Some(wanted.to_bits()) {
-                    return Err(ModelError::Value(kind, at(group)));
+    let check =
+        |kind: u32, values: Option<&[[f32; LANES]]>, padding: f32, of: &dyn Fn(usize) -> f32| {
+            let Some(values) = values else { return Ok(()) };
+            for cell in 0..model.cells() {
+                let mut links = model.neighbours(cell);
+                for group in range(slices.rows, cell / LANES) {
+                    let value =
+                        values.get(group).and_then(|lanes| lanes.get(cell % LANES)).copied();
+                    let wanted = links.next().map_or(padding, |(link, _)| of(link));
+                    if value.map(f32::to_bits) != Some(wanted.to_bits()) {
+                        return Err(ModelError::Value(kind, at(group)));
+                    }
                 }
             }
-        }
-        Ok(())
-    };
+            Ok(())
+        };
     check(kind::SLICE_ALPHAS, slices.alphas, 0.0, &|link| model.link_alpha(link))?;
     check(kind::SLICE_WEIGHTS, slices.weights, 1.0, &|link| model.link_weight(link))
 }

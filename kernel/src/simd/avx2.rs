@@ -250,9 +250,8 @@ impl Octet for Avx2 {
             let all = _mm256_loadu_ps(values.as_ptr());
             let first = 2 * pair as i32;
             let second = first + 1;
-            let order = _mm256_setr_epi32(
-                first, first, first, first, second, second, second, second,
-            );
+            let order =
+                _mm256_setr_epi32(first, first, first, first, second, second, second, second);
             _mm256_permutevar8x32_ps(all, order)
         })
     }

@@ -1,6 +1,6 @@
 //! Loops over slices of eight cells, on vector units chosen at run time; the same bits everywhere.
 //!
-//! A loop is written once, as [`Work`] over the eight lanes of an [`Octet`], and compiled for each
+//! A loop is written once, as `Work` over the eight lanes of an `Octet`, and compiled for each
 //! unit: AVX2 on x86-64, NEON on aarch64, plain Rust elsewhere.
 
 #[cfg(target_arch = "x86_64")]

@@ -73,8 +73,8 @@ impl<R: Reduce> Work for SlicedPass<'_, '_, R> {
         if self.at.len() != cells || self.residual.len() != cells {
             return;
         }
-        let varied = self.slices.weights.is_some()
-            || !self.links.closed && self.slices.alphas.is_some();
+        let varied =
+            self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some();
         for slice in self.awake.iter(self.links.model.slice_count()) {
             if varied {
                 self.slice::<V, true>(slice);
