@@ -9,4 +9,5 @@ pub mod interrupt;
 pub mod mesh;
 pub mod output;
 pub mod path;
+pub mod reference;
 pub mod terminal;
