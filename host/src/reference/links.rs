@@ -179,7 +179,8 @@ impl Links {
     /// Energy E = sum of w d^2 / 4.
     #[must_use]
     pub fn energy(&self, p: &[[f64; 3]]) -> f64 {
-        let term = |link| self.pull(link, p).map_or(0.0, |pull| self.weight[link] * pull.excess.powi(2));
+        let term =
+            |link| self.pull(link, p).map_or(0.0, |pull| self.weight[link] * pull.excess.powi(2));
         0.25 * (0..self.ends.len()).map(term).sum::<f64>()
     }
 
@@ -193,11 +194,8 @@ impl Links {
             let wd = self.weight[link] * pull.excess;
             energy += 0.25 * wd * pull.excess;
             let [i, j] = ends.map(|end| end as usize);
-            for axis in 0..3 {
-                let force = 0.5 * wd * pull.direction[axis];
-                residual[i][axis] += force;
-                residual[j][axis] -= force;
-            }
+            residual[i] = plus(residual[i], 0.5 * wd, pull.direction);
+            residual[j] = plus(residual[j], -0.5 * wd, pull.direction);
         }
         energy
     }
@@ -208,9 +206,7 @@ impl Links {
     pub fn force(&self, p: &[[f64; 3]], of: &[usize]) -> [f64; 3] {
         let mut residual = vec![[0.0; 3]; p.len()];
         self.residual(p, &mut residual);
-        of.iter().fold([0.0; 3], |sum, &cell| {
-            std::array::from_fn(|axis| sum[axis] + residual[cell][axis])
-        })
+        of.iter().fold([0.0; 3], |sum, &cell| plus(sum, 1.0, residual[cell]))
     }
 
     /// Second derivative of E at `p`, link by link, the links between two cells that are not free
@@ -237,7 +233,14 @@ impl Links {
             };
             all.push(LinkCurvature {
                 ends,
-                block: [block(0, 0), block(1, 1), block(2, 2), block(0, 1), block(0, 2), block(1, 2)],
+                block: [
+                    block(0, 0),
+                    block(1, 1),
+                    block(2, 2),
+                    block(0, 1),
+                    block(0, 2),
+                    block(1, 2),
+                ],
             });
         }
         all
@@ -265,6 +268,12 @@ pub(super) fn symmetric_times(block: &[f64; 6], v: [f64; 3]) -> [f64; 3] {
 #[inline]
 pub(super) fn difference(from: [f64; 3], to: [f64; 3]) -> [f64; 3] {
     [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+}
+
+/// `a + factor b`.
+#[inline]
+pub(super) fn plus(a: [f64; 3], factor: f64, b: [f64; 3]) -> [f64; 3] {
+    [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]]
 }
 
 #[inline]
@@ -315,10 +324,8 @@ mod tests {
                 for link in &curvature {
                     let [i, j] = link.ends.map(|end| end as usize);
                     let pulled = symmetric_times(&link.block, difference(unit[j], unit[i]));
-                    for axis in 0..3 {
-                        product[i][axis] += pulled[axis];
-                        product[j][axis] -= pulled[axis];
-                    }
+                    product[i] = plus(product[i], 1.0, pulled);
+                    product[j] = plus(product[j], -1.0, pulled);
                 }
                 for other in 0..4 {
                     for x in 0..3 {

@@ -6,7 +6,7 @@
 //! body that buckles leaves the saddle downhill. No cell moves more than a quarter of a mean rest
 //! length an iteration, which keeps the descent in the valley of its start.
 
-use super::links::{Held, LinkCurvature, Links, difference, dot, norm, symmetric_times};
+use super::links::{Held, LinkCurvature, Links, difference, dot, plus, symmetric_times};
 
 /// Most Newton steps; a warm start takes about ten, a fold a few hundred.
 const ITERATIONS_MAX: usize = 2000;
@@ -219,10 +219,8 @@ impl<'a> Descent<'a> {
         for link in curvature {
             let [i, j] = link.ends.map(|end| end as usize);
             let pulled = symmetric_times(&link.block, difference(v[j], v[i]));
-            for axis in 0..3 {
-                product[i][axis] += pulled[axis];
-                product[j][axis] -= pulled[axis];
-            }
+            product[i] = plus(product[i], 1.0, pulled);
+            product[j] = plus(product[j], -1.0, pulled);
         }
         for (x, &free) in product.iter_mut().zip(&self.free) {
             if !free {
@@ -240,10 +238,6 @@ fn inner(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| dot(*a, *b)).sum()
 }
 
-fn plus(a: [f64; 3], factor: f64, b: [f64; 3]) -> [f64; 3] {
-    [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]]
-}
-
 fn add(a: &mut [[f64; 3]], factor: f64, b: &[[f64; 3]]) {
     for (a, b) in a.iter_mut().zip(b) {
         *a = plus(*a, factor, *b);
@@ -252,6 +246,7 @@ fn add(a: &mut [[f64; 3]], factor: f64, b: &[[f64; 3]]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::links::norm;
     use super::*;
 
     /// A straight chain of three cells, its ends pressed together: the middle one is on the saddle.

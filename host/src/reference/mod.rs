@@ -6,8 +6,10 @@
 
 mod links;
 mod minimum;
+mod npz;
 mod trajectory;
 
 pub use links::{Held, Links};
 pub use minimum::{Minimum, minimum};
+pub use npz::Npz;
 pub use trajectory::trajectory;

@@ -4,7 +4,7 @@
 //! Wanner, Solving Ordinary Differential Equations I, section II.4 and II.5). A page of our own:
 //! the crates at hand keep every step of every unknown, which here are thousands of both.
 
-use super::links::{Held, Links};
+use super::links::{Held, Links, plus};
 
 /// Coefficients of the stages; the last row is the solution of order 5 too.
 const A: [&[f64]; 7] = [
@@ -91,9 +91,7 @@ fn error(stages: &[Vectors; 7], h: f64) -> f64 {
 
 fn add(a: &mut [[f64; 3]], factor: f64, b: &[[f64; 3]]) {
     for (a, b) in a.iter_mut().zip(b) {
-        for axis in 0..3 {
-            a[axis] += factor * b[axis];
-        }
+        *a = plus(*a, factor, *b);
     }
 }
 
