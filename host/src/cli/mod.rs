@@ -12,6 +12,9 @@ mod scene;
 mod serve;
 mod session;
 
+pub(crate) use scene::automatic;
+pub(crate) use session::inward;
+
 use clap::{Parser, Subcommand};
 
 use crate::error::Result;
