@@ -10,6 +10,7 @@ pub mod interrupt;
 pub mod mesh;
 pub mod output;
 pub mod path;
+pub mod plot;
 pub mod reference;
 pub mod report;
 pub mod terminal;
