@@ -6,6 +6,7 @@ mod cosim;
 mod info;
 mod latency;
 mod model_file;
+mod report;
 mod reports;
 mod run;
 mod scene;
@@ -36,6 +37,7 @@ enum Command {
     Control(control::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    Report(report::Args),
 }
 
 impl Cli {
@@ -52,6 +54,7 @@ impl Cli {
             Command::Control(args) => control::execute(&args),
             Command::Cosim(args) => cosim::execute(&args),
             Command::Latency(args) => latency::execute(&args),
+            Command::Report(args) => report::execute(&args),
         }
     }
 }

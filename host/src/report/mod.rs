@@ -1,14 +1,19 @@
 //! `chaincell report`: speed against error, measured and written down.
 
+pub mod collect;
 pub mod exact;
 pub mod flow;
 pub mod growth;
+pub mod machine;
 pub mod pareto;
+pub mod pictures;
 pub mod press;
 pub mod quiet;
 pub mod scene;
 pub mod settle;
+pub mod tables;
 pub mod worst;
+pub mod write;
 
 use clap::ValueEnum;
 

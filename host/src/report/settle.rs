@@ -30,6 +30,8 @@ pub struct Settled {
     pub method: String,
     /// Sweeps until field and force stay within their bounds.
     pub sweeps: usize,
+    /// Whether it settles within the sweeps that were tried.
+    pub settles: bool,
     /// Sweeps until the field does.
     pub field_sweeps: usize,
     /// Sweeps until the force does.
@@ -228,6 +230,8 @@ impl<'s> Press<'s> {
             }
         }
         let sweeps = field_sweeps.max(force_sweeps);
+        // What still moves out of the bounds halfway to the end has no converged value to settle at.
+        let settles = sweeps <= CONVERGED / 2;
         let mut times = Latencies::new()?;
         for _ in 0..self.rounds {
             times.record(method.timed(sweeps)?);
@@ -237,6 +241,7 @@ impl<'s> Press<'s> {
             scene: self.scene.name,
             method: name,
             sweeps,
+            settles,
             field_sweeps,
             force_sweeps,
             ms: p50 as f64 * 1e-6,

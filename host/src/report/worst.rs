@@ -15,7 +15,7 @@ use chaincell_kernel::{Model, ToolSample};
 use nalgebra::Vector3;
 
 /// Factor of the positions.
-const SCALE: f32 = 1.5;
+pub const SCALE: f32 = 1.5;
 /// Ticks of a row's worst case.
 const TICKS: usize = 25;
 
