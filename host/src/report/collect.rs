@@ -104,6 +104,9 @@ pub struct Report {
     pub press: BTreeMap<&'static str, Settled>,
     /// `track` within the budget.
     pub track: Option<Track>,
+    /// Its errors during the press, by tick.
+    #[serde(skip)]
+    pub budget_path: Vec<(usize, Errors)>,
     /// Scenes of the presses.
     pub scenes: Vec<SceneFigures>,
     /// One row a scene, scheme and number of sweeps.
@@ -240,8 +243,12 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
             others.push(Scene::organ(0.0)?);
         }
     }
-    let stride = if options.quick { 10 } else { 5 };
     for (at, scene) in std::iter::once(main).chain(&others).enumerate() {
+        let stride = match (options.quick, at) {
+            (true, _) => 10,
+            (false, 0) => 1,
+            (false, _) => 5,
+        };
         let exact = ExactPress::follow(scene, stride, |ticks| bar.inc(ticks))?;
         let model = scene.model()?;
         report.scenes.push(SceneFigures {
@@ -256,7 +263,12 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
             moments: exact.moments.len(),
         });
         if at == 0 {
-            report.track = Some(track(scene, &exact)?);
+            let (track, row) = track(scene, &exact)?;
+            report.track = Some(track);
+            report.budget_path.clone_from(&row.path);
+            if !sweeps(options).contains(&row.sweeps) {
+                report.rows.push(row);
+            }
             step(bar)?;
         }
         for &scheme in Scheme::value_variants() {
@@ -270,7 +282,7 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
 }
 
 /// `track` with as many sweeps as the budget allows.
-fn track(scene: &Scene, exact: &ExactPress) -> Result<Track> {
+fn track(scene: &Scene, exact: &ExactPress) -> Result<(Track, PressRow)> {
     let p50 = |sweeps: u16| Ok::<_, Error>(press::tick_times(scene, Scheme::Track, sweeps)?.p50);
     let guess = u64::from(8_u16) * BUDGET_NS / p50(8)?.max(1);
     let mut sweeps = u16::try_from(guess).unwrap_or(SWEEPS_MAX).clamp(1, SWEEPS_MAX);
@@ -281,7 +293,7 @@ fn track(scene: &Scene, exact: &ExactPress) -> Result<Track> {
         sweeps -= 1;
     }
     let row = press::run(scene, exact, Scheme::Track, sweeps)?;
-    Ok(Track {
+    let track = Track {
         scene: scene.name,
         sweeps,
         tick_ns_p50: row.tick_ns.p50,
@@ -292,5 +304,6 @@ fn track(scene: &Scene, exact: &ExactPress) -> Result<Track> {
         snaps: exact.snaps.clone(),
         lag_ticks: row.lag_ticks,
         largest_in_snaps: row.largest_in_snaps,
-    })
+    };
+    Ok((track, row))
 }

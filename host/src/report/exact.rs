@@ -184,3 +184,35 @@ pub fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let pairs = a.as_flattened().iter().zip(b.as_flattened());
     pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jump_of_the_path_is_a_snap_and_told_once() {
+        let moment = |tick: usize, u: f64| Moment {
+            tick,
+            field: vec![[u, 0.0, 0.0]],
+            force_n: [0.0; 3],
+            energy: 0.0,
+        };
+        let path =
+            [(0, 0.0), (5, 0.5), (10, 1.0), (15, 1.5), (16, 0.9), (17, 0.5), (18, 0.6), (23, 1.1)];
+        let moments: Vec<Moment> = path.iter().map(|&(tick, u)| moment(tick, u)).collect();
+        assert_eq!(snaps(&moments), [16]);
+        assert!(snaps(&moments[..4]).is_empty());
+    }
+
+    #[test]
+    fn a_path_has_its_moments_and_the_last_one_stands_for_what_follows() {
+        let exact = ExactPress::follow(&Scene::plane(true).unwrap(), 50, |_| ()).unwrap();
+        let ticks: Vec<usize> = exact.moments.iter().map(|moment| moment.tick).collect();
+        assert_eq!(ticks, [50, 100, 150, 200, 250, 300]);
+        assert!(exact.at(60).is_none() && exact.residual_max <= RESIDUAL);
+        assert_eq!(exact.at(320).map(|moment| moment.tick), Some(300));
+        // The held cell itself has the depth of the press.
+        let deepest = exact.last().field.iter().map(|u| norm(&[*u])).fold(0.0, f64::max);
+        assert!((deepest - DEPTH_LINKS).abs() < 1e-12, "{deepest}");
+    }
+}

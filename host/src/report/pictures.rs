@@ -1,9 +1,11 @@
 //! The charts of a report.
 
-use super::collect::{BUDGET_NS, Report};
+use clap::ValueEnum;
+
+use super::collect::{BUDGET_NS, Report, Track};
 use super::name;
 use super::pareto::front;
-use super::press::PressRow;
+use super::press::{Errors, PressRow};
 use crate::engine::Scheme;
 use crate::error::Result;
 use crate::output::Folder;
@@ -12,10 +14,12 @@ use crate::plot::{Axis, Chart, Style};
 /// Errors below this are drawn at it \[%\].
 const LEAST: f64 = 1e-3;
 
-/// Rows of the main body.
+/// Rows of the main body, ascending in sweeps.
 pub fn main_rows(report: &Report) -> Vec<&PressRow> {
     let main = report.scenes.first().map_or("", |scene| scene.name);
-    report.rows.iter().filter(|row| row.scene == main).collect()
+    let mut rows: Vec<&PressRow> = report.rows.iter().filter(|row| row.scene == main).collect();
+    rows.sort_by_key(|row| row.sweeps);
+    rows
 }
 
 /// Time of a tick \[us\] and error of a row \[%\].
@@ -53,6 +57,10 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'st
             caption,
         )?;
     }
+    if let Some(track) = &report.track {
+        let caption = "track in half a millisecond a tick: its errors during the press";
+        put(time(report, track), "report_time", caption)?;
+    }
     if !report.flow.is_empty() {
         put(flow(report), "report_flow", "euler against the exact trajectory of the plane")?;
     }
@@ -78,9 +86,7 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
         .vertical(BUDGET_NS as f64 * 1e-3, "0.5 ms")
         .vertical(1000.0, "1 ms")
         .horizontal(7.0, "7 %: noticed");
-    let mut schemes: Vec<Scheme> = rows.iter().map(|row| row.scheme).collect();
-    schemes.dedup();
-    for scheme in schemes {
+    for &scheme in Scheme::value_variants() {
         let of_scheme = rows.iter().filter(|row| row.scheme == scheme);
         let points: Vec<[f64; 2]> = of_scheme.map(|row| point(row, error)).collect();
         chart = chart.series(&name(scheme), Style::MarkedLine, &points);
@@ -94,6 +100,21 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
         chart = chart.note(points[at], &text);
     }
     chart
+}
+
+/// Errors of `track` within the budget over the ticks of the press, snaps marked.
+fn time(report: &Report, track: &Track) -> Chart {
+    let title = format!("track, {} sweeps a tick ({})", track.sweeps, track.scene);
+    let of = |error: fn(&Errors) -> f64| -> Vec<[f64; 2]> {
+        let path = report.budget_path.iter();
+        path.map(|(tick, errors)| [*tick as f64, (100.0 * error(errors)).max(LEAST)]).collect()
+    };
+    let axes = (Axis::linear("time since the tool touched [ms]"), Axis::log10("error [%]"));
+    let chart = Chart::new(&title, axes.0, axes.1)
+        .series("field", Style::Line, &of(|errors| errors.field))
+        .series("force", Style::Line, &of(|errors| errors.force))
+        .horizontal(7.0, "7 %");
+    track.snaps.iter().fold(chart, |chart, &snap| chart.vertical(snap as f64, "snap"))
 }
 
 /// Error over link passes at each moment of the plane's trajectory.

@@ -62,6 +62,9 @@ pub struct PressRow {
     pub residual: f64,
     /// Energy above the minimum 100 ms later, as a fraction of it.
     pub energy_above: f64,
+    /// Errors at every moment of the exact path, by tick.
+    #[serde(skip)]
+    pub path: Vec<(usize, Errors)>,
 }
 
 /// The tool of a press at a tick; at tick 0 it takes hold.
@@ -140,25 +143,13 @@ impl Errors {
 /// As [`engine`].
 pub fn run(scene: &Scene, exact: &ExactPress, scheme: Scheme, sweeps: u16) -> Result<PressRow> {
     let mut row = PressRow {
-        scene: scene.name,
-        scheme,
-        sweeps,
-        number: "f32",
         tick_ns: tick_times(scene, scheme, sweeps)?,
         worst_tick_ns: worst::tick_times(scene, scheme, sweeps)?,
-        largest: Errors::default(),
-        largest_in_snaps: Errors::default(),
-        lag_ticks: 0,
-        at_end: Errors::default(),
-        after_20ms: Errors::default(),
-        after_100ms: Errors::default(),
-        residual: 0.0,
-        energy_above: 0.0,
+        ..PressRow::new(scene.name, scheme, sweeps)
     };
     let mut engine = engine(scene, scheme, sweeps)?;
     let unit_m = engine.network().model().unit_m();
     let last = norm(&exact.last().field);
-    let (mut tick_before, mut lagging) = (0, None);
     for tick in 0..=PRESS_TICKS + HOLD_TICKS {
         let answer = engine.tick(&sample(scene, unit_m, depth(tick)));
         let asked = tick <= PRESS_TICKS || [20, HOLD_TICKS].contains(&(tick - PRESS_TICKS));
@@ -171,32 +162,57 @@ pub fn run(scene: &Scene, exact: &ExactPress, scheme: Scheme, sweeps: u16) -> Re
             Some(HOLD_TICKS) => row.after_100ms = now,
             _ => {}
         }
-        if (FIRST_TICK..=PRESS_TICKS).contains(&tick) {
-            if exact
-                .snaps
-                .iter()
-                .any(|&snap| (snap..snap + BEFORE_SNAP + 1).contains(&(tick + BEFORE_SNAP)))
-            {
-                lagging = Some(tick);
-            }
-            let over = now.field <= LAG && !near(&exact.snaps, tick);
-            lagging = lagging.filter(|&since| !over && tick <= since + LAG_TICKS_MAX);
-            if lagging.is_some() {
-                row.largest_in_snaps = row.largest_in_snaps.larger(now);
-                row.lag_ticks += if now.field > LAG { tick - tick_before } else { 0 };
-            } else {
-                row.largest = row.largest.larger(now);
-            }
-        }
-        tick_before = tick;
+        row.path.push((tick, now));
     }
+    row.judge(&exact.snaps);
     rest_of(&mut row, &mut engine, exact);
     Ok(row)
 }
 
-/// Whether a snap is about to come or has just come.
-fn near(snaps: &[usize], tick: usize) -> bool {
-    snaps.iter().any(|&snap| tick + BEFORE_SNAP >= snap && tick <= snap)
+impl PressRow {
+    fn new(scene: &'static str, scheme: Scheme, sweeps: u16) -> Self {
+        Self {
+            scene,
+            scheme,
+            sweeps,
+            number: "f32",
+            tick_ns: Summary::default(),
+            worst_tick_ns: Summary::default(),
+            largest: Errors::default(),
+            largest_in_snaps: Errors::default(),
+            lag_ticks: 0,
+            at_end: Errors::default(),
+            after_20ms: Errors::default(),
+            after_100ms: Errors::default(),
+            residual: 0.0,
+            energy_above: 0.0,
+            path: Vec::new(),
+        }
+    }
+
+    /// Largest errors during the press, those that follow a snap apart.
+    fn judge(&mut self, snaps: &[usize]) {
+        let (mut before, mut since) = (0, None);
+        for &(tick, now) in &self.path {
+            let stretch = tick - before;
+            before = tick;
+            if !(FIRST_TICK..=PRESS_TICKS).contains(&tick) {
+                continue;
+            }
+            let near = |&&snap: &&usize| tick + BEFORE_SNAP >= snap && tick < snap + stretch;
+            if let Some(&snap) = snaps.iter().rev().find(near) {
+                since = Some(snap);
+            } else if now.field <= LAG {
+                since = None;
+            }
+            if since.is_some_and(|snap| tick <= snap + LAG_TICKS_MAX) {
+                self.largest_in_snaps = self.largest_in_snaps.larger(now);
+                self.lag_ticks += if now.field > LAG { stretch } else { 0 };
+            } else {
+                self.largest = self.largest.larger(now);
+            }
+        }
+    }
 }
 
 /// Residual and energy of the state at the end of the hold.
@@ -213,4 +229,36 @@ fn rest_of(row: &mut PressRow, engine: &mut Engine<'_>, exact: &ExactPress) {
     let free = residual.iter().zip(exact.links.fixed()).filter(|(_, fixed)| !**fixed);
     row.residual = free.map(|(r, _)| norm(&[*r])).fold(0.0, f64::max);
     row.energy_above = energy / exact.last().energy - 1.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors that follow a snap count apart until they have come down, and no longer than a lag.
+    #[test]
+    fn lags_after_snaps_are_told_apart() {
+        let judged = |path: &[(usize, f64)], snaps: &[usize]| {
+            let mut row = PressRow::new("", Scheme::Track, 4);
+            let errors = |field: f64| Errors { field, force: 0.1 * field };
+            row.path = path.iter().map(|&(tick, field)| (tick, errors(field))).collect();
+            row.judge(snaps);
+            (row.largest.field, row.largest_in_snaps.field, row.lag_ticks)
+        };
+        let path: Vec<(usize, f64)> = (1..=PRESS_TICKS)
+            .map(|tick| match tick {
+                1..30 => (tick, 9.0),
+                200..212 => (tick, 0.5),
+                240 => (tick, 0.2),
+                _ => (tick, 0.05),
+            })
+            .collect();
+        assert_eq!(judged(&path, &[200]), (0.2, 0.5, 12));
+        assert_eq!(judged(&path, &[]), (0.5, 0.0, 0));
+        // A scheme that goes over a little early.
+        assert_eq!(judged(&path, &[204]), (0.2, 0.5, 12));
+        // One that never comes back is wrong, not late.
+        let stuck: Vec<(usize, f64)> = (1..=PRESS_TICKS).map(|tick| (tick, 0.6)).collect();
+        assert_eq!(judged(&stuck, &[100]), (0.6, 0.6, BEFORE_SNAP + LAG_TICKS_MAX + 1));
+    }
 }

@@ -108,6 +108,6 @@ mod tests {
         }
         let row = Row { name: "a,b", at: (1, 2), inner: Inner { p50: 0.5 } };
         assert_eq!(csv(&[row]), "at,inner_p50,name\n[1;2],0.5,a;b\n");
-        assert_eq!(csv::<Row>(&[]), "");
+        assert_eq!(csv(&[] as &[Row]), "");
     }
 }
