@@ -1,6 +1,7 @@
 //! Tools around the chaincell kernel: the library behind the `chaincell` command.
 
 pub mod bake;
+pub mod baseline;
 pub mod cli;
 pub mod cosim;
 pub mod engine;
@@ -9,4 +10,7 @@ pub mod interrupt;
 pub mod mesh;
 pub mod output;
 pub mod path;
+pub mod plot;
+pub mod reference;
+pub mod report;
 pub mod terminal;

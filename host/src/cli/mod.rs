@@ -6,11 +6,15 @@ mod cosim;
 mod info;
 mod latency;
 mod model_file;
+mod report;
 mod reports;
 mod run;
 mod scene;
 mod serve;
 mod session;
+
+pub(crate) use scene::automatic;
+pub(crate) use session::inward;
 
 use clap::{Parser, Subcommand};
 
@@ -33,6 +37,7 @@ enum Command {
     Control(control::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    Report(report::Args),
 }
 
 impl Cli {
@@ -49,6 +54,7 @@ impl Cli {
             Command::Control(args) => control::execute(&args),
             Command::Cosim(args) => cosim::execute(&args),
             Command::Latency(args) => latency::execute(&args),
+            Command::Report(args) => report::execute(&args),
         }
     }
 }

@@ -198,7 +198,7 @@ impl SceneArgs {
 
 /// The free surface cell farthest from the fixed cells (from the centre where none is fixed),
 /// with its free surface neighbours; any free cell where the model names no surface.
-fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
+pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
     let all: Vec<u16> = (0..model.cells() as u16).collect();
     let surface = if model.surface().is_empty() { &all } else { model.surface() };
     let at = |cell: u16| model.rest_position(cell.into());

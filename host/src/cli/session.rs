@@ -82,19 +82,27 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     let model = engine.network().model();
     let contacts = engine.contacts();
     let mut touch_m = [0.0; 3];
-    let mut inward = [0.0; 3];
     for &cell in contacts {
         let at = crate::engine::to_m(model, model.rest_position(cell.into()));
-        let normal = model.surface().binary_search(&cell).ok().and_then(|i| model.normals().get(i));
         for axis in 0..3 {
             touch_m[axis] += at[axis] / contacts.len() as f64;
-            inward[axis] -= normal.map_or(0.0, |normal| f64::from(normal[axis]));
         }
     }
-    let straight_down = [0.0, 0.0, -1.0];
-    let direction = if inward.iter().any(|&x| x != 0.0) { inward } else { straight_down };
+    let direction = inward(model, contacts);
     let depth_m = depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
     Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
+}
+
+/// Into the body at some of its cells: against the sum of their normals, straight down where they
+/// have none.
+pub fn inward(model: &Model<'_>, cells: &[u16]) -> [f64; 3] {
+    let normals = cells.iter().filter_map(|cell| {
+        model.surface().binary_search(cell).ok().and_then(|at| model.normals().get(at))
+    });
+    let inward = normals.fold([0.0; 3], |sum: [f64; 3], normal| {
+        std::array::from_fn(|axis| sum[axis] - f64::from(normal[axis]))
+    });
+    if inward.iter().any(|&x| x != 0.0) { inward } else { [0.0, 0.0, -1.0] }
 }
 
 /// The model's bytes and the poses as files that the two processes read.

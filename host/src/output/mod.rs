@@ -108,8 +108,9 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 /// Whether a run writes files of that name.
 fn is_ours(name: &str) -> bool {
     let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
+    let report = name == "REPORT.md" || name.starts_with("report_");
     let fixed = ["force.csv", "path.csv", "final.vtu", "summary.json", "model.chaincell"];
-    snapshot || fixed.contains(&name)
+    snapshot || report || fixed.contains(&name)
 }
 
 #[cfg(test)]

@@ -1,0 +1,113 @@
+//! Tables of a report, as Markdown and as CSV.
+
+/// A table of texts.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Table {
+    head: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// An empty table with a head.
+    #[must_use]
+    pub fn new(head: &[&str]) -> Self {
+        Self { head: head.iter().map(ToString::to_string).collect(), rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, row: Vec<String>) {
+        self.rows.push(row);
+    }
+
+    /// As Markdown, with an empty line behind it.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule = vec!["---".to_owned(); self.head.len()];
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        format!("{}{}{rows}\n", line(&self.head), line(&rule))
+    }
+}
+
+/// CSV of rows, their fields in alphabetical order; nested ones are named `outer_inner`, commas
+/// become semicolons.
+#[must_use]
+pub fn csv(rows: &[impl serde::Serialize]) -> String {
+    let mut text = String::new();
+    for (at, row) in rows.iter().enumerate() {
+        let mut fields = Vec::new();
+        flatten("", &serde_json::to_value(row).unwrap_or_default(), &mut fields);
+        if at == 0 {
+            let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
+            text += &format!("{}\n", names.join(","));
+        }
+        let values: Vec<&str> = fields.iter().map(|(_, value)| value.as_str()).collect();
+        text += &format!("{}\n", values.join(","));
+    }
+    text
+}
+
+fn flatten(name: &str, value: &serde_json::Value, fields: &mut Vec<(String, String)>) {
+    match value {
+        serde_json::Value::Object(inner) => {
+            for (key, value) in inner {
+                let joined = if name.is_empty() { key.clone() } else { format!("{name}_{key}") };
+                flatten(&joined, value, fields);
+            }
+        }
+        serde_json::Value::String(text) => fields.push((name.to_owned(), text.replace(',', ";"))),
+        other => fields.push((name.to_owned(), other.to_string().replace(',', ";"))),
+    }
+}
+
+/// A fraction in percent, to two significant digits.
+#[must_use]
+pub fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    match percent.abs() {
+        size if size >= 10.0 => format!("{percent:.0}"),
+        size if size >= 1.0 => format!("{percent:.1}"),
+        size if size >= 0.1 => format!("{percent:.2}"),
+        0.0 => "0".to_owned(),
+        _ => format!("{percent:.1e}"),
+    }
+}
+
+/// Nanoseconds in microseconds.
+#[must_use]
+pub fn us(ns: u64) -> String {
+    let us = ns as f64 * 1e-3;
+    if us < 10.0 { format!("{us:.2}") } else { format!("{us:.0}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_and_numbers() {
+        let mut table = Table::new(&["a", "b"]);
+        table.row(vec!["1".into(), "x".into()]);
+        assert_eq!(table.markdown(), "| a | b |\n| --- | --- |\n| 1 | x |\n\n");
+        assert_eq!([0.123, 0.0123, 0.00123, 0.0].map(percent), ["12", "1.2", "0.12", "0"]);
+        assert_eq!(percent(1e-7), "1.0e-5");
+        assert_eq!((us(1234), us(123_456)), ("1.23".into(), "123".into()));
+    }
+
+    #[test]
+    fn csv_names_nested_fields() {
+        #[derive(serde::Serialize)]
+        struct Row {
+            name: &'static str,
+            at: (u8, u8),
+            inner: Inner,
+        }
+        #[derive(serde::Serialize)]
+        struct Inner {
+            p50: f64,
+        }
+        let row = Row { name: "a,b", at: (1, 2), inner: Inner { p50: 0.5 } };
+        assert_eq!(csv(&[row]), "at,inner_p50,name\n[1;2],0.5,a;b\n");
+        assert_eq!(csv(&[] as &[Row]), "");
+    }
+}

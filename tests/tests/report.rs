@@ -1,0 +1,68 @@
+//! The report command, on generated bodies.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
+
+use std::time::Duration;
+
+use chaincell_tests::{Ended, Running, chaincell, files, run, turn};
+use serde_json::Value;
+
+fn real(value: &Value, path: &str) -> f64 {
+    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path} in {value}"))
+}
+
+/// A build with checks on a busy machine takes its time.
+const LONG: Duration = Duration::from_secs(600);
+
+/// A report on generated bodies, whatever reference data the tests have.
+fn report(out: &std::path::Path) -> Ended {
+    let arguments = ["report", "--quick", "--json", "--out", files::text(out)];
+    Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments)).end(LONG)
+}
+
+#[test]
+fn a_quick_report_has_its_figures_and_files() {
+    let place = files::scratch();
+    let out = place.path().join("report");
+    let _turn = turn();
+    let found = report(&out).with(0).json();
+    for path in ["/sweep/scalar_ns", "/sweep/simd_ns", "/rest_ns", "/local_press_ns"] {
+        assert!(real(&found, path) > 0.0, "{path}");
+    }
+    // The worst case is one: every link pulls.
+    assert_eq!(real(&found, "/sweep/taut_links"), real(&found, "/sweep/links"));
+    assert!((0.03..0.3).contains(&real(&found, "/local_press/moved")));
+    for body in ["slab", "block"] {
+        let of = |what: &str| real(&found, &format!("/press/{body}/{what}"));
+        assert!((2.0..3000.0).contains(&of("sweeps")) && of("ms") > 0.0);
+        assert!(of("off_minimum") < 0.05, "{body}: {}", of("off_minimum"));
+    }
+    assert!(real(&found, "/track/sweeps") >= 1.0);
+    let rows = found["rows"].as_array().unwrap();
+    let row = |scene: &str, scheme: &str, sweeps: u64| {
+        let is = |row: &&Value| {
+            row["scene"] == scene && row["scheme"] == scheme && row["sweeps"] == sweeps
+        };
+        rows.iter().find(is).unwrap_or_else(|| panic!("{scene} {scheme} {sweeps}"))
+    };
+    // More sweeps are nearer to the exact minimum, and 100 ms after the press nearly there.
+    let after = |sweeps| real(row("plane8", "track", sweeps), "/after_100ms/field");
+    assert!(after(16) < after(1) && after(16) < 1e-3, "{} {}", after(16), after(1));
+    assert!(real(row("organ", "track", 16), "/largest/field") > 0.0);
+    for flow in found["flow"].as_array().unwrap() {
+        assert!(real(flow, "/error") < 0.05, "{flow}");
+    }
+    assert_eq!(found["reference"], false);
+    let text = std::fs::read_to_string(out.join("REPORT.md")).unwrap();
+    assert!(text.contains("generated organ") && text.contains("| track | 16 |"), "{text}");
+    for name in ["pareto.png", "pareto.svg", "press.csv", "settle.csv", "time.csv", "growth.png"] {
+        assert!(std::fs::metadata(out.join(format!("report_{name}"))).unwrap().len() > 100);
+    }
+    let again = report(&out).with(2);
+    assert!(again.err.contains("--force"), "{}", again.err);
+}
+
+#[test]
+fn reference_data_that_is_not_there_is_named() {
+    let ended = run(["report", "--quick", "--json", "--reference", "no-such-folder"]).with(2);
+    assert!(ended.err.contains("no-such-folder"), "{}", ended.err);
+}
