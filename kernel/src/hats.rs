@@ -26,12 +26,11 @@
 //! Cost of a sweep: restriction and prolongation, 8 multiplications a cell and axis each; the
 //! product, hats^2 for each axis; 4 hats a held cell and axis.
 
-use crate::cell::Cell;
 use crate::contact::Contact;
 use crate::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
-use crate::model::{Model, range};
+use crate::model::Model;
 use crate::simd::Work;
-use crate::simd::octet::{Chunk, Octet};
+use crate::simd::octet::Octet;
 use crate::two_float::{LANES, Lanes, TwoFloat};
 
 /// Eight values.
@@ -47,15 +46,16 @@ pub const fn hats_room(hats: usize, held: usize) -> usize {
 #[derive(Clone, Copy)]
 pub(crate) struct Hats<'a> {
     pub count: usize,
-    /// Starts of the boxes' entries.
+    /// Starts of the boxes' pairs.
     pub rows: &'a [u32],
     /// Hats at the corners of each box.
     pub corners: &'a [[u16; LANES]],
-    /// Cell of each entry.
-    pub cells: &'a [u16],
-    /// Weights of each entry at the corners of its box.
-    pub weights: &'a [Eight],
-    /// Entry of each cell.
+    /// Cells of each pair.
+    pub cells: &'a [[u16; 2]],
+    /// Weights of each pair at the corners of its box: corner k of the first cell and of the
+    /// second, in turn.
+    pub weights: &'a [[Eight; 2]],
+    /// Where each cell stands among the cells of the pairs.
     pub entry: &'a [u16],
     /// Rows of the inverse.
     inverse: &'a [Eight],
@@ -69,13 +69,13 @@ impl<'a> Hats<'a> {
             _ => return Err(ModelError::Value(kind::HATS, 0)),
         };
         let corners: &[[u16; LANES]] = sections.required(kind::HAT_CORNERS)?;
-        let entries: &[u16] = sections.required(kind::HAT_CELLS)?;
+        let pairs: &[[u16; 2]] = sections.required(kind::HAT_CELLS)?;
         Ok(Some(Self {
             count,
             rows: sections.sized(kind::HAT_ROWS, corners.len() + 1)?,
             corners,
-            cells: entries,
-            weights: sections.sized(kind::HAT_WEIGHTS, entries.len())?,
+            cells: pairs,
+            weights: sections.sized(kind::HAT_WEIGHTS, pairs.len())?,
             entry: sections.sized(kind::HAT_ENTRY, cells)?,
             inverse: sections.sized(kind::HAT_INVERSE, count * count.div_ceil(LANES))?,
         }))
@@ -83,7 +83,7 @@ impl<'a> Hats<'a> {
 
     /// Octets of a vector over the hats.
     #[inline(always)]
-    fn octets(&self) -> usize {
+    pub fn octets(&self) -> usize {
         self.count.div_ceil(LANES)
     }
 
@@ -98,17 +98,23 @@ impl<'a> Hats<'a> {
         octet.and_then(|octet| octet.get(column % LANES)).copied().unwrap_or(0.0)
     }
 
+    /// Weight of an entry at a corner of its box.
+    pub fn weight(&self, entry: usize, corner: usize) -> f32 {
+        let octet = self.weights.get(entry / 2).and_then(|pair| pair.get(corner / 4));
+        octet.and_then(|octet| octet.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
+    }
+
     /// Row of P of a cell: its hats with their weights.
-    fn row_of(&self, cell: usize) -> impl Iterator<Item = (usize, f32)> {
+    fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
         let parts = entry.and_then(|entry| {
             let entry = usize::from(entry);
-            let at_box = self.rows.partition_point(|&start| start as usize <= entry);
-            Some((self.corners.get(at_box.checked_sub(1)?)?, self.weights.get(entry)?))
+            let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2);
+            Some((self.corners.get(at_box.checked_sub(1)?)?, entry))
         });
-        parts.into_iter().flat_map(|(corners, weights)| {
-            let hats = corners.iter().zip(weights).filter(|&(&hat, _)| hat != NO_HAT);
-            hats.map(|(&hat, &weight)| (usize::from(hat), weight))
+        parts.into_iter().flat_map(move |(corners, entry)| {
+            let hats = corners.iter().enumerate().filter(|&(_, &hat)| hat != NO_HAT);
+            hats.map(move |(corner, &hat)| (usize::from(hat), self.weight(entry, corner)))
         })
     }
 }
@@ -117,56 +123,6 @@ impl<'a> Hats<'a> {
 #[inline(always)]
 fn vector(room: &[Eight], octets: usize, index: usize) -> &[Eight] {
     room.get(index * octets..(index + 1) * octets).unwrap_or(&[])
-}
-
-/// P' r of the masked residuals, into the first three vectors of the room.
-pub(crate) struct Restrict<'a, 'm> {
-    pub hats: Hats<'m>,
-    pub residual: &'a [Cell],
-    pub room: &'a mut [Eight],
-}
-
-impl Work for Restrict<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: Octet>(self) {
-        let octets = self.hats.octets();
-        let Some(sums) = self.room.get_mut(..3 * octets) else { return };
-        sums.fill([0.0; LANES]);
-        for (at_box, corners) in self.hats.corners.iter().enumerate() {
-            let entries = range(self.hats.rows, at_box);
-            let cells = self.hats.cells.get(entries.clone()).unwrap_or(&[]);
-            let weights = self.hats.weights.get(entries).unwrap_or(&[]);
-            let mut sum = [V::splat(0.0); 4];
-            for (&cell, weights) in cells.iter().zip(weights) {
-                let Some(&residual) = self.residual.get(usize::from(cell)) else { continue };
-                let r = V::twice(residual);
-                sum = [
-                    sum[0].plus(V::spread(weights, 0).times(r)),
-                    sum[1].plus(V::spread(weights, 1).times(r)),
-                    sum[2].plus(V::spread(weights, 2).times(r)),
-                    sum[3].plus(V::spread(weights, 3).times(r)),
-                ];
-            }
-            let mut chunk = [Cell::ZERO; LANES];
-            sum[0].put_pair(&mut chunk, 0);
-            sum[1].put_pair(&mut chunk, 1);
-            sum[2].put_pair(&mut chunk, 2);
-            sum[3].put_pair(&mut chunk, 3);
-            let flat = sums.as_flattened_mut();
-            for (&hat, sum) in corners.iter().zip(chunk) {
-                for (axis, term) in sum.xyz().into_iter().enumerate() {
-                    let slot = axis * octets * LANES + usize::from(hat);
-                    if hat != NO_HAT
-                        && let Some(slot) = flat.get_mut(slot)
-                    {
-                        *slot += term;
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// c = B g, with the corrections of the held cells; gives g . c.
@@ -264,33 +220,6 @@ fn correct<V: Octet>(along: &[Eight], octets: usize, sign: f32, g: &[Eight], c: 
             V::load(c).plus(V::load(v).times(factor)).store(c);
         }
     }
-}
-
-/// The coarse direction at the corners of a box, ready for [`along`].
-#[inline(always)]
-pub(crate) fn corners<V: Octet>(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> [V; 4] {
-    let octets = hats.octets();
-    let c = vector(room, 3 * octets, 1).as_flattened();
-    let stride = octets * LANES;
-    let mut chunk: Chunk = [Cell::ZERO; LANES];
-    if let Some(corners) = hats.corners.get(at_box) {
-        for (cell, &hat) in chunk.iter_mut().zip(corners) {
-            let at = |axis: usize| c.get(axis * stride + usize::from(hat)).copied().unwrap_or(0.0);
-            if hat != NO_HAT {
-                *cell = Cell::at([at(0), at(1), at(2)]);
-            }
-        }
-    }
-    [V::pair(&chunk, 0), V::pair(&chunk, 1), V::pair(&chunk, 2), V::pair(&chunk, 3)]
-}
-
-/// The coarse direction at a cell, from those at the corners of its box.
-#[inline(always)]
-pub(crate) fn along<V: Octet>(corners: &[V; 4], weights: &Eight) -> Cell {
-    let term = V::spread(weights, 0).times(corners[0]);
-    let term = term.plus(V::spread(weights, 1).times(corners[1]));
-    let term = term.plus(V::spread(weights, 2).times(corners[2]));
-    term.plus(V::spread(weights, 3).times(corners[3])).folded()
 }
 
 /// Works out the corrections of the inverse for cells that the tool will hold, into the room.

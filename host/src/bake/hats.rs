@@ -100,7 +100,9 @@ struct Level {
     count: usize,
     rows: Vec<u32>,
     corners: Vec<[u16; 8]>,
+    /// In pairs: the last one of a box may stand twice.
     cells: Vec<u16>,
+    /// As `cells`, without weights for the second stand.
     weights: Vec<[f32; 8]>,
     entry: Vec<u16>,
 }
@@ -145,9 +147,18 @@ impl Level {
                 level.cells.push(cell);
                 level.weights.push(weights(inside));
             }
-            level.rows.push(level.cells.len() as u32);
+            if !level.cells.len().is_multiple_of(2) {
+                level.cells.extend(level.cells.last().copied());
+                level.weights.push([0.0; 8]);
+            }
+            level.rows.push(level.cells.len() as u32 / 2);
         }
         level
+    }
+
+    /// Whether every entry has a number of 16 bits.
+    fn is_addressable(&self) -> bool {
+        self.cells.len() <= usize::from(NO_HAT)
     }
 
     /// Row of P of a cell.
@@ -157,7 +168,7 @@ impl Level {
             return Vec::new();
         }
         let entry = usize::from(entry);
-        let at_box = self.rows.partition_point(|&start| start as usize <= entry) - 1;
+        let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2) - 1;
         let hats = self.corners[at_box].iter().zip(self.weights[entry]);
         hats.filter(|&(_, weight)| weight > 0.0)
             .map(|(&hat, weight)| (usize::from(hat), f64::from(weight)))
@@ -221,7 +232,8 @@ fn by_size(body: &Body, mobility: &[f32], has_band: bool) -> Option<f64> {
     }
     let mut spacing = SPACING_MIN;
     while spacing <= SPACING_MAX {
-        if Level::new(body, mobility, spacing).count <= HATS_DEFAULT_MAX {
+        let level = Level::new(body, mobility, spacing);
+        if level.count <= HATS_DEFAULT_MAX && level.is_addressable() {
             return Some(spacing);
         }
         spacing += 0.05;
@@ -248,6 +260,11 @@ pub(super) fn push(
     if level.count == 0 {
         return Ok(());
     }
+    if !level.is_addressable() {
+        return Err(Error::input(format!(
+            "--hats {spacing}: too many cells for hats that close; set them farther apart"
+        )));
+    }
     if level.count > HATS_MAX {
         return Err(Error::input(format!(
             "--hats {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
@@ -269,7 +286,11 @@ pub(super) fn push(
     sections.push(kind::HAT_ROWS, &level.rows);
     sections.push(kind::HAT_CORNERS, level.corners.as_flattened());
     sections.push(kind::HAT_CELLS, &level.cells);
-    sections.push(kind::HAT_WEIGHTS, level.weights.as_flattened());
+    let pairs = level.weights.chunks_exact(2);
+    let weights: Vec<f32> = pairs
+        .flat_map(|pair| (0..8).flat_map(|corner| [pair[0][corner], pair[1][corner]]))
+        .collect();
+    sections.push(kind::HAT_WEIGHTS, &weights);
     sections.push(kind::HAT_ENTRY, &level.entry);
     sections.push(kind::HAT_INVERSE, &rows);
     Ok(())

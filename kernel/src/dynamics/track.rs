@@ -39,9 +39,10 @@ use super::{Body, Dynamics};
 use crate::awake::Awake;
 use crate::cell::{Cell, add, dot, output, peak, scale, sub};
 use crate::contact::Contact;
-use crate::hats::{self, Eight, Hats, Restrict, Solve, hats_room};
-use crate::model::{Model, range};
+use crate::hats::{self, Eight, Solve, hats_room};
+use crate::model::Model;
 use crate::pass::{Reduce, totals};
+use crate::simd::coarse::{CoarseStep, Restrict};
 use crate::simd::octet::Octet;
 use crate::simd::{Work, run};
 use crate::slice::{Moved, eight, eight_values, put_pairs};
@@ -103,8 +104,8 @@ impl Reduce for Sums<'_, '_> {
     }
 }
 
-/// The arrays that an update moves.
-struct Arrays<'a, 'm> {
+/// The update of awake slices without hats.
+struct Step<'a, 'm> {
     model: &'a Model<'m>,
     awake: &'a Awake,
     published: &'a mut [Cell],
@@ -115,26 +116,22 @@ struct Arrays<'a, 'm> {
     beta: f32,
 }
 
-/// The update of awake slices without hats.
-struct Step<'a, 'm>(Arrays<'a, 'm>);
-
 impl Work for Step<'_, '_> {
     type Output = Moved;
 
     #[inline(always)]
     fn run<V: Octet>(self) -> Moved {
-        let arrays = self.0;
         let mut moved = Moved::NOTHING;
-        let (alpha, beta) = (V::splat(arrays.alpha), V::splat(arrays.beta));
+        let (alpha, beta) = (V::splat(self.alpha), V::splat(self.beta));
         let zero = V::splat(0.0);
         let mut peak = zero;
-        for slice in arrays.awake.set.iter(arrays.model.slice_count()) {
+        for slice in self.awake.set.iter(self.model.slice_count()) {
             let mut buffers = [[Cell::ZERO; 8]; 3];
             let [here, there, other] = &mut buffers;
-            let residual = eight(arrays.residual, slice, here);
-            let at = eight(arrays.at, slice, there);
-            let before = eight(arrays.before, slice, other);
-            let mobility = eight_values(arrays.model.mobility, slice);
+            let residual = eight(self.residual, slice, here);
+            let at = eight(self.at, slice, there);
+            let before = eight(self.before, slice, other);
+            let mobility = eight_values(self.model.mobility, slice);
             let (mut last, mut next, mut ahead) = ([zero; 4], [zero; 4], [zero; 4]);
             let mut changed = zero;
             let slots = last.iter_mut().zip(&mut next).zip(&mut ahead);
@@ -148,59 +145,15 @@ impl Work for Step<'_, '_> {
                 changed = changed.larger_magnitude(ahead.minus(y));
                 peak = peak.larger_magnitude(*next).larger_magnitude(*ahead);
             }
-            put_pairs(arrays.published, slice, next);
-            put_pairs(arrays.before, slice, last);
-            put_pairs(arrays.at, slice, ahead);
-            if !arrays.awake.spread.contains(slice) && V::any(changed.above(zero)) {
+            put_pairs(self.published, slice, next);
+            put_pairs(self.before, slice, last);
+            put_pairs(self.at, slice, ahead);
+            if !self.awake.spread.contains(slice) && V::any(changed.above(zero)) {
                 moved.slices.insert(slice);
             }
         }
         moved.reach(peak);
         moved
-    }
-}
-
-/// The update of all free cells, box by box, with the coarse direction.
-struct CoarseStep<'a, 'm> {
-    arrays: Arrays<'a, 'm>,
-    hats: Hats<'m>,
-    room: &'a [Eight],
-}
-
-impl Work for CoarseStep<'_, '_> {
-    /// Largest magnitude of a coordinate.
-    type Output = f32;
-
-    #[inline(always)]
-    fn run<V: Octet>(self) -> f32 {
-        let Arrays { model, published, at, before, residual, alpha, beta, .. } = self.arrays;
-        let mut highest = Cell::ZERO;
-        for at_box in 0..self.hats.corners.len() {
-            let corners = hats::corners::<V>(&self.hats, self.room, at_box);
-            let entries = range(self.hats.rows, at_box);
-            let cells = self.hats.cells.get(entries.clone()).unwrap_or(&[]);
-            for (&cell, weights) in cells.iter().zip(self.hats.weights.get(entries).unwrap_or(&[]))
-            {
-                let cell = usize::from(cell);
-                let (Some(x), Some(y), Some(last), Some(r), Some(&mobility)) = (
-                    published.get_mut(cell),
-                    at.get_mut(cell),
-                    before.get_mut(cell),
-                    residual.get(cell),
-                    model.mobility.get(cell),
-                ) else {
-                    continue;
-                };
-                let coarse = hats::along(&corners, weights);
-                let z = r.times(mobility).position().plus(coarse);
-                let way = y.minus(*last);
-                *last = *y;
-                *x = y.plus(z);
-                *y = y.plus(z.times(alpha)).plus(way.times(beta));
-                highest = highest.larger_magnitude(*x).larger_magnitude(*y);
-            }
-        }
-        peak(highest.xyz())
     }
 }
 
@@ -237,13 +190,17 @@ impl<const ROOM: usize> Track<ROOM> {
         let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
         let [alpha, beta] = self.last.choose(products);
         let (awake, residual) = (&*body.awake, &*body.residual);
-        let arrays = Arrays { model, awake, published, at, before, residual, alpha, beta };
         let highest = if let Some(hats) = hats {
-            let highest = run(vectors, CoarseStep { arrays, hats, room: body.room });
+            let (mobility, room) = (model.mobility, &*body.room);
+            #[rustfmt::skip]
+            let step =
+                CoarseStep { hats, mobility, room, published, at, before, residual, alpha, beta };
+            let highest = run(vectors, step);
             body.awake.wake_all(model);
-            highest
+            highest.into_iter().fold(0.0, |peak, lane| if lane > peak { lane } else { peak })
         } else {
-            let moved = run(vectors, Step(arrays));
+            let step = Step { model, awake, published, at, before, residual, alpha, beta };
+            let moved = run(vectors, step);
             body.awake.wake_neighbours(model, &moved.slices);
             moved.peak
         };
@@ -257,7 +214,7 @@ impl<const ROOM: usize> Track<ROOM> {
         true
     }
 
-    /// Puts the held cells back where the tool has them, in all arrays.
+    /// Puts the held cells back where the tool has them, in all self.
     fn restore_held(&mut self, body: &mut Body<'_, '_>) {
         body.restore_held();
         for contact in body.held {

@@ -96,15 +96,18 @@ pub mod kind {
     pub const SLICE_WEIGHTS: u32 = 23;
     /// Optional: number of hat functions (u32, one word).
     pub const HATS: u32 = 24;
-    /// With `HATS`: starts of the boxes' cells in `HAT_CELLS` (u32, boxes + 1).
+    /// With `HATS`: starts of the boxes' pairs in `HAT_CELLS` (u32, boxes + 1).
     pub const HAT_ROWS: u32 = 25;
     /// With `HATS`: the hats at the corners of each box; [`super::NO_HAT`] for none ([u16; 8]).
     pub const HAT_CORNERS: u32 = 26;
-    /// With `HATS`: the free cells, box by box (u16).
+    /// With `HATS`: the free cells, box by box, in pairs; the last one of an odd number stands
+    /// twice ([u16; 2]).
     pub const HAT_CELLS: u32 = 27;
-    /// With `HATS`: weights of those cells at the corners of their box ([f32; 8] a cell).
+    /// With `HATS`: weights of those cells at the corners of their box, corner 0 of the first and
+    /// of the second cell, corner 1 and so on; 0 for the second stand ([f32; 16] a pair).
     pub const HAT_WEIGHTS: u32 = 28;
-    /// With `HATS`: where each cell stands in `HAT_CELLS`, 65,535 for a fixed one (u16 a cell).
+    /// With `HATS`: where each cell stands first in `HAT_CELLS`, 65,535 for a fixed one (u16 a
+    /// cell).
     pub const HAT_ENTRY: u32 = 29;
     /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32).
     pub const HAT_INVERSE: u32 = 30;

@@ -221,23 +221,24 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
     if let Some(at_box) = hats.corners.iter().position(|corners| !corners.iter().all(known)) {
         return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
     }
-    let mut entries = 0;
+    let stands = hats.cells.as_flattened();
     for (cell, (&entry, &mobility)) in hats.entry.iter().zip(model.mobility).enumerate() {
-        let here = hats.cells.get(usize::from(entry)).copied().map(usize::from);
+        let here = stands.get(usize::from(entry)).copied().map(usize::from);
         let expected = if mobility > 0.0 { Some(cell) } else { None };
         if here != expected || (here.is_none() && entry != NO_HAT) {
             return Err(ModelError::Index(kind::HAT_ENTRY, at(cell)));
         }
-        entries += usize::from(here.is_some());
     }
-    if entries != hats.cells.len() {
-        return Err(ModelError::SectionSize(kind::HAT_CELLS));
-    }
-    let weighs = |weights: &[f32; LANES]| {
-        weights.iter().all(|w| (0.0..=1.0).contains(w)) && weights.iter().sum::<f32>() < 1.0001
-    };
-    if let Some(entry) = hats.weights.iter().position(|weights| !weighs(weights)) {
-        return Err(ModelError::Value(kind::HAT_WEIGHTS, at(entry)));
+    for (stand, &cell) in stands.iter().enumerate() {
+        let entry = hats.entry.get(usize::from(cell)).copied().map(usize::from);
+        let weights = || (0..LANES).map(|corner| hats.weight(stand, corner));
+        let again = stand % 2 == 1 && entry == Some(stand - 1) && weights().all(|w| w == 0.0);
+        if entry != Some(stand) && !again {
+            return Err(ModelError::Index(kind::HAT_CELLS, at(stand)));
+        }
+        if !weights().all(|w| (0.0..=1.0).contains(&w)) || weights().sum::<f32>() > 1.0001 {
+            return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
+        }
     }
     for row in 0..hats.count {
         for column in 0..hats.stride() {

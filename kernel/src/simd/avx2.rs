@@ -257,6 +257,36 @@ impl Octet for Avx2 {
     }
 
     #[inline(always)]
+    unsafe fn couple(cells: &[Cell], [first, second]: [u16; 2]) -> Self {
+        // SAFETY: the caller's promise.
+        let (first, second) = unsafe {
+            (cells.get_unchecked(usize::from(first)), cells.get_unchecked(usize::from(second)))
+        };
+        Self(joined(first, second))
+    }
+
+    #[inline(always)]
+    unsafe fn uncouple(self, cells: &mut [Cell], [first, second]: [u16; 2]) {
+        // SAFETY: the caller's promise, and see `Avx2`.
+        unsafe {
+            let high = _mm256_extractf128_ps::<1>(self.0);
+            put_half(high, cells.get_unchecked_mut(usize::from(second)));
+            let low = _mm256_castps256_ps128(self.0);
+            put_half(low, cells.get_unchecked_mut(usize::from(first)));
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn couple_values(values: &[f32], [first, second]: [u16; 2]) -> Self {
+        // SAFETY: the caller's promise, and see `Avx2`.
+        Self(unsafe {
+            let first = _mm_broadcast_ss(values.get_unchecked(usize::from(first)));
+            let second = _mm_broadcast_ss(values.get_unchecked(usize::from(second)));
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
+        })
+    }
+
+    #[inline(always)]
     fn positions(self) -> Self {
         // SAFETY: see `Avx2`.
         Self(unsafe { _mm256_blend_ps::<0b1000_1000>(self.0, _mm256_setzero_ps()) })

@@ -5,6 +5,7 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+pub(crate) mod coarse;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 pub(crate) mod octet;

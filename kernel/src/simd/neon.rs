@@ -199,6 +199,35 @@ impl Octet for Neon {
     }
 
     #[inline(always)]
+    unsafe fn couple(cells: &[Cell], [first, second]: [u16; 2]) -> Self {
+        // SAFETY: the caller's promise.
+        let (first, second) = unsafe {
+            (cells.get_unchecked(usize::from(first)), cells.get_unchecked(usize::from(second)))
+        };
+        Self(half(first), half(second))
+    }
+
+    #[inline(always)]
+    unsafe fn uncouple(self, cells: &mut [Cell], [first, second]: [u16; 2]) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            put_half(self.1, cells.get_unchecked_mut(usize::from(second)));
+            put_half(self.0, cells.get_unchecked_mut(usize::from(first)));
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn couple_values(values: &[f32], [first, second]: [u16; 2]) -> Self {
+        // SAFETY: the caller's promise, and see `Neon`.
+        unsafe {
+            Self(
+                vdupq_n_f32(*values.get_unchecked(usize::from(first))),
+                vdupq_n_f32(*values.get_unchecked(usize::from(second))),
+            )
+        }
+    }
+
+    #[inline(always)]
     fn positions(self) -> Self {
         // SAFETY: see `Neon`.
         unsafe { Self(vsetq_lane_f32::<3>(0.0, self.0), vsetq_lane_f32::<3>(0.0, self.1)) }

@@ -65,6 +65,21 @@ pub trait Octet: Copy {
     fn put_pair(self, chunk: &mut Chunk, pair: usize);
     /// Value 2 `pair` in the first four lanes, value 2 `pair` + 1 in the others.
     fn spread(values: &[f32; LANES], pair: usize) -> Self;
+    /// Two cells, one after the other.
+    ///
+    /// # Safety
+    /// Both ids are indices of `cells`.
+    unsafe fn couple(cells: &[Cell], ids: [u16; 2]) -> Self;
+    /// The inverse of [`Self::couple`], the second cell first.
+    ///
+    /// # Safety
+    /// As there.
+    unsafe fn uncouple(self, cells: &mut [Cell], ids: [u16; 2]);
+    /// Two values, each in four lanes.
+    ///
+    /// # Safety
+    /// Both ids are indices of `values`.
+    unsafe fn couple_values(values: &[f32], ids: [u16; 2]) -> Self;
     /// +0.0 in lanes 3 and 7.
     fn positions(self) -> Self;
     /// The same cell twice.
@@ -247,6 +262,29 @@ impl Octet for Lanes8 {
     fn spread(values: &[f32; LANES], pair: usize) -> Self {
         let at = |index: usize| values.get(index).copied().unwrap_or(0.0);
         let (a, b) = (at(2 * pair), at(2 * pair + 1));
+        Self([a, a, a, a, b, b, b, b])
+    }
+
+    #[inline(always)]
+    unsafe fn couple(cells: &[Cell], ids: [u16; 2]) -> Self {
+        let at = |id: u16| cells.get(usize::from(id)).copied().unwrap_or(Cell::ZERO);
+        let [Cell([a, b, c, d]), Cell([e, f, g, h])] = ids.map(at);
+        Self([a, b, c, d, e, f, g, h])
+    }
+
+    #[inline(always)]
+    unsafe fn uncouple(self, cells: &mut [Cell], [first, second]: [u16; 2]) {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        for (id, lanes) in [(second, [e, f, g, h]), (first, [a, b, c, d])] {
+            if let Some(cell) = cells.get_mut(usize::from(id)) {
+                *cell = Cell(lanes);
+            }
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn couple_values(values: &[f32], ids: [u16; 2]) -> Self {
+        let [a, b] = ids.map(|id| values.get(usize::from(id)).copied().unwrap_or(0.0));
         Self([a, a, a, a, b, b, b, b])
     }
 
