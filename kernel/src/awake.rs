@@ -6,6 +6,7 @@
 //! before the next pass; falling asleep is looked for every [`SETTLE_TICKS`] ticks, in the order
 //! of the cells. Asleep, a body costs a look at its sets.
 
+use crate::cell::Cell;
 use crate::image::CELLS_MAX;
 use crate::model::Model;
 use crate::two_float::LANES;
@@ -105,36 +106,56 @@ impl Awake {
         }
     }
 
-    /// The cells of these slices moved: their neighbours wake.
-    pub fn wake_neighbours(&mut self, model: &Model<'_>, moved: &SliceSet) {
-        for slice in moved.iter(model.slice_count()) {
-            self.spread.insert(slice);
+    /// In these slices cells have moved, those for which `has_moved` holds: whoever is linked to
+    /// them wakes.
+    pub fn wake_neighbours(
+        &mut self,
+        model: &Model<'_>,
+        slices: &SliceSet,
+        has_moved: impl Fn(usize) -> bool,
+    ) {
+        for slice in slices.iter(model.slice_count()) {
+            let mut all = true;
             for cell in slice * LANES..(slice + 1) * LANES {
-                self.wake_around(model, cell);
+                if has_moved(cell) {
+                    self.wake_around(model, cell);
+                } else {
+                    // A cell that cannot move has nobody to wake.
+                    all &= model.mobility.get(cell).is_none_or(|&mobility| mobility <= 0.0);
+                }
+            }
+            if all {
+                self.spread.insert(slice);
             }
         }
     }
 
-    /// Every [`SETTLE_TICKS`] calls: puts to sleep whoever is `quiet` (links slack, no motion) and
-    /// has only quiet neighbours.
-    pub fn settle(&mut self, model: &Model<'_>, quiet: impl Fn(usize) -> bool) {
+    /// Every [`SETTLE_TICKS`] calls: puts to sleep the slices all of whose links are slack and
+    /// whose cells and their neighbours stand still.
+    pub fn settle(
+        &mut self,
+        model: &Model<'_>,
+        residual: &[Cell],
+        has_moved: impl Fn(usize) -> bool,
+    ) {
         self.ticks = (self.ticks + 1) % SETTLE_TICKS;
         if self.ticks != 0 {
             return;
         }
+        let taut = |cell: usize| residual.get(cell).is_some_and(|r| *r != Cell::ZERO);
         let mut busy = SliceSet::EMPTY;
         let mut sleepers = false;
         for slice in self.set.iter(model.slice_count()) {
-            if quiet(slice) {
-                sleepers = true;
-            } else {
+            if (slice * LANES..(slice + 1) * LANES).any(|cell| taut(cell) || has_moved(cell)) {
                 busy.insert(slice);
+            } else {
+                sleepers = true;
             }
         }
         if sleepers {
             self.set = busy;
-            self.wake_neighbours(model, &busy);
-            self.spread = busy;
+            self.spread = SliceSet::EMPTY;
+            self.wake_neighbours(model, &busy, has_moved);
         }
     }
 }

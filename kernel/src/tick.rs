@@ -9,7 +9,7 @@ use crate::sample::{Flags, TickOutput, ToolSample};
 use crate::settings::{Network, Unloading};
 use crate::sqrt::sqrt;
 use crate::tissue::{Head, TissueMut};
-use crate::two_float::{LANES, TwoFloat};
+use crate::two_float::TwoFloat;
 use nalgebra::Vector3;
 
 /// Bad samples in a row that the last good one stands in for.
@@ -239,10 +239,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// Puts parts of the body to sleep: behind the sweeps, before anything else can move a cell.
     fn settle(&mut self) {
         let (state, own, residual) = (&*self.state, &*self.own, &*self.residual);
-        self.head.awake.settle(self.network.model(), |slice| {
-            (slice * LANES..(slice + 1) * LANES).all(|cell| {
-                residual.get(cell).is_none_or(|r| *r == Cell::ZERO) && D::is_still(state, own, cell)
-            })
+        self.head.awake.settle(self.network.model(), residual, |cell| {
+            D::has_moved(state, own, residual, cell)
         });
     }
 

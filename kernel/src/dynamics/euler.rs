@@ -114,7 +114,8 @@ impl Scheme for Euler {
             let (awake, residual) = (&*body.awake, &*body.residual);
             let moved =
                 run(body.links.vectors, Step { model, awake, state: body.state, residual, step });
-            body.awake.wake_neighbours(model, &moved.slices);
+            let has_moved = |cell: usize| residual.get(cell).is_some_and(|r| r.xyz() != [0.0; 3]);
+            body.awake.wake_neighbours(model, &moved.slices, has_moved);
             moved.peak
         };
         let held = body.restore_held();

@@ -144,10 +144,10 @@ pub(crate) mod scheme {
         /// The tool moved the cells it holds.
         fn pushed(&mut self) {}
 
-        /// Whether a cell has no momentum.
-        fn is_still(state: &[Cell], own: &[Cell], cell: usize) -> bool {
-            let _ = (state, own, cell);
-            true
+        /// Whether a cell has moved since the last pass, or has momentum.
+        fn has_moved(state: &[Cell], own: &[Cell], residual: &[Cell], cell: usize) -> bool {
+            let _ = (state, own);
+            residual.get(cell).is_some_and(|r| r.xyz() != [0.0; 3])
         }
 
         /// Octets of room for a model and a number of held cells.

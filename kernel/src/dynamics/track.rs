@@ -201,7 +201,8 @@ impl<const ROOM: usize> Track<ROOM> {
         } else {
             let step = Step { model, awake, published, at, before, residual, alpha, beta };
             let moved = run(vectors, step);
-            body.awake.wake_neighbours(model, &moved.slices);
+            let has_moved = |cell: usize| at.get(cell) != before.get(cell);
+            body.awake.wake_neighbours(model, &moved.slices, has_moved);
             moved.peak
         };
         self.restore_held(body);
@@ -313,9 +314,9 @@ impl<const ROOM: usize> Scheme for Track<ROOM> {
         self.restart = true;
     }
 
-    fn is_still(state: &[Cell], own: &[Cell], cell: usize) -> bool {
+    fn has_moved(state: &[Cell], own: &[Cell], _residual: &[Cell], cell: usize) -> bool {
         let here = state.get(cell);
-        here == own.get(cell) && here == own.get(state.len() + cell)
+        here != own.get(cell) || (here.is_some() && here != own.get(state.len() + cell))
     }
 
     fn room(model: &Model<'_>, held: usize) -> usize {

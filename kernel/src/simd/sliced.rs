@@ -92,7 +92,7 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
         let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut buffer));
         let here = [x, y, z];
         let mut sum = [V::splat(0.0); 4];
-        let mut least = V::splat(1.0);
+        let mut void = V::splat(0.0).below(V::splat(0.0));
         let mut law = Law::uniform(self.links.band(0));
         for group in range(self.slices.rows, slice) {
             // SAFETY: the last row start is the number of groups; a model's slices name only its
@@ -104,9 +104,9 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
             if VARIED {
                 law = self.law(group);
             }
-            least = add_links(&law, here, there, l0, least, &mut sum);
+            add_links(&law, here, there, l0, &mut void, &mut sum);
         }
-        if V::any(least.below(V::splat(0.0))) {
+        if V::any(void) {
             sum = self.one_by_one(slice);
         }
         if let Some(free) = self.held.mask::<V>(slice) {
@@ -161,17 +161,17 @@ fn of_group<V: Octet>(values: Option<&[[f32; LANES]]>, group: usize, otherwise: 
     }
 }
 
-/// Adds the pulls of eight links to the sums. `least` goes below 0 in the lane of a link without a
-/// direction of its own, whose terms are void.
+/// Adds the pulls of eight links to the sums. `void` becomes true in the lane of a link without a
+/// direction of its own.
 #[inline(always)]
 fn add_links<V: Octet>(
     law: &Law<V>,
     here: [V; 3],
     there: [V; 3],
     l0: V,
-    least: V,
+    void: &mut V::Mask,
     sum: &mut [V; 4],
-) -> V {
+) {
     let dx = there[0].minus(here[0]);
     let dy = there[1].minus(here[1]);
     let dz = there[2].minus(here[2]);
@@ -180,9 +180,9 @@ fn add_links<V: Octet>(
     let above = u2.above(l02.times(law.high_squared));
     let taut = V::either(above, u2.below(l02.times(law.low_squared)));
     if !V::any(taut) {
-        return least;
+        return;
     }
-    let coincident = u2.below(l02.times(V::splat(COINCIDENT)));
+    *void = V::either(*void, u2.below(l02.times(V::splat(COINCIDENT))));
     let u = u2.root();
     let d = u.minus(l0.times(V::select(above, law.high, law.low)));
     let wd = match law.weight {
@@ -195,5 +195,4 @@ fn add_links<V: Octet>(
     *y = y.plus(factor.times(dy));
     *z = z.plus(factor.times(dz));
     *wd2 = wd2.plus(wd.times(d).keep(taut));
-    V::select(coincident, V::splat(-1.0), least)
 }
