@@ -190,7 +190,7 @@ impl<'s> Press<'s> {
     /// A baseline.
     ///
     /// # Errors
-    /// As [`Self::scheme`].
+    /// As [`Self::setting`].
     pub fn baseline<B: Baseline>(&self) -> Result<Settled> {
         let cell = self.scene.contacts.first().copied().map_or(0, usize::from);
         let rest = self.model.rest_position(cell);
