@@ -61,6 +61,21 @@ fn a_quick_report_has_its_figures_and_files() {
     assert!(again.err.contains("--force"), "{}", again.err);
 }
 
+/// What was measured so far is written, and the exit code says that it is not all.
+#[test]
+fn an_interrupted_report_is_written_as_far_as_it_got() {
+    let place = files::scratch();
+    let out = place.path().join("report");
+    let arguments = ["report", "--quick", "--json", "--out", files::text(&out)];
+    let running = Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments));
+    while !out.is_dir() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let ended = running.interrupt().with(130);
+    assert!(ended.json().get("press").is_some() && out.join("REPORT.md").is_file());
+    assert!(ended.json()["growth"].is_null(), "{}", ended.out);
+}
+
 #[test]
 fn reference_data_that_is_not_there_is_named() {
     let ended = run(["report", "--quick", "--json", "--reference", "no-such-folder"]).with(2);

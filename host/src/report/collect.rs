@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -14,10 +13,10 @@ use super::machine::Machine;
 use super::press::{self, Errors, PressRow};
 use super::quiet::{self, Local};
 use super::scene::Scene;
+use super::setting::Setting;
 use super::settle::{Press, Settled};
 use super::worst::{self, Sweep};
 use crate::baseline::{MassSpring, PerCell, Xpbd};
-use crate::engine::Scheme;
 use crate::error::{Error, Result};
 use crate::interrupt;
 
@@ -151,7 +150,7 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     } else {
         &[1000, 2000, 5000, 10_000, 20_000, 40_000, 60_000]
     };
-    let grown = growth::run(sizes, if options.quick { 15 } else { 51 }, || bar.inc(1))?;
+    let grown = growth::run(sizes, if options.quick { 15 } else { 51 }, || step(bar))?;
     report.growth = Some(grown);
     step(bar)
 }
@@ -160,13 +159,13 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
 #[must_use]
 pub fn pieces(options: &Options) -> u64 {
     let (settle, growth) = if options.quick { (2, 3) } else { (2 * methods() + 2, 7) };
-    let rows = scenes(options) * sweeps(options).len() * Scheme::value_variants().len();
+    let rows = scenes(options) * sweeps(options).len() * Setting::all(true).len();
     let paths = scenes(options) * PRESS_TICKS;
     (4 + settle + growth + rows + paths + 3) as u64
 }
 
 fn methods() -> usize {
-    Scheme::value_variants().len() + 3
+    Setting::all(true).len() + 3
 }
 
 fn scenes(options: &Options) -> usize {
@@ -179,7 +178,12 @@ fn scenes(options: &Options) -> usize {
 
 /// One piece done; whether the user asked to stop.
 fn step(bar: &ProgressBar) -> Result<()> {
-    bar.inc(1);
+    steps(bar, 1)
+}
+
+/// So many pieces done; likewise.
+fn steps(bar: &ProgressBar, pieces: u64) -> Result<()> {
+    bar.inc(pieces);
     if interrupt::asked() { Err(Error::Interrupted) } else { Ok(()) }
 }
 
@@ -207,12 +211,12 @@ fn settle(options: &Options, report: &mut Report, bar: &ProgressBar) -> Result<(
             1e3 * depth_m,
             press.moved()
         ));
-        for &scheme in Scheme::value_variants() {
-            if options.quick && scheme != Scheme::Track {
+        for setting in scene.settings() {
+            if options.quick && setting != Setting::TRACK {
                 continue;
             }
-            let settled = press.scheme(scheme)?;
-            if scheme == Scheme::Track {
+            let settled = press.setting(setting)?;
+            if setting == Setting::TRACK {
                 report.press.insert(name, settled.clone());
             }
             report.settled.push(settled);
@@ -249,7 +253,7 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
             (false, 0) => 1,
             (false, _) => 5,
         };
-        let exact = ExactPress::follow(scene, stride, |ticks| bar.inc(ticks))?;
+        let exact = ExactPress::follow(scene, stride, |ticks| steps(bar, ticks))?;
         let model = scene.model()?;
         report.scenes.push(SceneFigures {
             name: scene.name,
@@ -271,9 +275,9 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
             }
             step(bar)?;
         }
-        for &scheme in Scheme::value_variants() {
+        for setting in scene.settings() {
             for &sweeps in sweeps(options) {
-                report.rows.push(press::run(scene, &exact, scheme, sweeps)?);
+                report.rows.push(press::run(scene, &exact, setting, sweeps)?);
                 step(bar)?;
             }
         }
@@ -283,7 +287,7 @@ fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressB
 
 /// `track` with as many sweeps as the budget allows.
 fn track(scene: &Scene, exact: &ExactPress) -> Result<(Track, PressRow)> {
-    let p50 = |sweeps: u16| Ok::<_, Error>(press::tick_times(scene, Scheme::Track, sweeps)?.p50);
+    let p50 = |sweeps: u16| Ok::<_, Error>(press::tick_times(scene, Setting::TRACK, sweeps)?.p50);
     let guess = u64::from(8_u16) * BUDGET_NS / p50(8)?.max(1);
     let mut sweeps = u16::try_from(guess).unwrap_or(SWEEPS_MAX).clamp(1, SWEEPS_MAX);
     while sweeps < SWEEPS_MAX && p50(sweeps + 1)? <= BUDGET_NS {
@@ -292,7 +296,7 @@ fn track(scene: &Scene, exact: &ExactPress) -> Result<(Track, PressRow)> {
     while sweeps > 1 && p50(sweeps)? > BUDGET_NS {
         sweeps -= 1;
     }
-    let row = press::run(scene, exact, Scheme::Track, sweeps)?;
+    let row = press::run(scene, exact, Setting::TRACK, sweeps)?;
     let track = Track {
         scene: scene.name,
         sweeps,

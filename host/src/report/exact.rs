@@ -90,8 +90,12 @@ impl ExactPress {
     /// snap.
     ///
     /// # Errors
-    /// A scene whose model is refused; a minimum that was not reached.
-    pub fn follow(scene: &Scene, stride: usize, mut after: impl FnMut(u64)) -> Result<Self> {
+    /// A scene whose model is refused; a minimum that was not reached; what `after` says.
+    pub fn follow(
+        scene: &Scene,
+        stride: usize,
+        mut after: impl FnMut(u64) -> Result<()>,
+    ) -> Result<Self> {
         let model = scene.model()?;
         let links = Links::of_model(&model);
         let mut follower = Follower {
@@ -118,7 +122,7 @@ impl ExactPress {
                 fine_until = from + step + SNAP_TICKS;
                 continue;
             }
-            after(step as u64);
+            after(step as u64)?;
             moves.push(way);
             moments.push(moment);
         }
@@ -206,7 +210,7 @@ mod tests {
 
     #[test]
     fn a_path_has_its_moments_and_the_last_one_stands_for_what_follows() {
-        let exact = ExactPress::follow(&Scene::plane(true).unwrap(), 50, |_| ()).unwrap();
+        let exact = ExactPress::follow(&Scene::plane(true).unwrap(), 50, |_| Ok(())).unwrap();
         let ticks: Vec<usize> = exact.moments.iter().map(|moment| moment.tick).collect();
         assert_eq!(ticks, [50, 100, 150, 200, 250, 300]);
         assert!(exact.at(60).is_none() && exact.residual_max <= RESIDUAL);

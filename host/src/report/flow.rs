@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::exact::norm;
 use super::press::field;
 use super::scene::Scene;
+use super::setting::Setting;
 use crate::engine::{Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::reference::{Links, trajectory};
@@ -24,7 +25,7 @@ pub struct FlowRow {
     /// Name of the scene.
     pub scene: &'static str,
     /// Scheme.
-    pub scheme: Scheme,
+    pub scheme: Setting,
     /// Step [dimensionless time].
     pub step: f64,
     /// Moment [dimensionless time].
@@ -78,7 +79,8 @@ pub fn run(scene: &Scene, steps: &[f64]) -> Result<Vec<FlowRow>> {
             let largest =
                 cells.map(|((u, p), rest)| norm(&[std::array::from_fn(|x| rest[x] + u[x] - p[x])]));
             let error = largest.fold(0.0, f64::max) / depth_links;
-            let (scene, scheme) = (scene.name, Scheme::Euler);
+            let scheme = Setting { scheme: Scheme::Euler, hats: true };
+            let scene = scene.name;
             rows.push(FlowRow { scene, scheme, step, t, passes, error });
         }
     }

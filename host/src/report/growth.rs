@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::press::engine;
 use super::scene::Scene;
+use super::setting::Setting;
 use super::worst;
-use crate::engine::Scheme;
 use crate::error::Result;
 
 /// A size of the organ.
@@ -38,7 +38,11 @@ pub struct Growth {
 ///
 /// # Errors
 /// As the generator and the engine.
-pub fn run(sizes: &[usize], rounds: usize, mut after: impl FnMut()) -> Result<Growth> {
+pub fn run(
+    sizes: &[usize],
+    rounds: usize,
+    mut after: impl FnMut() -> Result<()>,
+) -> Result<Growth> {
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
         let scene = Scene::organ_of(size)?;
@@ -49,10 +53,10 @@ pub fn run(sizes: &[usize], rounds: usize, mut after: impl FnMut()) -> Result<Gr
             links: sweep.links,
             sweep_ns: sweep.simd_ns,
             scalar_ns: sweep.scalar_ns,
-            ram_bytes_per_cell: per_cell(engine(&scene, Scheme::Track, 1)?.ram_bytes()),
+            ram_bytes_per_cell: per_cell(engine(&scene, Setting::TRACK, 1)?.ram_bytes()),
             flash_bytes_per_cell: per_cell(scene.image.as_bytes().len()),
         });
-        after();
+        after()?;
     }
     let points: Vec<[f64; 2]> =
         rows.iter().map(|row| [row.links as f64, row.sweep_ns as f64].map(f64::ln)).collect();

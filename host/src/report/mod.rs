@@ -10,17 +10,8 @@ pub mod pictures;
 pub mod press;
 pub mod quiet;
 pub mod scene;
+pub mod setting;
 pub mod settle;
 pub mod tables;
 pub mod worst;
 pub mod write;
-
-use clap::ValueEnum;
-
-use crate::engine::Scheme;
-
-/// Name of a scheme as in `--dynamics`.
-#[must_use]
-pub fn name(scheme: Scheme) -> String {
-    scheme.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
-}

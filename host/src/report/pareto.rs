@@ -25,7 +25,8 @@ mod tests {
 
     #[test]
     fn only_points_that_none_beats() {
-        let points = [[4.0, 1.0], [1.0, 9.0], [2.0, 9.0], [2.0, 5.0], [3.0, 6.0], [4.0, 0.5]];
+        let points =
+            [[4.0, 1.0], [1.0, 9.0], [2.0, 9.0], [2.0, 5.0], [3.0, 6.0], [4.0, 0.5], [3.5, 5.0]];
         assert_eq!(front(&points), [1, 3, 5]);
         assert!(front(&[]).is_empty());
     }

@@ -1,12 +1,9 @@
 //! The charts of a report.
 
-use clap::ValueEnum;
-
 use super::collect::{BUDGET_NS, Report, Track};
-use super::name;
 use super::pareto::front;
 use super::press::{Errors, PressRow};
-use crate::engine::Scheme;
+use super::setting::Setting;
 use crate::error::Result;
 use crate::output::Folder;
 use crate::plot::{Axis, Chart, Style};
@@ -86,17 +83,20 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
         .vertical(BUDGET_NS as f64 * 1e-3, "0.5 ms")
         .vertical(1000.0, "1 ms")
         .horizontal(7.0, "7 %: noticed");
-    for &scheme in Scheme::value_variants() {
-        let of_scheme = rows.iter().filter(|row| row.scheme == scheme);
+    for setting in Setting::all(true) {
+        let of_scheme = rows.iter().filter(|row| row.scheme == setting);
         let points: Vec<[f64; 2]> = of_scheme.map(|row| point(row, error)).collect();
-        chart = chart.series(&name(scheme), Style::MarkedLine, &points);
+        if points.is_empty() {
+            continue;
+        }
+        chart = chart.series(&setting.to_string(), Style::MarkedLine, &points);
     }
     let points: Vec<[f64; 2]> = rows.iter().map(|row| point(row, error)).collect();
     let best = front(&points);
     let marked: Vec<[f64; 2]> = best.iter().map(|&at| points[at]).collect();
     chart = chart.front("best for its time", &marked);
     for at in best {
-        let text = format!("{} {}", name(rows[at].scheme), rows[at].sweeps);
+        let text = format!("{} {}", rows[at].scheme, rows[at].sweeps);
         chart = chart.note(points[at], &text);
     }
     chart

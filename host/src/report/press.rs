@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use super::exact::{ExactPress, HOLD_TICKS, Moment, PRESS_TICKS, depth, distance, norm};
 use super::scene::Scene;
+use super::setting::Setting;
 use super::worst;
 use crate::cosim::histogram::{Latencies, Summary};
-use crate::engine::{Engine, Scheme};
+use crate::engine::Engine;
 use crate::error::{Error, Result};
 
 /// First tick whose error counts: before it everything is small.
@@ -36,8 +37,8 @@ pub struct Errors {
 pub struct PressRow {
     /// Name of the scene.
     pub scene: &'static str,
-    /// Scheme.
-    pub scheme: Scheme,
+    /// Scheme, with or without hats.
+    pub scheme: Setting,
     /// Sweeps a tick: link passes.
     pub sweeps: u16,
     /// Type of the numbers.
@@ -79,8 +80,8 @@ pub fn sample(scene: &Scene, unit_m: f32, depth_links: f64) -> ToolSample {
 ///
 /// # Errors
 /// As [`Engine::new`].
-pub fn engine(scene: &Scene, scheme: Scheme, sweeps: u16) -> Result<Engine<'_>> {
-    let model = scene.model()?;
+pub fn engine(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Engine<'_>> {
+    let model = scene.model_for(setting)?;
     let settings = Settings {
         sweeps,
         max_tool_step_m: 1e3 * model.unit_m(),
@@ -88,7 +89,7 @@ pub fn engine(scene: &Scene, scheme: Scheme, sweeps: u16) -> Result<Engine<'_>> 
         ..Settings::for_model(&model)
     };
     let network = Network::new(model, settings).map_err(Error::check)?;
-    Engine::new(network, scheme, &scene.contacts)
+    Engine::new(network, setting.scheme, &scene.contacts)
 }
 
 /// Displacements of all cells [mean link lengths].
@@ -110,8 +111,8 @@ pub fn field(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
 ///
 /// # Errors
 /// As [`engine`].
-pub fn tick_times(scene: &Scene, scheme: Scheme, sweeps: u16) -> Result<Summary> {
-    let mut engine = engine(scene, scheme, sweeps)?;
+pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summary> {
+    let mut engine = engine(scene, setting, sweeps)?;
     let unit_m = engine.network().model().unit_m();
     let mut times = Latencies::new()?;
     for tick in 0..=PRESS_TICKS + HOLD_TICKS {
@@ -141,13 +142,13 @@ impl Errors {
 ///
 /// # Errors
 /// As [`engine`].
-pub fn run(scene: &Scene, exact: &ExactPress, scheme: Scheme, sweeps: u16) -> Result<PressRow> {
+pub fn run(scene: &Scene, exact: &ExactPress, setting: Setting, sweeps: u16) -> Result<PressRow> {
     let mut row = PressRow {
-        tick_ns: tick_times(scene, scheme, sweeps)?,
-        worst_tick_ns: worst::tick_times(scene, scheme, sweeps)?,
-        ..PressRow::new(scene.name, scheme, sweeps)
+        tick_ns: tick_times(scene, setting, sweeps)?,
+        worst_tick_ns: worst::tick_times(scene, setting, sweeps)?,
+        ..PressRow::new(scene.name, setting, sweeps)
     };
-    let mut engine = engine(scene, scheme, sweeps)?;
+    let mut engine = engine(scene, setting, sweeps)?;
     let unit_m = engine.network().model().unit_m();
     let last = norm(&exact.last().field);
     for tick in 0..=PRESS_TICKS + HOLD_TICKS {
@@ -170,10 +171,10 @@ pub fn run(scene: &Scene, exact: &ExactPress, scheme: Scheme, sweeps: u16) -> Re
 }
 
 impl PressRow {
-    fn new(scene: &'static str, scheme: Scheme, sweeps: u16) -> Self {
+    fn new(scene: &'static str, setting: Setting, sweeps: u16) -> Self {
         Self {
             scene,
-            scheme,
+            scheme: setting,
             sweeps,
             number: "f32",
             tick_ns: Summary::default(),
@@ -239,7 +240,7 @@ mod tests {
     #[test]
     fn lags_after_snaps_are_told_apart() {
         let judged = |path: &[(usize, f64)], snaps: &[usize]| {
-            let mut row = PressRow::new("", Scheme::Track, 4);
+            let mut row = PressRow::new("", Setting::TRACK, 4);
             let errors = |field: f64| Errors { field, force: 0.1 * field };
             row.path = path.iter().map(|&(tick, field)| (tick, errors(field))).collect();
             row.judge(snaps);

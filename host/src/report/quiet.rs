@@ -7,8 +7,9 @@ use serde::Serialize;
 use super::exact::norm;
 use super::press::{engine, field, sample};
 use super::scene::Scene;
+use super::setting::Setting;
 use crate::cosim::histogram::{Latencies, Summary};
-use crate::engine::{Engine, Scheme};
+use crate::engine::Engine;
 use crate::error::{Error, Result};
 
 /// Half-width of the band in the local press.
@@ -30,7 +31,7 @@ const ROUNDS: usize = 9;
 /// # Errors
 /// As the engine.
 pub fn rest(scene: &Scene, ticks: usize) -> Result<Summary> {
-    let mut engine = engine(scene, Scheme::Track, 1)?;
+    let mut engine = engine(scene, Setting::TRACK, 1)?;
     let unit_m = engine.network().model().unit_m();
     let mut released = sample(scene, unit_m, 0.0);
     released.engaged = 0;
@@ -81,7 +82,7 @@ fn press(engine: &mut Engine<'_>, scene: &Scene, depth_links: f64) -> Result<(Su
 /// # Errors
 /// As the engine.
 pub fn local(scene: &Scene) -> Result<Local> {
-    let mut engine = engine(scene, Scheme::Track, SWEEPS)?;
+    let mut engine = engine(scene, Setting::TRACK, SWEEPS)?;
     let (mut low, mut high) = (0.0, 3.0);
     let mut best: Option<Local> = None;
     for _ in 0..ROUNDS {

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use chaincell_kernel::Model;
 
-use crate::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use super::setting::Setting;
+use crate::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use crate::cli::{automatic, inward};
 use crate::error::{Error, Result};
 use crate::mesh::{self, Mesh, MeshOptions};
@@ -18,6 +19,8 @@ pub struct Scene {
     pub source: String,
     /// The model.
     pub image: ImageBytes,
+    /// The same without the coarse level, where it has one.
+    bare: Option<ImageBytes>,
     /// Cells that the tool holds, ascending.
     pub contacts: Vec<u16>,
     /// Unit vector along which they are pressed.
@@ -46,6 +49,8 @@ impl Scene {
         let options = BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() };
         let image = bake(mesh, fixed, &options)?;
         let model = parse(&image)?;
+        let without = BakeOptions { hats: HatSpacing::None, ..options };
+        let bare = (model.hats() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
         let (contacts, direction) = match contact {
             Contact::Auto => {
                 let contacts = automatic(&model)?;
@@ -61,7 +66,7 @@ impl Scene {
         };
         let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
         let direction = direction.map(|x| x / length);
-        Ok(Self { name, source: source.into(), image, contacts, direction })
+        Ok(Self { name, source: source.into(), image, bare, contacts, direction })
     }
 
     /// The model.
@@ -70,6 +75,20 @@ impl Scene {
     /// None for a scene that was made here.
     pub fn model(&self) -> Result<Model<'_>> {
         parse(&self.image)
+    }
+
+    /// The model for a setting: the same cells in the same order.
+    ///
+    /// # Errors
+    /// As [`Self::model`].
+    pub fn model_for(&self, setting: Setting) -> Result<Model<'_>> {
+        parse(self.bare.as_ref().filter(|_| !setting.hats).unwrap_or(&self.image))
+    }
+
+    /// The settings that differ on this body.
+    #[must_use]
+    pub fn settings(&self) -> Vec<Setting> {
+        Setting::all(self.bare.is_some())
     }
 
     /// The paper's plane, 21 x 21 cells, 10 mm apart, its centre pressed.

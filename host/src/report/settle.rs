@@ -9,9 +9,10 @@ use serde::Serialize;
 use super::exact::{RESIDUAL, distance, norm};
 use super::press::{engine, field, sample};
 use super::scene::Scene;
+use super::setting::Setting;
 use crate::baseline::Baseline;
 use crate::cosim::histogram::{Latencies, Summary};
-use crate::engine::{Engine, Scheme};
+use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::reference::{Links, minimum};
 
@@ -58,7 +59,7 @@ trait Method {
 
 struct Kernel<'s> {
     scene: &'s Scene,
-    scheme: Scheme,
+    setting: Setting,
     engine: Engine<'s>,
     depth_links: f64,
 }
@@ -87,7 +88,7 @@ impl Method for Kernel<'_> {
 
     fn timed(&mut self, sweeps: usize) -> Result<u64> {
         let per_tick = u16::try_from(sweeps).map_err(Error::check)?;
-        let mut engine = engine(self.scene, self.scheme, per_tick)?;
+        let mut engine = engine(self.scene, self.setting, per_tick)?;
         Self::tick(&mut engine, self.scene, 0.0);
         let start = Instant::now();
         Self::tick(&mut engine, self.scene, self.depth_links);
@@ -175,21 +176,21 @@ impl<'s> Press<'s> {
         self.exact.iter().filter(|u| norm(&[**u]) > 0.01 * self.depth_links).count()
     }
 
-    /// A scheme of the kernel.
+    /// A setting of the kernel.
     ///
     /// # Errors
     /// As the engine.
-    pub fn scheme(&self, scheme: Scheme) -> Result<Settled> {
-        let engine = engine(self.scene, scheme, 1)?;
+    pub fn setting(&self, setting: Setting) -> Result<Settled> {
+        let engine = engine(self.scene, setting, 1)?;
         let (scene, depth_links) = (self.scene, self.depth_links);
-        let mut kernel = Kernel { scene, scheme, engine, depth_links };
-        self.measure(&mut kernel, super::name(scheme))
+        let mut kernel = Kernel { scene, setting, engine, depth_links };
+        self.measure(&mut kernel, setting.to_string())
     }
 
     /// A baseline.
     ///
     /// # Errors
-    /// As [`Self::scheme`].
+    /// As [`Self::setting`].
     pub fn baseline<B: Baseline>(&self) -> Result<Settled> {
         let cell = self.scene.contacts.first().copied().map_or(0, usize::from);
         let rest = self.model.rest_position(cell);

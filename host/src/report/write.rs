@@ -10,7 +10,7 @@ use super::pareto::front;
 use super::pictures;
 use super::press::{Errors, FIRST_TICK, PressRow};
 use super::tables::{Table, csv, percent, us};
-use super::{name, worst};
+use super::worst;
 use crate::error::Result;
 use crate::output::Folder;
 
@@ -117,7 +117,7 @@ fn budgets(report: &Report) -> String {
         let row = rows[at];
         table.row(vec![
             format!("{budget:.0}"),
-            format!("{}, --sweeps {}", name(row.scheme), row.sweeps),
+            format!("{}, --sweeps {}", row.scheme, row.sweeps),
             us(row.tick_ns.p50),
             percent(row.largest.field),
             percent(row.largest.force),
@@ -172,6 +172,13 @@ fn sweep(report: &Report) -> String {
     };
     row("plain per-cell loop, worst case".into(), Some(sweep.scalar_ns));
     row("`track`, worst case, all included".into(), Some(sweep.simd_ns));
+    row(
+        "plain per-cell loop, links too long and too short by turns".into(),
+        Some(sweep.scalar_mixed_ns),
+    );
+    row("`track`, the same state".into(), Some(sweep.simd_mixed_ns));
+    row("`euler`, worst case: link pass and update alone".into(), Some(sweep.euler_ns));
+    row("`euler`, links too long and too short by turns".into(), Some(sweep.euler_mixed_ns));
     row("`track`, its first one from a state that was set".into(), Some(sweep.simd_first_ns));
     row("`track`, body at rest".into(), report.rest_ns);
     if let Some(local) = &report.local_press {
@@ -185,12 +192,16 @@ fn sweep(report: &Report) -> String {
     }
     format!(
         "## The sweep\n\nWorst case: {} of {} links out of their band, positions scaled by {} each \
-         time. {} cells. Ratio of the plain loop to `track`: {:.2}; {:.0} sweeps a millisecond.\n\n{}",
+         time. {} cells. Ratio of the plain loop to `track`: {:.2}, \
+         to `euler` {:.2}, to `track` where links are too long and too short by turns (which the \
+         plain loop's branches cannot know) {:.2}. {:.0} sweeps of `track` a millisecond.\n\n{}",
         sweep.taut_links,
         sweep.links,
         worst::SCALE,
         sweep.cells,
         sweep.scalar_ns as f64 / sweep.simd_ns.max(1) as f64,
+        sweep.scalar_ns as f64 / sweep.euler_ns.max(1) as f64,
+        sweep.scalar_mixed_ns as f64 / sweep.simd_mixed_ns.max(1) as f64,
         1e6 / sweep.simd_ns.max(1) as f64,
         table.markdown()
     )
@@ -285,7 +296,7 @@ fn press_table<'r>(rows: impl Iterator<Item = &'r PressRow>) -> Table {
         let both =
             |errors: Errors| format!("{} / {}", percent(errors.field), percent(errors.force));
         table.row(vec![
-            name(row.scheme),
+            row.scheme.to_string(),
             row.sweeps.to_string(),
             format!("{} / {} / {}", us(row.tick_ns.p50), us(row.tick_ns.p99), us(row.tick_ns.max)),
             us(row.worst_tick_ns.p50),
@@ -309,7 +320,7 @@ fn flow(report: &Report) -> String {
     for row in &report.flow {
         table.row(vec![
             row.scene.into(),
-            name(row.scheme),
+            row.scheme.to_string(),
             row.step.to_string(),
             row.t.to_string(),
             row.passes.to_string(),
