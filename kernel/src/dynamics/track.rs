@@ -123,7 +123,7 @@ impl Work for Step<'_, '_> {
     fn run<V: Octet>(self) -> Moved {
         let mut moved = Moved::NOTHING;
         let (alpha, beta) = (V::splat(self.alpha), V::splat(self.beta));
-        let zero = V::splat(0.0);
+        let (zero, least) = (V::splat(0.0), V::splat(f32::from_bits(1)));
         let mut peak = zero;
         for slice in self.awake.set.iter(self.model.slice_count()) {
             let mut buffers = [[Cell::ZERO; 8]; 3];
@@ -133,7 +133,7 @@ impl Work for Step<'_, '_> {
             let before = eight(self.before, slice, other);
             let mobility = eight_values(self.model.mobility, slice);
             let (mut last, mut next, mut ahead) = ([zero; 4], [zero; 4], [zero; 4]);
-            let mut changed = zero;
+            let mut started = zero;
             let slots = last.iter_mut().zip(&mut next).zip(&mut ahead);
             for (pair, ((last, next), ahead)) in slots.enumerate() {
                 let z = V::pair(residual, pair).times(V::spread(&mobility, pair)).positions();
@@ -142,13 +142,15 @@ impl Work for Step<'_, '_> {
                 *last = y;
                 *next = y.plus(z);
                 *ahead = y.plus(alpha.times(z)).plus(beta.times(way));
-                changed = changed.larger_magnitude(ahead.minus(y));
+                // Whoever was under way has woken his neighbours.
+                let still = zero.larger_magnitude(way).below(least);
+                started = started.larger_magnitude(ahead.minus(y).keep(still));
                 peak = peak.larger_magnitude(*next).larger_magnitude(*ahead);
             }
             put_pairs(self.published, slice, next);
             put_pairs(self.before, slice, last);
             put_pairs(self.at, slice, ahead);
-            if !self.awake.spread.contains(slice) && V::any(changed.above(zero)) {
+            if V::any(started.above(zero)) {
                 moved.slices.insert(slice);
             }
         }
