@@ -51,8 +51,8 @@ pub fn run(
         rows.push(GrowthRow {
             cells: sweep.cells,
             links: sweep.links,
-            sweep_ns: sweep.simd_ns,
-            scalar_ns: sweep.scalar_ns,
+            sweep_ns: sweep.mixed.simd_ns,
+            scalar_ns: sweep.mixed.scalar_ns,
             ram_bytes_per_cell: per_cell(engine(&scene, Setting::TRACK, 1)?.ram_bytes()),
             flash_bytes_per_cell: per_cell(scene.image.as_bytes().len()),
         });

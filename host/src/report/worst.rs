@@ -1,4 +1,4 @@
-//! The worst state: every position scaled by 1.5, so that every link is out of its band.
+//! The worst states: every link out of its band.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::setting::Setting;
 use crate::baseline::{Baseline, PerCell};
 use crate::cosim::histogram::{Latencies, Summary};
-use crate::engine::{Engine, Scheme};
+use crate::engine::Engine;
 use crate::error::Result;
 use crate::reference::Links;
 use chaincell_kernel::{Model, ToolSample};
@@ -60,6 +60,19 @@ pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summar
     Ok(times.summary())
 }
 
+/// Times of one state's sweeps, medians \[ns\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Loops {
+    /// The plain per-cell loop with its update.
+    pub scalar_ns: u64,
+    /// A sweep of `track` without a coarse level, everything included, on the vector unit.
+    pub simd_ns: u64,
+    /// The same without the vector unit: the once-per-link loop of a microcontroller.
+    pub once_per_link_ns: u64,
+    /// A sweep of `track` with the coarse level that the bake gives the body.
+    pub hats_ns: u64,
+}
+
 /// A sweep in the worst state, ours beside the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sweep {
@@ -69,76 +82,64 @@ pub struct Sweep {
     pub links: usize,
     /// Links out of their band in the timed sweeps: all of them, or it were no worst case.
     pub taut_links: usize,
-    /// The plain per-cell loop with its update, median \[ns\].
-    pub scalar_ns: u64,
-    /// The same where links are too long and too short by turns, median \[ns\].
-    pub scalar_mixed_ns: u64,
-    /// A sweep of `track` in a tick of its own, everything included, median \[ns\].
-    pub simd_ns: u64,
-    /// The same where links are too long and too short by turns, median \[ns\].
-    pub simd_mixed_ns: u64,
-    /// A sweep of `euler` in the worst state: the link pass and its update without momentum, guard
-    /// and coarse level, median \[ns\].
-    pub euler_ns: u64,
-    /// The same where links are too long and too short by turns, median \[ns\].
-    pub euler_mixed_ns: u64,
-    /// The first sweep after a state was set, which starts without momentum, median \[ns\].
-    pub simd_first_ns: u64,
+    /// Links too long and too short as it falls out: nothing to leave out, nothing to foresee.
+    #[serde(flatten)]
+    pub mixed: Loops,
+    /// Every position scaled by 1.5: all links too long, which branch predictors soon know.
+    pub stretched: Loops,
     /// 99 % of the plain loop's sweeps, all equal work, over the median: the machine's noise.
     pub noise: f64,
 }
 
-/// Measures the sweep in the worst state, both loops in turn.
+/// Measures the sweep in both states, all loops in turn.
 ///
 /// # Errors
 /// As the engine.
 pub fn sweep(scene: &Scene, rounds: usize) -> Result<Sweep> {
     let model = scene.model()?;
-    let states = [scaled(&model), shaken(&model)];
-    let euler = Setting { scheme: Scheme::Euler, hats: true };
-    let mut track = engine(scene, Setting::TRACK, 1)?;
-    let mut euler = engine(scene, euler, 1)?;
+    let states = [shaken(&model), scaled(&model)];
+    let bare = Setting { hats: false, ..Setting::TRACK };
+    let mut vector = engine(scene, bare, 1)?;
+    let mut scalar = engine(scene, bare, 1)?;
+    scalar.go_scalar();
+    let mut hats = engine(scene, Setting::TRACK, 1)?;
     let mut plain = PerCell::new(&model);
-    let mut times = vec![[(); 4].map(|()| Latencies::new()); 2];
-    let mut timed = |state: usize, which: usize, work: &mut dyn FnMut()| {
-        let start = Instant::now();
-        work();
-        if let Ok(times) = &mut times[state][which] {
-            times.record(start.elapsed().as_nanos() as u64);
-        }
-    };
+    let mut times = Vec::with_capacity(8);
+    for _ in 0..8 {
+        times.push(Latencies::new()?);
+    }
     for _ in 0..rounds {
         for (state, positions) in states.iter().enumerate() {
             plain.set_positions(positions);
-            timed(state, 0, &mut || plain.step());
-            euler.set_positions(positions)?;
-            timed(state, 1, &mut || tick(&mut euler));
-            track.set_positions(positions)?;
-            // The first sweep takes no momentum along; the second is one of many.
-            timed(state, 2, &mut || tick(&mut track));
-            timed(state, 3, &mut || tick(&mut track));
+            timed(&mut times[4 * state], &mut || plain.step());
+            for (which, engine) in [&mut vector, &mut scalar, &mut hats].into_iter().enumerate() {
+                engine.set_positions(positions)?;
+                // The first sweep takes no momentum along; the second is one of many.
+                tick(engine);
+                timed(&mut times[4 * state + 1 + which], &mut || tick(engine));
+            }
         }
     }
-    track.set_positions(&states[0])?;
-    tick(&mut track);
-    let mut summaries = Vec::with_capacity(8);
-    for times in times.into_iter().flatten() {
-        summaries.push(times?.summary());
-    }
-    let p50 = |state: usize, which: usize| summaries[4 * state + which].p50;
+    let summaries: Vec<Summary> = times.iter().map(Latencies::summary).collect();
+    let loops = |state: usize| {
+        let p50 = |which: usize| summaries[4 * state + which].p50;
+        Loops { scalar_ns: p50(0), simd_ns: p50(1), once_per_link_ns: p50(2), hats_ns: p50(3) }
+    };
     Ok(Sweep {
         cells: model.cells(),
         links: model.links(),
-        taut_links: taut(&Links::of_model(&model), &super::press::field(&mut track)),
-        scalar_ns: p50(0, 0),
-        scalar_mixed_ns: p50(1, 0),
-        simd_ns: p50(0, 3),
-        simd_mixed_ns: p50(1, 3),
-        euler_ns: p50(0, 1),
-        euler_mixed_ns: p50(1, 1),
-        simd_first_ns: p50(0, 2),
+        taut_links: taut(&Links::of_model(&model), &states[0]),
+        mixed: loops(0),
+        stretched: loops(1),
         noise: summaries[0].p99 as f64 / summaries[0].p50.max(1) as f64,
     })
+}
+
+/// Times a sweep.
+fn timed(times: &mut Latencies, work: &mut dyn FnMut()) {
+    let start = Instant::now();
+    work();
+    times.record(start.elapsed().as_nanos() as u64);
 }
 
 /// A tick with the tool away.
@@ -147,11 +148,8 @@ fn tick(engine: &mut Engine<'_>) {
 }
 
 /// Links out of their band.
-fn taut(links: &Links, field: &[[f64; 3]]) -> usize {
-    let at = |cell: u32| {
-        let (rest, u) = (links.rest()[cell as usize], field[cell as usize]);
-        [rest[0] + u[0], rest[1] + u[1], rest[2] + u[2]]
-    };
+fn taut(links: &Links, positions: &[[f32; 3]]) -> usize {
+    let at = |cell: u32| positions[cell as usize].map(f64::from);
     let each = links.ends().iter().zip(links.rest_lengths()).zip(links.alphas());
     each.filter(|((ends, l0), alpha)| {
         let ([i, j], l0) = (ends.map(at), **l0);

@@ -163,23 +163,19 @@ fn track(report: &Report) -> String {
 
 fn sweep(report: &Report) -> String {
     let Some(sweep) = &report.sweep else { return String::new() };
-    let share = |ns: u64| percent(ns as f64 / sweep.simd_ns.max(1) as f64);
+    let share = |ns: u64| percent(ns as f64 / sweep.mixed.simd_ns.max(1) as f64);
     let mut table = Table::new(&["a sweep", "median [us]", "of the worst case [%]"]);
     let mut row = |what: String, ns: Option<u64>| {
         if let Some(ns) = ns {
             table.row(vec![what, us(ns), share(ns)]);
         }
     };
-    row("plain per-cell loop, worst case".into(), Some(sweep.scalar_ns));
-    row("`track`, worst case, all included".into(), Some(sweep.simd_ns));
-    row(
-        "plain per-cell loop, links too long and too short by turns".into(),
-        Some(sweep.scalar_mixed_ns),
-    );
-    row("`track`, the same state".into(), Some(sweep.simd_mixed_ns));
-    row("`euler`, worst case: link pass and update alone".into(), Some(sweep.euler_ns));
-    row("`euler`, links too long and too short by turns".into(), Some(sweep.euler_mixed_ns));
-    row("`track`, its first one from a state that was set".into(), Some(sweep.simd_first_ns));
+    for (state, loops) in [("mixed", sweep.mixed), ("stretched", sweep.stretched)] {
+        row(format!("plain per-cell loop, {state}"), Some(loops.scalar_ns));
+        row(format!("`track`, {state}"), Some(loops.simd_ns));
+        row(format!("`track` without vector unit, {state}"), Some(loops.once_per_link_ns));
+        row(format!("`track` with its coarse level, {state}"), Some(loops.hats_ns));
+    }
     row("`track`, body at rest".into(), report.rest_ns);
     if let Some(local) = &report.local_press {
         let what = format!(
@@ -191,20 +187,25 @@ fn sweep(report: &Report) -> String {
         row(what, report.local_press_ns);
     }
     format!(
-        "## The sweep\n\nWorst case: {} of {} links out of their band, positions scaled by {} each \
-         time. {} cells. Ratio of the plain loop to `track`: {:.2}, \
-         to `euler` {:.2}, to `track` where links are too long and too short by turns (which the \
-         plain loop's branches cannot know) {:.2}. {:.0} sweeps of `track` a millisecond.\n\n{}",
+        "## The sweep\n\nWorst case, `mixed`: {} of {} links out of their band, too long and too \
+         short as it falls out, {} cells. `stretched`: positions scaled by {}, all links too long, \
+         which the plain loop's branches soon foresee. Ratio of the plain loop to `track`: {:.2} \
+         mixed, {:.2} stretched. {:.0} sweeps of `track` a millisecond, {:.0} with the coarse \
+         level.\n\n{}",
         sweep.taut_links,
         sweep.links,
-        worst::SCALE,
         sweep.cells,
-        sweep.scalar_ns as f64 / sweep.simd_ns.max(1) as f64,
-        sweep.scalar_ns as f64 / sweep.euler_ns.max(1) as f64,
-        sweep.scalar_mixed_ns as f64 / sweep.simd_mixed_ns.max(1) as f64,
-        1e6 / sweep.simd_ns.max(1) as f64,
+        worst::SCALE,
+        ratio(sweep.mixed.scalar_ns, sweep.mixed.simd_ns),
+        ratio(sweep.stretched.scalar_ns, sweep.stretched.simd_ns),
+        ratio(1_000_000, sweep.mixed.simd_ns),
+        ratio(1_000_000, sweep.mixed.hats_ns),
         table.markdown()
     )
+}
+
+fn ratio(a: u64, b: u64) -> f64 {
+    a as f64 / b.max(1) as f64
 }
 
 fn settled(report: &Report) -> String {
