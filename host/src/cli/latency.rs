@@ -9,9 +9,13 @@ use super::model_file;
 use super::run::play;
 use super::scene::SceneArgs;
 use super::session::{self, Files, LoopArgs, tell_refused};
+use crate::cosim::cold;
 use crate::cosim::histogram::Summary;
 use crate::error::{Error, Result};
 use crate::{interrupt, terminal};
+
+/// Steps of `--worst`.
+const WORST_TICKS: u64 = 200;
 
 /// Measure the worst-case step latency of a model, alone and over shared memory.
 #[derive(Debug, clap::Args)]
@@ -27,6 +31,10 @@ pub struct Args {
     /// Depth of the press [m] [default: 3 mean link lengths]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     depth_m: Option<f64>,
+    /// Also time steps from the worst state with cold caches: positions scaled by 1.5, so that
+    /// every link is out of its band, after reading twice the last-level cache
+    #[arg(long)]
+    worst: bool,
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
@@ -43,6 +51,10 @@ struct LatencySummary {
     sweeps_per_tick: u16,
     ticks: u64,
     step_alone_ns: Summary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    worst_step_ns: Option<Summary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    worst_streamed_bytes: Option<usize>,
     step_ns: Summary,
     round_trip_ns: Summary,
     floor_wakeup_ns: Summary,
@@ -63,6 +75,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if interrupt::asked() {
         return Err(Error::Interrupted);
     }
+    let cold = if args.worst { Some(cold::measure(&mut engine, WORST_TICKS)?) } else { None };
     let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
     let session = session::run(&files, &poses, &args.scene, &args.common)?;
@@ -73,6 +86,8 @@ pub fn execute(args: &Args) -> Result<()> {
         sweeps_per_tick: args.scene.sweeps,
         ticks: control.ticks_sent,
         step_alone_ns: alone.step.summary(),
+        worst_step_ns: cold.as_ref().map(|cold| cold.step),
+        worst_streamed_bytes: cold.as_ref().map(|cold| cold.streamed_bytes),
         step_ns: serve.step_ns,
         round_trip_ns: control.round_trip_ns,
         floor_wakeup_ns: session.floor.floor_wakeup_ns,
@@ -104,6 +119,9 @@ fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
         summary.ticks,
         summary.missed_deadlines
     ))?;
+    if let Some(step) = &summary.worst_step_ns {
+        session::tell_latencies(&[("worst step, cold", step)])?;
+    }
     session::tell_latencies(&[
         ("step alone", &summary.step_alone_ns),
         ("step in the loop", &summary.step_ns),

@@ -16,6 +16,7 @@
 //! - [`histogram`], [`peers`]: latencies, and what a peer's joining costs.
 
 pub mod clock;
+pub mod cold;
 mod complain;
 pub mod control;
 pub mod floor;
