@@ -2,139 +2,19 @@
 //! over six decades, alpha from 0 to 0.99, pushed, torn and let go.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, HatSpacing, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::Mesh;
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Network, Settings, Unloading};
+use chaincell_tests::graph::{case, energy_j, sample};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-
-/// A random body: nodes, links, fixed nodes and what the bake needs.
-#[derive(Debug, Clone)]
-struct Case {
-    nodes_m: Vec<[f64; 3]>,
-    links: Vec<[u32; 2]>,
-    fixed: Vec<u32>,
-    alpha: f64,
-    stiffness_n_per_m: Vec<f64>,
-    /// Distance of the hats in mean link lengths.
-    hats: Option<f64>,
-    sweeps: u16,
-}
-
-fn case(floating: bool) -> impl Strategy<Value = Case> {
-    (4_usize..40).prop_flat_map(move |n| {
-        let nodes = prop::collection::vec(prop::array::uniform3(-0.1_f64..0.1), n)
-            .prop_filter("nodes apart", |nodes| apart(nodes));
-        let chords = prop::collection::vec((0..n as u32, 0..n as u32), 0..3 * n);
-        let parents = prop::collection::vec(any::<prop::sample::Index>(), n - 1);
-        let fixed = prop::collection::vec(0..n as u32 - 1, 1..3);
-        let alpha = prop_oneof![Just(0.0), 0.0..0.99];
-        let decades = prop::collection::vec(-3.0_f64..3.0, n);
-        let hats = prop::option::of(1.0_f64..4.0);
-        (nodes, chords, parents, fixed, alpha, decades, (hats, 1_u16..5)).prop_map(
-            move |(nodes_m, chords, parents, mut fixed, alpha, decades, (hats, sweeps))| {
-                let tree = parents.iter().enumerate().map(|(i, parent)| {
-                    let child = i as u32 + 1;
-                    [parent.index(i + 1) as u32, child]
-                });
-                let chords = chords.into_iter().map(|(a, b)| [a.min(b), a.max(b)]);
-                let mut links: Vec<[u32; 2]> = tree.chain(chords).filter(|[a, b]| a != b).collect();
-                links.sort_unstable();
-                links.dedup();
-                fixed.sort_unstable();
-                fixed.dedup();
-                if floating {
-                    fixed.clear();
-                }
-                let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
-                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, hats, sweeps }
-            },
-        )
-    })
-}
-
-/// Whether all nodes keep a distance from each other, so that the body can be baked.
-fn apart(nodes_m: &[[f64; 3]]) -> bool {
-    let squared = |a: [f64; 3], b: [f64; 3]| (0..3).map(|x| (a[x] - b[x]).powi(2)).sum::<f64>();
-    nodes_m.iter().enumerate().all(|(i, &a)| nodes_m[..i].iter().all(|&b| squared(a, b) > 1e-6))
-}
-
-impl Case {
-    fn image(&self, options: BakeOptions) -> ImageBytes {
-        let mesh =
-            Mesh { nodes_m: self.nodes_m.clone(), links: self.links.clone(), ..Mesh::default() };
-        let options = BakeOptions {
-            alpha: PerCell::Uniform(self.alpha),
-            stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
-            hats: self.hats.map_or(HatSpacing::None, HatSpacing::Links),
-            ..options
-        };
-        bake(&mesh, &self.fixed, &options).unwrap()
-    }
-
-    fn engine<'m>(
-        &self,
-        image: &'m ImageBytes,
-        scheme: Scheme,
-        unloading: Unloading,
-    ) -> Engine<'m> {
-        let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let settings = Settings {
-            sweeps: self.sweeps,
-            step: model.step_max(),
-            unloading,
-            ..Settings::for_model(&model)
-        };
-        let network = Network::new(model, settings).unwrap();
-        // The last node is never fixed; the tool holds it.
-        let last = self.nodes_m.len() as u32 - 1;
-        let cell = model.input_id().iter().position(|&id| id == last).unwrap() as u16;
-        Engine::new(network, scheme, &[cell]).unwrap()
-    }
-}
-
-/// Sum of k d^2 / 2 in double precision at the published positions, and its allowance: 4 eps (E +
-/// sum of k u d) for the kernel's sum, and what the rounding of each stored coordinate, half an
-/// eps of it, does to every link.
-fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
-    let positions_m = engine.positions_m();
-    let model = engine.network().model();
-    let eps = f64::from(f32::EPSILON);
-    let from_centre = |cell: usize| {
-        let away = |axis: usize| positions_m[cell][axis] - f64::from(model.centre_m()[axis]);
-        (0..3).map(|axis| away(axis).powi(2)).sum::<f64>().sqrt()
-    };
-    let (mut energy, mut allowance) = (0.0, 0.0);
-    for i in 0..model.cells() {
-        for link in model.row(i) {
-            let j = usize::from(model.upper()[link]);
-            let u: f64 = (0..3)
-                .map(|axis| (positions_m[j][axis] - positions_m[i][axis]).powi(2))
-                .sum::<f64>()
-                .sqrt();
-            let l0 = f64::from(model.rest_lengths()[link]) * f64::from(model.unit_m());
-            let alpha = f64::from(model.link_alpha(link));
-            let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
-            let k = f64::from(model.link_weight(link)) * f64::from(model.stiffness_n_per_m());
-            let rounding = 0.5 * eps * (from_centre(i) + from_centre(j));
-            energy += 0.5 * k * d * d;
-            allowance += 4.0 * eps * (0.5 * k * d * d + k * u * d);
-            allowance += k * rounding * (d + 0.5 * rounding);
-        }
-    }
-    (energy, allowance)
-}
 
 /// Where the tool goes, in metres, some of it far outside the body.
 fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
     let near = prop::array::uniform3(-0.05_f32..0.05);
     let far = prop::array::uniform3(-20.0_f32..20.0);
     prop::collection::vec(prop_oneof![4 => near, 1 => far], 1..25)
-}
-
-fn sample(position_m: [f32; 3], engaged: u32) -> ToolSample {
-    ToolSample { position_m: Vector3::from(position_m), engaged }
 }
 
 fn schemes() -> impl Strategy<Value = Scheme> {
