@@ -9,6 +9,8 @@ mod avx2;
 mod neon;
 pub(crate) mod octet;
 pub(crate) mod sliced;
+#[cfg(test)]
+mod tests;
 
 use octet::{Lanes8, Octet};
 
