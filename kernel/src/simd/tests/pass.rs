@@ -133,6 +133,25 @@ impl Place {
     }
 }
 
+/// A body as at rest but for its size: every link within a few roundings of an edge of its band, or
+/// of the length below which it has no direction.
+#[derive(Debug, Clone, Copy)]
+struct Size {
+    edge: usize,
+    roundings: i8,
+}
+
+impl Size {
+    fn factor(self, alpha: f32) -> f32 {
+        let edge = [1.0, 1.0 - alpha, 1.0 + alpha, 1.0e-6, 1.0e-6, 1.0e-6][self.edge];
+        edge * (1.0 + 0.5 * f32::EPSILON * f32::from(self.roundings))
+    }
+}
+
+fn size() -> impl Strategy<Value = Size> {
+    (0_usize..6, -9_i8..=9).prop_map(|(edge, roundings)| Size { edge, roundings })
+}
+
 fn place() -> impl Strategy<Value = Place> {
     let far = -COORDINATE_MAX..=COORDINATE_MAX;
     prop_oneof![
@@ -158,8 +177,9 @@ fn case() -> impl Strategy<Value = Case> {
         ];
         let held = prop::collection::vec(0..n as u16, 0..4);
         let alpha = prop_oneof![Just(0.0_f32), 0.0_f32..0.99];
-        (rest, links, places, held, alpha, any::<[bool; 3]>()).prop_map(
-            |(rest, links, places, mut held, alpha, [alphas, weights, closed])| {
+        let size = prop::option::weighted(0.25, size());
+        (rest, links, (places, size), held, alpha, any::<[bool; 3]>()).prop_map(
+            |(rest, links, (places, size), mut held, alpha, [alphas, weights, closed])| {
                 let length = |[i, j]: [u16; 2]| {
                     rest_length(rest[usize::from(i)], rest[usize::from(j)])
                 };
@@ -174,7 +194,10 @@ fn case() -> impl Strategy<Value = Case> {
                 links.dedup_by_key(|&mut (ends, ..)| ends);
                 held.sort_unstable();
                 held.dedup();
-                let at = places.iter().zip(&rest).map(|(place, &rest)| place.position(rest));
+                let at = places.iter().zip(&rest).map(|(place, &rest)| match size {
+                    Some(size) => rest.map(|x| x * size.factor(alpha) + 0.0),
+                    None => place.position(rest),
+                });
                 let (at, varied) = (at.collect(), Varied { alphas, weights });
                 Case { rest, links, at, held, alpha, varied, closed }
             },
