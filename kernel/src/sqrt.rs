@@ -15,6 +15,16 @@ pub fn sqrt(a: f32) -> f32 {
 /// Square root of `a`; NaN for negative `a`.
 #[must_use]
 #[inline(always)]
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+pub fn sqrt(a: f32) -> f32 {
+    use core::arch::aarch64::{vdup_n_f32, vget_lane_f32, vsqrt_f32};
+    // SAFETY: NEON is part of this target.
+    unsafe { vget_lane_f32::<0>(vsqrt_f32(vdup_n_f32(a))) }
+}
+
+/// Square root of `a`; NaN for negative `a`.
+#[must_use]
+#[inline(always)]
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 pub fn sqrt(a: f32) -> f32 {
     let root: u32;
@@ -47,6 +57,7 @@ pub fn sqrt(a: f32) -> f32 {
 #[inline(always)]
 #[cfg(not(any(
     target_arch = "x86_64",
+    all(target_arch = "aarch64", target_feature = "neon"),
     all(target_arch = "arm", target_abi = "eabihf"),
     all(any(target_arch = "riscv32", target_arch = "riscv64"), target_feature = "f")
 )))]

@@ -58,6 +58,16 @@ fn put_half(lanes: __m128, cell: &mut Cell) {
     unsafe { _mm_store_ps(cell.0.as_mut_ptr(), lanes) };
 }
 
+// No closure, here and below: closures cannot be marked for inlining, and one that is left out is
+// compiled without AVX2.
+#[inline(always)]
+fn put_joined(lanes: __m256, low: &mut Cell, high: &mut Cell) {
+    // SAFETY: see `Avx2`.
+    let halves = unsafe { (_mm256_castps256_ps128(lanes), _mm256_extractf128_ps::<1>(lanes)) };
+    put_half(halves.0, low);
+    put_half(halves.1, high);
+}
+
 /// The two cells of a pair.
 #[inline(always)]
 fn two(chunk: &Chunk, pair: usize) -> [&Cell; 2] {
@@ -171,11 +181,9 @@ impl Octet for Avx2 {
         let [a, b, c, d, e, f, g, h] = *ids;
         // SAFETY: the caller's promise, and see `Avx2`.
         unsafe {
-            let load = |low: u16, high: u16| {
-                let low = cells.get_unchecked(usize::from(low));
-                joined(low, cells.get_unchecked(usize::from(high)))
-            };
-            let (ae, bf, cg, dh) = (load(a, e), load(b, f), load(c, g), load(d, h));
+            let at = |id: u16| cells.get_unchecked(usize::from(id));
+            let (ae, bf) = (joined(at(a), at(e)), joined(at(b), at(f)));
+            let (cg, dh) = (joined(at(c), at(g)), joined(at(d), at(h)));
             let (xy_low, xy_high) = (_mm256_unpacklo_ps(ae, cg), _mm256_unpacklo_ps(bf, dh));
             let (z_low, z_high) = (_mm256_unpackhi_ps(ae, cg), _mm256_unpackhi_ps(bf, dh));
             [
@@ -210,14 +218,10 @@ impl Octet for Avx2 {
         unsafe {
             let (xz_low, xz_high) = (_mm256_unpacklo_ps(x.0, z.0), _mm256_unpackhi_ps(x.0, z.0));
             let (yw_low, yw_high) = (_mm256_unpacklo_ps(y.0, w.0), _mm256_unpackhi_ps(y.0, w.0));
-            let put = |lanes: __m256, low: &mut Cell, high: &mut Cell| {
-                put_half(_mm256_castps256_ps128(lanes), low);
-                put_half(_mm256_extractf128_ps::<1>(lanes), high);
-            };
-            put(_mm256_unpacklo_ps(xz_low, yw_low), a, e);
-            put(_mm256_unpackhi_ps(xz_low, yw_low), b, f);
-            put(_mm256_unpacklo_ps(xz_high, yw_high), c, g);
-            put(_mm256_unpackhi_ps(xz_high, yw_high), d, h);
+            put_joined(_mm256_unpacklo_ps(xz_low, yw_low), a, e);
+            put_joined(_mm256_unpackhi_ps(xz_low, yw_low), b, f);
+            put_joined(_mm256_unpacklo_ps(xz_high, yw_high), c, g);
+            put_joined(_mm256_unpackhi_ps(xz_high, yw_high), d, h);
         }
     }
 
@@ -236,11 +240,7 @@ impl Octet for Avx2 {
             2 => (e, f),
             _ => (g, h),
         };
-        // SAFETY: see `Avx2`.
-        unsafe {
-            put_half(_mm256_castps256_ps128(self.0), low);
-            put_half(_mm256_extractf128_ps::<1>(self.0), high);
-        }
+        put_joined(self.0, low, high);
     }
 
     #[inline(always)]

@@ -6,10 +6,12 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub(crate) mod coarse;
-#[cfg(target_arch = "aarch64")]
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
 mod neon;
 pub(crate) mod octet;
 pub(crate) mod sliced;
+#[cfg(test)]
+mod tests;
 
 use octet::{Lanes8, Octet};
 
@@ -23,10 +25,8 @@ impl VectorUnit {
     pub fn find() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
         let found = avx2::is_offered();
-        #[cfg(target_arch = "aarch64")]
-        let found = true;
-        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-        let found = false;
+        #[cfg(not(target_arch = "x86_64"))]
+        let found = cfg!(all(target_arch = "aarch64", target_feature = "neon"));
         found.then_some(Self(()))
     }
 }
@@ -46,7 +46,7 @@ pub(crate) fn run<W: Work>(unit: Option<VectorUnit>, work: W) -> W::Output {
     match unit {
         #[cfg(target_arch = "x86_64")]
         Some(unit) => avx2::run(unit, work),
-        #[cfg(target_arch = "aarch64")]
+        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
         Some(unit) => neon::run(unit, work),
         _ => work.run::<Lanes8>(),
     }

@@ -2,7 +2,8 @@
 //!
 //! Every operation is exactly rounded or exact, so all implementations give the same bits; none
 //! fuses or approximates. [`Lanes8`] is the definition, in plain Rust; the others are checked
-//! against it operation by operation.
+//! against it operation by operation. The one thing left open is which NaN an invalid operation
+//! makes: that differs between processors, and no such NaN is stored.
 
 #![allow(unsafe_code)]
 
@@ -59,7 +60,8 @@ pub trait Octet: Copy {
     fn transposed(chunk: &Chunk) -> [Self; 4];
     /// The inverse of [`Self::transposed`].
     fn put_transposed(lanes: [Self; 4], chunk: &mut Chunk);
-    /// Cells 2 `pair` and 2 `pair` + 1 of eight, one after the other.
+    /// Cells 2 `pair` and 2 `pair` + 1 of eight, one after the other; `pair` from 0 to 3, here and
+    /// below.
     fn pair(chunk: &Chunk, pair: usize) -> Self;
     /// The inverse of [`Self::pair`].
     fn put_pair(self, chunk: &mut Chunk, pair: usize);
