@@ -84,7 +84,8 @@ impl<'a> Hats<'a> {
     /// Octets of a vector over the hats.
     #[inline(always)]
     pub fn octets(&self) -> usize {
-        self.count.div_ceil(LANES)
+        // A model has at least one hat; the compiler is to know it too.
+        self.count.div_ceil(LANES).max(1)
     }
 
     /// Length of a row of the inverse with its padding.

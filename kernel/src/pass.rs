@@ -50,25 +50,33 @@ impl Energy {
     }
 }
 
-/// Held cells, ascending.
-#[derive(Clone, Copy)]
-pub(crate) struct Held<'a>(pub &'a [Contact]);
+/// Held cells, ascending, met slice by slice.
+pub(crate) struct Held<'a> {
+    contacts: &'a [Contact],
+    /// Those before this one lie in earlier slices.
+    next: usize,
+}
 
-impl Held<'_> {
-    /// Which cells of a slice are free, where some are held.
+impl<'a> Held<'a> {
+    pub fn new(contacts: &'a [Contact]) -> Self {
+        Self { contacts, next: 0 }
+    }
+
+    /// Which cells of a slice are free, where some are held. Slices are to be asked for ascending.
     #[inline(always)]
-    pub fn mask<V: Octet>(self, slice: usize) -> Option<V::Mask> {
-        // A body is held at few cells: most slices are done with one comparison or two.
-        let after = self.0.partition_point(|contact| contact.cell() < slice * LANES);
-        let mut held = [0.0; LANES];
-        let mut any = false;
-        for contact in self.0.get(after..)? {
-            let Some(lane) = contact.cell().checked_sub(slice * LANES) else { continue };
-            let Some(lane) = held.get_mut(lane) else { break };
-            *lane = 1.0;
-            any = true;
+    pub fn mask<V: Octet>(&mut self, slice: usize) -> Option<V::Mask> {
+        let (first, mut held, mut any) = (slice * LANES, [0.0; LANES], false);
+        while let Some(contact) = self.contacts.get(self.next) {
+            if contact.cell() >= first + LANES {
+                break;
+            }
+            if let Some(lane) = held.get_mut(contact.cell().wrapping_sub(first)) {
+                *lane = 1.0;
+                any = true;
+            }
+            self.next += 1;
         }
-        any.then(|| V::load(&held).below(V::splat(0.5)))
+        if any { Some(V::load(&held).below(V::splat(0.5))) } else { None }
     }
 }
 
@@ -97,13 +105,13 @@ impl Links<'_, '_> {
         held: &[Contact],
         reduce: &mut impl Reduce,
     ) {
-        let held = Held(held);
         if let (Some(_), Some(slices)) = (self.vectors, self.model.slices) {
+            let held = Held::new(held);
             let pass = SlicedPass { links: self, slices, awake, at: v, residual, held, reduce };
             return run(self.vectors, pass);
         }
         self.accumulate(awake, v, residual, |v| v);
-        mask(residual, held.0);
+        mask(residual, held);
         run(self.vectors, Reduction { model: self.model, awake, at: v, residual, reduce });
     }
 

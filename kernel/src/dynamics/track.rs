@@ -150,7 +150,7 @@ impl Work for Step<'_, '_> {
             put_pairs(self.published, slice, next);
             put_pairs(self.before, slice, last);
             put_pairs(self.at, slice, ahead);
-            if V::any(started.above(zero)) {
+            if V::any(started.above(zero)) && !self.awake.spread.contains(slice) {
                 moved.slices.insert(slice);
             }
         }

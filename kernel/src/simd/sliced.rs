@@ -107,7 +107,10 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
             add_links(&law, here, there, l0, &mut void, &mut sum);
         }
         if V::any(void) {
-            sum = self.one_by_one(slice);
+            sum = [V::splat(0.0); 4];
+            for (sum, lanes) in sum.iter_mut().zip(&self.one_by_one(slice)) {
+                *sum = V::load(lanes);
+            }
         }
         if let Some(free) = self.held.mask::<V>(slice) {
             let [x, y, z, wd2] = sum;
@@ -131,7 +134,7 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
     /// The sums of a slice with coincident cells, link after link.
     #[cold]
     #[inline(never)]
-    fn one_by_one<V: Octet>(&self, slice: usize) -> [V; 4] {
+    fn one_by_one(&self, slice: usize) -> [[f32; LANES]; 4] {
         let mut lanes = [[0.0_f32; LANES]; 4];
         for lane in 0..LANES {
             let cell = slice * LANES + lane;
@@ -148,7 +151,7 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
                 }
             }
         }
-        [V::load(&lanes[0]), V::load(&lanes[1]), V::load(&lanes[2]), V::load(&lanes[3])]
+        lanes
     }
 }
 

@@ -145,6 +145,17 @@ impl Operands {
             seen.exact("spread", &lanes(V::spread(&self.a, pair)));
             seen.exact("positions", &lanes(two.positions()));
         }
+        let couple = [self.ids[0], self.ids[1]];
+        let mut back = [Cell([7.0; 4]); 16];
+        // SAFETY: the ids are below the number of cells and of values.
+        let two = unsafe { V::couple(&cells, couple) };
+        // SAFETY: as above.
+        unsafe { two.uncouple(&mut back, couple) };
+        seen.exact("couple", &lanes(two));
+        seen.exact("uncouple", &back.map(|cell| cell.0).concat());
+        // SAFETY: as above.
+        let values = unsafe { V::couple_values(self.cells.as_flattened(), couple) };
+        seen.exact("couple_values", &lanes(values));
         seen.exact("twice", &lanes(V::twice(chunk[3])));
         seen.exact("splat", &lanes(V::splat(self.a[0])));
         seen.exact("load and store", &lanes(V::load(&self.a)));
