@@ -69,6 +69,7 @@ trait AnyTissue {
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3];
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
+    fn forbid_sleep(&mut self, model: &Model<'_>);
     fn ram_bytes(&self) -> usize;
 }
 
@@ -103,6 +104,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 
     fn go_scalar(&mut self) {
         self.view().go_scalar();
+    }
+
+    fn forbid_sleep(&mut self, model: &Model<'_>) {
+        self.view().forbid_sleep(model);
     }
 
     fn ram_bytes(&self) -> usize {
@@ -181,6 +186,11 @@ impl<'m> Engine<'m> {
     /// Leaves the vector unit alone until the next reset: the bits stay the same.
     pub fn go_scalar(&mut self) {
         self.tissue.go_scalar();
+    }
+
+    /// Sweeps over every cell until the next reset, at rest too: the bits stay the same.
+    pub fn forbid_sleep(&mut self) {
+        self.tissue.forbid_sleep(self.network.model());
     }
 
     /// Model and settings.

@@ -86,11 +86,20 @@ pub(crate) struct Awake {
     pub set: SliceSet,
     pub spread: SliceSet,
     ticks: u32,
+    /// Nobody is put to sleep.
+    sleepless: bool,
 }
 
 impl Awake {
     /// Everybody sleeps.
-    pub const NOBODY: Self = Self { set: SliceSet::EMPTY, spread: SliceSet::EMPTY, ticks: 0 };
+    pub const NOBODY: Self =
+        Self { set: SliceSet::EMPTY, spread: SliceSet::EMPTY, ticks: 0, sleepless: false };
+
+    /// Everybody wakes for good.
+    pub fn forbid_sleep(&mut self, model: &Model<'_>) {
+        self.sleepless = true;
+        self.wake_all(model);
+    }
 
     /// Everybody wakes.
     pub fn wake_all(&mut self, model: &Model<'_>) {
@@ -139,7 +148,7 @@ impl Awake {
         has_moved: impl Fn(usize) -> bool,
     ) {
         self.ticks = (self.ticks + 1) % SETTLE_TICKS;
-        if self.ticks != 0 {
+        if self.ticks != 0 || self.sleepless {
             return;
         }
         let taut = |cell: usize| residual.get(cell).is_some_and(|r| *r != Cell::ZERO);

@@ -348,6 +348,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.vectors = None;
     }
 
+    /// Sweeps over every cell from here to the next reset, at rest too: the bits stay the same.
+    pub fn forbid_sleep(&mut self, model: &Model<'_>) {
+        self.head.awake.forbid_sleep(model);
+    }
+
     /// Published position of a cell in the frame of the input mesh \[m\]; `None` beyond the last.
     #[must_use]
     pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {

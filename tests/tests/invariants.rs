@@ -181,6 +181,28 @@ proptest! {
         }
     }
 
+    /// Leaving sleeping parts out changes no bit: wide bands, small moves, long rests.
+    #[test]
+    fn sleep_changes_no_bit(case in case(false), scheme in schemes(), scalar in any::<bool>(),
+                            strokes in prop::collection::vec((0.0_f32..0.03, 1_usize..40, 0_u32..2), 1..12)) {
+        let image = case.image(BakeOptions::default());
+        let mut engines = [(); 2].map(|()| case.engine(&image, scheme, Unloading::Release));
+        engines[0].forbid_sleep();
+        if scalar {
+            engines[1].go_scalar();
+        }
+        for (depth, ticks, engaged) in strokes {
+            for tick in 0..ticks {
+                let place = [depth * tick as f32 / ticks as f32, 0.0, 0.0];
+                let [awake, asleep] =
+                    engines.each_mut().map(|engine| engine.tick(&sample(place, engaged)));
+                prop_assert_eq!(awake, asleep);
+                let [awake, asleep] = engines.each_mut().map(|engine| engine.state_hash());
+                prop_assert_eq!(awake, asleep);
+            }
+        }
+    }
+
     /// Saturation: no published coordinate ever leaves the range, the energy rules hold there too,
     /// and the body comes back.
     #[test]
