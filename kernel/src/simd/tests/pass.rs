@@ -87,7 +87,7 @@ impl Case {
             awake: &awake.set,
             at: &at,
             residual: &mut residual,
-            held: Held(&held),
+            held: Held::new(&held),
             reduce: &mut record,
         };
         run(None, pass);
