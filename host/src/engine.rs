@@ -3,7 +3,8 @@
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::{Contact, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Network, TickOutput, TissueMut, ToolSample, Track,
+    Dynamics, Euler, GaussSeidel, Head, Model, Network, Rkl1, Rkl2, Settings, TickOutput,
+    TissueMut, ToolSample, Track,
 };
 use clap::ValueEnum;
 use serde::Serialize;
@@ -12,13 +13,40 @@ use crate::error::{Error, Result};
 
 /// `--dynamics`: the scheme that moves the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// The paper's own: one explicit step of common size a sweep; time is physical.
     Euler,
     /// Momentum with restart under the energy guard: follows the equilibrium.
     #[default]
     Track,
+    /// Runge-Kutta-Legendre of first order: fast, robust relaxation, its way only roughly right.
+    Rkl1,
+    /// Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound.
+    Rkl2,
+    /// Cell by cell in place, over-relaxed: the least RAM; needs a model baked with --colours.
+    GaussSeidel,
+}
+
+impl Scheme {
+    /// The defaults of a scheme with a number of sweeps a tick: the schemes that advance by the
+    /// tick's time are asked for what those sweeps cover.
+    #[must_use]
+    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
+        let defaults = Settings::for_model(model);
+        let tick_time = match self {
+            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
+            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
+            Self::Euler | Self::Track | Self::GaussSeidel => defaults.tick_time,
+        };
+        Settings { sweeps, tick_time, ..defaults }
+    }
+
+    /// Whether [`Settings::tick_time`] is what the scheme goes by.
+    #[must_use]
+    pub fn goes_by_tick(self) -> bool {
+        matches!(self, Self::Rkl1 | Self::Rkl2)
+    }
 }
 
 /// Arrays of a tissue under the scheme `D`.
@@ -37,7 +65,7 @@ impl<D: Dynamics> Memory<D> {
         Self {
             head: Head::NEW,
             state: vec![Cell::ZERO; cells],
-            residual: vec![Cell::ZERO; cells],
+            residual: vec![Cell::ZERO; D::RESIDUALS * cells],
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; D::room_octets(model, contacts)],
             contacts: vec![Contact::NONE; contacts],
@@ -131,12 +159,21 @@ impl<'m> Engine<'m> {
     /// A body at rest with the contact cells `contacts` (ascending, none fixed).
     ///
     /// # Errors
-    /// Contact cells that the kernel refuses, named by their input ids.
+    /// A scheme that the model does not support, contact cells that the kernel refuses, named by
+    /// their input ids.
     pub fn new(network: Network<'m>, scheme: Scheme, contacts: &[u16]) -> Result<Self> {
         let (model, held) = (network.model(), contacts.len());
         let tissue: Box<dyn AnyTissue> = match scheme {
             Scheme::Euler => Box::new(Memory::<Euler>::new(model, held)),
             Scheme::Track => Box::new(Memory::<Track>::new(model, held)),
+            Scheme::Rkl1 => Box::new(Memory::<Rkl1>::new(model, held)),
+            Scheme::Rkl2 => Box::new(Memory::<Rkl2>::new(model, held)),
+            Scheme::GaussSeidel if model.colours() == 0 => {
+                return Err(Error::input(
+                    "--dynamics gauss-seidel: the model has no colours; bake it with --colours",
+                ));
+            }
+            Scheme::GaussSeidel => Box::new(Memory::<GaussSeidel>::new(model, held)),
         };
         let mut engine = Self { network, tissue, contacts: contacts.to_vec() };
         engine.reset()?;

@@ -8,7 +8,8 @@
 //!
 //! - [`Model`]: the body, read in place from its image in flash.
 //! - [`Network`]: a model with [`Settings`] that fit it.
-//! - [`Tissue`]: the state in RAM, under the scheme [`Euler`] or [`Track`].
+//! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`] or
+//!   [`GaussSeidel`].
 //!
 //! ```
 //! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
@@ -62,7 +63,7 @@ mod tick;
 mod tissue;
 pub mod two_float;
 
-pub use dynamics::{Dynamics, Euler, Track};
+pub use dynamics::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};
 pub use hats::hats_room;
 pub use image::ModelError;
 pub use model::Model;

@@ -22,6 +22,8 @@ pub struct Settings {
     pub sweeps: u16,
     /// Common step of `euler` a sweep, at most [`Model::step_max`] [dimensionless time].
     pub step: f32,
+    /// Time that `rkl1` and `rkl2` advance a tick [dimensionless time].
+    pub tick_time: f32,
     /// Largest motion of the contact cells a tick \[m\].
     pub max_tool_step_m: f32,
     /// When the bands close.
@@ -40,6 +42,8 @@ pub enum SettingsError {
         /// The proven bound.
         max: f32,
     },
+    /// The time a tick is not positive and finite.
+    TickTime,
     /// The tool's largest step is not positive and finite.
     MaxToolStep,
     /// The largest force is not positive.
@@ -53,6 +57,7 @@ impl core::fmt::Display for SettingsError {
             Self::Step { max } => {
                 write!(f, "step must be above 0 and at most {max}, the model's proven bound")
             }
+            Self::TickTime => f.write_str("the time a tick must be positive and finite"),
             Self::MaxToolStep => f.write_str("the largest tool step must be positive and finite"),
             Self::MaxForce => f.write_str("the largest force must be positive"),
         }
@@ -62,13 +67,14 @@ impl core::fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 impl Settings {
-    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, one mean link length a
+    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one mean link length a
     /// tick, unloading on release, no force limit.
     #[must_use]
     pub fn for_model(model: &Model<'_>) -> Self {
         Self {
             sweeps: 4,
             step: 0.9 * model.step_max(),
+            tick_time: model.step_max(),
             max_tool_step_m: model.unit_m(),
             unloading: Unloading::Release,
             max_force_n: f32::INFINITY,
@@ -94,6 +100,8 @@ impl<'m> Network<'m> {
             Err(SettingsError::Sweeps)
         } else if !(settings.step > 0.0 && settings.step <= max) {
             Err(SettingsError::Step { max })
+        } else if !(settings.tick_time > 0.0 && settings.tick_time.is_finite()) {
+            Err(SettingsError::TickTime)
         } else if !(settings.max_tool_step_m > 0.0 && settings.max_tool_step_m.is_finite()) {
             Err(SettingsError::MaxToolStep)
         } else if settings.max_force_n.is_nan() || settings.max_force_n <= 0.0 {

@@ -32,6 +32,15 @@ pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
     }
 }
 
+/// Copies a slice between arrays of the same length; nothing where they are shorter.
+#[inline(always)]
+pub(crate) fn copy_slice(to: &mut [Cell], from: &[Cell], slice: usize) {
+    let cells = slice * LANES..from.len().min((slice + 1) * LANES);
+    if let (Some(to), Some(from)) = (to.get_mut(cells.clone()), from.get(cells)) {
+        to.copy_from_slice(from);
+    }
+}
+
 /// Writes a slice as pairs of cells; what lies beyond the end is dropped.
 #[inline(always)]
 pub(crate) fn put_pairs<V: Octet>(cells: &mut [Cell], slice: usize, pairs: [V; 4]) {

@@ -37,7 +37,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let (Some(state), Some(residual), Some(own)) = (
             self.state.get_mut(..cells),
-            self.residual.get_mut(..cells),
+            self.residual.get_mut(..D::RESIDUALS * cells),
             self.own.get_mut(..D::ARRAYS * cells),
         ) else {
             return self.safe(network, flags);
@@ -210,7 +210,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// The constant number of link passes.
+    /// The bounded number of link passes.
     fn sweep(&mut self) {
         let held: &[Contact] = if self.head.engaged { self.contacts } else { &[] };
         let mut body = Body {
@@ -229,6 +229,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             awake: &mut self.head.awake,
             level: &mut self.head.level,
         };
+        self.head.dynamics.begin(self.network.model(), self.network.settings());
         for _ in 0..self.network.settings().sweeps {
             if self.head.dynamics.sweep(&mut body) {
                 self.flags.insert(Flags::ROLLED_BACK);

@@ -32,6 +32,8 @@ pub enum ResetError {
         /// Octets there.
         room: usize,
     },
+    /// The scheme goes by colours, and the model has none: bake it with `--colours`.
+    Colours,
     /// The thread's arithmetic is not what the bits rely on.
     Float(FloatEnvironmentError),
 }
@@ -47,6 +49,7 @@ impl core::fmt::Display for ResetError {
                 "the model's hats need {needed} octets of room, the tissue has {room}: size it with \
                  hats_room, or bake with --hats none"
             ),
+            Self::Colours => f.write_str("the model has no colours: bake it with --colours"),
             Self::Float(why) => write!(f, "{why}"),
         }
     }
@@ -146,7 +149,7 @@ impl<D: Dynamics> Head<D> {
 pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
     head: Head<D>,
     state: [Cell; CELLS],
-    residual: [Cell; CELLS],
+    residual: D::Residual<CELLS>,
     own: D::Arrays<CELLS>,
     room: D::Room,
     contacts: [Contact; CONTACTS],
@@ -164,7 +167,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
         Self {
             head: Head::NEW,
             state: [Cell::ZERO; CELLS],
-            residual: [Cell::ZERO; CELLS],
+            residual: <D::Residual<CELLS> as CellArrays>::ZERO,
             own: <D::Arrays<CELLS> as CellArrays>::ZERO,
             room: <D::Room as Octets>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
@@ -176,7 +179,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
         TissueMut {
             head: &mut self.head,
             state: &mut self.state,
-            residual: &mut self.residual,
+            residual: self.residual.flat(),
             own: self.own.flat(),
             room: self.room.flat(),
             contacts: &mut self.contacts,
@@ -221,15 +224,15 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
 /// octets.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
-    (2 + D::ARRAYS) * cells * size_of::<Cell>()
+    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell>()
         + contacts * size_of::<Contact>()
         + room * size_of::<Eight>()
 }
 
 /// A tissue of any size, over memory that somebody else owns.
 ///
-/// `state` and `residual` hold at least as many cells as the model, `own` [`Dynamics::ARRAYS`]
-/// times as many as `state`; a reset refuses a model that does not fit.
+/// `state` holds at least as many cells as the model, `residual` [`Dynamics::RESIDUALS`] and `own`
+/// [`Dynamics::ARRAYS`] times as many; a reset refuses a model that does not fit.
 pub struct TissueMut<'a, D: Dynamics> {
     /// Scalar state.
     pub head: &'a mut Head<D>,
@@ -252,11 +255,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// A model that does not fit, or arithmetic that is not IEEE 754 to nearest.
     pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
         float_env::check().map_err(ResetError::Float)?;
-        let needed = network.model().cells();
-        let own = self.own.len().checked_div(D::ARRAYS).unwrap_or(usize::MAX);
-        let capacity = self.state.len().min(self.residual.len()).min(own);
-        if needed > capacity {
-            return Err(ResetError::Capacity { needed, capacity });
+        let cells = network.model().cells();
+        let room = |array: &[Cell], of| array.len().checked_div(of).unwrap_or(usize::MAX);
+        let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
+        let capacity = self.state.len().min(residual).min(own);
+        if cells > capacity {
+            return Err(ResetError::Capacity { needed: cells, capacity });
+        }
+        if D::needs_colours(network.model()) {
+            return Err(ResetError::Colours);
         }
         let (needed, room) = (D::room(network.model(), 0), self.room.len());
         if needed > room {
@@ -269,7 +276,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(*rest);
         }
-        for array in self.own.chunks_mut(needed.max(1)).take(D::ARRAYS) {
+        for array in self.own.chunks_mut(cells.max(1)).take(D::ARRAYS) {
             for (own, v) in array.iter_mut().zip(&*self.state) {
                 *own = *v;
             }

@@ -25,6 +25,8 @@ pub struct Case {
     pub hats: Option<f64>,
     /// Sweeps a tick.
     pub sweeps: u16,
+    /// Time a tick of the schemes that go by it, in steps.
+    pub tick_time: f32,
 }
 
 /// Random cases, `floating` ones without fixed nodes.
@@ -38,8 +40,9 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
         let alpha = prop_oneof![Just(0.0), 0.0..0.99];
         let decades = prop::collection::vec(-3.0_f64..3.0, n);
         let hats = prop::option::of(1.0_f64..4.0);
-        (nodes, chords, parents, fixed, alpha, decades, (hats, 1_u16..5)).prop_map(
-            move |(nodes_m, chords, parents, mut fixed, alpha, decades, (hats, sweeps))| {
+        let rates = (prop_oneof![3 => 1_u16..5, 1 => 5_u16..16], 0.5_f32..40.0);
+        (nodes, chords, parents, fixed, alpha, decades, (hats, rates)).prop_map(
+            move |(nodes_m, chords, parents, mut fixed, alpha, decades, (hats, rates))| {
                 let tree = parents.iter().enumerate().map(|(i, parent)| {
                     let child = i as u32 + 1;
                     [parent.index(i + 1) as u32, child]
@@ -54,7 +57,8 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
                     fixed.clear();
                 }
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
-                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, hats, sweeps }
+                let (sweeps, tick_time) = rates;
+                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, hats, sweeps, tick_time }
             },
         )
     })
@@ -76,6 +80,7 @@ impl Case {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
             hats: self.hats.map_or(HatSpacing::None, HatSpacing::Links),
+            colours: true,
             ..options
         };
         bake(&mesh, &self.fixed, &options).unwrap()
@@ -91,10 +96,10 @@ impl Case {
     ) -> Engine<'m> {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let settings = Settings {
-            sweeps: self.sweeps,
             step: model.step_max(),
+            tick_time: self.tick_time * model.step_max(),
             unloading,
-            ..Settings::for_model(&model)
+            ..scheme.settings(&model, self.sweeps)
         };
         let network = Network::new(model, settings).unwrap();
         // The last node is never fixed; the tool holds it.

@@ -233,6 +233,27 @@ fn run_parameters_out_of_range() {
     for step in ["0", "-0.1", "0.51", "1e9", "NaN", "inf"] {
         place.refuses_run(&["--dynamics", "euler", "--step", step], &["--step", bound]);
     }
+    let mut scheme = ["--dynamics", "rkl2", "--step", ""];
+    for step in ["0", "-0.1", "NaN", "inf"] {
+        scheme[3] = step;
+        place.refuses_run(&scheme, &["--step", "must be above 0 and finite"]);
+    }
+    // 4 sweeps of at most 0.5 in a tick of 1 ms.
+    for (constant_s, dynamics, why) in [
+        ("0.0004", "euler", "bound is 0.5: at least 0.0005 s with 4 sweeps"),
+        ("0", "euler", "must be above 0 and finite"),
+        ("-1", "rkl1", "must be above 0 and finite"),
+        ("NaN", "rkl2", "must be above 0 and finite"),
+        ("1e-44", "rkl2", "must be above 0 and finite"),
+        ("0.1", "track", "answers the static question"),
+        ("0.1", "gauss-seidel", "answers the static question"),
+    ] {
+        let scheme = ["--dynamics", dynamics, "--time-constant-s", constant_s];
+        place.refuses_run(&scheme, &["--time-constant-s", why]);
+    }
+    let both = ["--dynamics", "euler", "--step", "0.1", "--time-constant-s", "1"];
+    place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);
+    place.refuses_run(&["--dynamics", "gauss-seidel"], &["gauss-seidel", "--colours"]);
     for option in ["--max-tool-step-m", "--max-force-n"] {
         for value in ["0", "-1", "NaN", "inf"] {
             place.refuses_run(&[option, value], &[option, "must be above 0 and finite"]);

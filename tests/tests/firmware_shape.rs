@@ -10,7 +10,8 @@ use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::{
-    Euler, Model, Network, ResetError, Settings, Tissue, ToolSample, Track, include_model,
+    Euler, GaussSeidel, Model, Network, ResetError, Rkl1, Rkl2, Settings, Tissue, ToolSample,
+    Track, include_model,
 };
 use nalgebra::Vector3;
 
@@ -87,6 +88,9 @@ fn euler_carries_no_momentum() {
     let arrays = |bytes: usize| bytes / (81 * 16);
     assert_eq!(arrays(euler - Tissue::<1, Euler, 1>::RAM_BYTES), 1);
     assert_eq!(arrays(track - euler), 2);
+    assert_eq!(arrays(Tissue::<81, Rkl1, 1>::RAM_BYTES - euler), 2);
+    assert_eq!(arrays(Tissue::<81, Rkl2, 1>::RAM_BYTES - euler), 3);
+    assert_eq!(arrays(euler - Tissue::<81, GaussSeidel, 1>::RAM_BYTES), 1);
 }
 
 #[test]
@@ -95,6 +99,14 @@ fn a_tissue_that_is_too_small_says_so() {
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     let refused = Tissue::<80, Track>::new().reset(&network);
     assert_eq!(refused, Err(ResetError::Capacity { needed: 81, capacity: 80 }));
+}
+
+#[test]
+fn a_model_without_colours_is_not_for_gauss_seidel() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let refused = Tissue::<81, GaussSeidel>::new().reset(&network);
+    assert_eq!(refused, Err(ResetError::Colours));
 }
 
 /// A network that the tissue was not reset for is answered by the safe state, not by nonsense.

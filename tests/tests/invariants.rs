@@ -7,6 +7,7 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Flags, Model, Network, Settings, Unloading};
 use chaincell_tests::graph::{case, energy_j, sample};
+use clap::ValueEnum;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -18,7 +19,7 @@ fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
 }
 
 fn schemes() -> impl Strategy<Value = Scheme> {
-    prop_oneof![Just(Scheme::Euler), Just(Scheme::Track)]
+    prop::sample::select(Scheme::value_variants())
 }
 
 proptest! {
@@ -36,7 +37,7 @@ proptest! {
         for position_m in moves {
             let output = engine.tick(&sample(position_m, 1));
             let (energy, allowance) = energy_j(&mut engine);
-            if scheme == Scheme::Track {
+            if scheme != Scheme::Euler {
                 let certified = f64::from(output.energy_j);
                 prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
             }
@@ -50,7 +51,7 @@ proptest! {
             prop_assert_eq!(output.force_n, Vector3::zeros());
             prop_assert_eq!(output.contacts, 0);
             let (energy, allowance) = energy_j(&mut engine);
-            if scheme == Scheme::Track {
+            if scheme != Scheme::Euler {
                 prop_assert!(output.energy_j <= level, "level {} after {level}", output.energy_j);
                 let certified = f64::from(output.energy_j);
                 prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
@@ -157,6 +158,7 @@ proptest! {
                 PerCell::Uniform(20.0)
             },
             hats: case.hats.map_or(HatSpacing::None, HatSpacing::Links),
+            colours: true,
             ..BakeOptions::default()
         };
         let image = bake(&mesh, &case.fixed, &options).unwrap();
@@ -225,7 +227,7 @@ proptest! {
         }
         for _ in 0..100 {
             let output = engine.tick(&sample([0.0; 3], 0));
-            if scheme == Scheme::Track {
+            if scheme != Scheme::Euler {
                 let (energy, allowance) = energy_j(&mut engine);
                 prop_assert!(output.energy_j <= level);
                 let certified = f64::from(output.energy_j);
@@ -240,9 +242,11 @@ proptest! {
 #[test]
 fn ten_thousand_ticks_of_rest() {
     let mesh = chaincell_host::mesh::load("organ:300", &Default::default()).unwrap();
-    let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default()).unwrap();
+    let image =
+        bake(&mesh, &mesh.default_fixed, &BakeOptions { colours: true, ..BakeOptions::default() })
+            .unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for scheme in [Scheme::Euler, Scheme::Track] {
+    for &scheme in Scheme::value_variants() {
         let network = Network::new(model, Settings::for_model(&model)).unwrap();
         let mut engine = Engine::new(network, scheme, &[]).unwrap();
         let before = engine.state_hash();

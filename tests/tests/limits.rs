@@ -5,6 +5,7 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample};
+use clap::ValueEnum;
 use nalgebra::Vector3;
 
 fn plane(options: &BakeOptions) -> ImageBytes {
@@ -32,9 +33,13 @@ fn pull(
 #[test]
 fn the_energy_bound_never_locks_the_tool() {
     let energy_max_j = 0.0005;
-    let image = plane(&BakeOptions { energy_max_j: Some(energy_max_j), ..BakeOptions::default() });
+    let image = plane(&BakeOptions {
+        energy_max_j: Some(energy_max_j),
+        colours: true,
+        ..BakeOptions::default()
+    });
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
-    for scheme in [Scheme::Euler, Scheme::Track] {
+    for &scheme in Scheme::value_variants() {
         let back = std::iter::repeat_n(0.0, 400);
         let answers = pull(&image, scheme, |settings| settings, out.clone().chain(back));
         let bound = energy_max_j as f32 * 1.0001;

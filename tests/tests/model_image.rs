@@ -25,6 +25,7 @@ fn image() -> &'static ImageBytes {
         let options = BakeOptions {
             alpha: ramp(0.0, 0.2),
             stiffness_n_per_m: ramp(5.0, 50.0),
+            colours: true,
             ..BakeOptions::default()
         };
         bake(&mesh, &mesh.default_fixed, &options).unwrap()
@@ -100,6 +101,25 @@ fn errors_name_what_is_wrong() {
         error(with(at(kind::TETRAHEDRA, 0), &[255, 255])),
         ModelError::Index(kind::TETRAHEDRA, 0)
     );
+    let (cells, size) = section(&bytes, kind::COLOUR_CELLS);
+    let colour = |cell: usize| &bytes[cells + 2 * cell..cells + 2 * cell + 2];
+    let twice = error(with(cells + 2, colour(0)));
+    assert_eq!(twice, ModelError::Index(kind::COLOUR_CELLS, 1));
+    // The last cell of all in the first colour, where a linked one is.
+    let last = with(cells, colour(size / 2 - 1));
+    assert!(matches!(error(last), ModelError::Index(kind::COLOUR_CELLS, _)));
+    assert_eq!(
+        error(with(at(kind::COLOUR_ROWS, 0), &[1, 0])),
+        ModelError::Index(kind::COLOUR_ROWS, 0)
+    );
+    // One colour for all.
+    let rows = section(&bytes, kind::COLOUR_ROWS);
+    let all = (size as u32 / 2).to_le_bytes();
+    let mut one = bytes.clone();
+    for at in (rows.0 + 4..rows.0 + rows.1).step_by(4) {
+        one[at..at + 4].copy_from_slice(&all);
+    }
+    assert!(matches!(error(one), ModelError::Index(kind::COLOUR_CELLS, _)));
     assert_eq!(error(with(at(kind::PARAMS, 0), &[65, 0])), ModelError::SectionSize(kind::REST));
 }
 
@@ -107,11 +127,13 @@ fn press(image: &ImageBytes) -> Option<f32> {
     let model = Model::from_bytes(image.as_bytes()).ok()?;
     let network = Network::new(model, Settings::for_model(&model)).ok()?;
     let free = (0..model.cells() as u16).rev().find(|&cell| !model.is_fixed(cell))?;
-    let mut engine = Engine::new(network, Scheme::Track, &[free]).ok()?;
     let mut last = 0.0;
-    for tick in 0..20_i16 {
-        let position_m = Vector3::new(0.0, 0.0, -0.001 * f32::from(tick));
-        last = engine.tick(&ToolSample { position_m, engaged: 1 }).force_n.z;
+    for scheme in [Scheme::GaussSeidel, Scheme::Track] {
+        let mut engine = Engine::new(network, scheme, &[free]).ok()?;
+        for tick in 0..20_i16 {
+            let position_m = Vector3::new(0.0, 0.0, -0.001 * f32::from(tick));
+            last = engine.tick(&ToolSample { position_m, engaged: 1 }).force_n.z;
+        }
     }
     Some(last)
 }

@@ -151,10 +151,50 @@ fn the_summary_says_what_was_run() {
     assert!(step("p999") <= step("max"));
 }
 
+/// A time constant is a step: of euler a sweep, of the others a tick.
+#[test]
+fn a_time_constant_is_a_step() {
+    let place = Place::plane(&[]);
+    for (dynamics, sweeps, step) in
+        [("euler", "4", "0.125"), ("rkl1", "8", "0.5"), ("rkl2", "8", "0.5")]
+    {
+        let common = ["--dynamics", dynamics, "--sweeps", sweeps];
+        let with = |name: &str, more: [&str; 2]| {
+            place.run(&format!("{dynamics}{name}"), &press(40, D), &[&common[..], &more].concat())
+        };
+        let constant = with("constant", ["--time-constant-s", "0.002"]);
+        let found = summary(&constant.out);
+        assert_eq!(found["network_time_per_tick"].as_f64().unwrap(), 0.5, "{dynamics}");
+        assert!((found["time_constant_s"].as_f64().unwrap() - 0.002).abs() < 1e-9);
+        assert_eq!(found["step"].as_f64().unwrap(), step.parse::<f64>().unwrap());
+        assert_eq!(constant.hash(), with("step", ["--step", step]).hash());
+        assert_ne!(constant.hash(), with("slower", ["--time-constant-s", "0.004"]).hash());
+    }
+}
+
+/// In the same time of the network, Runge-Kutta-Legendre ends where many small Euler steps do.
+#[test]
+fn schemes_in_time_agree() {
+    let place = Place::plane(&["--diagonals"]);
+    let scheme = |dynamics, sweeps| {
+        let scheme = ["--dynamics", dynamics, "--sweeps", sweeps, "--time-constant-s", "0.0005"];
+        place.run(dynamics, &press(30, D), &scheme).cells("final")
+    };
+    let exact = scheme("euler", "500");
+    for (dynamics, sweeps, close) in [("rkl2", "20", 2e-3), ("rkl1", "20", 2e-2)] {
+        let off = scheme(dynamics, sweeps)
+            .into_iter()
+            .zip(&exact)
+            .map(|(a, b)| norm(std::array::from_fn(|axis| a[axis] - b[axis])));
+        let off = off.fold(0.0, f64::max) / f64::from(D);
+        assert!(off < close, "{dynamics}: {off:e} of the depth");
+    }
+}
+
 #[test]
 fn the_same_path_gives_the_same_bytes() {
-    for dynamics in ["track", "euler"] {
-        let place = Place::plane(&["--alpha", "0.05"]);
+    for dynamics in ["track", "euler", "rkl1", "rkl2", "gauss-seidel"] {
+        let place = Place::plane(&["--alpha", "0.05", "--colours"]);
         let options = ["--dynamics", dynamics, "--snapshot-ticks", "50"];
         let one = place.run("one", &press_and_release(), &options);
         let two = place.run("two", &press_and_release(), &options);

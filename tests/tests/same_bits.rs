@@ -50,7 +50,9 @@ struct Twins<'m>([Engine<'m>; 2]);
 
 impl<'m> Twins<'m> {
     fn new(model: Model<'m>, scheme: Scheme, unloading: Unloading) -> Self {
-        let settings = Settings { unloading, sweeps: 3, ..Settings::for_model(&model) };
+        // A super-step takes four sweeps.
+        let sweeps = if scheme.goes_by_tick() { 9 } else { 3 };
+        let settings = Settings { unloading, ..scheme.settings(&model, sweeps) };
         let network = Network::new(model, settings).unwrap();
         let free = (0..model.cells() as u16).filter(|&cell| !model.is_fixed(cell));
         let free: Vec<u16> = free.collect();
@@ -103,7 +105,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
         ] {
             let with_hats = hats != HatSpacing::None;
             let alpha = PerCell::Uniform(alpha);
-            let options = BakeOptions { alpha, hats, ..BakeOptions::default() };
+            let options = BakeOptions { alpha, hats, colours: true, ..BakeOptions::default() };
             let image = bake(&mesh, &fixed, &options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
@@ -184,8 +186,14 @@ fn varied(mesh: &Mesh, fixed: &[u32], varied: [bool; 2], hats: HatSpacing) -> Im
     let stiff = if varied[1] { each(|x| 10.0_f64.powf(3.0 * x)) } else { PerCell::Uniform(20.0) };
     // Far out: positions up to 9e5 mean link lengths are within K.
     let saturation_m = Some(9.0e3);
-    let options =
-        BakeOptions { alpha, stiffness_n_per_m: stiff, saturation_m, hats, ..Default::default() };
+    let options = BakeOptions {
+        alpha,
+        stiffness_n_per_m: stiff,
+        saturation_m,
+        hats,
+        colours: true,
+        ..Default::default()
+    };
     bake(mesh, fixed, &options).unwrap()
 }
 

@@ -1,6 +1,7 @@
 //! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
 //! bands and weights, the bounds that the kernel's proofs need.
 
+mod colours;
 mod hats;
 mod image;
 mod notes;
@@ -56,6 +57,8 @@ pub struct BakeOptions {
     pub energy_max_j: Option<f64>,
     /// `--hats`: the coarse level of `track`.
     pub hats: HatSpacing,
+    /// `--colours`: add the order that `gauss-seidel` needs.
+    pub colours: bool,
     /// `--lean`: leave out what only a display or a vector unit needs.
     pub lean: bool,
 }
@@ -70,6 +73,7 @@ impl Default for BakeOptions {
             capacitance: 1.0,
             energy_max_j: None,
             hats: HatSpacing::BySize,
+            colours: false,
             lean: false,
         }
     }
@@ -311,7 +315,11 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
     if !options.lean {
         slices::push(&mut sections, cells, &adjacency, links, &values);
     }
-    hats::push(&mut sections, body, &mobility, &weight, options.hats)?;
+    if options.colours {
+        colours::push(&mut sections, &adjacency, links, &mobility);
+    }
+    let has_band = alphas.iter().any(|&alpha| alpha > 0.0);
+    hats::push(&mut sections, body, &mobility, &weight, options.hats, has_band)?;
     surface(&mut sections, mesh, body, options.lean);
     Ok(sections.finish())
 }

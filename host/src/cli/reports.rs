@@ -1,7 +1,7 @@
 //! What commands print about a model, as a table or as JSON.
 
 use chaincell_kernel::contact::Contact;
-use chaincell_kernel::{Dynamics, Euler, Head, Model, Track, array_bytes};
+use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Model, Rkl1, Rkl2, Track, array_bytes};
 use serde::Serialize;
 
 use crate::error::Result;
@@ -30,6 +30,7 @@ pub struct ModelReport {
     parts: u32,
     step_bound: f32,
     hats: usize,
+    colours: usize,
     alpha: f32,
     alpha_varies: bool,
     stiffness_n_per_m: f32,
@@ -43,6 +44,9 @@ pub struct ModelReport {
     image_bytes: usize,
     ram_bytes: usize,
     ram_bytes_euler: usize,
+    ram_bytes_rkl1: usize,
+    ram_bytes_rkl2: usize,
+    ram_bytes_gauss_seidel: usize,
     checksum: String,
 }
 
@@ -65,6 +69,7 @@ impl ModelReport {
             parts: model.parts(),
             step_bound: model.step_max(),
             hats: model.hats(),
+            colours: model.colours(),
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
@@ -78,6 +83,9 @@ impl ModelReport {
             image_bytes,
             ram_bytes: ram_bytes::<Track>(model),
             ram_bytes_euler: ram_bytes::<Euler>(model),
+            ram_bytes_rkl1: ram_bytes::<Rkl1>(model),
+            ram_bytes_rkl2: ram_bytes::<Rkl2>(model),
+            ram_bytes_gauss_seidel: ram_bytes::<GaussSeidel>(model),
             checksum: format!("{:08x}", model.checksum()),
         }
     }
@@ -97,6 +105,7 @@ impl ModelReport {
         )?;
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
         row("hats", format!("{} (coarse level of track)", self.hats))?;
+        row("colours", format!("{} (gauss-seidel)", self.colours))?;
         row("mean link", format!("{:.4e} m", self.mean_link_m))?;
         row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
         row(
@@ -107,10 +116,15 @@ impl ModelReport {
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         row("energy bound", format!("{:.4} J", self.energy_max_j))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
-        row(
-            "RAM",
-            format!("{} bytes (track), {} bytes (euler)", self.ram_bytes, self.ram_bytes_euler),
-        )?;
+        for (name, bytes) in [
+            ("track", self.ram_bytes),
+            ("euler", self.ram_bytes_euler),
+            ("rkl1", self.ram_bytes_rkl1),
+            ("rkl2", self.ram_bytes_rkl2),
+            ("gauss-seidel", self.ram_bytes_gauss_seidel),
+        ] {
+            row("RAM", format!("{bytes} bytes ({name})"))?;
+        }
         row("checksum", self.checksum.clone())
     }
 }

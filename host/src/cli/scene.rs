@@ -11,6 +11,9 @@ use crate::engine::{Engine, Scheme, to_m};
 use crate::error::{Error, Result};
 use crate::mesh;
 
+/// Length of a tick [s].
+const TICK_S: f32 = 1e-3;
+
 /// Contact, dynamics and limits.
 #[derive(Debug, Clone, clap::Args)]
 pub struct SceneArgs {
@@ -18,12 +21,19 @@ pub struct SceneArgs {
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
-    /// Scheme: track follows the equilibrium, euler is the paper's own, for relaxation in time
+    /// Scheme: track follows the equilibrium; euler is the paper's own, for relaxation in time;
+    /// rkl2 the same trajectory beyond euler's bound, rkl1 its robust form; gauss-seidel
+    /// needs the least RAM and a model baked with --colours
     #[arg(long, value_enum, default_value_t)]
     pub dynamics: Scheme,
-    /// Step of euler a sweep, dimensionless time [default: 0.9 of the model's bound]
+    /// Dimensionless time: the step of euler a sweep [default: 0.9 of the model's bound], or what
+    /// rkl1 and rkl2 advance a tick [default: what the sweeps cover]
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub step: Option<f32>,
+    /// Time constant of the body's relaxation [s]: a tick of 1 ms advances 1 ms / S of dimensionless
+    /// time, with euler, rkl1 or rkl2
+    #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "step")]
+    pub time_constant_s: Option<f32>,
     /// Sweeps a tick
     #[arg(long, default_value_t = 4, value_name = "N", allow_negative_numbers = true)]
     pub sweeps: u16,
@@ -58,6 +68,8 @@ pub struct SceneReport {
     sweeps_per_tick: u16,
     step: f32,
     step_bound: f32,
+    time_constant_s: Option<f32>,
+    network_time_per_tick: Option<f32>,
     max_tool_step_m: f32,
     unloading: UnloadingArg,
     max_force_n: Option<f32>,
@@ -77,10 +89,12 @@ pub struct SceneReport {
 impl SceneArgs {
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
-        let defaults = Settings::for_model(&model);
+        let defaults = self.dynamics.settings(&model, self.sweeps);
+        let (step, tick_time) = self.times(&model, &defaults)?;
         let settings = Settings {
             sweeps: self.sweeps,
-            step: self.step.unwrap_or(defaults.step),
+            step,
+            tick_time,
             max_tool_step_m: self.max_tool_step_m.unwrap_or(defaults.max_tool_step_m),
             unloading: match self.unloading {
                 UnloadingArg::Off => Unloading::Off,
@@ -96,6 +110,45 @@ impl SceneArgs {
         Engine::new(network, self.dynamics, &self.contacts(&model)?)
     }
 
+    /// Step a sweep, and time a tick for the schemes that go by it.
+    fn times(&self, model: &Model<'_>, defaults: &Settings) -> Result<(f32, f32)> {
+        let by_tick = self.dynamics.goes_by_tick();
+        let Some(constant_s) = self.time_constant_s else {
+            let given = |otherwise: f32| self.step.unwrap_or(otherwise);
+            return Ok(if by_tick {
+                (defaults.step, given(defaults.tick_time))
+            } else {
+                (given(defaults.step), defaults.tick_time)
+            });
+        };
+        let refused =
+            |why: String| Err(Error::input(format!("--time-constant-s {constant_s}: {why}")));
+        let tick_time = TICK_S / constant_s;
+        if !(constant_s > 0.0 && tick_time > 0.0 && tick_time.is_finite()) {
+            return refused("must be above 0 and finite [s]".into());
+        }
+        if by_tick {
+            return Ok((defaults.step, tick_time));
+        }
+        if self.dynamics != Scheme::Euler {
+            return refused(
+                "this scheme answers the static question; take --dynamics euler, rkl1 or rkl2"
+                    .into(),
+            );
+        }
+        let sweeps = f32::from(self.sweeps.max(1));
+        let (step, bound) = (tick_time / sweeps, model.step_max());
+        if step > bound {
+            return refused(format!(
+                "euler would step by {step} a sweep, the model's proven bound is {bound}: at least \
+                 {} s with {} sweeps a tick, or --dynamics rkl2",
+                TICK_S / (bound * sweeps),
+                self.sweeps
+            ));
+        }
+        Ok((step, tick_time))
+    }
+
     fn refuse(&self, why: SettingsError) -> Error {
         let show = |value: Option<f32>| value.map_or(String::new(), |value| format!(" {value}"));
         Error::input(match why {
@@ -104,6 +157,9 @@ impl SceneArgs {
                 "--step{}: must be above 0 and at most {max}, the model's proven bound",
                 show(self.step)
             ),
+            SettingsError::TickTime => {
+                format!("--step{}: must be above 0 and finite", show(self.step))
+            }
             SettingsError::MaxToolStep => format!(
                 "--max-tool-step-m{}: must be above 0 and finite",
                 show(self.max_tool_step_m)
@@ -159,6 +215,7 @@ impl SceneArgs {
         args.push(format!("--unloading={}", name(self.unloading.to_possible_value())));
         for (option, value) in [
             ("--step", self.step),
+            ("--time-constant-s", self.time_constant_s),
             ("--max-tool-step-m", self.max_tool_step_m),
             ("--max-force-n", self.max_force_n),
         ] {
@@ -173,11 +230,18 @@ impl SceneArgs {
         let mut contact_nodes: Vec<u32> =
             engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
         contact_nodes.sort_unstable();
+        let by_tick = self.dynamics.goes_by_tick();
+        let euler = f32::from(settings.sweeps) * settings.step;
         SceneReport {
             dynamics: self.dynamics,
             sweeps_per_tick: settings.sweeps,
-            step: settings.step,
+            step: if by_tick { settings.tick_time } else { settings.step },
             step_bound: model.step_max(),
+            time_constant_s: self.time_constant_s,
+            network_time_per_tick: match self.dynamics {
+                Scheme::Euler => Some(euler),
+                _ => by_tick.then_some(settings.tick_time),
+            },
             max_tool_step_m: settings.max_tool_step_m,
             unloading: self.unloading,
             max_force_n: self.max_force_n,

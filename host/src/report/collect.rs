@@ -212,7 +212,7 @@ fn settle(options: &Options, report: &mut Report, bar: &ProgressBar) -> Result<(
             press.moved()
         ));
         for setting in scene.settings() {
-            if options.quick && setting != Setting::TRACK {
+            if setting.scheme.goes_by_tick() || options.quick && setting != Setting::TRACK {
                 continue;
             }
             let settled = press.setting(setting)?;

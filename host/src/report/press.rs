@@ -83,10 +83,9 @@ pub fn sample(scene: &Scene, unit_m: f32, depth_links: f64) -> ToolSample {
 pub fn engine(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Engine<'_>> {
     let model = scene.model_for(setting)?;
     let settings = Settings {
-        sweeps,
         max_tool_step_m: 1e3 * model.unit_m(),
         unloading: Unloading::Off,
-        ..Settings::for_model(&model)
+        ..setting.scheme.settings(&model, sweeps)
     };
     let network = Network::new(model, settings).map_err(Error::check)?;
     Engine::new(network, setting.scheme, &scene.contacts)

@@ -46,7 +46,8 @@ impl Scene {
         contact: Contact,
         alpha: f64,
     ) -> Result<Self> {
-        let options = BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() };
+        let alpha = PerCell::Uniform(alpha);
+        let options = BakeOptions { alpha, colours: true, ..BakeOptions::default() };
         let image = bake(mesh, fixed, &options)?;
         let model = parse(&image)?;
         let without = BakeOptions { hats: HatSpacing::None, ..options };

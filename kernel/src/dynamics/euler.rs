@@ -20,6 +20,7 @@ use crate::pass::{Energy, totals};
 use crate::simd::octet::Octet;
 use crate::simd::{Work, run};
 use crate::slice::{Moved, eight, eight_values, put_pairs};
+use crate::two_float::TwoFloat;
 
 /// State of the scheme: whether any state is beyond K.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,17 +32,18 @@ impl Dynamics for Euler {
     const NAME: &'static str = "euler";
     const REST: Self = Self { saturated: false };
     const ARRAYS: usize = 0;
+    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 0];
     type Room = [Eight; 0];
 }
 
 /// v += step r of the free cells in awake slices.
-pub(super) struct Step<'a, 'm> {
-    pub model: &'a Model<'m>,
-    pub awake: &'a Awake,
-    pub state: &'a mut [Cell],
-    pub residual: &'a [Cell],
-    pub step: f32,
+struct Step<'a, 'm> {
+    model: &'a Model<'m>,
+    awake: &'a Awake,
+    state: &'a mut [Cell],
+    residual: &'a [Cell],
+    step: f32,
 }
 
 impl Work for Step<'_, '_> {
@@ -77,49 +79,56 @@ impl Work for Step<'_, '_> {
     }
 }
 
-impl Euler {
-    /// A step with the leak of states beyond K; returns the largest magnitude of a state.
-    fn saturated_step(body: &mut Body<'_, '_>) -> f32 {
-        let model = body.links.model;
-        body.awake.wake_all(model);
-        body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
-        let [sum] = totals(body.residual.iter().map(|r| [r.w()]));
-        body.level.set(sum.times_power_of_two(0.125));
-        let step = body.settings.step / model.capacitance();
-        let (leak, k) = (step / model.resistance(), model.saturation());
-        let mut highest = 0.0;
-        for ((v, r), &mobility) in body.state.iter_mut().zip(&*body.residual).zip(model.mobility) {
-            if mobility > 0.0 {
-                let next = add(v.xyz(), scale(step, r.xyz()));
-                *v = Cell::at(sub(next, scale(leak, sub(v.xyz(), output(v.xyz(), k)))));
-            }
-            let here = peak(v.xyz());
-            highest = if here > highest { here } else { highest };
+/// A step of the outputs, with the leak of states beyond K: the energy before it, in internal
+/// units, and the largest magnitude of a state after it. Held cells go back to where the tool has
+/// them.
+pub(super) fn saturated_step(body: &mut Body<'_, '_>, step: f32) -> (TwoFloat, f32) {
+    let model = body.links.model;
+    body.awake.wake_all(model);
+    body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
+    let [sum] = totals(body.residual.iter().map(|r| [r.w()]));
+    let step = step / model.capacitance();
+    let (leak, k) = (step / model.resistance(), model.saturation());
+    let mut highest = 0.0;
+    for ((v, r), &mobility) in body.state.iter_mut().zip(&*body.residual).zip(model.mobility) {
+        if mobility > 0.0 {
+            let next = add(v.xyz(), scale(step, r.xyz()));
+            *v = Cell::at(sub(next, scale(leak, sub(v.xyz(), output(v.xyz(), k)))));
         }
-        highest
+        let here = peak(v.xyz());
+        highest = if here > highest { here } else { highest };
     }
+    let held = body.restore_held();
+    (sum.times_power_of_two(0.125), if held > highest { held } else { highest })
+}
+
+/// A step within K from residuals that are there; the largest magnitude of a state after it.
+pub(super) fn linear_step(body: &mut Body<'_, '_>, step: f32) -> f32 {
+    let model = body.links.model;
+    let step = step / model.capacitance();
+    let (awake, residual) = (&*body.awake, &*body.residual);
+    let moved = run(body.links.vectors, Step { model, awake, state: body.state, residual, step });
+    let has_moved = |cell: usize| residual.get(cell).is_some_and(|r| r.xyz() != [0.0; 3]);
+    body.awake.wake_neighbours(model, &moved.slices, has_moved);
+    let held = body.restore_held();
+    if held > moved.peak { held } else { moved.peak }
 }
 
 impl Scheme for Euler {
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
-        let model = body.links.model;
+        let step = body.settings.step;
         let highest = if self.saturated {
-            Self::saturated_step(body)
+            let (energy, highest) = saturated_step(body, step);
+            body.level.set(energy);
+            highest
         } else {
             let mut energy = Energy::default();
             body.links.pass(&body.awake.set, body.state, body.residual, body.held, &mut energy);
             body.level.set(energy.total());
-            let step = body.settings.step / model.capacitance();
-            let (awake, residual) = (&*body.awake, &*body.residual);
-            let moved =
-                run(body.links.vectors, Step { model, awake, state: body.state, residual, step });
-            let has_moved = |cell: usize| residual.get(cell).is_some_and(|r| r.xyz() != [0.0; 3]);
-            body.awake.wake_neighbours(model, &moved.slices, has_moved);
-            moved.peak
+            linear_step(body, step)
         };
-        let held = body.restore_held();
-        self.saturated = highest > model.saturation() || held > model.saturation();
+        self.saturated = highest > body.links.model.saturation();
         false
     }
 

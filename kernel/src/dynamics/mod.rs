@@ -2,9 +2,17 @@
 
 mod conjugate;
 mod euler;
+mod gauss_seidel;
+mod guard;
+mod rkl1;
+mod rkl2;
+mod super_step;
 mod track;
 
 pub use euler::Euler;
+pub use gauss_seidel::GaussSeidel;
+pub use rkl1::Rkl1;
+pub use rkl2::Rkl2;
 pub use track::Track;
 
 use crate::awake::Awake;
@@ -130,11 +138,16 @@ impl<const OCTETS: usize> Octets for [Eight; OCTETS] {
 }
 
 pub(crate) mod scheme {
-    use super::{Body, Cell, Contact, Eight, Model};
+    use super::{Body, Cell, Contact, Eight, Model, Settings};
 
     /// What a scheme does; sealed, since the guarantees rest on it.
     pub trait Scheme {
-        /// One sweep: one link pass and at most one update. Whether the pass was rolled back.
+        /// A tick's sweeps begin.
+        fn begin(&mut self, model: &Model<'_>, settings: &Settings) {
+            let _ = (model, settings);
+        }
+
+        /// One sweep: at most one link pass and one update. Whether the pass was rolled back.
         #[allow(private_interfaces)]
         fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool;
 
@@ -148,6 +161,12 @@ pub(crate) mod scheme {
         fn has_moved(state: &[Cell], own: &[Cell], residual: &[Cell], cell: usize) -> bool {
             let _ = (state, own);
             residual.get(cell).is_some_and(|r| r.xyz() != [0.0; 3])
+        }
+
+        /// Whether the scheme lacks the model's colours.
+        fn needs_colours(model: &Model<'_>) -> bool {
+            let _ = model;
+            false
         }
 
         /// Octets of room for a model and a number of held cells.
@@ -172,12 +191,22 @@ pub trait Dynamics: scheme::Scheme + Copy {
     const NAME: &'static str;
     /// The scheme at rest.
     const REST: Self;
+    /// Arrays for the residual: one, or none for a scheme that moves cells in place.
+    const RESIDUALS: usize = 1;
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
+    /// The residual for a number of cells, [`Self::RESIDUALS`] arrays.
+    type Residual<const CELLS: usize>: CellArrays;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays;
     /// Room for a coarse level, see [`hats_room`](crate::hats_room).
     type Room: Octets;
+    /// What [`Settings::tick_time`] may be so that a number of sweeps covers it; for schemes
+    /// without it what `euler` covers [dimensionless time].
+    #[must_use]
+    fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
+        f32::from(sweeps) * model.step_max()
+    }
     /// Octets of room that a model needs with a number of contact cells.
     #[must_use]
     fn room_octets(model: &Model<'_>, held: usize) -> usize {

@@ -34,6 +34,7 @@
 //! their restriction, product and prolongation.
 
 use super::conjugate::{Last, Products};
+use super::guard::tolerance;
 use super::scheme::Scheme;
 use super::{Body, Dynamics};
 use crate::awake::Awake;
@@ -63,14 +64,9 @@ impl<const ROOM: usize> Dynamics for Track<ROOM> {
     const NAME: &'static str = "track";
     const REST: Self = Self { last: Last::None, restart: true, saturated: false };
     const ARRAYS: usize = 2;
+    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 2];
     type Room = [Eight; ROOM];
-}
-
-/// Rounding allowance of an energy.
-fn tolerance(energy: f32, weight_min: f32) -> f32 {
-    let energy = if energy > 0.0 { energy } else { 0.0 };
-    4.0 * f32::EPSILON * (energy + sqrt(weight_min * energy))
 }
 
 /// The sums of a pass: sum of w d^2, r . r / W, r . s, r . `z_last`.
@@ -336,12 +332,6 @@ impl<const ROOM: usize> Scheme for Track<ROOM> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tolerance_is_far_below_the_energy() {
-        assert!(tolerance(1.0, 1.0) < 1e-6 && tolerance(0.0, 1.0) == 0.0);
-        assert!(TwoFloat::from(1.0).exceeds(TwoFloat::from(1.0 - 1e-6)));
-    }
 
     #[test]
     fn the_certified_decrease_is_that_of_the_better_part() {

@@ -111,6 +111,11 @@ pub mod kind {
     pub const HAT_ENTRY: u32 = 29;
     /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32).
     pub const HAT_INVERSE: u32 = 30;
+    /// Optional: starts of the colours in `COLOUR_CELLS` (u32, colours + 1).
+    pub const COLOUR_ROWS: u32 = 31;
+    /// With `COLOUR_ROWS`: the cells with a mobility, colour by colour, ascending in each; no two
+    /// of a colour are linked (u16).
+    pub const COLOUR_CELLS: u32 = 32;
     /// Optional: what the host wants to remember, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
 }

@@ -39,6 +39,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     mobilities(model)?;
     slice_values(model)?;
     hats(model)?;
+    colours(model)?;
     ascending(kind::SURFACE, model.surface, model.cells())?;
     normals(model)?;
     input_ids(model)?;
@@ -246,6 +247,33 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
             let mirrored = if column < hats.count { hats.inverse_at(column, row) } else { 0.0 };
             if !value.is_finite() || value != mirrored {
                 return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every cell with a mobility has one colour, none that a linked cell has.
+fn colours(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(colours) = model.colours else { return Ok(()) };
+    rows(kind::COLOUR_ROWS, colours.rows, colours.cells.len())?;
+    let mobile = |cell: usize| model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
+    if colours.cells.len() != (0..model.cells()).filter(|&cell| mobile(cell)).count() {
+        return Err(ModelError::SectionSize(kind::COLOUR_CELLS));
+    }
+    let of = |colour: usize| colours.cells.get(range(colours.rows, colour)).unwrap_or(&[]);
+    let count = colours.rows.len().saturating_sub(1);
+    for colour in 0..count {
+        ascending(kind::COLOUR_CELLS, of(colour), model.cells())?;
+        for &cell in of(colour) {
+            let linked = |cell: usize| {
+                u16::try_from(cell).is_ok_and(|cell| of(colour).binary_search(&cell).is_ok())
+            };
+            let elsewhere = (0..colour).any(|other| of(other).binary_search(&cell).is_ok());
+            let cell = usize::from(cell);
+            if !mobile(cell) || elsewhere || model.neighbours(cell).any(|(_, other)| linked(other))
+            {
+                return Err(ModelError::Index(kind::COLOUR_CELLS, at(cell)));
             }
         }
     }

@@ -1,0 +1,23 @@
+//! What the guarded schemes have in common: how far rounding may carry a computed energy.
+
+use crate::sqrt::sqrt;
+
+/// Rounding allowance of an energy, 4 eps (E + sqrt(w E)) with w the smallest weight of a link: at
+/// most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the worst case, and
+/// about what it has, since the links' errors add up like a random walk.
+pub(super) fn tolerance(energy: f32, weight_min: f32) -> f32 {
+    let energy = if energy > 0.0 { energy } else { 0.0 };
+    4.0 * f32::EPSILON * (energy + sqrt(weight_min * energy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::two_float::TwoFloat;
+
+    #[test]
+    fn tolerance_is_far_below_the_energy() {
+        assert!(tolerance(1.0, 1.0) < 1e-6 && tolerance(0.0, 1.0) == 0.0);
+        assert!(TwoFloat::from(1.0).exceeds(TwoFloat::from(1.0 - 1e-6)));
+    }
+}
