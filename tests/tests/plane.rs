@@ -184,6 +184,36 @@ fn one_tick(
     by_id(&mut engine)
 }
 
+/// Short super-steps again after every move, however long the body had been left alone: the way
+/// back is as exact as the way there.
+#[test]
+fn rkl2_begins_anew_after_every_move() {
+    let path = |scheme: Scheme, ticks: usize, tick_time: f32, sweeps: u16| {
+        let mesh = load("plane:21x21x0.01", &MeshOptions::default()).unwrap();
+        let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let settings = Settings {
+            tick_time,
+            step: tick_time / f32::from(sweeps),
+            max_tool_step_m: 1.0,
+            unloading: Unloading::Off,
+            ..scheme.settings(&model, sweeps)
+        };
+        let network = Network::new(model, settings).unwrap();
+        let centre = model.input_id().iter().position(|&id| id == CENTRE).unwrap() as u16;
+        let mut engine = Engine::new(network, scheme, &[centre]).unwrap();
+        let at = |z| ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 };
+        engine.tick(&at(0.0));
+        (0..ticks).for_each(|_| drop(engine.tick(&at(DEPTH_M))));
+        engine.tick(&at(0.5 * DEPTH_M));
+        by_id(&mut engine)
+    };
+    let exact = path(Scheme::Euler, 50, 2.0, 400);
+    let off = largest_distance(&path(Scheme::Rkl2, 50, 2.0, 20), &exact) / f64::from(DEPTH_M);
+    println!("{off:.1e} of the depth");
+    assert!(off < 1e-3, "{off:e} of the depth");
+}
+
 #[test]
 fn rkl2_is_right_in_a_few_passes_with_8_neighbours() {
     let text = include_str!("../data/plane_c8_a000_d050.csv");

@@ -440,6 +440,18 @@ mod tests {
     }
 
     #[test]
+    fn what_was_undone_is_taken_in_euler_steps() {
+        let mut scheme = SuperSteps::<Second> { due: 7.0, left: 40, ..SuperSteps::REST };
+        scheme.first = scheme.beginning();
+        let (_, length) = scheme.plan().unwrap();
+        scheme.length = length;
+        assert!(scheme.roll_back() && scheme.plan().is_none());
+        assert_eq!((scheme.careful, scheme.done, scheme.due), (length, 0, 7.0));
+        scheme.careful = 0.0;
+        assert!(scheme.plan().is_some());
+    }
+
+    #[test]
     fn few_sweeps_are_euler_steps() {
         assert!(row::<Second>(1.0, 3).is_empty());
     }
