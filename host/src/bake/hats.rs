@@ -17,7 +17,10 @@ const HATS_DEFAULT_MAX: usize = 400;
 const SPACING_MIN: f64 = 2.5;
 /// Farthest, beyond which a level of hats is of little use.
 const SPACING_MAX: f64 = 8.0;
-/// Share of its diagonal that is added to the matrix before it is inverted.
+/// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
+/// number of hats n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
+/// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
+/// matrix's own c' A c where share / 16 > eps n / share: share > sqrt(16 eps n).
 const ROUNDING_ROOM: f64 = 1.0e-3;
 /// Where every cell is fewer links than this away from a fixed one, sweeps alone settle the body
 /// as fast.
@@ -26,7 +29,7 @@ const RINGS_MIN: usize = 5;
 /// `--hats`: how far apart the hats stand.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum HatSpacing {
-    /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none for a band, or
+    /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none
     /// where every cell is close to a fixed one.
     #[default]
     BySize,
@@ -189,7 +192,7 @@ impl Level {
             }
         }
         for hat in 0..self.count {
-            matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM;
+            matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (self.count as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
             Error::check("the hats' matrix is not positive definite: bake with --hats none")
@@ -226,8 +229,8 @@ fn rings(body: &Body) -> Option<usize> {
 }
 
 /// How far apart the hats of a body stand by default; `None` for no hats.
-fn by_size(body: &Body, mobility: &[f32], has_band: bool) -> Option<f64> {
-    if has_band || rings(body).is_some_and(|rings| rings < RINGS_MIN) {
+fn by_size(body: &Body, mobility: &[f32]) -> Option<f64> {
+    if rings(body).is_some_and(|rings| rings < RINGS_MIN) {
         return None;
     }
     let mut spacing = SPACING_MIN;
@@ -248,12 +251,11 @@ pub(super) fn push(
     mobility: &[f32],
     weight: &[f32],
     spacing: HatSpacing,
-    has_band: bool,
 ) -> Result<()> {
     let spacing = match spacing {
         HatSpacing::None => None,
         HatSpacing::Links(spacing) => Some(spacing),
-        HatSpacing::BySize => by_size(body, mobility, has_band),
+        HatSpacing::BySize => by_size(body, mobility),
     };
     let Some(spacing) = spacing else { return Ok(()) };
     let level = Level::new(body, mobility, spacing);

@@ -318,8 +318,7 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
     if options.colours {
         colours::push(&mut sections, &adjacency, links, &mobility);
     }
-    let has_band = alphas.iter().any(|&alpha| alpha > 0.0);
-    hats::push(&mut sections, body, &mobility, &weight, options.hats, has_band)?;
+    hats::push(&mut sections, body, &mobility, &weight, options.hats)?;
     surface(&mut sections, mesh, body, options.lean);
     Ok(sections.finish())
 }

@@ -71,8 +71,7 @@ pub struct BodyArgs {
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     energy_max_j: Option<f64>,
     /// Coarse level of `track`: distance of its hat functions in mean link lengths, none, or auto
-    /// (at most 400 hats at 2.5 or more; none where links have slack, and where every cell is
-    /// within four links of a fixed one)
+    /// (at most 400 hats at 2.5 or more; none where every cell is within four links of a fixed one)
     #[arg(long, default_value = "auto", value_name = "SPACING", allow_negative_numbers = true)]
     hats: String,
     /// Add the colours of the cells, which gauss-seidel needs: two bytes a cell

@@ -179,12 +179,19 @@ fn sweep(report: &Report) -> String {
     row("`track`, body at rest".into(), report.rest_ns);
     if let Some(local) = &report.local_press {
         let what = format!(
-            "`track`, alpha {}, a press by {:.2} link lengths that moves {} % of the cells",
+            "`track`, alpha {}, a press by {:.2} link lengths that moves {} % of the cells; force \
+             off by {} %",
             super::quiet::ALPHA,
             local.depth_links,
-            percent(local.moved)
+            percent(local.moved),
+            percent(local.force_error)
         );
         row(what, report.local_press_ns);
+        let what = format!(
+            "the same with the coarse level, which moves all cells; force off by {} %",
+            percent(local.hats_force_error)
+        );
+        row(what, Some(local.hats_sweep_ns));
     }
     format!(
         "## The sweep\n\nWorst case, `mixed`: {} of {} links out of their band, too long and too \
