@@ -140,6 +140,7 @@ fn hats_of_a_floating_body_of_contrasts() {
         ],
         hats: Some(1.0),
         sweeps: 1,
+        tick_time: 1.0,
     };
     let start = Start {
         spoilt: Spoilt::Flattened,

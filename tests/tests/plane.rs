@@ -204,7 +204,9 @@ fn rkl2_begins_anew_after_every_move() {
         let mut engine = Engine::new(network, scheme, &[centre]).unwrap();
         let at = |z| ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 };
         engine.tick(&at(0.0));
-        (0..ticks).for_each(|_| drop(engine.tick(&at(DEPTH_M))));
+        for _ in 0..ticks {
+            engine.tick(&at(DEPTH_M));
+        }
         engine.tick(&at(0.5 * DEPTH_M));
         by_id(&mut engine)
     };
