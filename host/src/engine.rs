@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 pub enum Scheme {
     /// The paper's own: one explicit step of common size a sweep; time is physical.
     Euler,
-    /// Momentum with restart under the energy guard: follows the equilibrium.
+    /// Conjugate directions under the energy guard, with a coarse level: follows the equilibrium.
     #[default]
     Track,
     /// Runge-Kutta-Legendre of first order: fast, robust relaxation, its way only roughly right.

@@ -110,8 +110,8 @@ impl Case {
 }
 
 /// Sum of k d^2 / 2 in double precision at the published positions, and its allowance: 4 eps (E +
-/// sum of k u d) for the kernel's sum, and what the rounding of each stored coordinate, half an
-/// eps of it, does to every link.
+/// sum of k u d) for the kernel's sum, and what the rounding of each stored coordinate, an eps of
+/// it, does to every link.
 #[must_use]
 pub fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
     let positions_m = engine.positions_m();
@@ -133,7 +133,8 @@ pub fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
             let alpha = f64::from(model.link_alpha(link));
             let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
             let k = f64::from(model.link_weight(link)) * f64::from(model.stiffness_n_per_m());
-            let rounding = 0.5 * eps * (from_centre(i) + from_centre(j));
+            // A step and its sum with the position round once each.
+            let rounding = eps * (from_centre(i) + from_centre(j));
             energy += 0.5 * k * d * d;
             allowance += 4.0 * eps * (0.5 * k * d * d + k * u * d);
             allowance += k * rounding * (d + 0.5 * rounding);

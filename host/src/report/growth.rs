@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::press::engine;
 use super::scene::Scene;
 use super::setting::Setting;
+use super::settle;
 use super::worst;
 use crate::error::Result;
 
@@ -19,6 +20,12 @@ pub struct GrowthRow {
     pub sweep_ns: u64,
     /// The plain per-cell loop in the same state, median \[ns\].
     pub scalar_ns: u64,
+    /// Hats that the bake gives the body.
+    pub hats: usize,
+    /// A sweep with them, median \[ns\].
+    pub hats_ns: u64,
+    /// Sweeps in which a press of one cell by a mean link length settles, with hats.
+    pub settle_sweeps: usize,
     /// Memory of the tissue a cell \[bytes\].
     pub ram_bytes_per_cell: f64,
     /// The model image a cell \[bytes\].
@@ -53,6 +60,9 @@ pub fn run(
             links: sweep.links,
             sweep_ns: sweep.mixed.simd_ns,
             scalar_ns: sweep.mixed.scalar_ns,
+            hats: scene.model()?.hats(),
+            hats_ns: sweep.mixed.hats_ns,
+            settle_sweeps: settle::sweeps(&scene, Setting::TRACK)?,
             ram_bytes_per_cell: per_cell(engine(&scene, Setting::TRACK, 1)?.ram_bytes()),
             flash_bytes_per_cell: per_cell(scene.image.as_bytes().len()),
         });

@@ -4,6 +4,7 @@ use super::collect::{BUDGET_NS, Report, Track};
 use super::pareto::front;
 use super::press::{Errors, PressRow};
 use super::setting::Setting;
+use crate::engine::Scheme;
 use crate::error::Result;
 use crate::output::Folder;
 use crate::plot::{Axis, Chart, Style};
@@ -59,7 +60,11 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'st
         put(time(report, track), "report_time", caption)?;
     }
     if !report.flow.is_empty() {
-        put(flow(report), "report_flow", "euler against the exact trajectory of the plane")?;
+        put(
+            flow(report),
+            "report_flow",
+            "euler, rkl1 and rkl2 against the exact trajectory of the plane",
+        )?;
     }
     if let Some(growth) = &report.growth {
         let points = |of: fn(&super::growth::GrowthRow) -> u64| -> Vec<[f64; 2]> {
@@ -119,15 +124,23 @@ fn time(report: &Report, track: &Track) -> Chart {
 
 /// Error over link passes at each moment of the plane's trajectory.
 fn flow(report: &Report) -> Chart {
-    let title = "euler on the plane, 50 mm, against the exact trajectory";
+    let title = "the plane, 50 mm, 8 neighbours, against the exact trajectory";
     let y = Axis::log10("largest error of a cell [% of the depth]");
     let mut chart = Chart::new(title, Axis::log10("link passes"), y);
-    for scene in ["plane4", "plane8"] {
-        for t in [1.0, 10.0, 100.0] {
-            let rows = report.flow.iter().filter(|row| row.scene == scene && row.t == t);
+    for (scheme, style) in [
+        (Scheme::Euler, Style::MarkedLine),
+        (Scheme::Rkl1, Style::Dashed),
+        (Scheme::Rkl2, Style::MarkedLine),
+    ] {
+        for t in [1.0, 100.0] {
+            let rows = report
+                .flow
+                .iter()
+                .filter(|row| row.scene == "plane8" && row.t == t && row.scheme.scheme == scheme);
             let points: Vec<[f64; 2]> =
                 rows.map(|row| [row.passes as f64, 100.0 * row.error]).collect();
-            chart = chart.series(&format!("{scene}, t = {t}"), Style::MarkedLine, &points);
+            let name = Setting { scheme, hats: true };
+            chart = chart.series(&format!("{name}, t = {t}"), style, &points);
         }
     }
     chart
