@@ -20,6 +20,7 @@ use chaincell_host::baseline::{Baseline, PerCell};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::report::scene::Scene;
+use chaincell_host::report::setting::Setting;
 use chaincell_kernel::{Model, Network, Settings, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -40,6 +41,8 @@ const FREE: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), e
 enum Loop {
     Vector,
     Scalar,
+    /// With the coarse level that the bake gives the body.
+    Hats,
     PerCell,
 }
 
@@ -54,9 +57,10 @@ enum State {
 
 const STATES: [(State, &str); 2] = [(State::Stretched, "stretched"), (State::Shaken, "shaken")];
 
-const LOOPS: [(Loop, &str); 3] = [
+const LOOPS: [(Loop, &str); 4] = [
     (Loop::Vector, "track, vector unit"),
     (Loop::Scalar, "track, scalar"),
+    (Loop::Hats, "track with hats"),
     (Loop::PerCell, "plain loop over the cells"),
 ];
 
@@ -88,7 +92,9 @@ enum Body<'m> {
 }
 
 impl<'m> Body<'m> {
-    fn new(model: Model<'m>, kind: Loop) -> Result<Self> {
+    fn new(scene: &'m Scene, kind: Loop) -> Result<Self> {
+        let hats = kind == Loop::Hats;
+        let model = scene.model_for(Setting { hats, ..Setting::TRACK })?;
         if kind == Loop::PerCell {
             return Ok(Self::Plain(Box::new(PerCell::new(&model))));
         }
@@ -148,11 +154,12 @@ fn positions(model: &Model<'_>, state: State) -> Vec<[f32; 3]> {
     (0..model.cells()).map(|cell| model.rest_position(cell).map(&mut place)).collect()
 }
 
-fn measure(model: Model<'_>, (state, state_name): (State, &'static str)) -> Result<Vec<Row>> {
+fn measure(scene: &Scene, (state, state_name): (State, &'static str)) -> Result<Vec<Row>> {
+    let model = scene.model()?;
     let positions = positions(&model, state);
     let mut bodies = Vec::new();
     for (kind, _) in LOOPS {
-        bodies.push((Body::new(model, kind)?, Vec::with_capacity(ROUNDS)));
+        bodies.push((Body::new(scene, kind)?, Vec::with_capacity(ROUNDS)));
     }
     for _ in 0..ROUNDS {
         for (body, times) in &mut bodies {
@@ -180,12 +187,12 @@ fn measure(model: Model<'_>, (state, state_name): (State, &'static str)) -> Resu
 }
 
 /// The run that valgrind counts: ticks of a loop, long or short ones.
-fn counted_run(model: Model<'_>, number: usize, length: usize) -> Result<()> {
+fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let (Some((kind, _)), Some(&sweeps)) = (LOOPS.get(number), SWEEPS.get(length)) else {
-        return Err(Error::input("--loop is 0 to 2 and --length 0 or 1"));
+        return Err(Error::input("--loop is 0 to 3 and --length 0 or 1"));
     };
-    let mut body = Body::new(model, *kind)?;
-    let positions = positions(&model, State::Stretched);
+    let mut body = Body::new(scene, *kind)?;
+    let positions = positions(&scene.model()?, State::Stretched);
     for _ in 0..COUNTED_TICKS {
         match &mut body {
             Body::Ticks(engines) => {
@@ -236,7 +243,7 @@ fn run() -> Result<()> {
     let scene = scene()?;
     let model = scene.model()?;
     if let (Some(loop_number), Some(length)) = (number("--loop"), number("--length")) {
-        return counted_run(model, loop_number, length);
+        return counted_run(&scene, loop_number, length);
     }
     if !has("--json") {
         println!("{}: {} cells, {} links", scene.name, model.cells(), model.links());
@@ -246,7 +253,7 @@ fn run() -> Result<()> {
     }
     let mut rows = Vec::new();
     for state in STATES {
-        rows.extend(measure(model, state)?);
+        rows.extend(measure(&scene, state)?);
     }
     if has("--json") {
         println!("{}", serde_json::to_string_pretty(&rows).map_err(Error::check)?);
