@@ -49,7 +49,11 @@ fn a_quick_report_has_its_figures_and_files() {
     assert!(after(16) < after(1) && after(16) < 1e-3, "{} {}", after(16), after(1));
     assert!(real(row("organ", "track", 16), "/largest/field") > 0.0);
     for flow in found["flow"].as_array().unwrap() {
-        assert!(real(flow, "/error") < 0.05, "{flow}");
+        let enough = [(1.0, 13.0), (10.0, 45.0), (100.0, 140.0)]
+            .into_iter()
+            .any(|(t, passes)| real(flow, "/t") == t && real(flow, "/passes") >= passes);
+        let bound = if enough && flow["scheme"] == "rkl2" { 1e-3 } else { 0.1 };
+        assert!(real(flow, "/error") < bound, "{flow}");
     }
     assert_eq!(found["reference"], false);
     let text = std::fs::read_to_string(out.join("REPORT.md")).unwrap();
