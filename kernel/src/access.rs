@@ -1,4 +1,4 @@
-//! The one file of unchecked access: the sweep's loop over the links.
+//! Unchecked access of the scalar sweep: its loop over the links.
 //!
 //! A [`Model`] can only be made by the validation of its image, its fields are private to this
 //! crate and never change, and it guarantees: row starts never descend and end at the number of

@@ -107,6 +107,16 @@ impl Awake {
         self.spread = self.set;
     }
 
+    /// Nobody falls asleep for [`SETTLE_TICKS`] ticks.
+    pub fn postpone_sleep(&mut self) {
+        self.ticks = 0;
+    }
+
+    /// Whether sleep is forbidden.
+    pub fn is_sleepless(&self) -> bool {
+        self.sleepless
+    }
+
     /// A cell was moved: its slice and those of the cells linked to it wake.
     pub fn wake_around(&mut self, model: &Model<'_>, cell: usize) {
         self.set.insert(cell / LANES);

@@ -35,41 +35,6 @@ impl Cell {
         Self([a + e, b + f, c + g, d + h])
     }
 
-    /// Difference by lane.
-    #[must_use]
-    #[inline(always)]
-    pub fn minus(self, other: Self) -> Self {
-        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
-        Self([a - e, b - f, c - g, d - h])
-    }
-
-    /// `factor` times each lane.
-    #[must_use]
-    #[inline(always)]
-    pub fn times(self, factor: f32) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([factor * a, factor * b, factor * c, factor * d])
-    }
-
-    /// The larger magnitude by lane.
-    #[must_use]
-    #[inline(always)]
-    pub fn larger_magnitude(self, other: Self) -> Self {
-        let larger = |a: f32, b: f32| {
-            let b = magnitude(b);
-            if b > a { b } else { a }
-        };
-        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
-        Self([larger(a, e), larger(b, f), larger(c, g), larger(d, h)])
-    }
-
-    /// The same with 0 in the fourth lane.
-    #[must_use]
-    #[inline(always)]
-    pub const fn position(self) -> Self {
-        Self::at(self.xyz())
-    }
-
     /// The fourth lane.
     #[must_use]
     #[inline(always)]

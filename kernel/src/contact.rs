@@ -45,6 +45,8 @@ pub enum ContactError {
     Fixed(usize),
     /// The ids must ascend without repeats.
     Order(usize),
+    /// The tissue was not reset to this network.
+    Model,
     /// The tissue has too little room to hold that many cells against the model's hats: size it
     /// with [`hats_room`](crate::hats_room).
     Hats {
@@ -66,6 +68,7 @@ impl core::fmt::Display for ContactError {
             Self::Unknown(at) => write!(f, "contact cell at position {at} is not in the model"),
             Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
             Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
+            Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
             Self::Hats { needed, room } => write!(
                 f,
                 "holding these cells needs {needed} octets of room for the hats, there are {room}"

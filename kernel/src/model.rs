@@ -76,7 +76,8 @@ impl<'a> Model<'a> {
     /// Reads an image in place. `bytes` must start at a multiple of 16
     /// ([`include_model!`](crate::include_model) sees to it).
     ///
-    /// Cost: the checksum and about two sweeps, once; no memory.
+    /// Cost: the checksum, about two sweeps and two looks at each element of the hats' inverse,
+    /// once; no memory.
     ///
     /// # Errors
     /// What is wrong with the image, with section and position.
@@ -284,6 +285,13 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id
+    }
+
+    /// The cell of an input id; `None` for a node that is no cell. Looks through all cells.
+    #[must_use]
+    pub fn cell_of_input(&self, id: u32) -> Option<u16> {
+        let cell = self.input_id.iter().position(|&other| other == id)?;
+        u16::try_from(cell).ok()
     }
 
     /// Number of nodes of the input's numbering.

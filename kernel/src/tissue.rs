@@ -315,6 +315,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.chosen = kept.chosen;
         self.head.level.forget();
         self.head.awake.wake_all(model);
+        if kept.awake.is_sleepless() {
+            self.head.awake.forbid_sleep(model);
+        }
         for (cell, (v, position)) in self.state.iter_mut().zip(positions).enumerate() {
             // There is one zero in the state.
             *v = Cell::at(position.map(|x| x + 0.0));
@@ -324,7 +327,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Ok(())
     }
 
-    /// Chooses the cells that the tool holds while engaged: ascending, none of them fixed.
+    /// Chooses the cells that the tool holds while engaged: cells of the image, ascending, none of
+    /// them fixed. [`Model::cell_of_input`] finds the cell of an input id.
     ///
     /// # Errors
     /// The first cell that cannot be one, or a list longer than the room; the old choice stays.
@@ -337,6 +341,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return Err(ContactError::Engaged);
         }
         let model = network.model();
+        if self.head.model != Some(model.checksum()) {
+            return Err(ContactError::Model);
+        }
         contact::check(model, cells, self.contacts.len())?;
         let (needed, room) = (D::room(model, cells.len()), self.room.len());
         if needed > room {

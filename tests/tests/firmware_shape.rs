@@ -9,6 +9,7 @@ use std::sync::Mutex;
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
+use chaincell_kernel::contact::ContactError;
 use chaincell_kernel::{
     Euler, GaussSeidel, Model, Network, ResetError, Rkl1, Rkl2, Settings, Tissue, ToolSample,
     Track, include_model,
@@ -107,6 +108,20 @@ fn a_model_without_colours_is_not_for_gauss_seidel() {
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     let refused = Tissue::<81, GaussSeidel>::new().reset(&network);
     assert_eq!(refused, Err(ResetError::Colours));
+}
+
+/// Cells are chosen from the body that the tissue has, and found by their input ids.
+#[test]
+fn contacts_of_a_body_that_is_not_there_are_refused() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut tissue = Tissue::<81, Track>::new();
+    let cell = model.cell_of_input(40).unwrap();
+    assert_eq!(model.input_id()[usize::from(cell)], 40);
+    assert_eq!(model.cell_of_input(81), None);
+    assert_eq!(tissue.choose_contacts(&network, &[cell]), Err(ContactError::Model));
+    tissue.reset(&network).unwrap();
+    assert_eq!(tissue.choose_contacts(&network, &[cell]), Ok(()));
 }
 
 /// A network that the tissue was not reset for is answered by the safe state, not by nonsense.

@@ -22,6 +22,8 @@ const SPACING_MAX: f64 = 8.0;
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
 /// matrix's own c' A c where share / 16 > eps n / share: share > sqrt(16 eps n).
 const ROUNDING_ROOM: f64 = 1.0e-3;
+/// A hat that weighs less on all its cells together is left out: it has next to nothing to move.
+const SUPPORT_MIN: f32 = 1.0e-2;
 /// Where every cell is fewer links than this away from a fixed one, sweeps alone settle the body
 /// as fast.
 const RINGS_MIN: usize = 5;
@@ -30,7 +32,7 @@ const RINGS_MIN: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum HatSpacing {
     /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none
-    /// where every cell is close to a fixed one.
+    /// where every cell is close to a fixed one, and for bodies too large for that.
     #[default]
     BySize,
     /// No coarse level.
@@ -122,14 +124,14 @@ impl Level {
             .collect();
         by_box.sort_unstable_by_key(|&(at_box, cell, ..)| (at_box, cell));
         let points = (0..3).map(|axis| grid.boxes[axis] + 1).product();
-        let mut hat_of = vec![NO_HAT; points];
+        let mut support = vec![0.0; points];
         for &(_, _, at, inside) in &by_box {
             for (point, weight) in grid.corners(at).into_iter().zip(weights(inside)) {
-                if weight > 0.0 {
-                    hat_of[point] = 0;
-                }
+                support[point] += weight;
             }
         }
+        let kept = |&support: &f32| if support > SUPPORT_MIN { 0 } else { NO_HAT };
+        let mut hat_of: Vec<u16> = support.iter().map(kept).collect();
         let mut count = 0;
         for hat in hat_of.iter_mut().filter(|hat| **hat != NO_HAT) {
             *hat = count as u16;
@@ -173,7 +175,7 @@ impl Level {
         let entry = usize::from(entry);
         let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2) - 1;
         let hats = self.corners[at_box].iter().zip(self.weights[entry]);
-        hats.filter(|&(_, weight)| weight > 0.0)
+        hats.filter(|&(&hat, weight)| weight > 0.0 && hat != NO_HAT)
             .map(|(&hat, weight)| (usize::from(hat), f64::from(weight)))
             .collect()
     }

@@ -85,6 +85,8 @@ impl Work for Step<'_, '_> {
 pub(super) fn saturated_step(body: &mut Body<'_, '_>, step: f32) -> (TwoFloat, f32) {
     let model = body.links.model;
     body.awake.wake_all(model);
+    // The leak moves cells that no link pulls.
+    body.awake.postpone_sleep();
     body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
     let [sum] = totals(body.residual.iter().map(|r| [r.w()]));
     let step = step / model.capacitance();

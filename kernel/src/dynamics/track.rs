@@ -140,7 +140,8 @@ impl Work for Step<'_, '_> {
                 *ahead = y.plus(alpha.times(z)).plus(beta.times(way));
                 // Whoever was under way has woken his neighbours.
                 let still = zero.larger_magnitude(way).below(least);
-                started = started.larger_magnitude(ahead.minus(y).keep(still));
+                let moves = zero.larger_magnitude(ahead.minus(y)).larger_magnitude(next.minus(y));
+                started = started.larger_magnitude(moves.keep(still));
                 peak = peak.larger_magnitude(*next).larger_magnitude(*ahead);
             }
             put_pairs(self.published, slice, next);
@@ -183,6 +184,9 @@ impl<const ROOM: usize> Track<ROOM> {
             run(vectors, Restrict { hats, residual: body.residual, room: body.room });
             run(vectors, Solve { hats, room: body.room, held: body.held.len() })
         });
+        // Only a product that bounds its move is worth that move.
+        let hats = hats.filter(|_| coarse.hi > 0.0 && coarse.hi.is_finite());
+        let coarse = if hats.is_some() { coarse } else { TwoFloat::ZERO };
         let level = *body.level;
         body.level.certify(energy.minus(decrease(fine, coarse)));
         let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
@@ -199,7 +203,10 @@ impl<const ROOM: usize> Track<ROOM> {
         } else {
             let step = Step { model, awake, published, at, before, residual, alpha, beta };
             let moved = run(vectors, step);
-            let has_moved = |cell: usize| at.get(cell) != before.get(cell);
+            let has_moved = |cell: usize| {
+                let last = before.get(cell);
+                at.get(cell) != last || (last.is_some() && published.get(cell) != last)
+            };
             body.awake.wake_neighbours(model, &moved.slices, has_moved);
             moved.peak
         };
@@ -213,7 +220,7 @@ impl<const ROOM: usize> Track<ROOM> {
         true
     }
 
-    /// Puts the held cells back where the tool has them, in all self.
+    /// Puts the held cells back where the tool has them, in all arrays.
     fn restore_held(&mut self, body: &mut Body<'_, '_>) {
         body.restore_held();
         for contact in body.held {
@@ -239,6 +246,7 @@ impl<const ROOM: usize> Track<ROOM> {
         let model = body.links.model;
         let k = model.saturation();
         body.awake.wake_all(model);
+        body.awake.postpone_sleep();
         body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
         let next = |v: [f32; 3], r: Cell, mobility: f32| {
             let leak = mobility / model.resistance();

@@ -17,6 +17,8 @@ const WEIGHT_RANGE: f32 = 1.0e9;
 const CIRCUIT_RANGE: f32 = 1.0e12;
 /// Newtons and joules per internal unit span at most this factor either way.
 const UNIT_RANGE: f32 = 1.0e18;
+/// Largest element of the hats' inverse: far above what weights in their range give.
+const INVERSE_MAX: f32 = 1.0e24;
 /// Largest numbering of an input.
 const INPUT_NODES_MAX: u32 = 1 << 27;
 
@@ -245,7 +247,8 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
         for column in 0..hats.stride() {
             let value = hats.inverse_at(row, column);
             let mirrored = if column < hats.count { hats.inverse_at(column, row) } else { 0.0 };
-            if !value.is_finite() || value != mirrored {
+            let in_range = value.abs() <= INVERSE_MAX && (row != column || value > 0.0);
+            if !in_range || value != mirrored {
                 return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
             }
         }
