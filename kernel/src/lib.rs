@@ -65,7 +65,7 @@ mod tick;
 mod tissue;
 pub mod two_float;
 
-pub use dynamics::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};
+pub use dynamics::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
 pub use hats::hats_room;
 pub use image::ModelError;
 pub use model::Model;

@@ -204,6 +204,9 @@ pub(crate) mod scheme {
     }
 }
 
+/// What a scheme computes cells and links in.
+pub type NumberOf<D> = <D as scheme::Scheme>::Number;
+
 /// A scheme, with its own scalar state.
 pub trait Dynamics: scheme::Scheme + Copy {
     /// Name as in the command's `--dynamics`.
