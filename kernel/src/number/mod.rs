@@ -192,6 +192,19 @@ pub(crate) mod sealed {
     /// The loops over links and cells, in the shape that suits number and machine; sealed.
     #[allow(private_interfaces)]
     pub trait Loops: Sized {
+        /// Residuals and energy terms of awake slices, link by link.
+        fn accumulate(
+            links: Links<'_, '_>,
+            awake: &SliceSet,
+            v: &[Cell<Self>],
+            residual: &mut [Cell<Self>],
+        ) -> Self::Tally
+        where
+            Self: Number,
+        {
+            links.accumulate(awake, v, residual, |v| v)
+        }
+
         /// One link pass at the states `v`: residuals of awake slices, held cells masked; gives the
         /// energy in internal units.
         fn pass(

@@ -16,7 +16,7 @@ pub(crate) fn energy<N: Number>(
     residual: &mut [Cell<N>],
     held: &[Contact<N>],
 ) -> TwoFloat {
-    let tally = links.accumulate(awake, v, residual, |v| v);
+    let tally = N::accumulate(links, awake, v, residual);
     mask(residual, held);
     let mut lanes = N::Energy::default();
     for slice in awake.iter(links.model.slice_count()) {

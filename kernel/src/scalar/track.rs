@@ -19,7 +19,7 @@ pub(crate) fn pass<N: Number>(
     held: &[Contact<N>],
 ) -> [TwoFloat; 4] {
     let model = links.model;
-    let tally = links.accumulate(awake, points.at, points.residual, |v| v);
+    let tally = N::accumulate(links, awake, points.at, points.residual);
     mask(points.residual, held);
     let mut energy = N::Energy::default();
     let (mut squared, mut way, mut direction) =

@@ -14,6 +14,8 @@ pub(crate) mod sliced;
 #[cfg(test)]
 mod tests;
 pub(crate) mod track;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+pub(crate) mod vfp;
 
 use octet::{Lanes8, Octet};
 
