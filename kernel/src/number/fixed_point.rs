@@ -102,7 +102,6 @@ impl Number for I8F24 {
     const NAME: &'static str = "fixed";
     const ZERO: Self = Self::ZERO;
     const HATS: bool = false;
-    const CHECKS_AHEAD: bool = true;
     type Words = [u32; 1];
     type Product = i64;
     type Sum = Products;

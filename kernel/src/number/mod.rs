@@ -37,8 +37,6 @@ pub trait Number: Copy + PartialEq + PartialOrd + Debug + Loops {
     const ZERO: Self;
     /// Whether the hats of a model are used; without, `track` goes by its own cells alone.
     const HATS: bool;
-    /// Whether extrapolated positions must stay within K too.
-    const CHECKS_AHEAD: bool = false;
     /// 32-bit words of a number, low word first.
     type Words: IntoIterator<Item = u32>;
     /// A sum of three products.

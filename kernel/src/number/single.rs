@@ -125,12 +125,7 @@ impl Number for f32 {
 #[allow(private_interfaces)]
 impl Loops for f32 {
     #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-    fn accumulate(
-        links: Links<'_, '_>,
-        awake: &SliceSet,
-        v: &[Cell],
-        residual: &mut [Cell],
-    ) {
+    fn accumulate(links: Links<'_, '_>, awake: &SliceSet, v: &[Cell], residual: &mut [Cell]) {
         let model = links.model;
         if model.link_weights.is_some() || !links.closed && model.link_alphas.is_some() {
             return links.accumulate(awake, v, residual, |v| v);

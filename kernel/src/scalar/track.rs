@@ -70,12 +70,7 @@ pub(crate) fn step<N: Number>(
             if watched {
                 started |= starts(way, y, next, ahead);
             }
-            let here = peak(next);
-            highest = if here > highest { here } else { highest };
-            if N::CHECKS_AHEAD {
-                let here = peak(ahead);
-                highest = if here > highest { here } else { highest };
-            }
+            highest = higher(higher(highest, next), ahead);
             *published = Cell::at(next);
             *before = Cell::at(y);
             *at = Cell::at(ahead);
@@ -86,6 +81,13 @@ pub(crate) fn step<N: Number>(
     }
     moved.peak = highest.single();
     moved
+}
+
+/// The larger of `highest` and the largest magnitude of a coordinate.
+#[inline(always)]
+fn higher<N: Number>(highest: N, position: [N; 3]) -> N {
+    let here = peak(position);
+    if here > highest { here } else { highest }
 }
 
 /// Whether some coordinate that stood still moves.

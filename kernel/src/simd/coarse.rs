@@ -116,7 +116,7 @@ impl Work for CoarseStep<'_, '_> {
                 let z = r.times(m).positions().plus(along(&corners, weights));
                 let next = y.plus(z);
                 let ahead = y.plus(z.times(alpha)).plus(y.minus(last).times(beta));
-                peak = peak.larger_magnitude(next);
+                peak = peak.larger_magnitude(next).larger_magnitude(ahead);
                 // SAFETY: as above.
                 unsafe {
                     y.uncouple(self.before, ids);

@@ -93,7 +93,7 @@ impl Work for Step<'_, '_, '_> {
                 let still = zero.larger_magnitude(way).below(least);
                 let moves = zero.larger_magnitude(ahead.minus(y)).larger_magnitude(next.minus(y));
                 started = started.larger_magnitude(moves.keep(still));
-                peak = peak.larger_magnitude(*next);
+                peak = peak.larger_magnitude(*next).larger_magnitude(*ahead);
             }
             put_pairs(points.published, slice, next);
             put_pairs(points.before, slice, last);
