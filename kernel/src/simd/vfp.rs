@@ -51,17 +51,21 @@ pub(crate) fn accumulate(
         coincident: COINCIDENT,
     };
     for slice in awake.iter(slices) {
-        for i in slice * LANES..cells.min((slice + 1) * LANES) {
-            let row = model.row(i);
-            let (mut start, end) = (row.start, row.end);
+        let first = slice * LANES;
+        let ends = model.rows.get(first..=cells.min(first + LANES)).unwrap_or(&[]);
+        let Some((&start, ends)) = ends.split_first() else { continue };
+        let mut start = start as usize;
+        for (i, &end) in (first..).zip(ends) {
+            let end = end as usize;
             while start < end {
                 // SAFETY: i < cells, and both arrays hold as many; rows end at the number of links,
                 // the length of both sections, whose upper ends are cells above i.
                 let left = unsafe { run(model, &limits, i, start, end - start, at, sum) };
-                start = end - left;
-                if left > 0 {
-                    coincident(model, band, i, start, at, sum);
-                    start += 1;
+                if left == 0 {
+                    start = end;
+                } else {
+                    start = end - left + 1;
+                    coincident(model, band, i, start - 1, at, sum);
                 }
             }
         }
