@@ -148,7 +148,9 @@ impl Code {
         match self {
             Self::Ok => c"ok",
             Self::Null => c"a pointer is null",
-            Self::Misaligned => c"a pointer is misaligned: tissue storage starts at a multiple of 16",
+            Self::Misaligned => {
+                c"a pointer is misaligned: tissue storage starts at a multiple of 16"
+            }
             Self::Storage => c"the storage is too small: ask chaincell_tissue_size",
             Self::NotInitialised => c"no model or tissue stands there: initialise it first",
             Self::Scheme => c"no such scheme: see chaincell_scheme",

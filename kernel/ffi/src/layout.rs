@@ -107,27 +107,17 @@ pub(crate) struct Body<D> {
     head: Head<D>,
 }
 
-/// Bytes before the arrays under the scheme that needs most.
-const BODY_BYTES_MAX: usize = {
-    let mut most = 0;
-    let mut at = 0;
-    while at < Scheme::ALL.len() {
-        let bytes = by_scheme!(Scheme::ALL[at], D => size_of::<Body<D>>());
-        most = if bytes > most { bytes } else { most };
-        at += 1;
-    }
-    most
-};
+/// Whether what the header's macros say of a scheme's sizes holds.
+const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
+    size_of::<Body<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
+        && array_bytes::<D>(1, 0, 0) == cell_bytes
+}
 
-// What the header's macros say of the sizes.
-const _: () = assert!(BODY_BYTES_MAX <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>());
-const _: () = assert!(array_bytes::<chaincell_kernel::Track>(1, 0, 0) == CELL_BYTES_TRACK);
-const _: () = assert!(array_bytes::<chaincell_kernel::Rkl1>(1, 0, 0) == CELL_BYTES_TRACK);
-const _: () = assert!(array_bytes::<chaincell_kernel::Euler>(1, 0, 0) == CELL_BYTES_EULER);
-const _: () = assert!(array_bytes::<chaincell_kernel::Rkl2>(1, 0, 0) == CELL_BYTES_RKL2);
-const _: () =
-    assert!(array_bytes::<chaincell_kernel::GaussSeidel>(1, 0, 0) == CELL_BYTES_GAUSS_SEIDEL);
-
+const _: () = assert!(is_as_promised::<chaincell_kernel::Track>(CELL_BYTES_TRACK));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
+const _: () = assert!(is_as_promised::<chaincell_kernel::GaussSeidel>(CELL_BYTES_GAUSS_SEIDEL));
 const _: () = assert!(align_of::<Front>() == ALIGN && align_of::<Cell>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 

@@ -95,6 +95,9 @@ unsafe fn init(storage: *mut ModelStorage, image: *const u8, bytes: usize) -> Re
     // SAFETY: checked just now, and the caller says that it is storage; no model stands there yet.
     unsafe { storage.write(ModelStorage::EMPTY) };
     memory::check(image)?;
+    if bytes == 0 {
+        return Err(Code::ModelTruncated.into());
+    }
     // SAFETY: the caller says that the image has that many bytes and outlives the model.
     let image: &'static [u8] = unsafe { memory::slice(image, bytes) }?;
     let model = Model::from_bytes(image)?;

@@ -123,10 +123,7 @@ pub unsafe extern "C" fn chaincell_tissue_init(
 /// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
 /// storage.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tissue_reset(
-    tissue: *mut Tissue,
-    detail: *mut Detail,
-) -> Code {
+pub unsafe extern "C" fn chaincell_tissue_reset(tissue: *mut Tissue, detail: *mut Detail) -> Code {
     // SAFETY: the caller's promises are handed on.
     unsafe {
         crate::answer(detail, || {

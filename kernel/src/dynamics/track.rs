@@ -36,7 +36,7 @@
 use super::conjugate::{Last, Products};
 use super::guard::tolerance;
 use super::scheme::Scheme;
-use super::{Body, Dynamics};
+use super::{Body, Dynamics, copy};
 use crate::awake::Awake;
 use crate::cell::{Cell, add, dot, output, peak, scale, sub};
 use crate::contact::Contact;
@@ -164,8 +164,8 @@ impl<const ROOM: usize> Track<ROOM> {
         let Some((at, before)) = body.own.split_at_mut_checked(cells) else { return false };
         let published = &mut *body.state;
         if self.restart {
-            at.copy_from_slice(published);
-            before.copy_from_slice(published);
+            copy(at, published);
+            copy(before, published);
             self.last = Last::None;
         }
         let mut sums = Sums { model, published, before, lanes: [Lanes::ZERO; 4] };
@@ -236,7 +236,7 @@ impl<const ROOM: usize> Track<ROOM> {
     fn stay(&mut self, body: &mut Body<'_, '_>) {
         let cells = body.state.len();
         if let Some((_, before)) = body.own.split_at_checked(cells) {
-            body.state.copy_from_slice(before);
+            copy(body.state, before);
         }
         self.saturated = true;
     }
