@@ -69,7 +69,7 @@ fn settings_change_under_way() {
         let made = make(BOX, Scheme::Track, 1);
         assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
         let mut settings = settings_of(&model_of(BOX), Scheme::Track);
-        let states = [0, 1, 2, 3].map(|at| {
+        [0, 1, 2, 3].map(|at| {
             if let (2, Some(sweeps)) = (at, sweeps) {
                 settings.sweeps = sweeps;
                 let null = core::ptr::null_mut();
@@ -77,8 +77,7 @@ fn settings_change_under_way() {
             }
             tick(made.tissue, sample(10 * at));
             hash(made.tissue)
-        });
-        states
+        })
     };
     let (plain, refused, changed) = (run(None), run(Some(0)), run(Some(9)));
     assert_eq!(plain, refused);
