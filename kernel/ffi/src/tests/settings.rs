@@ -52,7 +52,7 @@ fn refused(change: fn(&mut Settings), wanted: Code) {
 #[test]
 fn every_setting_out_of_range_is_named() {
     refused(|s| s.sweeps = 0, Code::SettingsSweeps);
-    refused(|s| s.sweeps = 65_536, Code::SettingsSweeps);
+    refused(|s| s.sweeps = 65_537, Code::SettingsSweeps);
     refused(|s| s.unloading = 3, Code::SettingsUnloading);
     refused(|s| s.unloading = -1, Code::SettingsUnloading);
     refused(|s| s.step = 0.12, Code::SettingsStep);
