@@ -107,9 +107,10 @@ pub(crate) struct Body<D> {
     head: Head<D>,
 }
 
-/// Whether what the header's macros say of a scheme's sizes holds.
+/// Whether what the header's macros say of a scheme holds.
 const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
-    size_of::<Body<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
+    align_of::<Body<D>>() == ALIGN
+        && size_of::<Body<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
         && array_bytes::<D>(1, 0, 0) == cell_bytes
 }
 
@@ -118,7 +119,7 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
 const _: () = assert!(is_as_promised::<chaincell_kernel::GaussSeidel>(CELL_BYTES_GAUSS_SEIDEL));
-const _: () = assert!(align_of::<Front>() == ALIGN && align_of::<Cell>() <= ALIGN);
+const _: () = assert!(align_of::<Cell>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 
 /// A tissue under the scheme `D`, cut into its parts.

@@ -14,8 +14,10 @@
 //! `# Safety` of each function.
 //!
 //! On bare metal the library refers to `chaincell_would_panic`, which does not exist, wherever it
-//! can panic: a firmware that links (`--gc-sections`) has no panic in it. On other targets it
-//! brings Rust's own handler, and a panic ends the process instead of unwinding into C.
+//! can panic: a firmware that links (`--gc-sections`) has no panic in it. That holds for the
+//! release profile; for size (`opt-level = "s"`) the compiler leaves a check in that it could do
+//! without, and the link fails. On other targets the library brings Rust's own handler, and a
+//! panic ends the process instead of unwinding into C.
 //!
 //! The header is written from these sources; a test compares it and says how to renew it.
 #![no_std]

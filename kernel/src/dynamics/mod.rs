@@ -105,13 +105,6 @@ impl Body<'_, '_> {
     }
 }
 
-/// Copies as many cells as both have: unlike `copy_from_slice` without a panic to link.
-fn copy(to: &mut [Cell], from: &[Cell]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = *from;
-    }
-}
-
 /// Arrays of cells whose number is part of the scheme's type.
 pub trait CellArrays {
     /// All +0.0.

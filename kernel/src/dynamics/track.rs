@@ -36,7 +36,7 @@
 use super::conjugate::{Last, Products};
 use super::guard::tolerance;
 use super::scheme::Scheme;
-use super::{Body, Dynamics, copy};
+use super::{Body, Dynamics};
 use crate::awake::Awake;
 use crate::cell::{Cell, add, dot, output, peak, scale, sub};
 use crate::contact::Contact;
@@ -46,7 +46,7 @@ use crate::pass::{Reduce, totals};
 use crate::simd::coarse::{CoarseStep, Restrict};
 use crate::simd::octet::Octet;
 use crate::simd::{Work, run};
-use crate::slice::{Moved, eight, eight_values, put_pairs};
+use crate::slice::{Moved, copy, eight, eight_values, put_pairs};
 use crate::sqrt::sqrt;
 use crate::two_float::{Lanes, TwoFloat};
 
