@@ -549,16 +549,6 @@ typedef struct chaincell_output {
     uint32_t flags;
 } chaincell_output;
 
-/**
- * Every code, in descending order.
- */
-#define chaincell_code_ALL { chaincell_code_Ok, chaincell_code_Null, chaincell_code_Misaligned, chaincell_code_Storage, chaincell_code_NotInitialised, chaincell_code_Scheme, chaincell_code_Range, chaincell_code_UnknownId, chaincell_code_ModelMisaligned, chaincell_code_ModelTruncated, chaincell_code_ModelMagic, chaincell_code_ModelVersion, chaincell_code_ModelChecksum, chaincell_code_ModelLayout, chaincell_code_ModelMissing, chaincell_code_ModelSectionVersion, chaincell_code_ModelSectionSize, chaincell_code_ModelParameter, chaincell_code_ModelIndex, chaincell_code_ModelValue, chaincell_code_SettingsSweeps, chaincell_code_SettingsStep, chaincell_code_SettingsTickTime, chaincell_code_SettingsMaxToolStep, chaincell_code_SettingsMaxForce, chaincell_code_SettingsUnloading, chaincell_code_ResetCapacity, chaincell_code_ResetHats, chaincell_code_ResetColours, chaincell_code_FloatFlushToZero, chaincell_code_FloatRounding, chaincell_code_ContactCapacity, chaincell_code_ContactUnknown, chaincell_code_ContactFixed, chaincell_code_ContactRepeated, chaincell_code_ContactModel, chaincell_code_ContactHats, chaincell_code_ContactEngaged, chaincell_code_StateModel, chaincell_code_StateCount, chaincell_code_StatePosition, }
-
-/**
- * Every scheme.
- */
-#define chaincell_scheme_ALL { chaincell_scheme_Track, chaincell_scheme_Euler, chaincell_scheme_Rkl1, chaincell_scheme_Rkl2, chaincell_scheme_GaussSeidel, }
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus

@@ -98,7 +98,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub const ALL: [Self; 41] = [
+    pub(crate) const ALL: [Self; 41] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,

@@ -24,7 +24,7 @@ pub enum Scheme {
 
 impl Scheme {
     /// Every scheme.
-    pub const ALL: [Self; 5] =
+    pub(crate) const ALL: [Self; 5] =
         [Self::Track, Self::Euler, Self::Rkl1, Self::Rkl2, Self::GaussSeidel];
 
     /// The scheme of a number from C.
