@@ -56,7 +56,7 @@ fn difference(
     let field = at.iter().zip(exact).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
     let largest = exact_forces.iter().copied().fold(0.0, f64::max);
     let off = || forces.iter().zip(exact_forces).map(|(a, b)| (a - b).abs() / largest);
-    [field / f64::from(DEPTH_M), off().last().unwrap(), off().fold(0.0, f64::max)]
+    [field / f64::from(DEPTH_M), off().next_back().unwrap(), off().fold(0.0, f64::max)]
 }
 
 #[test]
@@ -66,8 +66,8 @@ fn a_press_of_two_thousand_ticks() {
     for (scheme, numbers, bounds) in [
         (Scheme::Euler, Arithmetic::F32, [1e-5, 1e-5, 2e-5]),
         (Scheme::Euler, Arithmetic::Fixed, [2e-6, 2e-6, 5e-6]),
-        (Scheme::Track, Arithmetic::F32, [1e-5, 1e-5, 3e-2]),
-        (Scheme::Track, Arithmetic::Fixed, [1e-4, 1e-3, 3e-2]),
+        (Scheme::Track, Arithmetic::F32, [1e-5, 1e-5, 5e-2]),
+        (Scheme::Track, Arithmetic::Fixed, [1e-4, 1e-3, 5e-2]),
     ] {
         let exact = &exact[usize::from(scheme == Scheme::Track)];
         let off = difference(&press(scheme, numbers), exact);
