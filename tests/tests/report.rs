@@ -48,6 +48,11 @@ fn a_quick_report_has_its_figures_and_files() {
     let after = |sweeps| real(row("plane8", "track", sweeps), "/after_100ms/field");
     assert!(after(16) < after(1) && after(16) < 1e-3, "{} {}", after(16), after(1));
     assert!(real(row("organ", "track", 16), "/largest/field") > 0.0);
+    for row in found["numbers"].as_array().unwrap() {
+        let bound = if row["number"] == "f64" { 1e-300 } else { 1e-4 };
+        assert!(real(row, "/field") < bound && real(row, "/force") < 1e-2, "{row}");
+    }
+    assert_eq!(found["numbers"].as_array().unwrap().len(), 6);
     for flow in found["flow"].as_array().unwrap() {
         let enough = [(1.0, 13.0), (10.0, 45.0), (100.0, 140.0)]
             .into_iter()
@@ -58,7 +63,15 @@ fn a_quick_report_has_its_figures_and_files() {
     assert_eq!(found["reference"], false);
     let text = std::fs::read_to_string(out.join("REPORT.md")).unwrap();
     assert!(text.contains("generated organ") && text.contains("| track | 16 |"), "{text}");
-    for name in ["pareto.png", "pareto.svg", "press.csv", "settle.csv", "time.csv", "growth.png"] {
+    for name in [
+        "pareto.png",
+        "pareto.svg",
+        "press.csv",
+        "settle.csv",
+        "time.csv",
+        "numbers.csv",
+        "growth.png",
+    ] {
         assert!(std::fs::metadata(out.join(format!("report_{name}"))).unwrap().len() > 100);
     }
     let again = report(&out).with(2);

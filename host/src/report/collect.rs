@@ -10,6 +10,7 @@ use super::exact::{ExactPress, PRESS_TICKS};
 use super::flow::{self, FlowRow};
 use super::growth::{self, Growth};
 use super::machine::Machine;
+use super::numbers::{self, NumberRow};
 use super::press::{self, Errors, PressRow};
 use super::quiet::{self, Local};
 use super::scene::Scene;
@@ -116,6 +117,8 @@ pub struct Report {
     pub settled_sources: Vec<String>,
     /// `euler` against the exact trajectory.
     pub flow: Vec<FlowRow>,
+    /// The number types.
+    pub numbers: Vec<NumberRow>,
     /// Cost over size.
     pub growth: Option<Growth>,
 }
@@ -145,6 +148,12 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
         report.flow.extend(flow::run(&Scene::plane(diagonals)?, steps)?);
         step(bar)?;
     }
+    let small =
+        if options.quick { vec![] } else { vec![Scene::plane(false)?, Scene::organ_of(500)?] };
+    for scene in std::iter::once(Scene::plane(true)?).chain(small) {
+        report.numbers.extend(numbers::run(&scene)?);
+        step(bar)?;
+    }
     let sizes: &[usize] = if options.quick {
         &[1000, 4000, 16_000]
     } else {
@@ -161,7 +170,8 @@ pub fn pieces(options: &Options) -> u64 {
     let (settle, growth) = if options.quick { (2, 3) } else { (2 * methods() + 2, 7) };
     let rows = scenes(options) * sweeps(options).len() * Setting::all(true).len();
     let paths = scenes(options) * PRESS_TICKS;
-    (4 + settle + growth + rows + paths + 3) as u64
+    let numbers = if options.quick { 1 } else { 3 };
+    (4 + settle + growth + rows + paths + numbers + 3) as u64
 }
 
 fn methods() -> usize {

@@ -5,6 +5,7 @@ pub mod exact;
 pub mod flow;
 pub mod growth;
 pub mod machine;
+pub mod numbers;
 pub mod pareto;
 pub mod pictures;
 pub mod press;

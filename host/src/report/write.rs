@@ -25,6 +25,7 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     let pictures = pictures::write(report, folder)?;
     folder.write("report_press.csv", csv(&report.rows).as_bytes())?;
     folder.write("report_settle.csv", csv(&report.settled).as_bytes())?;
+    folder.write("report_numbers.csv", csv(&report.numbers).as_bytes())?;
     folder.write("report_flow.csv", csv(&report.flow).as_bytes())?;
     let growth = report.growth.as_ref().map_or(&[][..], |growth| &growth.rows);
     folder.write("report_growth.csv", csv(growth).as_bytes())?;
@@ -63,6 +64,7 @@ fn markdown(report: &Report, pictures: &[(&str, &str)], command: &str) -> String
     text += &presses(report);
     text += &flow(report);
     picture(&mut text, "report_flow");
+    text += &numbers(report);
     text += &growth(report);
     picture(&mut text, "report_growth");
     text
@@ -341,6 +343,44 @@ fn flow(report: &Report) -> String {
          cell, as a fraction of the depth.\n\n{}",
         table.markdown()
     )
+}
+
+fn numbers(report: &Report) -> String {
+    let Some(first) = report.numbers.first() else { return String::new() };
+    let mut table = Table::new(&[
+        "scene",
+        "scheme",
+        "number",
+        "median tick [us]",
+        "field [%]",
+        "force [%]",
+        "force, largest on the way [%]",
+    ]);
+    for row in &report.numbers {
+        table.row(vec![
+            row.scene.into(),
+            name(&row.scheme),
+            name(&row.number),
+            us(row.tick_ns_p50),
+            percent(row.field),
+            percent(row.force),
+            percent(row.force_max),
+        ]);
+    }
+    format!(
+        "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} sweeps a \
+         tick, no hats (only f32 has them): against f64 under the same scheme. Field: largest \
+         distance of a cell after the last tick, over the depth. `track` decides from sweep to sweep \
+         by the last bits, so its way differs more than its end.\n\n{}",
+        first.ticks,
+        first.sweeps,
+        table.markdown()
+    )
+}
+
+/// A name as the command line has it.
+fn name(value: &impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
 }
 
 fn growth(report: &Report) -> String {
