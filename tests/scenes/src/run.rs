@@ -214,19 +214,12 @@ pub fn first_difference(
     for _ in 0..ticks {
         let tick = one.ticks();
         if one.step() != other.step() || one.digest() != other.digest() {
-            return Some(Difference { tick, cell: first_cell(one, |cell| other.cell_bits(cell)) });
+            let cell = (0..one.scene().cells).find_map(|cell| {
+                let bits = [one.cell_bits(cell)?, other.cell_bits(cell)?];
+                (bits[0] != bits[1]).then_some((cell, one.input_id(cell)?, bits))
+            });
+            return Some(Difference { tick, cell });
         }
     }
     None
-}
-
-/// First cell of a run whose bits are not those that `other` gives for it.
-pub fn first_cell(
-    run: &dyn Stepper,
-    other: impl Fn(usize) -> Option<[u32; 3]>,
-) -> Option<(usize, u32, [[u32; 3]; 2])> {
-    (0..run.scene().cells).find_map(|cell| {
-        let (here, there) = (run.cell_bits(cell)?, other(cell)?);
-        (here != there).then_some((cell, run.input_id(cell)?, [here, there]))
-    })
 }
