@@ -1,0 +1,57 @@
+//! What must come out, on every target. A failing test prints the lines to put here where the
+//! arithmetic changes on purpose.
+
+use crate::{Scene, Tier};
+
+/// What a scene's first ticks digest to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Golden {
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Number type.
+    pub tier: Tier,
+    /// Ticks from rest on.
+    pub ticks: u32,
+    /// Digest after them.
+    pub digest: u64,
+    /// Bytes digested.
+    pub bytes: u64,
+}
+
+/// Ticks for which goldens stand here.
+pub const TICKS: [u32; 2] = [100, 2000];
+
+/// The golden of a scene, `None` where none stands here.
+#[must_use]
+pub fn golden(scene: &Scene, tier: Tier, ticks: u32) -> Option<&'static Golden> {
+    GOLDENS
+        .iter()
+        .find(|golden| (golden.scene, golden.tier, golden.ticks) == (scene.name, tier, ticks))
+}
+
+const fn of(scene: &'static str, tier: Tier, ticks: u32, digest: u64, bytes: u64) -> Golden {
+    Golden { scene, tier, ticks, digest, bytes }
+}
+
+/// The table.
+#[rustfmt::skip]
+pub static GOLDENS: &[Golden] = &[
+    of("plane4_euler", Tier::F32, 100, 0x35dc91a7e014f42c, 3200),
+    of("plane4_euler", Tier::F32, 2000, 0xa630825121961fdc, 64000),
+    of("plane4_gauss_seidel", Tier::F32, 100, 0xb059beeb42d39b7e, 3200),
+    of("plane4_gauss_seidel", Tier::F32, 2000, 0x61e8676b3e0ff2c3, 64000),
+    of("plane8_rkl2", Tier::F32, 100, 0xa834bb48af62c358, 3200),
+    of("plane8_rkl2", Tier::F32, 2000, 0x527d0d1552b08959, 64000),
+    of("plane8_track", Tier::F32, 100, 0x6cff9cb6ea8b98c8, 3200),
+    of("plane8_track", Tier::F32, 2000, 0x18bd9d78b913a092, 64000),
+    of("box7_track", Tier::F32, 100, 0x4d0490d8b559234c, 3200),
+    of("box7_track", Tier::F32, 2000, 0x2469f57f50d40eed, 64000),
+    of("organ500_track", Tier::F32, 100, 0xec0d84e319045aef, 3200),
+    of("organ500_track", Tier::F32, 2000, 0x34e4d13038a90d6c, 64000),
+    of("varied300_track", Tier::F32, 100, 0x3053d5861bc2c85d, 3200),
+    of("varied300_track", Tier::F32, 2000, 0x7b5e1f5b09e288ab, 64000),
+    of("varied300_rkl1", Tier::F32, 100, 0xaadc967e7866fe3f, 3200),
+    of("varied300_rkl1", Tier::F32, 2000, 0xbba962b6b0160f11, 64000),
+    of("varied300_gauss_seidel", Tier::F32, 100, 0xdabb0d8676246cf0, 3200),
+    of("varied300_gauss_seidel", Tier::F32, 2000, 0xde2958adacf2f192, 64000),
+];
