@@ -46,7 +46,7 @@ use crate::pass::{Reduce, totals};
 use crate::simd::coarse::{CoarseStep, Restrict};
 use crate::simd::octet::Octet;
 use crate::simd::{Work, run};
-use crate::slice::{Moved, eight, eight_values, put_pairs};
+use crate::slice::{Moved, copy, eight, eight_values, put_pairs};
 use crate::sqrt::sqrt;
 use crate::two_float::{Lanes, TwoFloat};
 
@@ -164,8 +164,8 @@ impl<const ROOM: usize> Track<ROOM> {
         let Some((at, before)) = body.own.split_at_mut_checked(cells) else { return false };
         let published = &mut *body.state;
         if self.restart {
-            at.copy_from_slice(published);
-            before.copy_from_slice(published);
+            copy(at, published);
+            copy(before, published);
             self.last = Last::None;
         }
         let mut sums = Sums { model, published, before, lanes: [Lanes::ZERO; 4] };
@@ -236,7 +236,7 @@ impl<const ROOM: usize> Track<ROOM> {
     fn stay(&mut self, body: &mut Body<'_, '_>) {
         let cells = body.state.len();
         if let Some((_, before)) = body.own.split_at_checked(cells) {
-            body.state.copy_from_slice(before);
+            copy(body.state, before);
         }
         self.saturated = true;
     }

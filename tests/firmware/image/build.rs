@@ -1,8 +1,15 @@
 //! Lays the model, the scheme and the memory of the target into the image.
 //!
-//! From the environment: `CHAINCELL_MODEL` (path of a model image), `CHAINCELL_SCHEME` (`track`,
-//! `euler`), `CHAINCELL_TIER` (`f32`), `CHAINCELL_SWEEPS`, `CHAINCELL_TICKS` and `CHAINCELL_HELD`
-//! (input ids of the held cells, with commas).
+//! From the environment, all of them set by `tests/firmware/runner`:
+//!
+//! - `CHAINCELL_MODEL`: path of a model image
+//! - `CHAINCELL_SCHEME`, `CHAINCELL_TIER`: scheme and number type
+//! - `CHAINCELL_HELD`: input ids of the held cells, with commas
+//! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
+//!   settings
+//! - `CHAINCELL_TICKS`, `CHAINCELL_REACH_BITS`: the motion's ticks and its reach \[m\]
+//!
+//! Numbers whose name ends in BITS are the bits of an `f32`.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -24,6 +31,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arm = env::var("CARGO_CFG_TARGET_ARCH")? == "arm";
     fs::write(out.join("memory.x"), memory(arm))?;
     println!("cargo:rustc-link-search={}", out.display());
+    if !arm {
+        println!("cargo:rustc-link-arg=-Tmemory.x");
+    }
     println!("cargo:rustc-link-arg=-Tlink.x");
     println!("cargo:rerun-if-changed=build.rs");
     Ok(())
@@ -38,10 +48,14 @@ fn variable(name: &str) -> Result<String, String> {
 /// The scheme's type: the one place where scheme and number type are chosen.
 fn scheme(hats: usize, held: usize) -> Result<String, String> {
     let (scheme, tier) = (variable("CHAINCELL_SCHEME")?, variable("CHAINCELL_TIER")?);
+    let room = format!("{{ hats_room({hats}, {held}) }}");
     match (scheme.as_str(), tier.as_str()) {
-        ("track", "f32") => Ok(format!("Track<{{ hats_room({hats}, {held}) }}>")),
+        ("track", "f32") => Ok(format!("Track<{room}>")),
         ("euler", "f32") => Ok("Euler".into()),
-        _ => Err(format!("no scheme {scheme} in {tier}: track or euler, f32")),
+        ("rkl1", "f32") => Ok("Rkl1".into()),
+        ("rkl2", "f32") => Ok("Rkl2".into()),
+        ("gauss-seidel", "f32") => Ok("GaussSeidel".into()),
+        _ => Err(format!("no scheme {scheme} in {tier}")),
     }
 }
 
@@ -52,7 +66,7 @@ fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
     let file = fs::read(&path).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
     // The kernel reads images at a multiple of 16 bytes.
     let mut room = vec![0_u128; file.len().div_ceil(16)];
-    let bytes = bytemuck_cast(&mut room, &file);
+    let bytes = aligned(&mut room, &file);
     let model = Model::from_bytes(bytes).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
     let held = variable("CHAINCELL_HELD")?;
     let count = held.split(',').count();
@@ -63,15 +77,24 @@ fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     writeln!(text, "pub const CELLS: usize = {};", model.cells())?;
     writeln!(text, "pub const HELD: [u32; {count}] = [{held}];")?;
-    writeln!(text, "pub const SWEEPS: u16 = {};", variable("CHAINCELL_SWEEPS")?)?;
-    writeln!(text, "pub const TICKS: u32 = {};", variable("CHAINCELL_TICKS")?)?;
+    for (name, kind) in [
+        ("SWEEPS", "u16"),
+        ("TICKS", "u32"),
+        ("UNLOADING", "Unloading"),
+        ("REACH_BITS", "u32"),
+        ("MAX_FORCE_BITS", "u32"),
+    ] {
+        let value = variable(&format!("CHAINCELL_{name}"))?;
+        let path = if kind == "Unloading" { "Unloading::" } else { "" };
+        writeln!(text, "pub const {name}: {kind} = {path}{value};")?;
+    }
     writeln!(text, "pub type Scheme = {scheme};")?;
     writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({path:?});")?;
     writeln!(text, "pub static WORST: &[u8] = chaincell_kernel::include_model!(\"worst.bin\");")?;
     Ok(text)
 }
 
-fn bytemuck_cast<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {
+fn aligned<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {
     let bytes: &mut [u8] = bytemuck::cast_slice_mut(room);
     bytes[..file.len()].copy_from_slice(file);
     &bytes[..file.len()]

@@ -3,7 +3,7 @@
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::ContactError;
 use chaincell_kernel::{
-    Dynamics, Model, ModelError, Network, ResetError, SettingsError, TickOutput, TissueMut,
+    Dynamics, Model, ModelError, Network, ResetError, SettingsError, TickOutput, TissueMut, ToolSample,
 };
 
 use crate::{Digest, Scene, sample};
@@ -85,8 +85,12 @@ impl<'t, D: Dynamics> Run<'t, D> {
 
     /// Plays one tick: its answer and the hash of the state after it.
     pub fn tick(&mut self) -> (TickOutput, u64) {
-        let sample = sample(self.scene.reach_m, self.next);
-        let output = self.tissue.tick(&self.network, &sample);
+        self.tick_with(&sample(self.scene.reach_m, self.next))
+    }
+
+    /// Plays one tick with a sample that came from elsewhere: an interrupt, say.
+    pub fn tick_with(&mut self, sample: &ToolSample) -> (TickOutput, u64) {
+        let output = self.tissue.tick(&self.network, sample);
         if let Some((_, cell)) = self.fault.take_if(|(tick, _)| *tick == self.next)
             && let Some(v) = self.tissue.state.get_mut(cell)
         {

@@ -5,11 +5,12 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use chaincell_kernel::ToolSample;
 use chaincell_kernel::handover::SampleQueue;
+use chaincell_scenes::sample;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
 use static_cell::ConstStaticCell;
 
-use crate::motion::sample;
+use crate::scene::SCENE;
 
 static QUEUE: ConstStaticCell<SampleQueue<8>> = ConstStaticCell::new(SampleQueue::new());
 static SENSOR: Mutex<Cell<Option<Sensor>>> = Mutex::new(Cell::new(None));
@@ -18,15 +19,14 @@ static LATE: AtomicU32 = AtomicU32::new(0);
 /// What the interrupt owns.
 struct Sensor {
     queue: Producer<'static, ToolSample>,
-    reach_m: f32,
     next: u32,
     end: u32,
 }
 
 /// Starts a motion of `ticks` samples; the end that the loop reads. `None` the second time.
-pub fn start(reach_m: f32, ticks: u32) -> Option<Consumer<'static, ToolSample>> {
+pub fn start(ticks: u32) -> Option<Consumer<'static, ToolSample>> {
     let (queue, samples) = QUEUE.try_take()?.split();
-    let sensor = Sensor { queue, reach_m, next: 0, end: ticks };
+    let sensor = Sensor { queue, next: 0, end: ticks };
     critical_section::with(|token| SENSOR.borrow(token).set(Some(sensor)));
     Some(samples)
 }
@@ -38,7 +38,7 @@ pub fn due() {
         let place = SENSOR.borrow(token);
         let Some(mut sensor) = place.take() else { return };
         if sensor.next < sensor.end {
-            if sensor.queue.enqueue(sample(sensor.reach_m, sensor.next)).is_ok() {
+            if sensor.queue.enqueue(sample(SCENE.reach_m, sensor.next)).is_ok() {
                 sensor.next += 1;
             } else {
                 LATE.fetch_add(1, Ordering::Relaxed);

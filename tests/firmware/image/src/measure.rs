@@ -1,9 +1,11 @@
 //! Ticks of the scene, from the worst state and at rest, counted in instructions.
 
-use chaincell_kernel::{Dynamics, Model, Network, TissueMut, ToolSample};
+use chaincell_kernel::{Model, Network, TissueMut, ToolSample};
+use chaincell_scenes::Run;
 use nalgebra::Vector3;
 
-use crate::{board, console, feed, motion, scene};
+use crate::scene::{SCENE, SWEEPS, Scheme, TICKS, WORST, settings};
+use crate::{board, console, feed};
 
 /// Sweeps of the two ticks whose difference gives the cost of a sweep.
 const FEW: u16 = 1;
@@ -12,42 +14,51 @@ const MANY: u16 = 5;
 const WORST_TICKS: u32 = 3;
 /// Ticks at rest: the look for sleepers comes every 16th.
 const REST_TICKS: u32 = 33;
-/// Instructions from one position interrupt to the next: 1 ms at 400 MHz.
-const PERIOD: u32 = 400_000;
+/// Instructions from one position interrupt to the next: 1 ms at 480 MHz.
+const PERIOD: u32 = 480_000;
 /// The same where interrupts are to meet every depth of the stack.
 const DENSE_PERIOD: u32 = 5_000;
 
-/// The scene: a tick for each sample that the interrupt hands over.
-pub fn play<D: Dynamics>(tissue: &mut TissueMut<'_, D>, network: &Network<'_>) {
-    let model = network.model();
-    let Some(mut samples) = feed::start(model.unit_m(), scene::TICKS) else { return };
+type Tissue = TissueMut<'static, Scheme>;
+
+/// The same memory for a part of the run.
+fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
+    TissueMut {
+        head: tissue.head,
+        state: tissue.state,
+        residual: tissue.residual,
+        own: tissue.own,
+        room: tissue.room,
+        contacts: tissue.contacts,
+    }
+}
+
+/// The scene: a tick for each sample that the interrupt hands over. `None` where the kernel
+/// refuses the scene, here as below.
+pub fn play(tissue: &mut Tissue) -> Option<()> {
+    let mut run = Run::new(&SCENE, part(tissue)).ok()?;
+    let mut samples = feed::start(TICKS)?;
     board::interrupt_every(PERIOD);
-    let (mut ticks, mut force_n) = (0, 0.0_f32);
-    while ticks < scene::TICKS {
+    let (mut ticks, mut state_hash) = (0, 0);
+    while ticks < TICKS {
         let Some(sample) = samples.dequeue() else {
             board::wait();
             continue;
         };
-        let output = tissue.tick(network, &sample);
+        let (output, hash) = run.tick_with(&sample);
         board::apply(output.force_n.into());
-        force_n += output.force_n.z;
+        state_hash = hash;
         ticks += 1;
     }
-    console::number("cells", model.cells() as u32);
-    console::number("links", model.links() as u32);
-    console::number("hats", model.hats() as u32);
     console::number("ticks", ticks);
     console::number("late", feed::late());
-    console::number("force_bits", force_n.to_bits());
-    console::bits("state_hash", tissue.state_hash(model));
+    console::bits("state_hash", state_hash);
+    console::bits("digest", run.digest());
+    Some(())
 }
 
 /// Instructions of one tick, interrupts off.
-fn count<D: Dynamics>(
-    tissue: &mut TissueMut<'_, D>,
-    network: &Network<'_>,
-    sample: &ToolSample,
-) -> u32 {
+fn count(tissue: &mut Tissue, network: &Network<'_>, sample: &ToolSample) -> u32 {
     critical_section::with(|_| {
         let before = board::instructions();
         let output = tissue.tick(network, sample);
@@ -57,49 +68,64 @@ fn count<D: Dynamics>(
     })
 }
 
-/// Every link out of its band, the tool holding its cells; `None` where the kernel refuses that.
-pub fn worst<'m, D: Dynamics>(
-    tissue: &mut TissueMut<'_, D>,
-    network: &impl Fn(u16) -> Option<Network<'m>>,
-) -> Option<()> {
-    let counted = |tissue: &mut TissueMut<'_, D>, sweeps: u16| {
-        let network = network(sweeps)?;
-        spread(tissue, &network)?;
-        let samples = (0..WORST_TICKS).map(|tick| motion::sample(network.model().unit_m(), tick));
-        let first = samples.map(|sample| count(tissue, &network, &sample));
-        Some(first.fold((0, 0), |(first, worst), count| {
-            (if first == 0 { count } else { first }, if count > worst { count } else { worst })
-        }))
-    };
-    let (few, _) = counted(tissue, FEW)?;
-    let (many, _) = counted(tissue, MANY)?;
-    let (_, worst) = counted(tissue, scene::SWEEPS)?;
-    console::number("instructions_per_sweep_worst", (many - few) / u32::from(MANY - FEW));
+fn network(sweeps: u16) -> Option<Network<'static>> {
+    let model = Model::from_bytes(SCENE.image).ok()?;
+    Network::new(model, settings(&model, sweeps)).ok()
+}
+
+/// The tool pulling slowly: every tick moves the cells it holds.
+fn pull(tick: u32) -> ToolSample {
+    let way_m = 0.01 * SCENE.reach_m * tick as f32;
+    ToolSample { position_m: Vector3::new(way_m, 0.0, way_m), engaged: 1 }
+}
+
+/// Puts the body into its worst state, every link out of its band, and ticks; the most
+/// instructions of a tick, and those of the first.
+fn counted(tissue: &mut Tissue, sweeps: u16) -> Option<(u32, u32)> {
+    let network = network(sweeps)?;
+    spread(tissue, &network)?;
+    let mut counts = [0; WORST_TICKS as usize];
+    for (tick, slot) in (0..).zip(&mut counts) {
+        *slot = count(tissue, &network, &pull(tick));
+    }
+    Some((counts.iter().copied().max()?, *counts.first()?))
+}
+
+/// Every link out of its band, the tool holding its cells.
+pub fn worst(tissue: &mut Tissue) -> Option<()> {
+    let (_, few) = counted(tissue, FEW)?;
+    let (_, many) = counted(tissue, MANY)?;
+    let (worst, _) = counted(tissue, SWEEPS)?;
+    console::number("instructions_per_sweep_worst", many.wrapping_sub(few) / u32::from(MANY - FEW));
     console::number("instructions_per_tick_worst", worst);
-    console::number("instructions_first_tick", few);
+    console::number("instructions_of_one_sweep_tick", few);
     // Once more with interrupts at every depth, for the stack.
-    let network = network(scene::SWEEPS)?;
+    let network = network(SWEEPS)?;
     spread(tissue, &network)?;
     board::interrupt_every(DENSE_PERIOD);
     for tick in 0..WORST_TICKS {
-        tissue.tick(&network, &motion::sample(network.model().unit_m(), tick));
+        board::apply(tissue.tick(&network, &pull(tick)).force_n.into());
     }
     board::interrupt_every(PERIOD);
     Some(())
 }
 
-/// Puts the body into its worst state.
-fn spread<D: Dynamics>(tissue: &mut TissueMut<'_, D>, network: &Network<'_>) -> Option<()> {
-    tissue.set_positions(network, bytemuck::try_cast_slice(scene::WORST).ok()?).ok()?;
+fn spread(tissue: &mut Tissue, network: &Network<'_>) -> Option<()> {
+    tissue.set_positions(network, bytemuck::try_cast_slice(WORST).ok()?).ok()?;
     tissue.forbid_sleep(network.model());
     Some(())
 }
 
-/// An untouched body.
-pub fn rest<D: Dynamics>(tissue: &mut TissueMut<'_, D>, network: &Network<'_>) {
+/// An untouched body. Its first tick, which makes ready for motion, is apart.
+pub fn rest(tissue: &mut Tissue) -> Option<()> {
+    let network = network(SWEEPS)?;
+    tissue.reset(&network).ok()?;
+    let before = tissue.state_hash(network.model());
     let away = ToolSample { position_m: Vector3::zeros(), engaged: 0 };
-    let counts = (0..REST_TICKS).map(|_| count(tissue, network, &away));
-    console::number("instructions_per_tick_rest", counts.max().unwrap_or(0));
-    let model: &Model<'_> = network.model();
-    console::bits("rest_hash", tissue.state_hash(model));
+    console::number("instructions_of_first_tick", count(tissue, &network, &away));
+    let counts = (0..REST_TICKS).map(|_| count(tissue, &network, &away));
+    console::number("instructions_per_tick_rest", counts.max()?);
+    let moved = tissue.state_hash(network.model()) != before;
+    console::number("moved_at_rest", u32::from(moved));
+    Some(())
 }
