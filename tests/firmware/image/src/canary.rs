@@ -3,6 +3,9 @@
 
 use core::hint::black_box;
 
+#[cfg(feature = "canary-alloc")]
+extern crate alloc;
+
 /// Reaches a panic or an allocator.
 pub fn sing() {
     #[cfg(feature = "canary-panic")]
@@ -12,34 +15,9 @@ pub fn sing() {
         black_box(thousandths[at]);
     }
     #[cfg(feature = "canary-alloc")]
-    allocating::sing();
-}
-
-#[cfg(feature = "canary-alloc")]
-mod allocating {
-    extern crate alloc;
-
-    use alloc::alloc::alloc;
-    use core::alloc::{GlobalAlloc, Layout};
-    use core::hint::black_box;
-
-    /// Has nothing to give.
-    struct Empty;
-
-    // SAFETY: a null pointer is what an allocator without memory gives.
-    unsafe impl GlobalAlloc for Empty {
-        unsafe fn alloc(&self, _: Layout) -> *mut u8 {
-            black_box(core::ptr::null_mut())
-        }
-
-        unsafe fn dealloc(&self, _: *mut u8, _: Layout) {}
-    }
-
-    #[global_allocator]
-    static EMPTY: Empty = Empty;
-
-    pub fn sing() {
+    {
+        let layout = core::alloc::Layout::new::<u32>();
         // SAFETY: the layout's size is not zero.
-        black_box(unsafe { alloc(black_box(Layout::new::<u32>())) });
+        black_box(unsafe { alloc::alloc::alloc(black_box(layout)) });
     }
 }

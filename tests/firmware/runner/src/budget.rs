@@ -27,7 +27,8 @@ pub struct Budgets {
 
 impl Budgets {
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+        let why = || format!("{}: --write-budgets writes it", path.display());
+        let text = std::fs::read_to_string(path).with_context(why)?;
         toml::from_str(&text).with_context(|| path.display().to_string())
     }
 
@@ -58,7 +59,8 @@ impl Budgets {
                 continue;
             };
             let share = value as f64 / budget.max(1) as f64 - 1.0;
-            let says = format!("{name}: {figure} {value}, budget {budget}, {:+.1} %", 100.0 * share);
+            let says =
+                format!("{name}: {figure} {value}, budget {budget}, {:+.1} %", 100.0 * share);
             if share > slack {
                 verdict.broken.push(says);
             } else if share < -SLACK && !foreign {

@@ -24,6 +24,8 @@ pub struct Case {
     pub sweeps: u16,
     /// Most ticks that are played.
     pub ticks_max: u32,
+    /// Too slow in software floating point but for `--slow`.
+    pub slow_without_fpu: bool,
 }
 
 /// All of them.
@@ -35,6 +37,7 @@ pub const CASES: [Case; 5] = [
         golden: Some("plane8_track"),
         sweeps: 4,
         ticks_max: u32::MAX,
+        slow_without_fpu: false,
     },
     Case {
         name: "plane8_euler",
@@ -43,6 +46,7 @@ pub const CASES: [Case; 5] = [
         golden: None,
         sweeps: 4,
         ticks_max: u32::MAX,
+        slow_without_fpu: false,
     },
     Case {
         name: "organ500_track",
@@ -51,6 +55,7 @@ pub const CASES: [Case; 5] = [
         golden: Some("organ500_track"),
         sweeps: 4,
         ticks_max: u32::MAX,
+        slow_without_fpu: false,
     },
     Case {
         name: "organ1000_track",
@@ -59,6 +64,7 @@ pub const CASES: [Case; 5] = [
         golden: None,
         sweeps: 1,
         ticks_max: u32::MAX,
+        slow_without_fpu: false,
     },
     // As many cells as 1 MB of RAM carry.
     Case {
@@ -68,6 +74,7 @@ pub const CASES: [Case; 5] = [
         golden: None,
         sweeps: 1,
         ticks_max: 10,
+        slow_without_fpu: true,
     },
 ];
 
@@ -79,7 +86,8 @@ pub const FIT: [Case; 3] = [
 ];
 
 const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {
-    Case { name, bake, scheme: "track", golden: None, sweeps: 1, ticks_max: 10 }
+    let (scheme, golden, sweeps, ticks_max) = ("track", None, 1, 10);
+    Case { name, bake, scheme, golden, sweeps, ticks_max, slow_without_fpu: false }
 }
 
 /// A case ready to be built: its model and its scene.

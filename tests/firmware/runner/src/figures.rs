@@ -18,6 +18,7 @@ const STALL_CYCLES: u64 = 13;
 #[derive(Debug, Clone, Serialize)]
 pub struct Figures {
     pub target: &'static str,
+    pub core: &'static str,
     pub scene: &'static str,
     pub tier: &'static str,
     pub scheme: &'static str,
@@ -66,6 +67,7 @@ impl Figures {
         let worst = said.number("instructions_per_tick_worst")?;
         let figures = Self {
             target: target.name,
+            core: target.core,
             scene: ready.case.name,
             tier: tier.name(),
             scheme: ready.scene.scheme,
@@ -107,8 +109,21 @@ impl Figures {
     pub fn head() -> String {
         format!(
             "{:5} {:17} {:>6} {:>7} {:>5} {:>3} {:>5} {:>16} {:>11} {:>11} {:>8} {:>9} {:>9} {:>7} {:>11}",
-            "core", "scene, f32", "cells", "links", "hats", "swp", "ticks", "state hash", "sweep worst",
-            "tick worst", "rest", "flash", "RAM", "stack", "cycles est."
+            "core",
+            "scene, f32",
+            "cells",
+            "links",
+            "hats",
+            "swp",
+            "ticks",
+            "state hash",
+            "sweep worst",
+            "tick worst",
+            "rest",
+            "flash",
+            "RAM",
+            "stack",
+            "cycles est."
         )
     }
 

@@ -37,7 +37,7 @@ pub fn play(ready: &Ready, tier: Tier) -> Result<Answer> {
 fn run<D: Dynamics>(ready: &Ready) -> Result<Answer> {
     let (cells, held) = (ready.model.cells(), ready.scene.held.len());
     let tissue = TissueMut {
-        head: &mut Head::<D>::NEW.clone(),
+        head: &mut { Head::<D>::NEW },
         state: &mut vec![Cell::ZERO; cells],
         residual: &mut vec![Cell::ZERO; D::RESIDUALS * cells],
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],

@@ -11,8 +11,6 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
 use crate::case::Ready;
 use crate::target::Target;
 
-
-
 /// Names of an allocator's functions, inside whatever mangling.
 const ALLOCATOR: [&str; 5] =
     ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc", "GlobalAlloc"];
@@ -32,8 +30,7 @@ pub struct Workshop {
 impl Workshop {
     pub fn new(workspace: PathBuf) -> Result<Self> {
         let variable = |name: &str| std::env::var(name).ok();
-        let packages =
-            variable("CHAINCELL_IMAGE_RUSTC").zip(variable("CHAINCELL_IMAGE_LIBRARIES"));
+        let packages = variable("CHAINCELL_IMAGE_RUSTC").zip(variable("CHAINCELL_IMAGE_LIBRARIES"));
         let mut rustc = Command::new(packages.as_ref().map_or("rustc", |(rustc, _)| rustc));
         if let Some((_, libraries)) = &packages {
             rustc.env("LD_LIBRARY_PATH", libraries);
@@ -138,9 +135,15 @@ impl Image {
         }
         let worst = 12 * ready.model.cells() as u64;
         ensure!(flash_bytes > worst, "{}: no code in it", path.display());
-        let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned));
-        let allocators = names.filter(|name| ALLOCATOR.iter().any(|part| name.contains(part)));
-        let allocators = allocators.collect();
+        let allocators = allocators(path)?;
         Ok(Self { path: path.into(), flash_bytes: flash_bytes - worst, ram_bytes, allocators })
     }
+}
+
+/// Names of an allocator's functions among the symbols of a program.
+pub fn allocators(path: &Path) -> Result<Vec<String>> {
+    let bytes = std::fs::read(path)?;
+    let file = object::File::parse(&*bytes)?;
+    let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned));
+    Ok(names.filter(|name| ALLOCATOR.iter().any(|part| name.contains(part))).collect())
 }

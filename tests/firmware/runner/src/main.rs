@@ -12,6 +12,8 @@ mod target;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use chaincell_scenes::{TICKS, Tier};
@@ -20,7 +22,8 @@ use clap::Parser;
 use budget::Budgets;
 use case::{CASES, Case, FIT, Ready};
 use figures::Figures;
-use image::Workshop;
+use host::Answer;
+use image::{Image, Workshop, allocators};
 use target::{TARGETS, Target};
 
 /// Longest run of one image on this machine \[s\].
@@ -51,13 +54,16 @@ struct Args {
     chaincell: PathBuf,
 }
 
+/// An image with the scene it plays and this machine's answer.
+type Built = (&'static Target, Arc<Ready>, Answer, Image);
+
 /// What a run works with.
 struct Bench {
     args: Args,
     workshop: Workshop,
     models: PathBuf,
     ticks: u32,
-    seconds: u32,
+    slow: bool,
 }
 
 fn main() -> ExitCode {
@@ -75,13 +81,12 @@ fn run(args: Args) -> Result<()> {
     let workspace = workspace.parent().context("no workspace")?.to_owned();
     let slow = args.slow || std::env::var("CHAINCELL_SLOW").is_ok_and(|value| value == "1");
     let [few, all] = TICKS;
-    let (ticks, seconds) = if slow { (all, SECONDS_SLOW) } else { (few, SECONDS) };
+    let ticks = if slow { all } else { few };
     let path = workspace.join("budgets.toml");
-    let mut budgets = Budgets::read(&path).or_else(|why| {
-        if args.write_budgets { Ok(Budgets::default()) } else { Err(why) }
-    })?;
+    let mut budgets = Budgets::read(&path)
+        .or_else(|why| if args.write_budgets { Ok(Budgets::default()) } else { Err(why) })?;
     let models = workspace.join("target/models");
-    let bench = Bench { workshop: Workshop::new(workspace)?, models, ticks, seconds, args };
+    let bench = Bench { workshop: Workshop::new(workspace)?, models, ticks, slow, args };
     bench.say(&format!("images by {}, {ticks} ticks", bench.workshop.compiler));
     if !bench.args.write_budgets && budgets.compiler() != bench.workshop.compiler {
         bench.say(&format!("budgets are for {}: held within 25 %", budgets.compiler()));
@@ -89,34 +94,22 @@ fn run(args: Args) -> Result<()> {
     if bench.args.fit {
         return bench.fit();
     }
-    let (mut broken, mut images) = (vec![], 0);
     bench.say(&Figures::head());
-    for case in CASES {
-        let wanted = |target: &&Target| bench.wants(target, &case);
-        let targets: Vec<&Target> = TARGETS.iter().filter(wanted).collect();
-        if targets.is_empty() {
-            continue;
+    let (mut broken, mut images) = (vec![], 0);
+    bench.each(|figures| {
+        images += 1;
+        bench.show(&figures)?;
+        if bench.args.write_budgets {
+            budgets.take(&figures, &bench.workshop.compiler);
+            return Ok(());
         }
-        let ready = bench.prepare(case)?;
-        let host = host::play(&ready, Tier::F32)?;
-        for target in targets {
-            let figures = bench.measure(target, &ready, host)?;
-            images += 1;
-            if bench.args.json {
-                println!("{}", serde_json::to_string(&figures)?);
-            }
-            bench.say(&figures.line());
-            if bench.args.write_budgets {
-                budgets.take(&figures, &bench.workshop.compiler);
-            } else {
-                let verdict = budgets.check(&figures, &bench.workshop.compiler);
-                for loose in verdict.loose {
-                    bench.say(&format!("  can be tightened: {loose}"));
-                }
-                broken.extend(verdict.broken);
-            }
+        let verdict = budgets.check(&figures, &bench.workshop.compiler);
+        for loose in verdict.loose {
+            bench.say(&format!("  can be tightened: {loose}"));
         }
-    }
+        broken.extend(verdict.broken);
+        Ok(())
+    })?;
     ensure!(images > 0, "--only {}: no such image", bench.args.only.join(","));
     if bench.args.only.is_empty() {
         bench.canaries()?;
@@ -140,37 +133,102 @@ impl Bench {
         }
     }
 
+    /// A line of the table, and with `--json` the object.
+    fn show(&self, figures: &Figures) -> Result<()> {
+        if self.args.json {
+            println!("{}", serde_json::to_string(figures)?);
+        }
+        self.say(&figures.line());
+        Ok(())
+    }
+
+    /// Measures all images that are wanted; the next one is built while one runs.
+    fn each(&self, mut take: impl FnMut(Figures) -> Result<()>) -> Result<()> {
+        std::thread::scope(|scope| {
+            let (to, built) = sync_channel(1);
+            scope.spawn(move || {
+                let sent = self.build_all(|image| to.send(Ok(image)).is_ok());
+                if let Err(why) = sent {
+                    // Nobody listens any more where an earlier image has failed.
+                    let _ = to.send(Err(why));
+                }
+            });
+            for built in built {
+                let (target, ready, host, image) = built?;
+                take(self.emulate(target, &ready, &image, host)?)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Builds all images that are wanted, until `send` says that nobody wants more.
+    fn build_all(&self, send: impl Fn(Built) -> bool) -> Result<()> {
+        for case in CASES {
+            let wanted = |target: &&Target| self.wants(target, &case);
+            let targets: Vec<&'static Target> = TARGETS.iter().filter(wanted).collect();
+            if targets.is_empty() {
+                continue;
+            }
+            let ready = Arc::new(self.prepare(case)?);
+            let host = host::play(&ready, Tier::F32)?;
+            for target in targets {
+                let image = self.build(target, &ready)?;
+                if !send((target, Arc::clone(&ready), host, image)) {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn wants(&self, target: &Target, case: &Case) -> bool {
         let name = format!("{}-{}", target.name, case.name);
-        self.args.only.is_empty() || self.args.only.iter().any(|part| name.contains(&**part))
+        let named = |part: &String| name.contains(&**part);
+        let quick = target.fpu || !case.slow_without_fpu || self.slow;
+        quick && (self.args.only.is_empty() || self.args.only.iter().any(named))
     }
 
     fn prepare(&self, case: Case) -> Result<Ready> {
         case::prepare(case, &self.args.chaincell, &self.models, self.ticks)
     }
 
-    fn measure(&self, target: &Target, ready: &Ready, host: host::Answer) -> Result<Figures> {
-        let image = self.workshop.build(target, ready, None)?.map_err(|said| {
+    fn build(&self, target: &Target, ready: &Ready) -> Result<Image> {
+        self.workshop.build(target, ready, None)?.map_err(|said| {
             let panics = said.contains("a_panic_is_left_in_the_image");
             let why = if panics { "the kernel or the image can panic" } else { "the build fails" };
             anyhow!("{} {}: {why}:\n{said}", target.name, ready.case.name)
-        })?;
-        let said = emulate::run(target, &image, self.seconds)?;
-        Figures::new(target, ready, Tier::F32, &image, &said, host)
+        })
     }
 
-    /// Sees the gates fail: on an image that can panic, and on one that calls an allocator.
+    fn emulate(
+        &self,
+        target: &Target,
+        ready: &Ready,
+        image: &Image,
+        host: Answer,
+    ) -> Result<Figures> {
+        let seconds = if self.slow { SECONDS_SLOW } else { SECONDS };
+        let said = emulate::run(target, image, seconds)?;
+        Figures::new(target, ready, Tier::F32, image, &said, host)
+    }
+
+    /// Sees the gates fail: on an image that can panic, on one that links `alloc`, and on a program
+    /// that has an allocator.
     fn canaries(&self) -> Result<()> {
         let ready = self.prepare(CASES[0])?;
-        match self.workshop.build(&TARGETS[0], &ready, Some("canary-panic"))? {
-            Ok(_) => bail!("an image that can panic links"),
-            Err(said) => ensure!(said.contains("a_panic_is_left_in_the_image"), "{said}"),
+        for (feature, refusal) in [
+            ("canary-panic", "a_panic_is_left_in_the_image"),
+            ("canary-alloc", "no global memory allocator found"),
+        ] {
+            match self.workshop.build(&TARGETS[0], &ready, Some(feature))? {
+                Ok(_) => bail!("the image with {feature} links"),
+                Err(said) => ensure!(said.contains(refusal), "{feature}:\n{said}"),
+            }
         }
-        match self.workshop.build(&TARGETS[0], &ready, Some("canary-alloc"))? {
-            Ok(image) => ensure!(!image.allocators.is_empty(), "an allocator is not seen"),
-            Err(said) => bail!("{said}"),
-        }
-        self.say("gates: a panic does not link, an allocator is seen");
+        // This program has an allocator: the look for one must find it here.
+        let own = std::env::current_exe()?;
+        ensure!(!allocators(&own)?.is_empty(), "{}: no allocator is seen", own.display());
+        self.say("gates: a panic and a heap do not link, an allocator is seen");
         Ok(())
     }
 
@@ -179,7 +237,8 @@ impl Bench {
         let mut sizes = vec![];
         for case in FIT {
             let ready = self.prepare(case)?;
-            let figures = self.measure(&TARGETS[0], &ready, host::play(&ready, Tier::F32)?)?;
+            let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
+            let figures = self.emulate(target, &ready, &self.build(target, &ready)?, host)?;
             let (tick, sweep) =
                 (figures.instructions_one_sweep_tick_worst, figures.instructions_per_sweep_worst);
             let (cells, hats) = (figures.cells, figures.hats);
