@@ -10,8 +10,6 @@ use crate::figures::Figures;
 
 /// A figure may be this share above its budget; more below it, and the budget can be tightened.
 const SLACK: f64 = 0.02;
-/// The same with another compiler than that of the budgets.
-const FOREIGN_SLACK: f64 = 0.25;
 
 const TEXT: &str = "# What images may take, within 2 %: target, scene, figure. Instructions are \
                     those of the emulated core.\n# `tests/firmware/run --write-budgets` writes \
@@ -44,14 +42,12 @@ impl Budgets {
     }
 
     /// What the figures break, and what they leave room for.
-    pub fn check(&self, figures: &Figures, compiler: &str) -> Verdict {
+    pub fn check(&self, figures: &Figures) -> Verdict {
         let name = key(figures);
         let Some(own) = self.image.get(&name) else {
             let why = format!("{name}: no budget; take it in with --write-budgets");
             return Verdict { broken: vec![why], loose: vec![] };
         };
-        let foreign = self.compiler != compiler;
-        let slack = if foreign { FOREIGN_SLACK } else { SLACK };
         let mut verdict = Verdict { broken: vec![], loose: vec![] };
         for (figure, value) in held(figures) {
             let Some(&budget) = own.get(figure) else {
@@ -61,9 +57,9 @@ impl Budgets {
             let share = value as f64 / budget.max(1) as f64 - 1.0;
             let says =
                 format!("{name}: {figure} {value}, budget {budget}, {:+.1} %", 100.0 * share);
-            if share > slack {
+            if share > SLACK {
                 verdict.broken.push(says);
-            } else if share < -SLACK && !foreign {
+            } else if share < -SLACK {
                 verdict.loose.push(says);
             }
         }

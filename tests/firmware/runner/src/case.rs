@@ -79,10 +79,11 @@ pub const CASES: [Case; 5] = [
 ];
 
 /// Sizes for `--fit`, baked as `organ1000_track`.
-pub const FIT: [Case; 3] = [
+pub const FIT: [Case; 4] = [
     fit("fit200", &["organ:200", "--hats=4.5", "--lean"]),
     fit("fit500", &["organ:500", "--hats=4.5", "--lean"]),
     fit("fit1000", &["organ:1000", "--hats=4.5", "--lean"]),
+    fit("fit1500", &["organ:1500", "--hats=4.5", "--lean"]),
 ];
 
 const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {

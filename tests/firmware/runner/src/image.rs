@@ -41,22 +41,12 @@ impl Workshop {
         Ok(Self { workspace, packages, linker, compiler })
     }
 
-    /// Builds the image of a scene. The outer error is trouble, the inner one the compiler's
-    /// refusal.
-    pub fn build(
-        &self,
-        target: &Target,
-        ready: &Ready,
-        feature: Option<&str>,
-    ) -> Result<std::result::Result<Image, String>> {
-        let folder = self.workspace.join("target/images");
+    /// Cargo for the image of a scene.
+    fn cargo(&self, what: &str, target: &Target, ready: &Ready) -> Command {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-        cargo.current_dir(&self.workspace).args(["build", "--locked", "--package"]);
-        cargo.args(["chaincell-firmware", "--profile=image", "--target", target.triple]);
-        cargo.arg("--target-dir").arg(&folder);
-        if let Some(feature) = feature {
-            cargo.args(["--features", feature]);
-        }
+        cargo.current_dir(&self.workspace).args([what, "--locked", "--profile=image"]);
+        cargo.args(["--package=chaincell-firmware", "--target", target.triple]);
+        cargo.arg("--target-dir").arg(self.folder());
         let mut flags = format!("-Ctarget-cpu={}", target.cpu);
         if let Some((rustc, libraries)) = &self.packages {
             cargo.arg("-Zbuild-std=core").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
@@ -68,19 +58,44 @@ impl Workshop {
         let triple = target.triple.to_uppercase().replace('-', "_");
         cargo.env(format!("CARGO_TARGET_{triple}_RUSTFLAGS"), flags);
         cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
-        for (name, value) in environment(ready) {
-            cargo.env(name, value);
-        }
+        cargo.envs(environment(ready));
+        cargo
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.workspace.join("target/images")
+    }
+
+    /// Builds the image of a scene. The outer error is trouble, the inner one the compiler's
+    /// refusal.
+    pub fn build(
+        &self,
+        target: &Target,
+        ready: &Ready,
+        feature: Option<&str>,
+    ) -> Result<std::result::Result<Image, String>> {
+        let mut cargo = self.cargo("build", target, ready);
+        cargo.args(feature.map(|feature| format!("--features={feature}")));
         let built = cargo.output().context("cargo")?;
-        let said = String::from_utf8_lossy(&built.stderr).into_owned();
         if !built.status.success() {
-            return Ok(Err(said));
+            return Ok(Err(String::from_utf8_lossy(&built.stderr).into_owned()));
         }
-        let from = folder.join(target.triple).join("image/chaincell-firmware");
+        let from = self.folder().join(target.triple).join("image/chaincell-firmware");
         let name = format!("{}-{}{}", target.name, ready.case.name, feature.unwrap_or(""));
-        let to = folder.join(name).with_extension("elf");
+        let to = self.folder().join(name).with_extension("elf");
         std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
         Ok(Ok(Image::read(&to, target, ready)?))
+    }
+
+    /// Holds the image's source against the lints; `false` where the compiler has none.
+    pub fn lint(&self, target: &Target, ready: &Ready) -> Result<bool> {
+        if self.packages.is_some() {
+            return Ok(false);
+        }
+        let mut cargo = self.cargo("clippy", target, ready);
+        cargo.args(["--features=canary-panic", "--", "-Dwarnings"]);
+        ensure!(cargo.status().context("cargo")?.success(), "{}: lints", target.triple);
+        Ok(true)
     }
 }
 
