@@ -2,6 +2,7 @@
 
 use crate::awake::SliceSet;
 use crate::cell::Cell;
+use crate::number::Number;
 use crate::simd::octet::{Chunk, Octet};
 use crate::two_float::LANES;
 
@@ -20,6 +21,25 @@ pub(crate) fn eight<'a>(cells: &'a [Cell], slice: usize, buffer: &'a mut Chunk) 
     }
 }
 
+/// A slice of `cells`; beyond the end 0, in `buffer`.
+#[inline(always)]
+pub(crate) fn eight_or_zero<'a>(
+    cells: &'a [Cell],
+    slice: usize,
+    buffer: &'a mut Chunk,
+) -> &'a Chunk {
+    match cells.get(slice * LANES..).and_then(|left| left.first_chunk()) {
+        Some(chunk) => chunk,
+        None => {
+            let left = cells.get(slice * LANES..).unwrap_or(&[]);
+            for (slot, cell) in buffer.iter_mut().zip(left) {
+                *slot = *cell;
+            }
+            buffer
+        }
+    }
+}
+
 /// A slice of values a cell; beyond the end 0.
 #[inline(always)]
 pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
@@ -32,20 +52,20 @@ pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
     }
 }
 
-/// Copies cells, as many as both have: `copy_from_slice` would leave its panic in the image.
-#[inline(always)]
-pub(crate) fn copy(to: &mut [Cell], from: &[Cell]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = *from;
-    }
-}
-
 /// Copies a slice between arrays of the same length; nothing where they are shorter.
 #[inline(always)]
 pub(crate) fn copy_slice(to: &mut [Cell], from: &[Cell], slice: usize) {
     let cells = slice * LANES..from.len().min((slice + 1) * LANES);
     if let (Some(to), Some(from)) = (to.get_mut(cells.clone()), from.get(cells)) {
         copy(to, from);
+    }
+}
+
+/// Copies cells, as many as both have: `copy_from_slice` would panic on other lengths.
+#[inline(always)]
+pub(crate) fn copy<N: Number>(to: &mut [Cell<N>], from: &[Cell<N>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
     }
 }
 

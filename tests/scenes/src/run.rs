@@ -3,7 +3,8 @@
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::ContactError;
 use chaincell_kernel::{
-    Dynamics, Model, ModelError, Network, ResetError, SettingsError, TickOutput, TissueMut, ToolSample,
+    Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput, TissueMut,
+    ToolSample,
 };
 
 use crate::{Digest, Scene, sample};
@@ -95,7 +96,8 @@ impl<'t, D: Dynamics> Run<'t, D> {
             && let Some(v) = self.tissue.state.get_mut(cell)
         {
             let [x, y, z] = v.xyz();
-            *v = Cell::at([f32::from_bits(x.to_bits() ^ 1), y, z]);
+            let nudged = f32::from_bits(x.single().to_bits() ^ 1);
+            *v = Cell::at([D::Number::from_single(nudged), y, z]);
         }
         let state_hash = self.tissue.state_hash(self.network.model());
         self.digest.absorb(&output, state_hash);
@@ -162,7 +164,7 @@ impl<D: Dynamics> Stepper for Run<'_, D> {
 
     fn cell_bits(&self, cell: usize) -> Option<[u32; 3]> {
         let position = self.tissue.position(self.network.model(), cell)?;
-        Some(position.map(f32::to_bits))
+        Some(position.map(|x| x.single().to_bits()))
     }
 
     fn input_id(&self, cell: usize) -> Option<u32> {

@@ -5,22 +5,23 @@
 
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::Contact;
-use chaincell_kernel::dynamics::{CellArrays, Octets};
+use chaincell_kernel::dynamics::{CellArrays, NumberOf, Octets};
 use chaincell_kernel::{Dynamics, Head, TissueMut};
 use static_cell::ConstStaticCell;
 
 use crate::scene::{CELLS, HELD, Scheme};
 
+type Number = NumberOf<Scheme>;
 type Residual = <Scheme as Dynamics>::Residual<CELLS>;
 type Arrays = <Scheme as Dynamics>::Arrays<CELLS>;
 type Room = <Scheme as Dynamics>::Room;
 
 static HEAD: ConstStaticCell<Head<Scheme>> = ConstStaticCell::new(Head::NEW);
-static STATE: ConstStaticCell<[Cell; CELLS]> = ConstStaticCell::new([Cell::ZERO; CELLS]);
-static RESIDUAL: ConstStaticCell<Residual> = ConstStaticCell::new(<Residual as CellArrays>::ZERO);
-static OWN: ConstStaticCell<Arrays> = ConstStaticCell::new(<Arrays as CellArrays>::ZERO);
+static STATE: ConstStaticCell<[Cell<Number>; CELLS]> = ConstStaticCell::new([Cell::ZERO; CELLS]);
+static RESIDUAL: ConstStaticCell<Residual> = ConstStaticCell::new(<Residual as CellArrays<Number>>::ZERO);
+static OWN: ConstStaticCell<Arrays> = ConstStaticCell::new(<Arrays as CellArrays<Number>>::ZERO);
 static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(<Room as Octets>::ZERO);
-static CONTACTS: ConstStaticCell<[Contact; HELD.len()]> =
+static CONTACTS: ConstStaticCell<[Contact<Number>; HELD.len()]> =
     ConstStaticCell::new([Contact::NONE; HELD.len()]);
 
 /// The tissue; `None` the second time.
