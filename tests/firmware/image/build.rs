@@ -52,6 +52,8 @@ fn scheme(hats: usize, held: usize) -> Result<String, String> {
     match (scheme.as_str(), tier.as_str()) {
         ("track", "f32") => Ok(format!("Track<{room}>")),
         ("euler", "f32") => Ok("Euler".into()),
+        ("track", "fixed") => Ok("Track<0, fixed::types::I8F24>".into()),
+        ("euler", "fixed") => Ok("Euler<fixed::types::I8F24>".into()),
         ("rkl1", "f32") => Ok("Rkl1".into()),
         ("rkl2", "f32") => Ok("Rkl2".into()),
         ("gauss-seidel", "f32") => Ok("GaussSeidel".into()),

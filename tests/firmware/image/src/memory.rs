@@ -18,7 +18,8 @@ type Room = <Scheme as Dynamics>::Room;
 
 static HEAD: ConstStaticCell<Head<Scheme>> = ConstStaticCell::new(Head::NEW);
 static STATE: ConstStaticCell<[Cell<Number>; CELLS]> = ConstStaticCell::new([Cell::ZERO; CELLS]);
-static RESIDUAL: ConstStaticCell<Residual> = ConstStaticCell::new(<Residual as CellArrays<Number>>::ZERO);
+static RESIDUAL: ConstStaticCell<Residual> =
+    ConstStaticCell::new(<Residual as CellArrays<Number>>::ZERO);
 static OWN: ConstStaticCell<Arrays> = ConstStaticCell::new(<Arrays as CellArrays<Number>>::ZERO);
 static ROOM: ConstStaticCell<Room> = ConstStaticCell::new(<Room as Octets>::ZERO);
 static CONTACTS: ConstStaticCell<[Contact<Number>; HELD.len()]> =

@@ -1,7 +1,6 @@
 //! What is measured of an image, as JSON and as a table.
 
 use anyhow::{Result, ensure};
-use chaincell_scenes::Tier;
 use serde::Serialize;
 
 use crate::case::Ready;
@@ -9,6 +8,7 @@ use crate::emulate::Said;
 use crate::host::Answer;
 use crate::image::Image;
 use crate::target::Target;
+use crate::tier::Tier;
 
 /// Cycles beyond one that a square root or a division keeps the FPU busy: 14 on the Cortex-M4 by
 /// its reference manual; that of the Cortex-M7 gives none.
@@ -91,7 +91,7 @@ impl Figures {
             model_bytes: ready.scene.image.len(),
             late_interrupts: said.number("late")?,
         };
-        let name = format!("{} {}", figures.target, figures.scene);
+        let name = format!("{} {} {}", figures.target, figures.scene, figures.tier);
         ensure!(figures.ticks == u64::from(ready.ticks), "{name}: {} ticks", figures.ticks);
         let (own, hosts) = (&figures.digest, &figures.host_digest);
         ensure!(
@@ -108,9 +108,9 @@ impl Figures {
     /// Head of the table.
     pub fn head() -> String {
         format!(
-            "{:5} {:17} {:>6} {:>7} {:>5} {:>3} {:>5} {:>16} {:>11} {:>11} {:>8} {:>9} {:>9} {:>7} {:>11}",
+            "{:5} {:23} {:>6} {:>7} {:>5} {:>3} {:>5} {:>16} {:>11} {:>11} {:>8} {:>9} {:>9} {:>7} {:>11}",
             "core",
-            "scene, f32",
+            "scene, number",
             "cells",
             "links",
             "hats",
@@ -131,9 +131,9 @@ impl Figures {
     pub fn line(&self) -> String {
         let cycles = self.cycles_per_tick_worst_estimate;
         format!(
-            "{:5} {:17} {:6} {:7} {:5} {:3} {:5} {} {:11} {:11} {:8} {:9} {:9} {:7} {:>11}",
+            "{:5} {:23} {:6} {:7} {:5} {:3} {:5} {} {:11} {:11} {:8} {:9} {:9} {:7} {:>11}",
             self.target,
-            self.scene,
+            format!("{} {}", self.scene, self.tier),
             self.cells,
             self.links,
             self.hats,

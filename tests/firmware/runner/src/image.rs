@@ -10,6 +10,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
 
 use crate::case::Ready;
 use crate::target::Target;
+use crate::tier::Tier;
 
 /// Names of an allocator's functions, inside whatever mangling.
 const ALLOCATOR: [&str; 5] =
@@ -42,7 +43,7 @@ impl Workshop {
     }
 
     /// Cargo for the image of a scene.
-    fn cargo(&self, what: &str, target: &Target, ready: &Ready) -> Command {
+    fn cargo(&self, what: &str, target: &Target, ready: &Ready, tier: Tier) -> Command {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(&self.workspace).args([what, "--locked", "--profile=image"]);
         cargo.args(["--package=chaincell-firmware", "--target", target.triple]);
@@ -58,7 +59,7 @@ impl Workshop {
         let triple = target.triple.to_uppercase().replace('-', "_");
         cargo.env(format!("CARGO_TARGET_{triple}_RUSTFLAGS"), flags);
         cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
-        cargo.envs(environment(ready));
+        cargo.envs(environment(ready, tier));
         cargo
     }
 
@@ -72,16 +73,18 @@ impl Workshop {
         &self,
         target: &Target,
         ready: &Ready,
+        tier: Tier,
         feature: Option<&str>,
     ) -> Result<std::result::Result<Image, String>> {
-        let mut cargo = self.cargo("build", target, ready);
+        let mut cargo = self.cargo("build", target, ready, tier);
         cargo.args(feature.map(|feature| format!("--features={feature}")));
         let built = cargo.output().context("cargo")?;
         if !built.status.success() {
             return Ok(Err(String::from_utf8_lossy(&built.stderr).into_owned()));
         }
         let from = self.folder().join(target.triple).join("image/chaincell-firmware");
-        let name = format!("{}-{}{}", target.name, ready.case.name, feature.unwrap_or(""));
+        let (core, scene, tier) = (target.name, ready.case.name, tier.name());
+        let name = format!("{core}-{scene}-{tier}{}", feature.unwrap_or(""));
         let to = self.folder().join(name).with_extension("elf");
         std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
         Ok(Ok(Image::read(&to, target, ready)?))
@@ -92,7 +95,7 @@ impl Workshop {
         if self.packages.is_some() {
             return Ok(false);
         }
-        let mut cargo = self.cargo("clippy", target, ready);
+        let mut cargo = self.cargo("clippy", target, ready, Tier::F32);
         cargo.args(["--features=canary-panic", "--", "-Dwarnings"]);
         ensure!(cargo.status().context("cargo")?.success(), "{}: lints", target.triple);
         Ok(true)
@@ -100,7 +103,7 @@ impl Workshop {
 }
 
 /// What `image/build.rs` reads.
-fn environment(ready: &Ready) -> [(&'static str, String); 9] {
+fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 9] {
     let settings = ready.settings();
     let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
     let unloading = match settings.unloading {
@@ -111,7 +114,7 @@ fn environment(ready: &Ready) -> [(&'static str, String); 9] {
     [
         ("CHAINCELL_MODEL", ready.model_path.display().to_string()),
         ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
-        ("CHAINCELL_TIER", "f32".into()),
+        ("CHAINCELL_TIER", tier.name().into()),
         ("CHAINCELL_HELD", held.join(",")),
         ("CHAINCELL_SWEEPS", settings.sweeps.to_string()),
         ("CHAINCELL_UNLOADING", unloading.into()),

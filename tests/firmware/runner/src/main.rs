@@ -9,6 +9,7 @@ mod fit;
 mod host;
 mod image;
 mod target;
+mod tier;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use chaincell_scenes::{TICKS, Tier};
+use chaincell_scenes::TICKS;
 use clap::Parser;
 
 use budget::Budgets;
@@ -25,6 +26,7 @@ use figures::Figures;
 use host::Answer;
 use image::{Image, Workshop, allocators};
 use target::{TARGETS, Target};
+use tier::Tier;
 
 /// Longest run of one image on this machine \[s\].
 const SECONDS: u32 = 120;
@@ -37,7 +39,7 @@ struct Args {
     /// Print one JSON object a line, one for each image and scene
     #[arg(long)]
     json: bool,
-    /// Images whose TARGET-SCENE contains one of these: m7, organ500, m3-plane8_euler
+    /// Images whose TARGET-SCENE-NUMBER contains one of these: m7, organ500, m3-plane8_euler, fixed
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// All 2,000 ticks of the scenes; CHAINCELL_SLOW=1 does the same
@@ -58,7 +60,7 @@ struct Args {
 }
 
 /// An image with the scene it plays and this machine's answer.
-type Built = (&'static Target, Arc<Ready>, Answer, Image);
+type Built = (&'static Target, Arc<Ready>, Tier, Answer, Image);
 
 /// What a run works with.
 struct Bench {
@@ -165,8 +167,8 @@ impl Bench {
                 }
             });
             for built in built {
-                let (target, ready, host, image) = built?;
-                take(self.emulate(target, &ready, &image, host)?)?;
+                let (target, ready, tier, host, image) = built?;
+                take(self.emulate(target, &ready, tier, &image, host)?)?;
             }
             Ok(())
         })
@@ -175,16 +177,19 @@ impl Bench {
     /// Builds all images that are wanted, until `send` says that nobody wants more.
     fn build_all(&self, send: impl Fn(Built) -> bool) -> Result<()> {
         for case in CASES {
-            let wanted = |target: &&Target| self.wants(target, &case);
-            let targets: Vec<&'static Target> = TARGETS.iter().filter(wanted).collect();
-            if targets.is_empty() {
+            let all = TARGETS
+                .iter()
+                .flat_map(|target| Tier::of(target, &case).iter().map(move |&tier| (target, tier)));
+            let wanted: Vec<(&'static Target, Tier)> =
+                all.filter(|(target, tier)| self.wants(target, &case, *tier)).collect();
+            if wanted.is_empty() {
                 continue;
             }
             let ready = Arc::new(self.prepare(case)?);
-            let host = host::play(&ready, Tier::F32)?;
-            for target in targets {
-                let image = self.build(target, &ready)?;
-                if !send((target, Arc::clone(&ready), host, image)) {
+            for (target, tier) in wanted {
+                let host = host::play(&ready, tier)?;
+                let image = self.build(target, &ready, tier)?;
+                if !send((target, Arc::clone(&ready), tier, host, image)) {
                     return Ok(());
                 }
             }
@@ -192,8 +197,8 @@ impl Bench {
         Ok(())
     }
 
-    fn wants(&self, target: &Target, case: &Case) -> bool {
-        let name = format!("{}-{}", target.name, case.name);
+    fn wants(&self, target: &Target, case: &Case, tier: Tier) -> bool {
+        let name = format!("{}-{}-{}", target.name, case.name, tier.name());
         let named = |part: &String| name.contains(&**part);
         let quick = target.fpu || !case.slow_without_fpu || self.slow;
         quick && (self.args.only.is_empty() || self.args.only.iter().any(named))
@@ -203,8 +208,8 @@ impl Bench {
         case::prepare(case, &self.args.chaincell, &self.models, self.ticks)
     }
 
-    fn build(&self, target: &Target, ready: &Ready) -> Result<Image> {
-        self.workshop.build(target, ready, None)?.map_err(|said| {
+    fn build(&self, target: &Target, ready: &Ready, tier: Tier) -> Result<Image> {
+        self.workshop.build(target, ready, tier, None)?.map_err(|said| {
             let panics = said.contains("a_panic_is_left_in_the_image");
             let why = if panics { "the kernel or the image can panic" } else { "the build fails" };
             anyhow!("{} {}: {why}:\n{said}", target.name, ready.case.name)
@@ -215,12 +220,13 @@ impl Bench {
         &self,
         target: &Target,
         ready: &Ready,
+        tier: Tier,
         image: &Image,
         host: Answer,
     ) -> Result<Figures> {
         let seconds = if self.slow { SECONDS_SLOW } else { SECONDS };
         let said = emulate::run(target, image, seconds)?;
-        Figures::new(target, ready, Tier::F32, image, &said, host)
+        Figures::new(target, ready, tier, image, &said, host)
     }
 
     /// Sees the gates fail: on an image that can panic, on one that links `alloc`, and on a program
@@ -231,7 +237,7 @@ impl Bench {
             ("canary-panic", "a_panic_is_left_in_the_image"),
             ("canary-alloc", "no global memory allocator found"),
         ] {
-            match self.workshop.build(&TARGETS[0], &ready, Some(feature))? {
+            match self.workshop.build(&TARGETS[0], &ready, Tier::F32, Some(feature))? {
                 Ok(_) => bail!("the image with {feature} links"),
                 Err(said) => ensure!(said.contains(refusal), "{feature}:\n{said}"),
             }
@@ -261,7 +267,8 @@ impl Bench {
         for case in FIT {
             let ready = self.prepare(case)?;
             let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
-            let figures = self.emulate(target, &ready, &self.build(target, &ready)?, host)?;
+            let image = self.build(target, &ready, Tier::F32)?;
+            let figures = self.emulate(target, &ready, Tier::F32, &image, host)?;
             let (tick, sweep) =
                 (figures.instructions_one_sweep_tick_worst, figures.instructions_per_sweep_worst);
             let (cells, hats) = (figures.cells, figures.hats);
