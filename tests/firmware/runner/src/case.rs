@@ -29,7 +29,7 @@ pub struct Case {
 }
 
 /// All of them.
-pub const CASES: [Case; 5] = [
+pub const CASES: [Case; 6] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
@@ -66,6 +66,15 @@ pub const CASES: [Case; 5] = [
         ticks_max: u32::MAX,
         slow_without_fpu: false,
     },
+    Case {
+        name: "organ1000_bare",
+        bake: &["organ:1010", "--hats=none", "--lean"],
+        scheme: "track",
+        golden: None,
+        sweeps: 1,
+        ticks_max: u32::MAX,
+        slow_without_fpu: true,
+    },
     // As many cells as 1 MB of RAM carry.
     Case {
         name: "organ16000_track",
@@ -78,12 +87,26 @@ pub const CASES: [Case; 5] = [
     },
 ];
 
-/// Sizes for `--fit`, baked as `organ1000_track`.
-pub const FIT: [Case; 4] = [
-    fit("fit200", &["organ:200", "--hats=4.5", "--lean"]),
-    fit("fit500", &["organ:500", "--hats=4.5", "--lean"]),
-    fit("fit1000", &["organ:1000", "--hats=4.5", "--lean"]),
-    fit("fit1500", &["organ:1500", "--hats=4.5", "--lean"]),
+/// Sizes for `--fit`: the organ with a few dozen hats, and without.
+pub const FIT: [(&str, [Case; 4]); 2] = [
+    (
+        "with hats",
+        [
+            fit("fit200", &["organ:200", "--hats=4.5", "--lean"]),
+            fit("fit500", &["organ:500", "--hats=4.5", "--lean"]),
+            fit("fit1000", &["organ:1000", "--hats=4.5", "--lean"]),
+            fit("fit1500", &["organ:1500", "--hats=4.5", "--lean"]),
+        ],
+    ),
+    (
+        "without hats",
+        [
+            fit("bare200", &["organ:200", "--hats=none", "--lean"]),
+            fit("bare500", &["organ:500", "--hats=none", "--lean"]),
+            fit("bare1000", &["organ:1000", "--hats=none", "--lean"]),
+            fit("bare1500", &["organ:1500", "--hats=none", "--lean"]),
+        ],
+    ),
 ];
 
 const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {

@@ -263,23 +263,26 @@ impl Bench {
 
     /// Measures the sizes and says how many cells fit.
     fn fit(&self) -> Result<()> {
-        let mut sizes = vec![];
-        for case in FIT {
-            let ready = self.prepare(case)?;
-            let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
-            let image = self.build(target, &ready, Tier::F32)?;
-            let figures = self.emulate(target, &ready, Tier::F32, &image, host)?;
-            let (tick, sweep) =
-                (figures.instructions_one_sweep_tick_worst, figures.instructions_per_sweep_worst);
-            let (cells, hats) = (figures.cells, figures.hats);
-            self.say(&format!(
-                "{} {cells} cells, {hats} hats: a tick of one sweep {tick}, a further sweep {sweep}",
-                figures.target
-            ));
-            sizes.push(fit::Size { cells, tick, sweep });
-        }
-        for line in fit::lines(&sizes) {
-            self.say(&line);
+        for (kind, cases) in FIT {
+            let mut sizes = vec![];
+            for case in cases {
+                let ready = self.prepare(case)?;
+                let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
+                let image = self.build(target, &ready, Tier::F32)?;
+                let figures = self.emulate(target, &ready, Tier::F32, &image, host)?;
+                let (cells, hats) = (figures.cells, figures.hats);
+                let tick = figures.instructions_one_sweep_tick_worst;
+                let sweep = figures.instructions_per_sweep_worst;
+                self.say(&format!(
+                    "{}, {cells} cells, {hats} hats: a tick of one sweep {tick}, a further sweep \
+                     {sweep}",
+                    figures.core
+                ));
+                sizes.push(fit::Size { cells, tick, sweep });
+            }
+            for line in fit::lines(&sizes) {
+                self.say(&format!("{kind}, {line}"));
+            }
         }
         Ok(())
     }
