@@ -258,6 +258,10 @@ enum chaincell_code
      */
     CHAINCELL_CODE_FLOAT_ROUNDING = -64,
     /**
+     * The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
+     */
+    CHAINCELL_CODE_RESET_RANGE = -65,
+    /**
      * More contact cells than the tissue has room for: `needed`, `available`.
      */
     CHAINCELL_CODE_CONTACT_CAPACITY = -80,
@@ -334,6 +338,14 @@ enum chaincell_scheme
      * Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
      */
     CHAINCELL_SCHEME_GAUSS_SEIDEL = 4,
+    /**
+     * Track in fixed point, for targets without an FPU; without hats.
+     */
+    CHAINCELL_SCHEME_TRACK_FIXED = 5,
+    /**
+     * Euler in fixed point.
+     */
+    CHAINCELL_SCHEME_EULER_FIXED = 6,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

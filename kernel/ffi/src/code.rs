@@ -74,6 +74,8 @@ pub enum Code {
     FloatFlushToZero = -63,
     /// The thread's arithmetic does not round to nearest.
     FloatRounding = -64,
+    /// The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
+    ResetRange = -65,
     /// More contact cells than the tissue has room for: `needed`, `available`.
     ContactCapacity = -80,
     /// The contact cell is not in the model: `position` in the list.
@@ -98,7 +100,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 41] = [
+    pub(crate) const ALL: [Self; 42] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -130,6 +132,7 @@ impl Code {
         Self::ResetColours,
         Self::FloatFlushToZero,
         Self::FloatRounding,
+        Self::ResetRange,
         Self::ContactCapacity,
         Self::ContactUnknown,
         Self::ContactFixed,
@@ -179,6 +182,7 @@ impl Code {
             Self::ResetColours => c"the model has no colours: bake it with --colours",
             Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
             Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
+            Self::ResetRange => c"the model leaves the range of fixed point: bake it otherwise",
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
             Self::ContactUnknown => c"a contact cell is not in the model",
             Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
@@ -283,6 +287,10 @@ impl From<ResetError> for Refusal {
             }
             ResetError::Hats { needed, room } => Self::sizes(Code::ResetHats, needed, room),
             ResetError::Colours => Code::ResetColours.into(),
+            ResetError::Range(why) => Self {
+                code: Code::ResetRange,
+                detail: Detail { limit: why.limit(), ..Detail::default() },
+            },
             ResetError::Float(FloatEnvironmentError::FlushToZero) => Code::FloatFlushToZero.into(),
             ResetError::Float(FloatEnvironmentError::Rounding) => Code::FloatRounding.into(),
         }

@@ -14,7 +14,7 @@
 
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::Contact;
-use chaincell_kernel::{Dynamics, Head, Network, TissueMut, array_bytes};
+use chaincell_kernel::{Dynamics, Head, I8F24, Network, NumberOf, TissueMut, array_bytes};
 
 use crate::code::Code;
 use crate::memory;
@@ -42,7 +42,7 @@ const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");
 /// Does something with the scheme's type.
 macro_rules! by_scheme {
     ($scheme:expr, $d:ident => $work:expr) => {{
-        use chaincell_kernel::{Euler, GaussSeidel, Rkl1, Rkl2, Track};
+        use chaincell_kernel::{Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Track};
         match $scheme {
             crate::settings::Scheme::Track => {
                 type $d = Track;
@@ -62,6 +62,14 @@ macro_rules! by_scheme {
             }
             crate::settings::Scheme::GaussSeidel => {
                 type $d = GaussSeidel;
+                $work
+            }
+            crate::settings::Scheme::TrackFixed => {
+                type $d = Track<0, I8F24>;
+                $work
+            }
+            crate::settings::Scheme::EulerFixed => {
+                type $d = Euler<I8F24>;
                 $work
             }
         }
@@ -119,8 +127,11 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
 const _: () = assert!(is_as_promised::<chaincell_kernel::GaussSeidel>(CELL_BYTES_GAUSS_SEIDEL));
-const _: () = assert!(align_of::<Cell>() <= ALIGN);
+const _: () = assert!(is_as_promised::<chaincell_kernel::Track<0, I8F24>>(CELL_BYTES_TRACK));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTES_EULER));
+const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
+const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
@@ -182,11 +193,11 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
     // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
     // alignment, with valid elements; they do not overlap.
     unsafe {
-        let state = body.add(1).cast::<Cell>();
+        let state = body.add(1).cast::<Cell<NumberOf<D>>>();
         let residual = state.add(cells);
         let own = residual.add(D::RESIDUALS * cells);
         let octets = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
-        let slots = octets.add(room).cast::<Contact>();
+        let slots = octets.add(room).cast::<Contact<NumberOf<D>>>();
         let held = slots.add(contacts).cast::<u16>();
         Parts {
             network: &mut (*body).front.network,
@@ -210,11 +221,11 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
 pub(crate) unsafe fn published<'a, D: Dynamics>(
     tissue: *const Tissue,
     sizes: Sizes,
-) -> (&'a Network<'static>, &'a [Cell]) {
+) -> (&'a Network<'static>, &'a [Cell<NumberOf<D>>]) {
     let body = tissue.cast::<Body<D>>();
     // SAFETY: as in parts(); the states follow the body.
     unsafe {
-        let state = core::slice::from_raw_parts(body.add(1).cast::<Cell>(), sizes.cells);
+        let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);
         (&(*body).front.network, state)
     }
 }

@@ -20,12 +20,23 @@ pub enum Scheme {
     Rkl2 = 3,
     /// Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
     GaussSeidel = 4,
+    /// Track in fixed point, for targets without an FPU; without hats.
+    TrackFixed = 5,
+    /// Euler in fixed point.
+    EulerFixed = 6,
 }
 
 impl Scheme {
     /// Every scheme.
-    pub(crate) const ALL: [Self; 5] =
-        [Self::Track, Self::Euler, Self::Rkl1, Self::Rkl2, Self::GaussSeidel];
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Track,
+        Self::Euler,
+        Self::Rkl1,
+        Self::Rkl2,
+        Self::GaussSeidel,
+        Self::TrackFixed,
+        Self::EulerFixed,
+    ];
 
     /// The scheme of a number from C.
     pub(crate) fn of(number: i32) -> Result<Self, Code> {
@@ -72,7 +83,7 @@ impl Settings {
         let tick_time = match scheme {
             Scheme::Rkl1 => Rkl1::tick_time(model, kernel.sweeps),
             Scheme::Rkl2 => Rkl2::tick_time(model, kernel.sweeps),
-            Scheme::Track | Scheme::Euler | Scheme::GaussSeidel => kernel.tick_time,
+            _ => kernel.tick_time,
         };
         let unloading = match kernel.unloading {
             Unloading::Off => UnloadingMode::Off,

@@ -32,7 +32,7 @@ pub extern "C" fn chaincell_tissue_size(
     }
     let room = match scheme {
         Scheme::Track => hats_room(hats, contacts),
-        Scheme::Euler | Scheme::Rkl1 | Scheme::Rkl2 | Scheme::GaussSeidel => 0,
+        _ => 0,
     };
     let sizes = Sizes { cells, contacts, room };
     by_scheme!(scheme, D => sizes.bytes::<D>())

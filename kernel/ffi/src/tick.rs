@@ -1,8 +1,8 @@
 //! The tick, and what can be read from a body and written into it.
 
-use chaincell_kernel::cell::output;
+use chaincell_kernel::cell::{Cell, output, single};
 use chaincell_kernel::hash::state_hash;
-use chaincell_kernel::{Flags, ToolSample};
+use chaincell_kernel::{Flags, Network, Number, ToolSample};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Tissue, by_scheme};
@@ -106,6 +106,11 @@ pub unsafe extern "C" fn chaincell_tick(
     code
 }
 
+/// Output of a state in single precision.
+fn published<N: Number>(network: &Network<'_>, v: &Cell<N>) -> [f32; 3] {
+    single(output(v.xyz(), N::from_single(network.model().saturation())))
+}
+
 /// The state hash: 64 bits over the published positions of all cells, the same on every target.
 ///
 /// # Safety
@@ -117,10 +122,14 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
     Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
         memory::check(hash)?;
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
-        let (network, state) =
-            unsafe { by_scheme!(scheme, D => layout::published::<D>(tissue, sizes)) };
+        let value = unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                state_hash(state, network.model().saturation())
+            })
+        };
         // SAFETY: the caller's promises are handed on.
-        unsafe { memory::write(hash, state_hash(state, network.model().saturation())) }
+        unsafe { memory::write(hash, value) }
     }))
 }
 
@@ -140,12 +149,15 @@ pub unsafe extern "C" fn chaincell_position(
     Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
         memory::check(position_m)?;
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
-        let (network, state) =
-            unsafe { by_scheme!(scheme, D => layout::published::<D>(tissue, sizes)) };
+        let (network, position) = unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                let cell = network.model().cell_of_input(input_id).ok_or(Code::UnknownId)?;
+                (network, published(network, state.get(usize::from(cell)).ok_or(Code::UnknownId)?))
+            })
+        };
         let model = network.model();
-        let cell = model.cell_of_input(input_id).ok_or(Code::UnknownId)?;
-        let v = state.get(usize::from(cell)).ok_or(Code::UnknownId)?;
-        let ([x, y, z], [a, b, c]) = (output(v.xyz(), model.saturation()), model.centre_m());
+        let ([x, y, z], [a, b, c]) = (position, model.centre_m());
         let unit = model.unit_m();
         // SAFETY: the caller's promises are handed on.
         unsafe { memory::write(position_m, [a + x * unit, b + y * unit, c + z * unit]) }
@@ -171,12 +183,14 @@ pub unsafe extern "C" fn chaincell_positions(
         }
         memory::check(positions)?;
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
-        let (network, state) =
-            unsafe { by_scheme!(scheme, D => layout::published::<D>(tissue, sizes)) };
-        for (cell, v) in state.iter().enumerate() {
-            let position = output(v.xyz(), network.model().saturation());
-            // SAFETY: the caller says that there is room for all cells.
-            unsafe { positions.cast::<[f32; 3]>().add(cell).write(position) };
+        unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                for (cell, v) in state.iter().enumerate() {
+                    // SAFETY: the caller says that there is room for all cells.
+                    positions.cast::<[f32; 3]>().add(cell).write(published(network, v));
+                }
+            })
         }
         Ok(())
     }))

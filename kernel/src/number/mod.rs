@@ -133,6 +133,19 @@ pub enum RangeError {
     },
 }
 
+impl RangeError {
+    /// The limit that the model leaves.
+    #[must_use]
+    pub fn limit(&self) -> f32 {
+        match *self {
+            Self::Saturation { max, .. } | Self::Degree { max, .. } | Self::Energy { max, .. } => {
+                max
+            }
+            Self::Weight { min, .. } => min,
+        }
+    }
+}
+
 impl core::fmt::Display for RangeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {

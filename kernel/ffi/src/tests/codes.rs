@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use chaincell_kernel::contact::ContactError;
 use chaincell_kernel::float_env::FloatEnvironmentError;
-use chaincell_kernel::{ModelError, ResetError, SettingsError, StateError};
+use chaincell_kernel::{ModelError, RangeError, ResetError, SettingsError, StateError};
 
 use super::call;
 use crate::code::Refusal;
@@ -23,7 +23,7 @@ fn text(code: i32) -> String {
 #[test]
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
-    let promised = (0..=7).chain(20..=31).chain(40..=45).chain(60..=64).chain(80..=86);
+    let promised = (0..=7).chain(20..=31).chain(40..=45).chain(60..=65).chain(80..=86);
     let promised: Vec<i32> = promised.chain(100..=102).map(|number: i32| -number).collect();
     assert_eq!(numbers, promised);
     let named = [
@@ -106,6 +106,8 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     let [flush, rounding] = [FloatEnvironmentError::FlushToZero, FloatEnvironmentError::Rounding];
     becomes(ResetError::Float(flush), Code::FloatFlushToZero, none);
     becomes(ResetError::Float(rounding), Code::FloatRounding, none);
+    let range = RangeError::Saturation { k: 64.0, max: 63.0 };
+    becomes(ResetError::Range(range), Code::ResetRange, Detail { limit: 63.0, ..none });
     let capacity = ContactError::Capacity { needed: 5, capacity: 4 };
     becomes(capacity, Code::ContactCapacity, sizes(5, 4));
     becomes(ContactError::Unknown(3), Code::ContactUnknown, at(0, 3));

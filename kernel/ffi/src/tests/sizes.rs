@@ -1,6 +1,6 @@
 //! Sizes, storage that is too small, and arguments out of range.
 
-use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Tissue, Track, hats_room};
+use chaincell_kernel::{Dynamics, Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Tissue, Track, hats_room};
 
 use super::{BOX, PLANE, call, info_of, make, model_of, settings_of, storage, try_make};
 use crate::{
@@ -59,6 +59,8 @@ fn a_body_takes_what_the_kernels_own_takes_and_little_more() {
     check::<Rkl1, 0>(Scheme::Rkl1);
     check::<Rkl2, 0>(Scheme::Rkl2);
     check::<GaussSeidel, 0>(Scheme::GaussSeidel);
+    check::<Track<0, I8F24>, 0>(Scheme::TrackFixed);
+    check::<Euler<I8F24>, 0>(Scheme::EulerFixed);
     let bound = TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>();
     let most = Scheme::ALL.map(|scheme| size(scheme, 1, 0, 0)).into_iter().max().unwrap();
     assert!(most <= bound + 80, "{most} bytes of {bound}");
@@ -84,14 +86,14 @@ fn what_is_out_of_range_has_no_size() {
         }
         assert_eq!(size(scheme, u32::MAX, u32::MAX, u32::MAX), 0);
     }
-    for scheme in [-1, 5, i32::MIN, i32::MAX] {
+    for scheme in [-1, 7, i32::MIN, i32::MAX] {
         assert_eq!(chaincell_tissue_size(scheme, 10, 1, 0), 0);
     }
 }
 
 #[test]
 fn schemes_and_contacts_that_do_not_fit_are_refused() {
-    for scheme in [-1, 5, i32::MIN, i32::MAX] {
+    for scheme in [-1, 7, i32::MIN, i32::MAX] {
         let (code, _, made) = try_make(BOX, scheme, 1, |_| {});
         assert_eq!((code, made.tissue.is_null()), (Code::Scheme, true));
         let model = model_of(BOX);
