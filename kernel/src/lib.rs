@@ -61,6 +61,7 @@ mod slice;
 pub mod sqrt;
 mod tick;
 mod tissue;
+pub mod trace;
 pub mod two_float;
 
 pub use dynamics::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};

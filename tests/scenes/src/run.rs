@@ -2,6 +2,7 @@
 
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::trace::{self, Header, Record, Writer};
 use chaincell_kernel::{
     Dynamics, Model, ModelError, Network, ResetError, SettingsError, TickOutput, TissueMut,
 };
@@ -97,6 +98,29 @@ impl<'t, D: Dynamics> Run<'t, D> {
         self.digest.absorb(&output, state_hash);
         self.next += 1;
         (output, state_hash)
+    }
+
+    /// Begins the trace of this run: writes its header to the front of `to` and gives its length.
+    /// The records are those of [`Self::record`]. `None` where `to` is too short.
+    #[must_use]
+    pub fn begin_trace(&self, to: &mut [u8]) -> Option<(Writer, usize)> {
+        let model = self.network.model();
+        let mut ids = [0; HELD_MAX];
+        let ids = ids.get_mut(..self.scene.held.len())?;
+        ids.copy_from_slice(self.scene.held);
+        ids.sort_unstable_by_key(|&id| model.cell_of_input(id));
+        let scheme = trace::scheme_code(self.scene.scheme)?;
+        let settings = *self.network.settings();
+        let header = Header { model: model.checksum(), scheme, tier: trace::TIER_F32, settings };
+        Writer::begin(&header, ids, to)
+    }
+
+    /// Plays one tick and gives its record.
+    pub fn record(&mut self) -> Record {
+        let tick = self.next;
+        let (_, state_hash) = self.tick();
+        let sample = sample(self.scene.reach_m, tick);
+        Record { tick: tick.into(), sample, state_hash: Some(state_hash) }
     }
 
     /// Digest of the ticks so far.
