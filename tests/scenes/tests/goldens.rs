@@ -49,7 +49,7 @@ impl Act for Digests {
         if self.scalar {
             run.go_scalar();
         }
-        let after = |ticks: u32| {
+        let mut after = |ticks: u32| {
             run.play(ticks - run.ticks(), |_, _| {});
             (ticks, run.digest(), run.bytes())
         };
