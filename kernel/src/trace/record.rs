@@ -24,6 +24,22 @@ pub struct Record {
     pub state_hash: Option<u64>,
 }
 
+impl Record {
+    /// Compares with the hash of the state after the tick `here`; whether there was one to compare
+    /// with. `index` is the record's place.
+    ///
+    /// # Errors
+    /// Another hash.
+    pub fn compare(&self, index: u32, here: u64) -> Result<bool, ReplayError> {
+        match self.state_hash {
+            Some(recorded) if recorded != here => {
+                Err(ReplayError { record: index, tick: self.tick, recorded, here })
+            }
+            recorded => Ok(recorded.is_some()),
+        }
+    }
+}
+
 /// CRC-32 of a record at its place in its trace.
 fn checksum(seed: u32, index: u32, words: &[u32; WORDS]) -> u32 {
     let mut digest = CRC.digest();
@@ -257,16 +273,8 @@ impl<'t> Reader<'t> {
         let end = self.records(|record, of| {
             let here = tick(&of.sample);
             ticks += 1;
-            match of.state_hash {
-                Some(recorded) if recorded != here => {
-                    Err(ReplayError { record, tick: of.tick, recorded, here })
-                }
-                Some(_) => {
-                    compared += 1;
-                    Ok(())
-                }
-                None => Ok(()),
-            }
+            compared += u32::from(of.compare(record, here)?);
+            Ok(())
         })?;
         Ok(Played { ticks, compared, end })
     }

@@ -49,9 +49,9 @@ impl Act for Play<'_> {
 #[test]
 fn the_trace_of_every_scene_is_played_to_the_same_bits() {
     for scene in SCENES {
-        let trace = stage(scene.name, Tier::F32, Record(250)).unwrap();
+        let trace = stage(scene.name, Tier::F32, Record(80)).unwrap();
         let played = stage(scene.name, Tier::F32, Play(&trace)).unwrap();
-        let wanted = Played { ticks: 250, compared: 250, end: End::Complete };
+        let wanted = Played { ticks: 80, compared: 80, end: End::Complete };
         assert_eq!(played, wanted, "{}", scene.name);
     }
 }
