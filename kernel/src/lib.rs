@@ -10,6 +10,7 @@
 //! - [`Network`]: a model with [`Settings`] that fit it.
 //! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`] or
 //!   [`GaussSeidel`].
+//! - [`trace`]: a session's samples and state hashes, to be played again bit for bit.
 //!
 //! ```
 //! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
