@@ -3,10 +3,11 @@
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::{Contact, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Network, Rkl1, Rkl2, Settings, TickOutput,
-    TissueMut, ToolSample, Track,
+    Dynamics, Euler, GaussSeidel, Head, Model, Network, Number, ResetError, Rkl1, Rkl2, Settings,
+    TickOutput, TissueMut, ToolSample, Track,
 };
 use clap::ValueEnum;
+use fixed::types::I8F24;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
@@ -49,14 +50,27 @@ impl Scheme {
     }
 }
 
+/// `--number`: what cells and links are computed in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Arithmetic {
+    /// Single precision, correctly rounded: every target with an FPU, all schemes.
+    #[default]
+    F32,
+    /// Fixed point, 8.24 bits: targets without an FPU; euler and track without hats.
+    Fixed,
+    /// Double precision: for comparison on this machine; euler and track without hats.
+    F64,
+}
+
 /// Arrays of a tissue under the scheme `D`.
-struct Memory<D> {
+struct Memory<D: Dynamics> {
     head: Head<D>,
-    state: Vec<Cell>,
-    residual: Vec<Cell>,
-    own: Vec<Cell>,
+    state: Vec<Cell<D::Number>>,
+    residual: Vec<Cell<D::Number>>,
+    own: Vec<Cell<D::Number>>,
     room: Vec<[f32; 8]>,
-    contacts: Vec<Contact>,
+    contacts: Vec<Contact<D::Number>>,
 }
 
 impl<D: Dynamics> Memory<D> {
@@ -94,7 +108,7 @@ trait AnyTissue {
     ) -> std::result::Result<(), ContactError>;
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
-    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3];
+    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
     fn forbid_sleep(&mut self, model: &Model<'_>);
@@ -103,7 +117,10 @@ trait AnyTissue {
 
 impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
-        self.view().reset(network).map_err(Error::check)
+        self.view().reset(network).map_err(|why| match why {
+            ResetError::Range(why) => Error::input(format!("--number: {why}")),
+            other => Error::check(other),
+        })
     }
 
     fn choose(
@@ -122,8 +139,8 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         self.view().state_hash(model)
     }
 
-    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f32; 3] {
-        self.view().position(model, cell).unwrap_or([0.0; 3])
+    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3] {
+        self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
     }
 
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()> {
@@ -156,24 +173,52 @@ pub struct Engine<'m> {
 }
 
 impl<'m> Engine<'m> {
-    /// A body at rest with the contact cells `contacts` (ascending, none fixed).
+    /// A body at rest with the contact cells `contacts` (ascending, none fixed), in `f32`.
     ///
     /// # Errors
     /// A scheme that the model does not support, contact cells that the kernel refuses, named by
     /// their input ids.
     pub fn new(network: Network<'m>, scheme: Scheme, contacts: &[u16]) -> Result<Self> {
+        Self::in_numbers(network, scheme, Arithmetic::F32, contacts)
+    }
+
+    /// As [`Self::new`], with cells and links computed in the numbers named.
+    ///
+    /// # Errors
+    /// As there; a scheme that does without these numbers; a model beyond their range.
+    pub fn in_numbers(
+        network: Network<'m>,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        contacts: &[u16],
+    ) -> Result<Self> {
         let (model, held) = (network.model(), contacts.len());
-        let tissue: Box<dyn AnyTissue> = match scheme {
-            Scheme::Euler => Box::new(Memory::<Euler>::new(model, held)),
-            Scheme::Track => Box::new(Memory::<Track>::new(model, held)),
-            Scheme::Rkl1 => Box::new(Memory::<Rkl1>::new(model, held)),
-            Scheme::Rkl2 => Box::new(Memory::<Rkl2>::new(model, held)),
-            Scheme::GaussSeidel if model.colours() == 0 => {
+        let tissue: Box<dyn AnyTissue> = match (scheme, numbers) {
+            (Scheme::Euler, Arithmetic::F32) => Box::new(Memory::<Euler>::new(model, held)),
+            (Scheme::Euler, Arithmetic::Fixed) => {
+                Box::new(Memory::<Euler<I8F24>>::new(model, held))
+            }
+            (Scheme::Euler, Arithmetic::F64) => Box::new(Memory::<Euler<f64>>::new(model, held)),
+            (Scheme::Track, Arithmetic::F32) => Box::new(Memory::<Track>::new(model, held)),
+            (Scheme::Track, Arithmetic::Fixed) => {
+                Box::new(Memory::<Track<0, I8F24>>::new(model, held))
+            }
+            (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
+            (_, Arithmetic::Fixed | Arithmetic::F64) => {
+                return Err(Error::input(
+                    "--number fixed and f64: for --dynamics euler and track only",
+                ));
+            }
+            (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
+            (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
+            (Scheme::GaussSeidel, Arithmetic::F32) if model.colours() == 0 => {
                 return Err(Error::input(
                     "--dynamics gauss-seidel: the model has no colours; bake it with --colours",
                 ));
             }
-            Scheme::GaussSeidel => Box::new(Memory::<GaussSeidel>::new(model, held)),
+            (Scheme::GaussSeidel, Arithmetic::F32) => {
+                Box::new(Memory::<GaussSeidel>::new(model, held))
+            }
         };
         let mut engine = Self { network, tissue, contacts: contacts.to_vec() };
         engine.reset()?;
@@ -248,7 +293,7 @@ impl<'m> Engine<'m> {
         self.tissue.ram_bytes()
     }
 
-    /// Published positions of all cells, in double precision from the single-precision state \[m\].
+    /// Published positions of all cells \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
         let model = self.network.model();
         (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
@@ -257,9 +302,7 @@ impl<'m> Engine<'m> {
 
 /// An internal position in the frame of the input mesh \[m\].
 #[must_use]
-pub fn to_m(model: &Model<'_>, position: [f32; 3]) -> [f64; 3] {
+pub fn to_m(model: &Model<'_>, position: [f64; 3]) -> [f64; 3] {
     let centre = model.centre_m();
-    std::array::from_fn(|axis| {
-        f64::from(centre[axis]) + f64::from(position[axis]) * f64::from(model.unit_m())
-    })
+    std::array::from_fn(|axis| f64::from(centre[axis]) + position[axis] * f64::from(model.unit_m()))
 }

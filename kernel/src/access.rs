@@ -11,6 +11,7 @@ use crate::awake::SliceSet;
 use crate::cell::Cell;
 use crate::link::Pull;
 use crate::model::Model;
+use crate::number::Number;
 use crate::two_float::LANES;
 
 /// Adds every link's pull to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in
@@ -21,12 +22,12 @@ use crate::two_float::LANES;
 /// its neighbours, as a loop over cells would. `law(link, i, j, P_i, P_j, l0)` gives the pull.
 /// Does nothing where `at` or `sum` are shorter than the model.
 #[inline(always)]
-pub(crate) fn accumulate(
+pub(crate) fn accumulate<N: Number>(
     model: &Model<'_>,
     awake: &SliceSet,
-    at: &[Cell],
-    sum: &mut [Cell],
-    law: impl Fn(usize, usize, usize, [f32; 3], [f32; 3], f32) -> Option<Pull>,
+    at: &[Cell<N>],
+    sum: &mut [Cell<N>],
+    mut law: impl FnMut(usize, usize, usize, [N; 3], [N; 3], f32) -> Option<Pull<N>>,
 ) {
     let cells = model.cells();
     if at.len() < cells || sum.len() < cells {
@@ -41,22 +42,27 @@ pub(crate) fn accumulate(
     let all = awake.iter(slices).flat_map(|slice| slice * LANES..cells.min((slice + 1) * LANES));
     for i in all {
         let row = model.row(i);
-        // SAFETY: i < cells, and both slices hold at least that many.
-        let (here, mut total) = unsafe { (at.get_unchecked(i).xyz(), *sum.get_unchecked(i)) };
-        for link in row {
-            // SAFETY: rows end at the number of links, the length of both sections.
-            let (j, l0) = unsafe {
-                let upper = *model.upper.get_unchecked(link);
-                (usize::from(upper), *model.rest_length.get_unchecked(link))
-            };
+        // SAFETY: i < cells, and both slices hold at least that many; rows end at the number of
+        // links, the length of both sections.
+        let (here, mut total, uppers, lengths) = unsafe {
+            let (uppers, lengths) = (model.upper, model.rest_length);
+            (
+                at.get_unchecked(i).xyz(),
+                *sum.get_unchecked(i),
+                uppers.get_unchecked(row.clone()),
+                lengths.get_unchecked(row.clone()),
+            )
+        };
+        for ((link, &upper), &l0) in row.zip(uppers).zip(lengths) {
+            let j = usize::from(upper);
             // SAFETY: the model's upper ends are smaller than the number of cells.
             let there = unsafe { at.get_unchecked(j).xyz() };
             let Some(pull) = law(link, i, j, here, there, l0) else { continue };
-            let [x, y, z] = pull.force;
-            total = total.plus(Cell([x, y, z, pull.wd2]));
+            let ([x, y, z], mark) = (pull.force, N::mark(pull.wd2));
+            total = total.plus(Cell([x, y, z, mark]));
             // SAFETY: as above; j > i, so the running total of i is not touched.
             let other = unsafe { sum.get_unchecked_mut(j) };
-            *other = other.plus(Cell([-x, -y, -z, pull.wd2]));
+            *other = other.plus(Cell([x.opposite(), y.opposite(), z.opposite(), mark]));
         }
         // SAFETY: i < cells.
         unsafe { *sum.get_unchecked_mut(i) = total };

@@ -9,6 +9,7 @@
 use crate::cell::Cell;
 use crate::image::CELLS_MAX;
 use crate::model::Model;
+use crate::number::Number;
 use crate::two_float::LANES;
 
 /// Ticks from one look for sleepers to the next.
@@ -151,10 +152,10 @@ impl Awake {
 
     /// Every [`SETTLE_TICKS`] calls: puts to sleep the slices all of whose links are slack and
     /// whose cells and their neighbours stand still.
-    pub fn settle(
+    pub fn settle<N: Number>(
         &mut self,
         model: &Model<'_>,
-        residual: &[Cell],
+        residual: &[Cell<N>],
         has_moved: impl Fn(usize) -> bool,
     ) {
         self.ticks = (self.ticks + 1) % SETTLE_TICKS;

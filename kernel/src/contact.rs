@@ -1,24 +1,25 @@
 //! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
 
-use crate::cell::{Cell, dot};
+use crate::cell::{Cell, add, dot, scale, single, sub};
 use crate::model::Model;
+use crate::number::Number;
 use crate::pass::Links;
 use crate::sqrt::sqrt;
 use crate::two_float::TwoFloat;
 
 /// A contact cell and where it was when the tool took hold of it [mean link lengths].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
-    pub(crate) origin: [f32; 3],
+pub struct Contact<N = f32> {
+    pub(crate) origin: [N; 3],
     id: u16,
 }
 
-impl Contact {
+impl<N: Number> Contact<N> {
     /// An empty slot.
-    pub const NONE: Self = Self { origin: [0.0; 3], id: 0 };
+    pub const NONE: Self = Self { origin: [N::ZERO; 3], id: 0 };
 
     pub(crate) const fn new(id: u16) -> Self {
-        Self { origin: [0.0; 3], id }
+        Self { origin: [N::ZERO; 3], id }
     }
 
     /// The cell.
@@ -103,9 +104,9 @@ pub(crate) fn check(model: &Model<'_>, ids: &[u16], capacity: usize) -> Result<(
 
 /// Calls `visit(link, cell, other)` for every link from a held cell to one that is not held, in
 /// ascending order of the held cell, then of the other.
-pub(crate) fn each_outer_link(
+pub(crate) fn each_outer_link<N: Number>(
     model: &Model<'_>,
-    held: &[Contact],
+    held: &[Contact<N>],
     mut visit: impl FnMut(usize, usize, usize),
 ) {
     for contact in held {
@@ -118,7 +119,7 @@ pub(crate) fn each_outer_link(
 }
 
 /// Weight of the links between held and other cells.
-pub(crate) fn outer_weight(model: &Model<'_>, held: &[Contact]) -> f32 {
+pub(crate) fn outer_weight<N: Number>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
     each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
     weight
@@ -134,16 +135,21 @@ pub(crate) struct Touched {
 }
 
 /// Sums over the links of the held cells, each link once.
-pub(crate) fn touched(links: Links<'_, '_>, v: &[Cell], held: &[Contact]) -> Touched {
+pub(crate) fn touched<N: Number>(
+    links: Links<'_, '_>,
+    v: &[Cell<N>],
+    held: &[Contact<N>],
+) -> Touched {
     let mut sums = Touched { wd2: TwoFloat::ZERO, scale: 0.0 };
     for contact in held {
         let cell = contact.cell();
         for (link, other) in links.model.neighbours(cell) {
             let counted = other < cell && held.binary_search_by_key(&other, Contact::cell).is_ok();
             if !counted && let Some(pull) = links.pull_on(v, link, cell, other) {
-                let wd = 2.0 * sqrt(dot(pull.force, pull.force));
-                sums.wd2 = sums.wd2.plus(pull.wd2.into());
-                sums.scale += pull.wd2 + wd * links.length(v, cell, other);
+                let (force, wd2) = (single(pull.force), N::product_single(pull.wd2));
+                let wd = 2.0 * sqrt(dot(force, force));
+                sums.wd2 = sums.wd2.plus(wd2.into());
+                sums.scale += wd2 + wd * links.length(v, cell, other);
             }
         }
     }
@@ -152,11 +158,15 @@ pub(crate) fn touched(links: Links<'_, '_>, v: &[Cell], held: &[Contact]) -> Tou
 
 /// Force of the links on the held cells, in internal units. Links between two held cells pull on
 /// both alike and drop out.
-pub(crate) fn force(links: Links<'_, '_>, v: &[Cell], held: &[Contact]) -> [f32; 3] {
+pub(crate) fn force<N: Number>(
+    links: Links<'_, '_>,
+    v: &[Cell<N>],
+    held: &[Contact<N>],
+) -> [f32; 3] {
     let mut sum = [0.0; 3];
     each_outer_link(links.model, held, |link, cell, other| {
         if let Some(pull) = links.pull_on(v, link, cell, other) {
-            sum = crate::cell::add(sum, pull.force);
+            sum = add(sum, single(pull.force));
         }
     });
     sum
@@ -177,12 +187,12 @@ pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
 
 /// `from` moved towards `to` by at most `limit`, and whether the limit bit.
 pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], bool) {
-    let way = crate::cell::sub(to, from);
+    let way = sub(to, from);
     let length = sqrt(dot(way, way));
     if length <= limit {
         return (to, false);
     }
-    (crate::cell::add(from, crate::cell::scale(limit / length, way)), true)
+    (add(from, scale(limit / length, way)), true)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Definition. The words are the `f32` bit patterns of the output y in internal units (mean link
 //! lengths from the body's centre): x, y, z of cell 0, then of cell 1, and so on in the model's
-//! cell order. Word n (from 0) goes to lane n mod 4. A lane absorbs a word by
+//! cell order. A fixed-point number is one word too; an `f64` is two, the low one first. Word n (from 0) goes to lane n mod 4. A lane absorbs a word by
 //!
 //! ```text
 //! lane = (lane ^ word) * 0x9E3779B185EBCA87 mod 2^64
@@ -16,6 +16,7 @@
 //! shows. Cost: one 64-bit multiplication a word, in four independent chains.
 
 use crate::cell::{Cell, output};
+use crate::number::Number;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;
 const PRIME: u64 = 0x9E37_79B1_85EB_CA87;
@@ -28,9 +29,14 @@ fn absorb(lane: u64, word: u64) -> u64 {
 
 /// Hash of the output of the states `v` under the saturation bound `k` (see the module's text).
 #[must_use]
-pub fn state_hash(v: &[Cell], k: f32) -> u64 {
+pub fn state_hash<N: Number>(v: &[Cell<N>], k: f32) -> u64 {
     let mut lanes = [START, START + 1, START + 2, START + 3];
-    let word = |value: f32| u64::from(value.to_bits());
+    let k = N::from_single(k);
+    if size_of::<N>() != 4 {
+        let words = v.iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
+        return finish(absorb_all(lanes, words), v.len() as u64 * 6);
+    }
+    let word = |value: N| value.words().into_iter().next().map_or(0, u64::from);
     let mut blocks = v.chunks_exact(4);
     for block in &mut blocks {
         let &[a, b, c, d] = block else { continue };
@@ -42,14 +48,23 @@ pub fn state_hash(v: &[Cell], k: f32) -> u64 {
         }
     }
     // Four cells are twelve words: what is left starts in lane 0 again.
-    let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k).map(word));
-    for (n, word) in rest.enumerate() {
+    let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
+    finish(absorb_all(lanes, rest), v.len() as u64 * 3)
+}
+
+/// Absorbs words one after the other, the first into lane 0.
+fn absorb_all(mut lanes: [u64; 4], words: impl Iterator<Item = u32>) -> [u64; 4] {
+    for (n, word) in words.enumerate() {
         if let Some(lane) = lanes.get_mut(n % 4) {
-            *lane = absorb(*lane, word);
+            *lane = absorb(*lane, u64::from(word));
         }
     }
+    lanes
+}
+
+fn finish(lanes: [u64; 4], words: u64) -> u64 {
     let folded = lanes.iter().fold(START + 4, |hash, &lane| absorb(hash, lane));
-    absorb(folded, v.len() as u64 * 3)
+    absorb(folded, words)
 }
 
 #[cfg(test)]
@@ -84,7 +99,7 @@ mod tests {
 
     #[test]
     fn one_bit_anywhere_changes_it() {
-        let mut cells = [Cell([0.5, 0.25, 1.0, 0.0]); 7];
+        let mut cells = [Cell([0.5_f32, 0.25, 1.0, 0.0]); 7];
         let before = state_hash(&cells, 8.0);
         for cell in 0..7 {
             for lane in 0..3 {

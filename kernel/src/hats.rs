@@ -29,6 +29,7 @@
 use crate::contact::Contact;
 use crate::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
 use crate::model::Model;
+use crate::number::Number;
 use crate::simd::Work;
 use crate::simd::octet::Octet;
 use crate::two_float::{LANES, Lanes, TwoFloat};
@@ -226,7 +227,12 @@ fn correct<V: Octet>(along: &[Eight], octets: usize, sign: f32, g: &[Eight], c: 
 /// Works out the corrections of the inverse for cells that the tool will hold, into the room.
 ///
 /// Cost: 2 hats^2 a cell and more with every cell; outside the tick.
-pub(crate) fn hold(model: &Model<'_>, hats: &Hats<'_>, room: &mut [Eight], held: &[Contact]) {
+pub(crate) fn hold<N: Number>(
+    model: &Model<'_>,
+    hats: &Hats<'_>,
+    room: &mut [Eight],
+    held: &[Contact<N>],
+) {
     let octets = hats.octets();
     let Some((scratch, rest)) = room.split_at_mut_checked(6 * octets) else { return };
     for (index, contact) in held.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use crate::awake::SliceSet;
 use crate::cell::Cell;
+use crate::number::Number;
 use crate::simd::octet::{Chunk, Octet};
 use crate::two_float::LANES;
 
@@ -14,6 +15,25 @@ pub(crate) fn eight<'a>(cells: &'a [Cell], slice: usize, buffer: &'a mut Chunk) 
             let mut left = cells.get(slice * LANES..).unwrap_or(&[]).iter();
             for slot in &mut *buffer {
                 *slot = left.next().or(cells.last()).copied().unwrap_or(Cell::ZERO);
+            }
+            buffer
+        }
+    }
+}
+
+/// A slice of `cells`; beyond the end 0, in `buffer`.
+#[inline(always)]
+pub(crate) fn eight_or_zero<'a>(
+    cells: &'a [Cell],
+    slice: usize,
+    buffer: &'a mut Chunk,
+) -> &'a Chunk {
+    match cells.get(slice * LANES..).and_then(|left| left.first_chunk()) {
+        Some(chunk) => chunk,
+        None => {
+            let left = cells.get(slice * LANES..).unwrap_or(&[]);
+            for (slot, cell) in buffer.iter_mut().zip(left) {
+                *slot = *cell;
             }
             buffer
         }
@@ -37,7 +57,15 @@ pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
 pub(crate) fn copy_slice(to: &mut [Cell], from: &[Cell], slice: usize) {
     let cells = slice * LANES..from.len().min((slice + 1) * LANES);
     if let (Some(to), Some(from)) = (to.get_mut(cells.clone()), from.get(cells)) {
-        to.copy_from_slice(from);
+        copy(to, from);
+    }
+}
+
+/// Copies cells, as many as both have: `copy_from_slice` would panic on other lengths.
+#[inline(always)]
+pub(crate) fn copy<N: Number>(to: &mut [Cell<N>], from: &[Cell<N>]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
     }
 }
 

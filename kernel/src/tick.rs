@@ -1,9 +1,10 @@
 //! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs.
 
-use crate::cell::{Cell, add, dot, output, scale, sub};
+use crate::cell::{Cell, add, dot, from_single, output, scale, sub};
 use crate::contact::{self, Contact, Touched};
 use crate::dynamics::{Body, Dynamics};
 use crate::hats::Eight;
+use crate::number::Number;
 use crate::pass::Links;
 use crate::sample::{Flags, TickOutput, ToolSample};
 use crate::settings::{Network, Unloading};
@@ -92,11 +93,11 @@ impl<D> Head<D> {
 struct Tick<'a, 'm, D: Dynamics> {
     network: &'a Network<'m>,
     head: &'a mut Head<D>,
-    state: &'a mut [Cell],
-    residual: &'a mut [Cell],
-    own: &'a mut [Cell],
+    state: &'a mut [Cell<D::Number>],
+    residual: &'a mut [Cell<D::Number>],
+    own: &'a mut [Cell<D::Number>],
     room: &'a mut [Eight],
-    contacts: &'a mut [Contact],
+    contacts: &'a mut [Contact<D::Number>],
     flags: Flags,
 }
 
@@ -114,9 +115,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             self.head.applied = [0.0; 3];
             // Any depth is deeper: taking hold reopens the bands.
             self.head.deepest = -1.0;
+            let k = D::Number::from_single(model.saturation());
             for contact in &mut *self.contacts {
                 if let Some(v) = self.state.get(contact.cell()) {
-                    contact.origin = output(v.xyz(), model.saturation());
+                    contact.origin = output(v.xyz(), k);
                 }
             }
             self.head.outer_weight = contact::outer_weight(model, self.contacts);
@@ -175,8 +177,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// Puts the held cells where the tool has them, in every copy of the state.
     fn place(&mut self) {
         let k = self.network.model().saturation();
+        let applied = from_single(self.head.applied);
         for contact in &*self.contacts {
-            let position = Cell::at(add(contact.origin, self.head.applied));
+            let position = Cell::at(add(contact.origin, applied));
             if let Some(v) = self.state.get_mut(contact.cell()) {
                 *v = position;
             }
@@ -212,7 +215,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// The bounded number of link passes.
     fn sweep(&mut self) {
-        let held: &[Contact] = if self.head.engaged { self.contacts } else { &[] };
+        let held: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let mut body = Body {
             links: Links {
                 model: self.network.model(),

@@ -1,7 +1,7 @@
 //! The mutable half: statically sized arrays, and the size-erased view that does the work.
 
 use crate::awake::Awake;
-use crate::cell::{Cell, output};
+use crate::cell::{Cell, from_single, output};
 use crate::contact::{self, Contact, ContactError};
 use crate::dynamics::{CellArrays, Dynamics, Level, Octets};
 use crate::float_env::{self, FloatEnvironmentError};
@@ -9,13 +9,14 @@ use crate::hash::state_hash;
 use crate::hats::Eight;
 use crate::image::CELLS_MAX;
 use crate::model::Model;
+use crate::number::{Number, RangeError};
 use crate::sample::{TickOutput, ToolSample};
 use crate::settings::Network;
 use crate::simd::VectorUnit;
 use nalgebra::Vector3;
 
 /// Why a tissue cannot take a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ResetError {
     /// The model has more cells than the tissue has room for.
     Capacity {
@@ -34,6 +35,8 @@ pub enum ResetError {
     },
     /// The scheme goes by colours, and the model has none: bake it with `--colours`.
     Colours,
+    /// The number type does not carry the model.
+    Range(RangeError),
     /// The thread's arithmetic is not what the bits rely on.
     Float(FloatEnvironmentError),
 }
@@ -50,6 +53,7 @@ impl core::fmt::Display for ResetError {
                  hats_room, or bake with --hats none"
             ),
             Self::Colours => f.write_str("the model has no colours: bake it with --colours"),
+            Self::Range(why) => write!(f, "{why}"),
             Self::Float(why) => write!(f, "{why}"),
         }
     }
@@ -148,11 +152,11 @@ impl<D: Dynamics> Head<D> {
 /// `const` constructible, so it can be a `static`. All work is done by [`TissueMut`].
 pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
     head: Head<D>,
-    state: [Cell; CELLS],
+    state: [Cell<D::Number>; CELLS],
     residual: D::Residual<CELLS>,
     own: D::Arrays<CELLS>,
     room: D::Room,
-    contacts: [Contact; CONTACTS],
+    contacts: [Contact<D::Number>; CONTACTS],
 }
 
 impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CONTACTS> {
@@ -167,8 +171,8 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
         Self {
             head: Head::NEW,
             state: [Cell::ZERO; CELLS],
-            residual: <D::Residual<CELLS> as CellArrays>::ZERO,
-            own: <D::Arrays<CELLS> as CellArrays>::ZERO,
+            residual: <D::Residual<CELLS> as CellArrays<D::Number>>::ZERO,
+            own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
             room: <D::Room as Octets>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
         }
@@ -224,8 +228,8 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
 /// octets.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
-    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell>()
-        + contacts * size_of::<Contact>()
+    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
+        + contacts * size_of::<Contact<D::Number>>()
         + room * size_of::<Eight>()
 }
 
@@ -237,15 +241,15 @@ pub struct TissueMut<'a, D: Dynamics> {
     /// Scalar state.
     pub head: &'a mut Head<D>,
     /// State v of every cell [mean link lengths from the body's centre].
-    pub state: &'a mut [Cell],
+    pub state: &'a mut [Cell<D::Number>],
     /// Room for the residual.
-    pub residual: &'a mut [Cell],
+    pub residual: &'a mut [Cell<D::Number>],
     /// The scheme's own arrays.
-    pub own: &'a mut [Cell],
+    pub own: &'a mut [Cell<D::Number>],
     /// Room for the coarse level of a model with hats, see [`hats_room`](crate::hats_room).
     pub room: &'a mut [Eight],
     /// Room for contact cells.
-    pub contacts: &'a mut [Contact],
+    pub contacts: &'a mut [Contact<D::Number>],
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
@@ -255,8 +259,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// A model that does not fit, or arithmetic that is not IEEE 754 to nearest.
     pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
         float_env::check().map_err(ResetError::Float)?;
+        D::Number::admits(network.model()).map_err(ResetError::Range)?;
         let cells = network.model().cells();
-        let room = |array: &[Cell], of| array.len().checked_div(of).unwrap_or(usize::MAX);
+        let room =
+            |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
         let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
         let capacity = self.state.len().min(residual).min(own);
         if cells > capacity {
@@ -274,7 +280,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.vectors = VectorUnit::find();
         self.residual.fill(Cell::ZERO);
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
-            *v = Cell::at(*rest);
+            *v = Cell::at(from_single(*rest));
         }
         for array in self.own.chunks_mut(cells.max(1)).take(D::ARRAYS) {
             for (own, v) in array.iter_mut().zip(&*self.state) {
@@ -320,7 +326,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         for (cell, (v, position)) in self.state.iter_mut().zip(positions).enumerate() {
             // There is one zero in the state.
-            *v = Cell::at(position.map(|x| x + 0.0));
+            *v = Cell::at(from_single(position.map(|x| x + 0.0)));
             let own = self.own.get_mut(..D::ARRAYS * needed).unwrap_or(&mut []);
             self.head.dynamics.place(own, cell, *v, model.saturation());
         }
@@ -370,7 +376,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Published position of a cell in the frame of the input mesh \[m\]; `None` beyond the last.
     #[must_use]
     pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {
-        let y = output(self.internal(model, cell)?, model.saturation());
+        let y = self.position(model, cell)?.map(Number::single);
         let centre = model.centre_m();
         Some(Vector3::new(
             centre[0] + y[0] * model.unit_m(),
@@ -381,15 +387,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// Published position of a cell [mean link lengths from the body's centre].
     #[must_use]
-    pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[f32; 3]> {
-        self.internal(model, cell).map(|v| output(v, model.saturation()))
-    }
-
-    fn internal(&self, model: &Model<'_>, cell: usize) -> Option<[f32; 3]> {
-        if cell >= model.cells() {
-            return None;
-        }
-        self.state.get(cell).map(|v| v.xyz())
+    pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[D::Number; 3]> {
+        let v = self.state.get(..model.cells())?.get(cell)?;
+        Some(output(v.xyz(), D::Number::from_single(model.saturation())))
     }
 
     /// The state hash, see [`state_hash`].

@@ -100,6 +100,17 @@ impl Lanes {
         lo.plus(error).store(&mut self.lo);
     }
 
+    /// Adds one cell's term.
+    #[inline(always)]
+    pub(crate) fn add_to(&mut self, lane: usize, term: f32) {
+        if let (Some(hi), Some(lo)) = (self.hi.get_mut(lane % LANES), self.lo.get_mut(lane % LANES))
+        {
+            let (sum, error) = two_sum(*hi, term);
+            *hi = sum;
+            *lo += error;
+        }
+    }
+
     /// The lanes combined in a fixed tree: (0+4, 1+5, 2+6, 3+7), then (+2), then (+1).
     #[must_use]
     pub fn total(&self) -> TwoFloat {
@@ -109,6 +120,37 @@ impl Lanes {
         let (a, b) = (pair(h0, l0, h4, l4), pair(h1, l1, h5, l5));
         let (c, d) = (pair(h2, l2, h6, l6), pair(h3, l3, h7, l7));
         a.plus(c).plus(b.plus(d))
+    }
+}
+
+/// Eight interleaved sums in single precision, lanes and tree as in [`Lanes`]: for products that
+/// steer a step and certify nothing to the last bit.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Plain([f32; LANES]);
+
+impl Plain {
+    /// Empty sums, all +0.0.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    /// Adds the terms of up to eight consecutive cells, the first of them in lane 0.
+    #[inline(always)]
+    pub(crate) fn add<V: Octet>(&mut self, terms: V) {
+        V::load(&self.0).plus(terms).store(&mut self.0);
+    }
+
+    /// Adds one cell's term.
+    #[inline(always)]
+    pub(crate) fn add_to(&mut self, lane: usize, term: f32) {
+        if let Some(slot) = self.0.get_mut(lane % LANES) {
+            *slot += term;
+        }
+    }
+
+    /// The lanes combined.
+    #[must_use]
+    pub fn total(&self) -> f32 {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        ((a + e) + (c + g)) + ((b + f) + (d + h))
     }
 }
 

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::bake::Notes;
-use crate::engine::{Engine, Scheme, to_m};
+use crate::engine::{Arithmetic, Engine, Scheme, to_m};
 use crate::error::{Error, Result};
 use crate::mesh;
 
@@ -26,6 +26,9 @@ pub struct SceneArgs {
     /// needs the least RAM and a model baked with --colours
     #[arg(long, value_enum, default_value_t)]
     pub dynamics: Scheme,
+    /// Numbers that cells and links are computed in
+    #[arg(long, value_enum, default_value_t, value_name = "TYPE")]
+    pub number: Arithmetic,
     /// Dimensionless time: the step of euler a sweep [default: 0.9 of the model's bound], or what
     /// rkl1 and rkl2 advance a tick [default: what the sweeps cover]
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
@@ -65,6 +68,7 @@ pub enum UnloadingArg {
 #[derive(Debug, Clone, Serialize)]
 pub struct SceneReport {
     dynamics: Scheme,
+    number: Arithmetic,
     sweeps_per_tick: u16,
     step: f32,
     step_bound: f32,
@@ -107,7 +111,7 @@ impl SceneArgs {
         if self.max_force_n.is_some_and(f32::is_infinite) {
             return Err(self.refuse(SettingsError::MaxForce));
         }
-        Engine::new(network, self.dynamics, &self.contacts(&model)?)
+        Engine::in_numbers(network, self.dynamics, self.number, &self.contacts(&model)?)
     }
 
     /// Step a sweep, and time a tick for the schemes that go by it.
@@ -186,7 +190,7 @@ impl SceneArgs {
         let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
         for (cell, &id) in model.input_id().iter().enumerate() {
             cell_of[id as usize] = Some(cell as u16);
-            nodes_m[id as usize] = to_m(model, model.rest_position(cell));
+            nodes_m[id as usize] = to_m(model, model.rest_position(cell).map(f64::from));
         }
         let notes = Notes::read(model);
         let nodes = mesh::select(selector, &nodes_m, &notes.groups, &notes.border, "--contact")?;
@@ -234,6 +238,7 @@ impl SceneArgs {
         let euler = f32::from(settings.sweeps) * settings.step;
         SceneReport {
             dynamics: self.dynamics,
+            number: self.number,
             sweeps_per_tick: settings.sweeps,
             step: if by_tick { settings.tick_time } else { settings.step },
             step_bound: model.step_max(),

@@ -83,7 +83,7 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     let contacts = engine.contacts();
     let mut touch_m = [0.0; 3];
     for &cell in contacts {
-        let at = crate::engine::to_m(model, model.rest_position(cell.into()));
+        let at = crate::engine::to_m(model, model.rest_position(cell.into()).map(f64::from));
         for axis in 0..3 {
             touch_m[axis] += at[axis] / contacts.len() as f64;
         }

@@ -30,7 +30,7 @@ pub fn vtu(model: &Model<'_>, positions_m: &[[f64; 3]], contacts: &[u16]) -> Str
     integers(&mut text, "types", std::iter::repeat_n(u32::from(elements.kind), cells));
     text.push_str("</Cells>\n<PointData Vectors=\"displacement_m\">\n");
     let displacements = positions_m.iter().enumerate().map(|(cell, position)| {
-        let rest = to_m(model, model.rest_position(cell));
+        let rest = to_m(model, model.rest_position(cell).map(f64::from));
         std::array::from_fn(|axis| position[axis] - rest[axis])
     });
     vectors(&mut text, "displacement_m", displacements);

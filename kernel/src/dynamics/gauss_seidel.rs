@@ -39,10 +39,10 @@ use crate::awake::SliceSet;
 use crate::cell::{Cell, add, dot, output, scale, sub};
 use crate::contact::Contact;
 use crate::hats::Eight;
-use crate::link::pull;
+use crate::link::{Band, pull};
 use crate::model::{Model, range};
-use crate::pass::{Links, totals};
-use crate::two_float::{LANES, TwoFloat};
+use crate::pass::Links;
+use crate::two_float::{LANES, Lanes, TwoFloat};
 
 /// Over-relaxation.
 const OMEGA: f32 = 1.9;
@@ -86,7 +86,7 @@ fn pulls(links: Links<'_, '_>, v: &[Cell], cell: usize, here: [f32; 3]) -> Pulls
             continue;
         };
         let there = output(there.xyz(), k);
-        let (w, band) = (model.link_weight(link), links.band(link));
+        let (w, band) = (model.link_weight(link), Band::new(links.alpha(link)));
         let rest = || sub(model.rest_position(other), model.rest_position(cell));
         if let Some(pull) = pull(here, there, l0, w, band, rest) {
             let [x, y, z] = pull.force;
@@ -175,11 +175,16 @@ fn measure(body: &mut Body<'_, '_>) -> TwoFloat {
         }
     }
     // Links of sleeping cells are slack, and their marks 0.
-    let [sum] = totals(body.state.iter().map(|v| [v.w()]));
-    sum.times_power_of_two(0.125)
+    let mut sum = Lanes::ZERO;
+    for (cell, v) in body.state.iter().enumerate() {
+        sum.add_to(cell, v.w());
+    }
+    sum.total().times_power_of_two(0.125)
 }
 
 impl Scheme for GaussSeidel {
+    type Number = f32;
+
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
         let model = body.links.model;
@@ -188,7 +193,7 @@ impl Scheme for GaussSeidel {
         if body.awake.set.is_empty(model.slice_count()) {
             return false;
         }
-        if !body.level.known || self.sweeps == 0 {
+        if body.level.forgotten || self.sweeps == 0 {
             let energy = measure(body);
             body.level.certify(energy);
             return false;

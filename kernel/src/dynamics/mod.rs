@@ -16,10 +16,11 @@ pub use rkl2::Rkl2;
 pub use track::Track;
 
 use crate::awake::Awake;
-use crate::cell::{Cell, add, peak};
+use crate::cell::{Cell, add, from_single, peak};
 use crate::contact::Contact;
 use crate::hats::Eight;
 use crate::model::Model;
+use crate::number::Number;
 use crate::pass::Links;
 use crate::settings::Settings;
 use crate::two_float::TwoFloat;
@@ -28,12 +29,13 @@ use crate::two_float::TwoFloat;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     value: TwoFloat,
-    known: bool,
+    /// The next pass at the published state sets the level anew.
+    forgotten: bool,
 }
 
 impl Level {
     /// The level of the rest shape.
-    pub(crate) const REST: Self = Self { value: TwoFloat::ZERO, known: true };
+    pub(crate) const REST: Self = Self { value: TwoFloat::ZERO, forgotten: false };
 
     /// Leading part of the level.
     pub(crate) fn leading(&self) -> f32 {
@@ -46,7 +48,7 @@ impl Level {
 
     /// The bands changed: the next pass at the published state sets the level anew.
     pub(crate) fn forget(&mut self) {
-        self.known = false;
+        self.forgotten = true;
     }
 
     /// The tool moved cells, which changed the energy by at most `change`.
@@ -56,8 +58,8 @@ impl Level {
 
     /// A sweep certified `level`; the level never rises by a sweep.
     pub(crate) fn certify(&mut self, level: TwoFloat) {
-        let lowest = if self.known { self.value.min(level) } else { level };
-        self.known = true;
+        let lowest = if self.forgotten { level } else { self.value.min(level) };
+        self.forgotten = false;
         self.set(lowest);
     }
 
@@ -68,19 +70,19 @@ impl Level {
 }
 
 /// What a scheme works on during one sweep.
-pub(crate) struct Body<'a, 'm> {
+pub(crate) struct Body<'a, 'm, N = f32> {
     pub links: Links<'a, 'm>,
     pub settings: &'a Settings,
     /// Cells the tool holds: they do not move in a sweep.
-    pub held: &'a [Contact],
+    pub held: &'a [Contact<N>],
     /// Where the tool holds them, relative to their origins.
     pub applied: [f32; 3],
     /// State v of every cell; its output is published.
-    pub state: &'a mut [Cell],
+    pub state: &'a mut [Cell<N>],
     /// Room for the residual.
-    pub residual: &'a mut [Cell],
+    pub residual: &'a mut [Cell<N>],
     /// The scheme's own arrays, one after the other, each as long as `state`.
-    pub own: &'a mut [Cell],
+    pub own: &'a mut [Cell<N>],
     /// Room for a coarse level.
     pub room: &'a mut [Eight],
     /// The slices that a sweep looks at.
@@ -88,35 +90,38 @@ pub(crate) struct Body<'a, 'm> {
     pub level: &'a mut Level,
 }
 
-impl Body<'_, '_> {
+impl<N: Number> Body<'_, '_, N> {
     /// Puts the held cells back where the tool has them, and returns the largest magnitude of
     /// their coordinates.
     pub fn restore_held(&mut self) -> f32 {
-        let mut highest = 0.0;
+        let mut highest = N::ZERO;
+        let applied = from_single(self.applied);
         for contact in self.held {
-            let position = add(contact.origin, self.applied);
+            let position = add(contact.origin, applied);
             if let Some(state) = self.state.get_mut(contact.cell()) {
                 *state = Cell::at(position);
             }
             let here = peak(position);
             highest = if here > highest { here } else { highest };
         }
-        highest
+        highest.single()
     }
 }
 
 /// Arrays of cells whose number is part of the scheme's type.
-pub trait CellArrays {
+pub trait CellArrays<N> {
     /// All +0.0.
     const ZERO: Self;
     /// The arrays one after the other.
-    fn flat(&mut self) -> &mut [Cell];
+    fn flat(&mut self) -> &mut [Cell<N>];
 }
 
-impl<const CELLS: usize, const ARRAYS: usize> CellArrays for [[Cell; CELLS]; ARRAYS] {
+impl<N: Number, const CELLS: usize, const ARRAYS: usize> CellArrays<N>
+    for [[Cell<N>; CELLS]; ARRAYS]
+{
     const ZERO: Self = [[Cell::ZERO; CELLS]; ARRAYS];
 
-    fn flat(&mut self) -> &mut [Cell] {
+    fn flat(&mut self) -> &mut [Cell<N>] {
         self.as_flattened_mut()
     }
 }
@@ -138,10 +143,13 @@ impl<const OCTETS: usize> Octets for [Eight; OCTETS] {
 }
 
 pub(crate) mod scheme {
-    use super::{Body, Cell, Contact, Eight, Model, Settings};
+    use super::{Body, Cell, Contact, Eight, Model, Number, Settings};
 
     /// What a scheme does; sealed, since the guarantees rest on it.
     pub trait Scheme {
+        /// What cells and links are computed in.
+        type Number: Number;
+
         /// A tick's sweeps begin.
         fn begin(&mut self, model: &Model<'_>, settings: &Settings) {
             let _ = (model, settings);
@@ -149,18 +157,29 @@ pub(crate) mod scheme {
 
         /// One sweep: at most one link pass and one update. Whether the pass was rolled back.
         #[allow(private_interfaces)]
-        fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool;
+        fn sweep(&mut self, body: &mut Body<'_, '_, Self::Number>) -> bool;
 
         /// A cell was put at `position`, in the scheme's own arrays too; `k` is the saturation.
-        fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32);
+        fn place(
+            &mut self,
+            own: &mut [Cell<Self::Number>],
+            cell: usize,
+            position: Cell<Self::Number>,
+            k: f32,
+        );
 
         /// The tool moved the cells it holds.
         fn pushed(&mut self) {}
 
         /// Whether a cell has moved since the last pass, or has momentum.
-        fn has_moved(state: &[Cell], own: &[Cell], residual: &[Cell], cell: usize) -> bool {
+        fn has_moved(
+            state: &[Cell<Self::Number>],
+            own: &[Cell<Self::Number>],
+            residual: &[Cell<Self::Number>],
+            cell: usize,
+        ) -> bool {
             let _ = (state, own);
-            residual.get(cell).is_some_and(|r| r.xyz() != [0.0; 3])
+            residual.get(cell).is_some_and(|r| r.xyz() != [Self::Number::ZERO; 3])
         }
 
         /// Whether the scheme lacks the model's colours.
@@ -176,7 +195,7 @@ pub(crate) mod scheme {
         }
 
         /// These cells are the ones the tool will hold.
-        fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact]) {
+        fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact<Self::Number>]) {
             let _ = (model, room, held);
         }
 
@@ -184,6 +203,9 @@ pub(crate) mod scheme {
         fn interrupt(&mut self);
     }
 }
+
+/// What a scheme computes cells and links in.
+pub type NumberOf<D> = <D as scheme::Scheme>::Number;
 
 /// A scheme, with its own scalar state.
 pub trait Dynamics: scheme::Scheme + Copy {
@@ -196,9 +218,9 @@ pub trait Dynamics: scheme::Scheme + Copy {
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
     /// The residual for a number of cells, [`Self::RESIDUALS`] arrays.
-    type Residual<const CELLS: usize>: CellArrays;
+    type Residual<const CELLS: usize>: CellArrays<Self::Number>;
     /// Those arrays for a number of cells.
-    type Arrays<const CELLS: usize>: CellArrays;
+    type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
     /// Room for a coarse level, see [`hats_room`](crate::hats_room).
     type Room: Octets;
     /// What [`Settings::tick_time`] may be so that a number of sweeps covers it; for schemes

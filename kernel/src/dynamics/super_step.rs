@@ -31,7 +31,7 @@ use super::scheme::Scheme;
 use crate::awake::Awake;
 use crate::cell::{Cell, peak};
 use crate::model::Model;
-use crate::pass::Energy;
+use crate::number::Loops;
 use crate::settings::Settings;
 use crate::simd::octet::Octet;
 use crate::simd::{Work, run};
@@ -303,10 +303,8 @@ impl<F: Formula> SuperSteps<F> {
         if self.done == 0 {
             Self::note(body);
         }
-        let mut energy = Energy::default();
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        body.links.pass(&body.awake.set, at, body.residual, body.held, &mut energy);
-        let energy = energy.total();
+        let energy = f32::pass(body.links, &body.awake.set, at, body.residual, body.held);
         if self.done == 0 {
             body.level.certify(energy);
         } else if self.done == self.stages && self.judge(body, energy) {
@@ -339,6 +337,8 @@ impl<F: Formula> SuperSteps<F> {
 }
 
 impl<F: Formula> Scheme for SuperSteps<F> {
+    type Number = f32;
+
     fn begin(&mut self, model: &Model<'_>, settings: &Settings) {
         self.left = settings.sweeps;
         self.due += settings.tick_time / model.step_max();

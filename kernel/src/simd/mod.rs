@@ -6,28 +6,43 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub(crate) mod coarse;
+pub(crate) mod euler;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
 mod neon;
 pub(crate) mod octet;
 pub(crate) mod sliced;
 #[cfg(test)]
 mod tests;
+pub(crate) mod track;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+pub(crate) mod vfp;
 
 use octet::{Lanes8, Octet};
 
+/// Whoever holds one was told that the unit is there; nobody is on targets without.
+#[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+type Proof = ();
+#[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]
+type Proof = core::convert::Infallible;
+
 /// A vector unit that this processor and its operating system offer. Its existence is the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct VectorUnit(());
+pub struct VectorUnit(Proof);
 
 impl VectorUnit {
     /// Asks the processor. Costs a few microseconds in a virtual machine: once, not every tick.
     #[must_use]
     pub fn find() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
-        let found = avx2::is_offered();
-        #[cfg(not(target_arch = "x86_64"))]
-        let found = cfg!(all(target_arch = "aarch64", target_feature = "neon"));
-        found.then_some(Self(()))
+        let found = avx2::is_offered().then_some(Self(()));
+        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+        let found = Some(Self(()));
+        #[cfg(not(any(
+            target_arch = "x86_64",
+            all(target_arch = "aarch64", target_feature = "neon")
+        )))]
+        let found = None;
+        found
     }
 }
 

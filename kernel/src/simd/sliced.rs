@@ -6,15 +6,86 @@
 
 #![allow(unsafe_code)]
 
-use super::Work;
 use super::octet::Octet;
+use super::{Work, run};
 use crate::awake::SliceSet;
 use crate::cell::Cell;
+use crate::contact::Contact;
 use crate::link::{Band, COINCIDENT, Pull, RIM};
 use crate::model::{Slices, range};
-use crate::pass::{Held, Links, Reduce};
+use crate::pass::Links;
 use crate::slice::{eight, put_lanes};
-use crate::two_float::LANES;
+use crate::two_float::{LANES, Lanes, TwoFloat};
+
+/// What a pass sums over the cells beside their residuals, eight cells at a time.
+pub(crate) trait Reduce {
+    /// Adds the terms of a slice: where its cells are, and their residuals with held cells masked.
+    fn slice<V: Octet>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]);
+}
+
+/// The energy alone.
+#[derive(Default)]
+pub(crate) struct Energy(Lanes);
+
+impl Reduce for Energy {
+    #[inline(always)]
+    fn slice<V: Octet>(&mut self, _slice: usize, _at: [V; 3], [_, _, _, wd2]: [V; 4]) {
+        self.0.add(wd2);
+    }
+}
+
+impl Energy {
+    /// E in internal units.
+    pub fn total(&self) -> TwoFloat {
+        self.0.total().times_power_of_two(0.125)
+    }
+}
+
+/// Held cells, ascending, met slice by slice.
+pub(crate) struct Held<'a> {
+    contacts: &'a [Contact],
+    /// Those before this one lie in earlier slices.
+    next: usize,
+}
+
+impl<'a> Held<'a> {
+    pub fn new(contacts: &'a [Contact]) -> Self {
+        Self { contacts, next: 0 }
+    }
+
+    /// Which cells of a slice are free, where some are held. Slices are to be asked for ascending.
+    #[inline(always)]
+    pub fn mask<V: Octet>(&mut self, slice: usize) -> Option<V::Mask> {
+        let (first, mut held, mut any) = (slice * LANES, [0.0; LANES], false);
+        while let Some(contact) = self.contacts.get(self.next) {
+            if contact.cell() >= first + LANES {
+                break;
+            }
+            if let Some(lane) = held.get_mut(contact.cell().wrapping_sub(first)) {
+                *lane = 1.0;
+                any = true;
+            }
+            self.next += 1;
+        }
+        if any { Some(V::load(&held).below(V::splat(0.5))) } else { None }
+    }
+}
+
+/// The pass over slices, where unit and model allow it; whether they do. The states must lie
+/// within K.
+pub(crate) fn pass(
+    links: Links<'_, '_>,
+    awake: &SliceSet,
+    at: &[Cell],
+    residual: &mut [Cell],
+    held: &[Contact],
+    reduce: &mut impl Reduce,
+) -> bool {
+    let (Some(_), Some(slices)) = (links.vectors, links.model.slices) else { return false };
+    let held = Held::new(held);
+    run(links.vectors, SlicedPass { links, slices, awake, at, residual, held, reduce });
+    true
+}
 
 /// A pass over the awake slices, and what it sums on the way.
 pub(crate) struct SlicedPass<'a, 'm, R> {
@@ -93,7 +164,7 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
         let here = [x, y, z];
         let mut sum = [V::splat(0.0); 4];
         let mut void = V::splat(0.0).below(V::splat(0.0));
-        let mut law = Law::uniform(self.links.band(0));
+        let mut law = Law::uniform(Band::new(self.links.alpha(0)));
         for group in range(self.slices.rows, slice) {
             // SAFETY: the last row start is the number of groups; a model's slices name only its
             // cells, and `at` holds as many.
@@ -139,9 +210,8 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
         for lane in 0..LANES {
             let cell = slice * LANES + lane;
             for (link, other) in self.links.model.neighbours(cell) {
-                let Some(Pull { force: [x, y, z], wd2 }) =
-                    self.links.pull_on(self.at, link, cell, other)
-                else {
+                let pull: Option<Pull> = self.links.pull_on(self.at, link, cell, other);
+                let Some(Pull { force: [x, y, z], wd2 }) = pull else {
                     continue;
                 };
                 for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {

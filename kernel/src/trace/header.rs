@@ -2,8 +2,10 @@
 
 use core::fmt;
 
-use super::{CRC, FORMAT_VERSION, HEADER_BYTES, MAGIC, SCHEMES};
+use super::{CRC, FORMAT_VERSION, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES};
+use crate::dynamics::{Dynamics, NumberOf};
 use crate::model::Model;
+use crate::number::Number;
 use crate::settings::{Network, Settings, SettingsError, Unloading};
 
 /// Words of the fixed part.
@@ -26,7 +28,7 @@ pub enum TraceError {
     Checksum,
     /// The header holds what this release does not know.
     Layout,
-    /// A scheme or number tier that is not known here.
+    /// A scheme or number type that is not known here.
     Scheme(u16, u16),
     /// The trace belongs to another model.
     Model {
@@ -64,9 +66,9 @@ impl fmt::Display for TraceError {
                 f.write_str("the header is damaged (its checksum does not match): copy it again")
             }
             Self::Layout => f.write_str("the header contradicts itself: record again"),
-            Self::Scheme(scheme, tier) => write!(
+            Self::Scheme(scheme, number) => write!(
                 f,
-                "scheme {scheme} in number tier {tier} is not known here: take the release that \
+                "scheme {scheme} in number type {number} is not known here: take the release that \
                  wrote the trace"
             ),
             Self::Model { recorded, given } => write!(
@@ -87,15 +89,14 @@ impl fmt::Display for TraceError {
 
 impl core::error::Error for TraceError {}
 
-/// Code of a scheme by its name.
-#[must_use]
-pub fn scheme_code(name: &str) -> Option<u16> {
-    SCHEMES.iter().find(|(known, _)| *known == name).map(|&(_, code)| code)
+/// Code of a name in a table.
+fn code(table: &[(&str, u16)], name: &str) -> Option<u16> {
+    table.iter().find(|(known, _)| *known == name).map(|&(_, code)| code)
 }
 
-/// Name of a scheme by its code.
-fn scheme_name(code: u16) -> Option<&'static str> {
-    SCHEMES.iter().find(|&&(_, known)| known == code).map(|&(name, _)| name)
+/// Name of a code in a table.
+fn name(table: &[(&'static str, u16)], code: u16) -> Option<&'static str> {
+    table.iter().find(|&&(_, known)| known == code).map(|&(name, _)| name)
 }
 
 /// Bytes of the header of a trace with so many contact cells.
@@ -111,13 +112,31 @@ pub struct Header {
     pub model: u32,
     /// Scheme, see [`SCHEMES`].
     pub scheme: u16,
-    /// Number tier, see [`TIER_F32`](super::TIER_F32).
-    pub tier: u16,
+    /// Number type, see [`NUMBERS`].
+    pub number: u16,
     /// Settings in force.
     pub settings: Settings,
 }
 
 impl Header {
+    /// Of a network under the scheme `D`; `None` where that has no code in the format.
+    #[must_use]
+    pub fn of<D: Dynamics>(network: &Network<'_>) -> Option<Self> {
+        Self::named(network, D::NAME, NumberOf::<D>::NAME)
+    }
+
+    /// Of a network under a scheme and in numbers by their names; `None` where one has no code in
+    /// the format.
+    #[must_use]
+    pub fn named(network: &Network<'_>, scheme: &str, number: &str) -> Option<Self> {
+        Some(Self {
+            model: network.model().checksum(),
+            scheme: code(&SCHEMES, scheme)?,
+            number: code(&NUMBERS, number)?,
+            settings: *network.settings(),
+        })
+    }
+
     /// Writes the header with the input ids of the contact cells (in the order of the model's
     /// cells); gives its length and checksum, `None` where `to` is too short or the ids too many.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
@@ -135,7 +154,7 @@ impl Header {
             FORMAT_VERSION,
             bytes as u32,
             self.model,
-            u32::from(self.scheme) | u32::from(self.tier) << 16,
+            u32::from(self.scheme) | u32::from(self.number) << 16,
             match settings.unloading {
                 Unloading::Off => 0,
                 Unloading::Release => 1,
@@ -200,17 +219,23 @@ impl Header {
         }
         let ids = header.get(HEADER_BYTES..HEADER_BYTES + 4 * contacts);
         let ids = ids.ok_or(TraceError::Layout)?;
-        let [scheme, tier]: [u16; 2] = bytemuck::cast(kind);
-        Ok((Self { model, scheme, tier, settings }, ids, bytes, stored))
+        let [scheme, number]: [u16; 2] = bytemuck::cast(kind);
+        Ok((Self { model, scheme, number, settings }, ids, bytes, stored))
     }
 
-    /// Name of the scheme, see [`Dynamics::NAME`](crate::Dynamics::NAME).
+    /// Names of the scheme and of the number type, [`Dynamics::NAME`] and [`Number::NAME`].
     ///
     /// # Errors
-    /// A scheme that is not known here, or another number tier than `tier`.
-    pub fn scheme_name(&self, tier: u16) -> Result<&'static str, TraceError> {
-        let name = scheme_name(self.scheme).filter(|_| self.tier == tier);
-        name.ok_or(TraceError::Scheme(self.scheme, self.tier))
+    /// A scheme or a number type that is not known here.
+    pub fn names(&self) -> Result<(&'static str, &'static str), TraceError> {
+        let names = name(&SCHEMES, self.scheme).zip(name(&NUMBERS, self.number));
+        names.ok_or(TraceError::Scheme(self.scheme, self.number))
+    }
+
+    /// Whether the trace is one of the scheme `D`.
+    #[must_use]
+    pub fn is_of<D: Dynamics>(&self) -> bool {
+        self.names() == Ok((D::NAME, NumberOf::<D>::NAME))
     }
 
     /// The network of the recording.

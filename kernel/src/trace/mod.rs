@@ -10,7 +10,7 @@
 //!     12      4  bytes of the header, 64 + 4 n rounded up to a multiple of 8
 //!     16      4  checksum of the model image
 //!     20      2  scheme, see SCHEMES
-//!     22      2  number tier, 1 = f32
+//!     22      2  number type, see NUMBERS
 //!     24      4  unloading: 0 off, 1 release, 2 retreat
 //!     28      4  sweeps a tick
 //!     32      4  step (f32 bits, as the next three)
@@ -42,7 +42,7 @@ mod record;
 #[cfg(test)]
 mod tests;
 
-pub use header::{Header, TraceError, header_bytes, scheme_code};
+pub use header::{Header, TraceError, header_bytes};
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
@@ -61,8 +61,8 @@ pub const RECORD_BYTES: usize = 40;
 pub const KIND_SAMPLE: u16 = 1;
 /// Kind reserved for commands beside samples; refused by this release.
 pub const KIND_COMMAND: u16 = 2;
-/// Number tier of schemes in single precision.
-pub const TIER_F32: u16 = 1;
+/// Number types by the names of `--number`, with their codes.
+pub const NUMBERS: [(&str, u16); 3] = [("f32", 1), ("fixed", 2), ("f64", 3)];
 /// Schemes by the names of `--dynamics`, with their codes.
 pub const SCHEMES: [(&str, u16); 5] =
     [("euler", 1), ("track", 2), ("rkl1", 3), ("rkl2", 4), ("gauss-seidel", 5)];

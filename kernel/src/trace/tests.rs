@@ -47,8 +47,7 @@ fn begin(network: &Network<'_>, cells: &[u16]) -> Tissue<81, Track, 4> {
 }
 
 fn header() -> Header {
-    let model = model().checksum();
-    Header { model, scheme: scheme_code("track").unwrap(), tier: TIER_F32, settings: settings() }
+    Header::of::<Track>(&Network::new(model(), settings()).unwrap()).unwrap()
 }
 
 /// The session's ticks; every third without a hash.
@@ -259,11 +258,11 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     for (at, word) in [(24, 3), (28, 65_536), (52, 1), (56, 1)] {
         assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
     }
-    assert_eq!(reader.header().scheme_name(TIER_F32), Ok("track"));
-    assert_eq!(reader.header().scheme_name(9), Err(TraceError::Scheme(2, 1)));
-    let unknown = reworded(20, 77 | 1 << 16);
-    let header = *Reader::open(&unknown).unwrap().header();
-    assert_eq!(header.scheme_name(TIER_F32), Err(TraceError::Scheme(77, 1)));
+    for (scheme, number) in [(77, 1), (2, 9)] {
+        let unknown = reworded(20, scheme | number << 16);
+        let header = *Reader::open(&unknown).unwrap().header();
+        assert_eq!(header.names(), Err(TraceError::Scheme(scheme as u16, number as u16)));
+    }
     let stranger = reworded(64, 4000);
     let refused = Reader::open(&stranger).unwrap().contact_cells(&model(), &mut [0; 4]).err();
     assert_eq!(refused, Some(TraceError::Contact(4000)));
@@ -285,11 +284,25 @@ fn a_command_is_not_taken_for_a_sample() {
 }
 
 #[test]
-fn every_scheme_has_a_code_of_its_own() {
-    use crate::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2};
-    let names = [Euler::NAME, <Track as Dynamics>::NAME, Rkl1::NAME, Rkl2::NAME, GaussSeidel::NAME];
-    assert_eq!(names.map(|name| scheme_code(name).unwrap()), [1, 2, 3, 4, 5]);
-    assert_eq!(scheme_code("verlet"), None);
+fn every_scheme_and_number_has_a_code_of_its_own() {
+    use crate::{Euler, GaussSeidel, Rkl1, Rkl2};
+    use fixed::types::I8F24;
+    let network = Network::new(model(), settings()).unwrap();
+    let all = [
+        Header::of::<Euler>(&network),
+        Header::of::<Track<40>>(&network),
+        Header::of::<Rkl1>(&network),
+        Header::of::<Rkl2>(&network),
+        Header::of::<GaussSeidel>(&network),
+        Header::of::<Euler<I8F24>>(&network),
+        Header::of::<Track<0, f64>>(&network),
+    ];
+    let codes = all.map(|header| header.map(|header| (header.scheme, header.number)).unwrap());
+    assert_eq!(codes, [(1, 1), (2, 1), (3, 1), (4, 1), (5, 1), (1, 2), (2, 3)]);
+    assert!(all[6].unwrap().is_of::<Track<0, f64>>() && !all[6].unwrap().is_of::<Track>());
+    assert_eq!(all[5].unwrap().names(), Ok(("euler", "fixed")));
+    assert_eq!(Header::named(&network, "verlet", "f32"), None);
+    assert_eq!(Header::named(&network, "euler", "f16"), None);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use chaincell_kernel::trace::{End, Played, Reader, header_bytes};
 use chaincell_kernel::{Dynamics, Model, TissueMut};
-use chaincell_scenes::{Act, Run, SCENES, Scene, Tier, box7_track, stage};
+use chaincell_scenes::{Act, Run, SCENES, Scene, box7_track, stage};
 
 /// The trace of a scene's first ticks.
 struct Record(u32);
@@ -31,7 +31,7 @@ impl Act for Play<'_> {
 
     fn act<D: Dynamics>(self, scene: &'static Scene, mut tissue: TissueMut<'_, D>) -> Played {
         let trace = Reader::open(self.0).unwrap();
-        assert_eq!(trace.header().scheme_name(1), Ok(D::NAME));
+        assert!(trace.header().is_of::<D>());
         let model = Model::from_bytes(scene.image).unwrap();
         let network = trace.header().network(model).unwrap();
         let mut room = [0; 16];
@@ -48,9 +48,10 @@ impl Act for Play<'_> {
 
 #[test]
 fn the_trace_of_every_scene_is_played_to_the_same_bits() {
-    for scene in SCENES {
-        let trace = stage(scene.name, Tier::F32, Record(80)).unwrap();
-        let played = stage(scene.name, Tier::F32, Play(&trace)).unwrap();
+    let tiers = |scene: &'static Scene| scene.tiers.iter().map(move |&tier| (scene, tier));
+    for (scene, tier) in SCENES.into_iter().flat_map(tiers) {
+        let trace = stage(scene.name, tier, Record(80)).unwrap();
+        let played = stage(scene.name, tier, Play(&trace)).unwrap();
         let wanted = Played { ticks: 80, compared: 80, end: End::Complete };
         assert_eq!(played, wanted, "{}", scene.name);
     }

@@ -1,13 +1,12 @@
-//! The whole pass over slices, on the machine's unit and in plain Rust, against the scalar pass
-//! that visits every link once.
+//! Passes and updates over slices, on the machine's unit and in plain Rust, against those that visit
+//! every link once and cell after cell.
 
 use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
-use super::super::octet::Octet;
-use super::super::sliced::SlicedPass;
-use super::super::{VectorUnit, run};
+use super::super::sliced::{Held, SlicedPass};
+use super::super::{VectorUnit, euler, run, track};
 use super::body::{Body, Link, Varied};
 use super::unit;
 use crate::awake::Awake;
@@ -15,37 +14,44 @@ use crate::cell::Cell;
 use crate::contact::Contact;
 use crate::link::rest_length;
 use crate::model::Model;
-use crate::pass::{Energy, Held, Links, Reduce};
+use crate::number::sealed::Points;
+use crate::pass::Links;
+use crate::scalar;
+use crate::slice::Moved;
 use crate::tissue::COORDINATE_MAX;
+use crate::two_float::TwoFloat;
 
-/// Everything that a pass hands to its sums, and the energy.
-#[derive(Default)]
-struct Record {
-    bits: Vec<u32>,
-    energy: Energy,
+/// Everything that a pass and the updates after it compute, as bits.
+#[derive(Debug, Default, PartialEq)]
+struct Outcome {
+    residual: Vec<[u32; 4]>,
+    sums: Vec<u32>,
+    points: [Vec<[u32; 4]>; 3],
+    euler: Vec<[u32; 4]>,
+    moved: Vec<(u32, Vec<usize>)>,
 }
 
-impl Reduce for Record {
-    #[inline(always)]
-    fn slice<V: Octet>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]) {
-        self.bits.push(slice as u32);
-        for of in at.into_iter().chain(residual) {
-            let mut lanes = [0.0; 8];
-            of.store(&mut lanes);
-            self.bits.extend(lanes.map(f32::to_bits));
-        }
-        self.energy.slice(slice, at, residual);
+fn bits(cells: &[Cell]) -> Vec<[u32; 4]> {
+    cells.iter().map(|cell| cell.0.map(f32::to_bits)).collect()
+}
+
+impl Outcome {
+    fn sums(&mut self, sums: [TwoFloat; 4]) {
+        self.sums = sums.iter().flat_map(|sum| [sum.hi, sum.lo].map(f32::to_bits)).collect();
+    }
+
+    fn moved(&mut self, moved: &Moved) {
+        let slices = moved.slices.iter(crate::image::CELLS_MAX / 8).collect();
+        self.moved.push((moved.peak.to_bits(), slices));
     }
 }
 
-/// Residuals, what was summed, and the energy.
-type Outcome = (Vec<[u32; 4]>, Vec<u32>, [u32; 2]);
+const FACTORS: [f32; 2] = [2.25, 0.625];
 
-fn outcome(residual: &[Cell], record: &Record) -> Outcome {
-    let energy = record.energy.total();
-    let bits = residual.iter().map(|cell| cell.0.map(f32::to_bits)).collect();
-    (bits, record.bits.clone(), [energy.hi, energy.lo].map(f32::to_bits))
-}
+type Pass<'a> =
+    dyn Fn(Links<'_, '_>, &Awake, &mut Points<'_, f32>, &[Contact]) -> [TwoFloat; 4] + 'a;
+type Step<'a> = dyn Fn(&Awake, &mut Points<'_, f32>) -> Moved + 'a;
+type EulerStep<'a> = dyn Fn(&Awake, &mut [Cell], &[Cell]) -> Moved + 'a;
 
 #[derive(Debug, Clone)]
 struct Case {
@@ -63,35 +69,72 @@ impl Case {
         body.model(self.alpha, self.varied)
     }
 
-    /// The pass as the schemes call it: over slices with a unit, link by link without.
-    fn pass(&self, model: &Model<'_>, vectors: Option<VectorUnit>) -> Outcome {
-        let links = Links { model, closed: self.closed, vectors };
-        let (at, held) = self.arrays();
-        let (mut residual, mut record) = (vec![Cell([9.0; 4]); at.len()], Record::default());
-        let mut awake = Awake::NOBODY;
-        awake.wake_all(model);
-        links.pass(&awake.set, &at, &mut residual, &held, &mut record);
-        outcome(&residual, &record)
+    /// Pass and updates cell by cell.
+    fn scalar(&self, model: &Model<'_>) -> Outcome {
+        self.outcome(
+            model,
+            &|links, awake, points, held| scalar::track::pass(links, &awake.set, points, held),
+            &|awake, points| scalar::track::step(model, awake, points, FACTORS),
+            &|awake, state, residual| scalar::euler::step(model, awake, state, residual, 0.2),
+        )
     }
 
-    /// The pass over slices in plain Rust.
-    fn plain_slices(&self, model: &Model<'_>) -> Outcome {
+    /// Pass and updates over slices, in plain Rust without a unit.
+    fn slices(&self, model: &Model<'_>, unit: Option<VectorUnit>) -> Outcome {
+        self.outcome(
+            model,
+            &|links, awake, points, held| {
+                let mut sums = track::Sums::new(model, points.published, points.before);
+                let slices = model.slices.unwrap();
+                let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
+                let (held, reduce) = (Held::new(held), &mut sums);
+                run(unit, SlicedPass { links, slices, awake, at, residual, held, reduce });
+                sums.totals()
+            },
+            &|awake, points| run(unit, track::Step { model, awake, points, factors: FACTORS }),
+            &|awake, state, residual| {
+                run(unit, euler::Step { model, awake, state, residual, step: 0.2 })
+            },
+        )
+    }
+
+    fn outcome(
+        &self,
+        model: &Model<'_>,
+        pass: &Pass<'_>,
+        step: &Step<'_>,
+        euler: &EulerStep<'_>,
+    ) -> Outcome {
         let links = Links { model, closed: self.closed, vectors: None };
-        let (at, held) = self.arrays();
-        let (mut residual, mut record) = (vec![Cell([9.0; 4]); at.len()], Record::default());
+        let (mut at, held) = self.arrays();
+        let mut residual = vec![Cell([9.0; 4]); at.len()];
+        // Some cells stand still, some do not.
+        let mut published: Vec<Cell> = at.clone();
+        let mut before: Vec<Cell> = model.rest.iter().map(|&rest| Cell::at(rest)).collect();
+        for (before, at) in before.iter_mut().zip(&at).step_by(3) {
+            *before = *at;
+        }
+        published.rotate_left(1);
         let mut awake = Awake::NOBODY;
         awake.wake_all(model);
-        let pass = SlicedPass {
-            links,
-            slices: model.slices.unwrap(),
-            awake: &awake.set,
-            at: &at,
+        if !self.held.is_empty() {
+            awake.spread = crate::awake::SliceSet::EMPTY;
+        }
+        let mut points = Points {
+            published: &mut published,
+            at: &mut at,
+            before: &mut before,
             residual: &mut residual,
-            held: Held::new(&held),
-            reduce: &mut record,
         };
-        run(None, pass);
-        outcome(&residual, &record)
+        let mut outcome = Outcome::default();
+        outcome.sums(pass(links, &awake, &mut points, &held));
+        outcome.residual = bits(points.residual);
+        let mut state = points.at.to_vec();
+        outcome.moved(&euler(&awake, &mut state, points.residual));
+        outcome.euler = bits(&state);
+        outcome.moved(&step(&awake, &mut points));
+        outcome.points = [bits(points.published), bits(points.at), bits(points.before)];
+        outcome
     }
 
     fn arrays(&self) -> (Vec<Cell>, Vec<Contact>) {
@@ -212,11 +255,11 @@ proptest! {
     fn slices_change_no_bit(case in case()) {
         let body = Body::new(&case.rest, &case.links);
         let model = case.model(&body);
-        let scalar = case.pass(&model, None);
-        prop_assert!(scalar.0.as_flattened().iter().all(|&bits| f32::from_bits(bits).is_finite()));
-        prop_assert_eq!(&scalar, &case.plain_slices(&model), "plain slices");
+        let scalar = case.scalar(&model);
+        prop_assert!(scalar.residual.as_flattened().iter().all(|&bits| f32::from_bits(bits).is_finite()));
+        prop_assert_eq!(&scalar, &case.slices(&model, None), "plain slices");
         if let Some(unit) = unit("slices_change_no_bit") {
-            prop_assert_eq!(&scalar, &case.pass(&model, Some(unit)), "vector unit");
+            prop_assert_eq!(&scalar, &case.slices(&model, Some(unit)), "vector unit");
         }
     }
 }

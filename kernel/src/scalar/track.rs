@@ -1,0 +1,97 @@
+//! The loops of `track` over the cells: its inner products and its update.
+
+use super::{cells_of, part, part_mut};
+use crate::awake::{Awake, SliceSet};
+use crate::cell::{Cell, add, peak, scale, sub};
+use crate::contact::Contact;
+use crate::model::Model;
+use crate::number::sealed::Points;
+use crate::number::{Number, Sum};
+use crate::pass::{Links, mask};
+use crate::slice::Moved;
+use crate::two_float::TwoFloat;
+
+/// See `Loops::track_pass`.
+pub(crate) fn pass<N: Number>(
+    links: Links<'_, '_>,
+    awake: &SliceSet,
+    points: &mut Points<'_, N>,
+    held: &[Contact<N>],
+) -> [TwoFloat; 4] {
+    let model = links.model;
+    let tally = N::accumulate(links, awake, points.at, points.residual);
+    mask(points.residual, held);
+    let mut energy = N::Energy::default();
+    let (mut squared, mut way, mut direction) =
+        (N::Sum::default(), N::Sum::default(), N::Sum::default());
+    for slice in awake.iter(model.slice_count()) {
+        let cells = cells_of(slice, model.cells());
+        let here = part(points.residual, &cells).zip(part(points.at, &cells));
+        let there = part(points.published, &cells).zip(part(points.before, &cells));
+        let all = here.zip(there).zip(part(model.mobility, &cells)).enumerate();
+        for (lane, (((r, at), (published, before)), &mobility)) in all {
+            let (residual, before) = (r.xyz(), before.xyz());
+            let z = scale(N::from_single(mobility), residual);
+            energy.add(lane, N::energy_term(r.w()));
+            squared.add(lane, N::inner(residual, z));
+            way.add(lane, N::inner(residual, sub(at.xyz(), before)));
+            direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
+        }
+    }
+    let energy = N::energy(&energy, tally).times_power_of_two(0.125);
+    [energy, squared.total(), way.total(), direction.total()]
+}
+
+/// See `Loops::track_step`.
+pub(crate) fn step<N: Number>(
+    model: &Model<'_>,
+    awake: &Awake,
+    points: &mut Points<'_, N>,
+    factors: [f32; 2],
+) -> Moved {
+    let [alpha, beta] = factors.map(N::from_single);
+    let mut moved = Moved::NOTHING;
+    let mut highest = N::ZERO;
+    for slice in awake.set.iter(model.slice_count()) {
+        let cells = cells_of(slice, model.cells());
+        // Whoever was under way has woken his neighbours.
+        let watched = !awake.spread.contains(slice);
+        let mut started = false;
+        let from = part(points.residual, &cells).zip(part(model.mobility, &cells));
+        let to = part_mut(points.published, &cells)
+            .zip(part_mut(points.at, &cells))
+            .zip(part_mut(points.before, &cells));
+        for ((r, &mobility), ((published, at), before)) in from.zip(to) {
+            let (y, last) = (at.xyz(), before.xyz());
+            let z = scale(N::from_single(mobility), r.xyz());
+            let way = sub(y, last);
+            let next = add(y, z);
+            let ahead = add(add(y, scale(alpha, z)), scale(beta, way));
+            if watched {
+                started |= starts(way, y, next, ahead);
+            }
+            highest = higher(higher(highest, next), ahead);
+            *published = Cell::at(next);
+            *before = Cell::at(y);
+            *at = Cell::at(ahead);
+        }
+        if started {
+            moved.slices.insert(slice);
+        }
+    }
+    moved.peak = highest.single();
+    moved
+}
+
+/// The larger of `highest` and the largest magnitude of a coordinate.
+#[inline(always)]
+fn higher<N: Number>(highest: N, position: [N; 3]) -> N {
+    let here = peak(position);
+    if here > highest { here } else { highest }
+}
+
+/// Whether some coordinate that stood still moves.
+fn starts<N: Number>(way: [N; 3], y: [N; 3], next: [N; 3], ahead: [N; 3]) -> bool {
+    let each = way.iter().zip(y).zip(next).zip(ahead);
+    each.into_iter().any(|(((way, y), next), ahead)| *way == N::ZERO && (next != y || ahead != y))
+}
