@@ -5,12 +5,10 @@ use std::io::Read;
 use std::path::Path;
 
 use chaincell_kernel::Model;
-use chaincell_kernel::trace::{
-    Header, Reader, Record, TIER_F32, Writer, header_bytes, scheme_code,
-};
+use chaincell_kernel::trace::{Header, Reader, Record, TraceError, Writer, header_bytes};
 use clap::ValueEnum;
 
-use crate::engine::{Engine, Scheme};
+use crate::engine::{Arithmetic, Engine, Scheme};
 use crate::error::{Error, Result};
 
 /// Largest trace that is read: half a day at 1 kHz.
@@ -23,29 +21,29 @@ pub struct Recording {
     bytes: Vec<u8>,
 }
 
-/// Name of a scheme, which the kernel's is too.
-fn name(scheme: Scheme) -> String {
-    scheme.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+/// Name of a scheme or number type, which the kernel's is too.
+fn name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 impl Recording {
-    /// Begins the trace of an engine that stands at rest under `scheme`.
+    /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`.
     ///
     /// # Errors
-    /// A scheme without a code in the format.
-    pub fn begin(engine: &Engine<'_>, scheme: Scheme) -> Result<Self> {
-        let model = engine.network().model();
-        let ids: Vec<u32> =
-            engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
-        let code = scheme_code(&name(scheme));
-        let begun = code.and_then(|scheme| {
-            let settings = *engine.network().settings();
-            let header = Header { model: model.checksum(), scheme, tier: TIER_F32, settings };
-            let mut bytes = vec![0; header_bytes(ids.len())];
-            let (writer, _) = Writer::begin(&header, &ids, &mut bytes)?;
-            Some(Self { writer, bytes })
-        });
-        begun.ok_or_else(|| Error::check(format!("{scheme:?} has no code in the trace's format")))
+    /// A scheme or number type without a code in the format.
+    pub fn begin(engine: &Engine<'_>, scheme: Scheme, numbers: Arithmetic) -> Result<Self> {
+        let network = engine.network();
+        let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
+        let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
+        let mut bytes = vec![0; header_bytes(ids.len())];
+        let header = Header::named(network, &name(&scheme), &name(&numbers));
+        let begun = header.and_then(|header| Writer::begin(&header, &ids, &mut bytes));
+        match begun {
+            Some((writer, _)) => Ok(Self { writer, bytes }),
+            None => Err(Error::check(format!(
+                "{scheme:?} in {numbers:?} has no code in the trace's format"
+            ))),
+        }
     }
 
     /// Adds an executed tick.
@@ -78,7 +76,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// An engine as the recording's began, and its scheme.
+/// An engine as the recording's began, its scheme and its numbers.
 ///
 /// # Errors
 /// What the trace has that cannot be played here, with its path.
@@ -86,15 +84,17 @@ pub fn engine<'m>(
     trace: &Reader<'_>,
     path: &Path,
     model: Model<'m>,
-) -> Result<(Engine<'m>, Scheme)> {
+) -> Result<(Engine<'m>, Scheme, Arithmetic)> {
     let refused = |why| Error::file("replay", path, why);
-    let known = trace.header().scheme_name(TIER_F32).map_err(refused)?;
-    let scheme = Scheme::value_variants().iter().copied().find(|&scheme| name(scheme) == known);
-    let scheme = scheme.ok_or_else(|| {
-        Error::file("replay", path, format_args!("the scheme {known} is not known to this command"))
+    let (scheme, number) = trace.header().names().map_err(refused)?;
+    let scheme = Scheme::value_variants().iter().copied().find(|value| name(value) == scheme);
+    let numbers = Arithmetic::value_variants().iter().copied().find(|value| name(value) == number);
+    let (scheme, numbers) = scheme.zip(numbers).ok_or_else(|| {
+        let Header { scheme, number, .. } = *trace.header();
+        refused(TraceError::Scheme(scheme, number))
     })?;
     let network = trace.header().network(model).map_err(refused)?;
     let mut room = vec![0; trace.contacts().len()];
     let cells = trace.contact_cells(&model, &mut room).map_err(refused)?;
-    Ok((Engine::new(network, scheme, cells)?, scheme))
+    Ok((Engine::in_numbers(network, scheme, numbers, cells)?, scheme, numbers))
 }

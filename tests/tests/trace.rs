@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use chaincell_kernel::trace::{Header, Reader, Record, Writer, header_bytes};
 use chaincell_kernel::{Dynamics, TissueMut};
-use chaincell_scenes::{Act, Run, SCENES, Scene, Tier, stage};
+use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
 use chaincell_tests::files::{Row, Table, bake, scratch, summary, text, write_path};
 use chaincell_tests::{Ended, run, turn};
 
@@ -72,6 +72,8 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         &["--dynamics", "euler", "--step", "0.03", "--contact", "60,61,48"],
         &["--dynamics", "rkl1", "--time-constant-s", "0.002"],
         &["--dynamics", "rkl2", "--sweeps", "9"],
+        &["--dynamics", "track", "--number", "fixed"],
+        &["--dynamics", "euler", "--number", "f64"],
         &["--dynamics", "gauss-seidel", "--max-tool-step-m", "0.002", "--unloading", "off"],
     ] {
         let session = session(how);
@@ -81,6 +83,8 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         assert_eq!(found["hashes_compared"], 120);
         assert_eq!(found["state_hash"], session.state_hash);
         assert_eq!(found["dynamics"], how[1]);
+        let number = if how[2] == "--number" { how[3] } else { "f32" };
+        assert_eq!(found["number"], number);
         assert_eq!(found["end"], "complete");
         assert!(found["first_difference"].is_null());
         let said = run(["replay", text(&session.trace), "--model", text(&session.model)]).with(0);
@@ -127,12 +131,16 @@ impl Act for Dump {
 fn what_a_scene_dumps_is_replayed_to_the_same_bits() {
     let folder = scratch();
     let (trace, model) = (folder.path().join("a.trace"), folder.path().join("a.chaincell"));
-    for scene in SCENES {
-        std::fs::write(&trace, stage(scene.name, Tier::F32, Dump(150)).unwrap()).unwrap();
+    let tiers = |scene: &'static Scene| scene.tiers.iter().map(move |&tier| (scene, tier));
+    for (scene, tier) in SCENES.into_iter().flat_map(tiers) {
+        std::fs::write(&trace, stage(scene.name, tier, Dump(150)).unwrap()).unwrap();
         std::fs::write(&model, scene.image).unwrap();
         let found = replay(&trace, &model).with(0).json();
         assert_eq!(found["hashes_compared"], 150, "{}", scene.name);
-        assert_eq!(found["dynamics"], scene.scheme);
+        assert_eq!(
+            (&found["dynamics"], &found["number"]),
+            (&scene.scheme.into(), &tier.name().into())
+        );
     }
 }
 
@@ -202,7 +210,7 @@ fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
             "scheme 99",
             "take the release",
         ),
-        (written(&Header { tier: 3, ..header }, &ids, &records), "number tier 3", "take the"),
+        (written(&Header { number: 9, ..header }, &ids, &records), "number type 9", "take the"),
         (written(&header, &[0], &records), "--contact", "fixed"),
         (written(&header, &[4000], &records), "contact node 4000 is no cell", "record again"),
         (written(&header, &ids, &hashless), "no state hash", "--hash-every 1"),

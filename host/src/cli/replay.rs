@@ -6,7 +6,7 @@ use chaincell_kernel::trace::{End, Reader, ReplayError};
 use serde::Serialize;
 
 use super::model_file;
-use crate::engine::Scheme;
+use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use crate::{interrupt, recording, terminal};
 
@@ -33,6 +33,7 @@ struct ReplayReport {
     cells: usize,
     links: usize,
     dynamics: Scheme,
+    number: Arithmetic,
     model_checksum: String,
     ticks: u32,
     hashes_compared: u32,
@@ -61,7 +62,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", &args.trace, why))?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let (mut engine, scheme) = recording::engine(&trace, &args.trace, model)?;
+    let (mut engine, scheme, numbers) = recording::engine(&trace, &args.trace, model)?;
     let (mut ticks, mut compared) = (0, 0);
     let outcome = trace.records(|index, record| {
         if interrupt::asked() {
@@ -82,6 +83,7 @@ pub fn execute(args: &Args) -> Result<()> {
         cells: model.cells(),
         links: model.links(),
         dynamics: scheme,
+        number: numbers,
         model_checksum: format!("{:08x}", model.checksum()),
         ticks,
         hashes_compared: compared,

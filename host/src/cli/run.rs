@@ -79,7 +79,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut engine = args.scene.engine(model)?;
     let folder = Folder::open(&args.out, args.force)?;
     let mut recording = match &args.trace {
-        Some(_) => Some(Recording::begin(&engine, args.scene.dynamics)?),
+        Some(_) => Some(Recording::begin(&engine, args.scene.dynamics, args.scene.number)?),
         None => None,
     };
     if let (Some(path), Some(recording)) = (&args.trace, &recording) {

@@ -14,7 +14,7 @@ use crate::cosim::payload::{ToolForce, ToolPose};
 use crate::cosim::record::Recorder;
 use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
 use crate::cosim::tissue::TissueEngine;
-use crate::engine::{Engine, Scheme};
+use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::output::{Answer, Folder, force_csv};
 use crate::recording::Recording;
@@ -113,7 +113,7 @@ pub fn execute(args: &Args) -> Result<()> {
         folder.write("model.chaincell", image.as_bytes())?;
         folder
             .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
-        let trace = trace(&engine, args.scene.dynamics, recorder.rows())?;
+        let trace = trace(&engine, &args.scene, recorder.rows())?;
         folder.write("session.trace", trace.bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
@@ -125,8 +125,12 @@ pub fn execute(args: &Args) -> Result<()> {
 }
 
 /// The session as a trace, for `chaincell replay`.
-fn trace(engine: &Engine<'_>, scheme: Scheme, rows: &[(ToolPose, ToolForce)]) -> Result<Recording> {
-    let mut recording = Recording::begin(engine, scheme)?;
+fn trace(
+    engine: &Engine<'_>,
+    scene: &SceneArgs,
+    rows: &[(ToolPose, ToolForce)],
+) -> Result<Recording> {
+    let mut recording = Recording::begin(engine, scene.dynamics, scene.number)?;
     for (pose, force) in rows {
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
         recording.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash });
