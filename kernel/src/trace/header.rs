@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{CRC, FORMAT_VERSION, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES};
+use super::{CRC, FORMAT_VERSION, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES, put};
 use crate::dynamics::{Dynamics, NumberOf};
 use crate::model::Model;
 use crate::number::Number;
@@ -172,10 +172,10 @@ impl Header {
         ];
         let all = words.iter().chain(contacts);
         for (place, word) in to.chunks_exact_mut(4).zip(all) {
-            place.copy_from_slice(&word.to_le_bytes());
+            put(place, *word);
         }
         let crc = checksum(to);
-        to.get_mut(CHECKSUM_OFFSET..HEADER_BYTES)?.copy_from_slice(&crc.to_le_bytes());
+        put(to.get_mut(CHECKSUM_OFFSET..HEADER_BYTES)?, crc);
         Some((bytes, crc))
     }
 

@@ -49,6 +49,13 @@ use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
+/// Puts a word's bytes in their place; unlike `copy_from_slice` without a panic for other lengths.
+fn put(place: &mut [u8], word: u32) {
+    for (place, byte) in place.iter_mut().zip(word.to_le_bytes()) {
+        *place = byte;
+    }
+}
+
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"CHAINTRC";
 /// Version of the format written and read here.

@@ -4,7 +4,7 @@ use core::fmt;
 
 use nalgebra::Vector3;
 
-use super::{CRC, Header, KIND_SAMPLE, RECORD_BYTES, TraceError};
+use super::{CRC, Header, KIND_SAMPLE, RECORD_BYTES, TraceError, put};
 use crate::model::Model;
 use crate::sample::ToolSample;
 
@@ -79,7 +79,7 @@ impl Writer {
         self.next = self.next.wrapping_add(1);
         let mut bytes = [0; RECORD_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
-            place.copy_from_slice(&word.to_le_bytes());
+            put(place, word);
         }
         bytes
     }
