@@ -3,11 +3,10 @@
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::{Contact, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Network, Number, ResetError, Rkl1, Rkl2, Settings,
-    TickOutput, TissueMut, ToolSample, Track,
+    Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
+    Settings, TickOutput, TissueMut, ToolSample, Track,
 };
 use clap::ValueEnum;
-use fixed::types::I8F24;
 use serde::Serialize;
 
 use crate::error::{Error, Result};

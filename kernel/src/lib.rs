@@ -68,6 +68,7 @@ pub mod trace;
 pub mod two_float;
 
 pub use dynamics::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
+pub use fixed::types::I8F24;
 pub use hats::hats_room;
 pub use image::ModelError;
 pub use model::Model;

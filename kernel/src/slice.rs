@@ -111,20 +111,16 @@ fn put_last(cells: &mut [Cell], slice: usize, chunk: &Chunk) {
 pub(crate) struct Moved {
     /// Slices whose cells moved and whose neighbours may be asleep.
     pub slices: SliceSet,
-    /// Largest magnitude of a coordinate.
-    pub peak: f32,
+    /// Whether some coordinate is beyond K.
+    pub beyond: bool,
 }
 
 impl Moved {
-    pub const NOTHING: Self = Self { slices: SliceSet::EMPTY, peak: 0.0 };
+    pub const NOTHING: Self = Self { slices: SliceSet::EMPTY, beyond: false };
 
-    /// Takes in a peak by lane.
+    /// Takes in the largest magnitudes by lane.
     #[inline(always)]
-    pub fn reach<V: Octet>(&mut self, peak: V) {
-        let mut lanes = [0.0; LANES];
-        peak.store(&mut lanes);
-        for lane in lanes {
-            self.peak = if lane > self.peak { lane } else { self.peak };
-        }
+    pub fn reach<V: Octet>(&mut self, peak: V, k: f32) {
+        self.beyond |= V::any(peak.above(V::splat(k)));
     }
 }

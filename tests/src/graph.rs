@@ -2,7 +2,7 @@
 //! 0.99, with and without hats; and their energy in double precision.
 
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
 use nalgebra::Vector3;
@@ -94,6 +94,20 @@ impl Case {
         scheme: Scheme,
         unloading: Unloading,
     ) -> Engine<'m> {
+        self.engine_in(image, scheme, Arithmetic::F32, unloading).unwrap()
+    }
+
+    /// The same in other numbers; an error where they do not carry the body.
+    ///
+    /// # Errors
+    /// As [`Engine::in_numbers`].
+    pub fn engine_in<'m>(
+        &self,
+        image: &'m ImageBytes,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        unloading: Unloading,
+    ) -> Result<Engine<'m>, chaincell_host::error::Error> {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let settings = Settings {
             step: model.step_max(),
@@ -105,15 +119,15 @@ impl Case {
         // The last node is never fixed; the tool holds it.
         let last = self.nodes_m.len() as u32 - 1;
         let cell = model.input_id().iter().position(|&id| id == last).unwrap() as u16;
-        Engine::new(network, scheme, &[cell]).unwrap()
+        Engine::in_numbers(network, scheme, numbers, &[cell])
     }
 }
 
 /// Sum of k d^2 / 2 in double precision at the published positions, and its allowance: 4 eps (E +
 /// sum of k u d) for the kernel's sum, and what the rounding of each stored coordinate, an eps of
-/// it, does to every link.
+/// it or `resolution` mean link lengths, does to every link.
 #[must_use]
-pub fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
+pub fn energy_j(engine: &mut Engine<'_>, resolution: f64) -> (f64, f64) {
     let positions_m = engine.positions_m();
     let model = engine.network().model();
     let eps = f64::from(f32::EPSILON);
@@ -134,7 +148,8 @@ pub fn energy_j(engine: &mut Engine<'_>) -> (f64, f64) {
             let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
             let k = f64::from(model.link_weight(link)) * f64::from(model.stiffness_n_per_m());
             // A step and its sum with the position round once each.
-            let rounding = eps * (from_centre(i) + from_centre(j));
+            let rounding =
+                eps * (from_centre(i) + from_centre(j)) + resolution * f64::from(model.unit_m());
             energy += 0.5 * k * d * d;
             allowance += 4.0 * eps * (0.5 * k * d * d + k * u * d);
             allowance += k * rounding * (d + 0.5 * rounding);

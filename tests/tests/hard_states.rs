@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::BakeOptions;
-use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_kernel::Unloading;
 use chaincell_tests::graph::{Case, case, energy_j, sample};
 use clap::ValueEnum;
@@ -17,6 +17,9 @@ const TICKS: usize = 40;
 /// Cases, some hundred sweeps each.
 const CASES: u32 = 1_000;
 const CASES_SLOW: u32 = 100_000;
+
+/// What fixed point leaves open of a length [mean link lengths].
+const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
 
 /// How the rest shape is spoilt.
 #[derive(Debug, Clone, Copy)]
@@ -71,22 +74,28 @@ struct Start {
     spoilt: Spoilt,
     seeds: Vec<f32>,
     scheme: Scheme,
+    numbers: Arithmetic,
     /// With a wide range the state stays linear, else exploded ones saturate.
     wide: bool,
     held: bool,
 }
 
 fn check(case: &Case, start: &Start) -> Result<(), TestCaseError> {
-    let saturation_m = start.wide.then_some(1e4);
+    let fixed_point = start.numbers == Arithmetic::Fixed;
+    let saturation_m = (start.wide && !fixed_point).then_some(1e4);
     let image = case.image(BakeOptions { saturation_m, ..BakeOptions::default() });
-    let mut engine = case.engine(&image, start.scheme, Unloading::Off);
+    let engine = case.engine_in(&image, start.scheme, start.numbers, Unloading::Off);
+    // What leaves the range of fixed point is refused.
+    prop_assume!(engine.is_ok() || fixed_point);
+    let Ok(mut engine) = engine else { return Ok(()) };
+    let resolution = if fixed_point { FIXED_RESOLUTION } else { 0.0 };
     let state = positions(&engine, start.spoilt, &start.seeds);
     engine.set_positions(&state).unwrap();
     let (mut level, mut before) = (f64::INFINITY, f64::INFINITY);
     for tick in 0..TICKS {
         let held = start.held && tick < TICKS / 2;
         let output = engine.tick(&sample([0.0; 3], u32::from(held)));
-        let (energy, allowance) = energy_j(&mut engine);
+        let (energy, allowance) = energy_j(&mut engine, resolution);
         let certified = f64::from(output.energy_j);
         prop_assert!(energy.is_finite() && certified >= 0.0);
         if start.scheme == Scheme::Euler {
@@ -114,7 +123,25 @@ proptest! {
         scheme in prop::sample::select(Scheme::value_variants()),
         wide in any::<bool>(), held in any::<bool>(),
     ) {
-        check(&case, &Start { spoilt, seeds, scheme, wide, held })?;
+        check(&case, &Start { spoilt, seeds, scheme, numbers: Arithmetic::F32, wide, held })?;
+    }
+
+    #[test]
+    fn in_other_numbers_too(
+        case in prop_oneof![3 => case(false), 1 => case(true)], spoilt in spoilt(),
+        seeds in prop::collection::vec(-1.0_f32..1.0, 11),
+        scheme in prop::sample::select(vec![Scheme::Track, Scheme::Euler]),
+        numbers in prop::sample::select(vec![Arithmetic::Fixed, Arithmetic::F64]),
+        wide in any::<bool>(), held in any::<bool>(),
+    ) {
+        let mut case = case;
+        if numbers == Arithmetic::Fixed {
+            // A decade and a half instead of six.
+            for stiffness in &mut case.stiffness_n_per_m {
+                *stiffness = stiffness.powf(0.25);
+            }
+        }
+        check(&case, &Start { spoilt, seeds, scheme, numbers, wide, held })?;
     }
 }
 
@@ -146,6 +173,7 @@ fn hats_of_a_floating_body_of_contrasts() {
         spoilt: Spoilt::Flattened,
         seeds: vec![0.0],
         scheme: Scheme::Track,
+        numbers: Arithmetic::F32,
         wide: false,
         held: false,
     };

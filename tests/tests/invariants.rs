@@ -36,7 +36,7 @@ proptest! {
         engine.tick(&sample([0.0; 3], 1));
         for position_m in moves {
             let output = engine.tick(&sample(position_m, 1));
-            let (energy, allowance) = energy_j(&mut engine);
+            let (energy, allowance) = energy_j(&mut engine, 0.0);
             if scheme != Scheme::Euler {
                 let certified = f64::from(output.energy_j);
                 prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
@@ -44,13 +44,13 @@ proptest! {
             prop_assert!(energy <= bound * 1.0001, "{energy} beyond the bound {bound}");
             prop_assert!(output.force_n.iter().all(|f| f.is_finite()));
         }
-        let (mut before, _) = energy_j(&mut engine);
+        let (mut before, _) = energy_j(&mut engine, 0.0);
         let mut level = f32::INFINITY;
         for _ in 0..50 {
             let output = engine.tick(&sample([0.0; 3], 0));
             prop_assert_eq!(output.force_n, Vector3::zeros());
             prop_assert_eq!(output.contacts, 0);
-            let (energy, allowance) = energy_j(&mut engine);
+            let (energy, allowance) = energy_j(&mut engine, 0.0);
             if scheme != Scheme::Euler {
                 prop_assert!(output.energy_j <= level, "level {} after {level}", output.energy_j);
                 let certified = f64::from(output.energy_j);
@@ -228,7 +228,7 @@ proptest! {
         for _ in 0..100 {
             let output = engine.tick(&sample([0.0; 3], 0));
             if scheme != Scheme::Euler {
-                let (energy, allowance) = energy_j(&mut engine);
+                let (energy, allowance) = energy_j(&mut engine, 0.0);
                 prop_assert!(output.energy_j <= level);
                 let certified = f64::from(output.energy_j);
                 prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");

@@ -36,9 +36,8 @@ impl<N: Number> Dynamics for Euler<N> {
 }
 
 /// A step of the outputs, with the leak of states beyond K: the energy before it, in internal
-/// units, and the largest magnitude of a state after it. Held cells go back to where the tool has
-/// them.
-pub(super) fn saturated_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, f32) {
+/// units, and whether some state is still beyond K. Held cells go back to where the tool has them.
+pub(super) fn saturated_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
     let model = body.links.model;
     body.awake.wake_all(model);
     // The leak moves cells that no link pulls.
@@ -56,20 +55,18 @@ pub(super) fn saturated_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -
         let here = peak(v.xyz());
         highest = if here > highest { here } else { highest };
     }
-    let (held, highest) = (body.restore_held(), highest.single());
-    (sum.times_power_of_two(0.125), if held > highest { held } else { highest })
+    (sum.times_power_of_two(0.125), body.restore_held() | (highest > k))
 }
 
-/// A step within K from residuals that are there; the largest magnitude of a state after it.
-pub(super) fn linear_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -> f32 {
+/// A step within K from residuals that are there; whether some state is beyond K after it.
+pub(super) fn linear_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -> bool {
     let model = body.links.model;
     let step = step / model.capacitance();
     let (awake, residual) = (&*body.awake, &*body.residual);
     let moved = N::euler_step(body.links, awake, body.state, residual, step);
     let has_moved = |cell: usize| residual.get(cell).is_some_and(|r| r.xyz() != [N::ZERO; 3]);
     body.awake.wake_neighbours(model, &moved.slices, has_moved);
-    let held = body.restore_held();
-    if held > moved.peak { held } else { moved.peak }
+    body.restore_held() | moved.beyond
 }
 
 impl<N: Number> Scheme for Euler<N> {
@@ -78,17 +75,16 @@ impl<N: Number> Scheme for Euler<N> {
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_, N>) -> bool {
         let step = body.settings.step;
-        let highest = if self.saturated {
-            let (energy, highest) = saturated_step(body, step);
+        self.saturated = if self.saturated {
+            let (energy, beyond) = saturated_step(body, step);
             body.level.set(energy);
-            highest
+            beyond
         } else {
             let set = &body.awake.set;
             let energy = N::pass(body.links, set, body.state, body.residual, body.held);
             body.level.set(energy);
             linear_step(body, step)
         };
-        self.saturated = highest > body.links.model.saturation();
         false
     }
 

@@ -91,20 +91,19 @@ pub(crate) struct Body<'a, 'm, N = f32> {
 }
 
 impl<N: Number> Body<'_, '_, N> {
-    /// Puts the held cells back where the tool has them, and returns the largest magnitude of
-    /// their coordinates.
-    pub fn restore_held(&mut self) -> f32 {
-        let mut highest = N::ZERO;
+    /// Puts the held cells back where the tool has them; whether one of them is beyond K.
+    pub fn restore_held(&mut self) -> bool {
+        let mut beyond = false;
+        let k = N::from_single(self.links.model.saturation());
         let applied = from_single(self.applied);
         for contact in self.held {
             let position = add(contact.origin, applied);
             if let Some(state) = self.state.get_mut(contact.cell()) {
                 *state = Cell::at(position);
             }
-            let here = peak(position);
-            highest = if here > highest { here } else { highest };
+            beyond |= peak(position) > k;
         }
-        highest.single()
+        beyond
     }
 }
 

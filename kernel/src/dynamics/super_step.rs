@@ -144,7 +144,7 @@ impl Work for Stage<'_, '_> {
                 moved.slices.insert(slice);
             }
         }
-        moved.reach(peak);
+        moved.reach(peak, self.model.saturation());
         moved
     }
 }
@@ -225,11 +225,11 @@ impl<F: Formula> SuperSteps<F> {
         let model = body.links.model;
         let length = if self.due < EULER { self.due } else { EULER };
         let step = length * model.step_max();
-        let highest = if self.saturated {
+        self.saturated = if self.saturated {
             Self::note(body);
-            let (energy, highest) = saturated_step(body, step);
+            let (energy, beyond) = saturated_step(body, step);
             body.level.certify(energy);
-            highest
+            beyond
         } else {
             linear_step(body, step)
         };
@@ -237,7 +237,6 @@ impl<F: Formula> SuperSteps<F> {
         self.since += length;
         let careful = self.careful - length;
         self.careful = if careful > 0.0 { careful } else { 0.0 };
-        self.saturated = highest > model.saturation();
     }
 
     /// A super-step begins at the published state, whose residual is there.
@@ -267,7 +266,7 @@ impl<F: Formula> SuperSteps<F> {
         if moved.slices != crate::awake::SliceSet::EMPTY {
             Self::wake(body, &moved);
         }
-        self.done == self.stages && moved.peak > model.saturation() && self.roll_back()
+        self.done == self.stages && moved.beyond && self.roll_back()
     }
 
     /// Wakes the neighbours of slices that moved: they are where they were at the beginning.

@@ -106,7 +106,7 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
         body.level.certify(energy.minus(decrease(fine, coarse)));
         let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
         let factors = self.last.choose(products);
-        let highest = if coarse.hi > 0.0 {
+        let beyond = if coarse.hi > 0.0 {
             body.awake.wake_all(model);
             N::coarse_step(body.links, body.room, points, factors)
         } else {
@@ -117,10 +117,10 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
                 at.get(cell) != last || (last.is_some() && published.get(cell) != last)
             };
             body.awake.wake_neighbours(model, &moved.slices, has_moved);
-            moved.peak
+            moved.beyond
         };
         self.restore_held(body);
-        if highest <= model.saturation() {
+        if !beyond {
             return false;
         }
         *body.level = level;
@@ -182,8 +182,7 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
             highest = if here > highest { here } else { highest };
         }
         body.level.certify(energy.times_power_of_two(0.125).minus(sure(falls.total())));
-        let (held, highest) = (body.restore_held(), highest.single());
-        self.saturated = highest > model.saturation() || held > model.saturation();
+        self.saturated = body.restore_held() | (highest > k);
         self.going = false;
     }
 }

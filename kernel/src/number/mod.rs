@@ -40,7 +40,7 @@ pub trait Number: Copy + PartialEq + PartialOrd + Debug + Loops {
     /// 32-bit words of a number, low word first.
     type Words: IntoIterator<Item = u32>;
     /// A sum of three products.
-    type Product: Copy + PartialEq;
+    type Product: Copy + PartialOrd;
     /// Sum of products over the cells.
     type Sum: Sum<Self::Product>;
     /// Sum of energies over the cells, to more than single precision.
@@ -131,6 +131,19 @@ pub enum RangeError {
         /// Largest that the type carries.
         max: f32,
     },
+}
+
+impl RangeError {
+    /// The limit that the model leaves.
+    #[must_use]
+    pub fn limit(&self) -> f32 {
+        match *self {
+            Self::Saturation { max, .. } | Self::Degree { max, .. } | Self::Energy { max, .. } => {
+                max
+            }
+            Self::Weight { min, .. } => min,
+        }
+    }
 }
 
 impl core::fmt::Display for RangeError {
@@ -256,16 +269,16 @@ pub(crate) mod sealed {
             TwoFloat::ZERO
         }
 
-        /// The update of `track` with the coarse part that stands in the room; the largest
-        /// magnitude of a published coordinate.
+        /// The update of `track` with the coarse part that stands in the room; whether some
+        /// coordinate is beyond K.
         fn coarse_step(
             links: Links<'_, '_>,
             room: &[Eight],
             points: &mut Points<'_, Self>,
             factors: [f32; 2],
-        ) -> f32 {
+        ) -> bool {
             let _ = (links, room, points, factors);
-            0.0
+            false
         }
 
         /// v += step r of the free cells in awake slices.

@@ -14,7 +14,7 @@ use crate::simd::coarse::{CoarseStep, Restrict};
 use crate::simd::sliced::{self, Energy};
 use crate::simd::{euler, run, track};
 use crate::slice::Moved;
-use crate::two_float::{LANES, Lanes, Plain, TwoFloat};
+use crate::two_float::{Lanes, Plain, TwoFloat};
 
 impl Number for f32 {
     const NAME: &'static str = "f32";
@@ -192,14 +192,13 @@ impl Loops for f32 {
         room: &[Eight],
         points: &mut Points<'_, f32>,
         [alpha, beta]: [f32; 2],
-    ) -> f32 {
-        let Some(hats) = links.model.hats else { return 0.0 };
-        let mobility = links.model.mobility;
+    ) -> bool {
+        let Some(hats) = links.model.hats else { return false };
+        let (mobility, k) = (links.model.mobility, links.model.saturation());
         let Points { published, at, before, residual } = points;
         #[rustfmt::skip]
-        let step = CoarseStep { hats, mobility, room, published, at, before, residual, alpha, beta };
-        let highest: [f32; LANES] = run(links.vectors, step);
-        highest.into_iter().fold(0.0, |peak, lane| if lane > peak { lane } else { peak })
+        let step = CoarseStep { hats, mobility, room, published, at, before, residual, alpha, beta, k };
+        run(links.vectors, step)
     }
 
     fn euler_step(

@@ -1,8 +1,8 @@
 //! The loop of `euler` over the cells.
 
-use super::{cells_of, part, part_mut};
+use super::{Range, cells_of, part, part_mut};
 use crate::awake::Awake;
-use crate::cell::{Cell, add, peak, scale};
+use crate::cell::{Cell, add, scale};
 use crate::model::Model;
 use crate::number::Number;
 use crate::slice::Moved;
@@ -17,7 +17,7 @@ pub(crate) fn step<N: Number>(
 ) -> Moved {
     let step = N::from_single(step);
     let mut moved = Moved::NOTHING;
-    let mut highest = N::ZERO;
+    let range = Range::new(model.saturation());
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
         let watched = !awake.spread.contains(slice);
@@ -29,13 +29,11 @@ pub(crate) fn step<N: Number>(
                 changed |= watched && next != v.xyz();
                 *v = Cell::at(next);
             }
-            let here = peak(v.xyz());
-            highest = if here > highest { here } else { highest };
+            moved.beyond |= range.is_left(v.xyz(), v.xyz());
         }
         if changed {
             moved.slices.insert(slice);
         }
     }
-    moved.peak = highest.single();
     moved
 }

@@ -1,8 +1,8 @@
 //! The loops of `track` over the cells: its inner products and its update.
 
-use super::{cells_of, part, part_mut};
+use super::{Range, cells_of, part, part_mut};
 use crate::awake::{Awake, SliceSet};
-use crate::cell::{Cell, add, peak, scale, sub};
+use crate::cell::{Cell, add, scale, sub};
 use crate::contact::Contact;
 use crate::model::Model;
 use crate::number::sealed::Points;
@@ -51,7 +51,7 @@ pub(crate) fn step<N: Number>(
 ) -> Moved {
     let [alpha, beta] = factors.map(N::from_single);
     let mut moved = Moved::NOTHING;
-    let mut highest = N::ZERO;
+    let range = Range::new(model.saturation());
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
         // Whoever was under way has woken his neighbours.
@@ -70,7 +70,7 @@ pub(crate) fn step<N: Number>(
             if watched {
                 started |= starts(way, y, next, ahead);
             }
-            highest = higher(higher(highest, next), ahead);
+            moved.beyond |= range.is_left(next, ahead);
             *published = Cell::at(next);
             *before = Cell::at(y);
             *at = Cell::at(ahead);
@@ -79,15 +79,7 @@ pub(crate) fn step<N: Number>(
             moved.slices.insert(slice);
         }
     }
-    moved.peak = highest.single();
     moved
-}
-
-/// The larger of `highest` and the largest magnitude of a coordinate.
-#[inline(always)]
-fn higher<N: Number>(highest: N, position: [N; 3]) -> N {
-    let here = peak(position);
-    if here > highest { here } else { highest }
 }
 
 /// Whether some coordinate that stood still moves.

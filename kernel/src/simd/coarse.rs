@@ -84,19 +84,20 @@ pub(crate) struct CoarseStep<'a, 'm> {
     pub residual: &'a [Cell],
     pub alpha: f32,
     pub beta: f32,
+    /// Saturation K.
+    pub k: f32,
 }
 
 impl Work for CoarseStep<'_, '_> {
-    /// Largest magnitude of a coordinate, by lane.
-    type Output = [f32; LANES];
+    /// Whether some coordinate is beyond K.
+    type Output = bool;
 
     #[inline(always)]
-    fn run<V: Octet>(self) -> [f32; LANES] {
+    fn run<V: Octet>(self) -> bool {
         let cells = self.hats.entry.len();
         let lengths = [self.published.len(), self.at.len(), self.before.len(), self.residual.len()];
-        let mut highest = [0.0; LANES];
         if lengths != [cells; 4] || self.mobility.len() != cells {
-            return highest;
+            return false;
         }
         let (alpha, beta) = (V::splat(self.alpha), V::splat(self.beta));
         let mut peak = V::splat(0.0);
@@ -125,8 +126,7 @@ impl Work for CoarseStep<'_, '_> {
                 }
             }
         }
-        peak.store(&mut highest);
-        highest
+        V::any(peak.above(V::splat(self.k)))
     }
 }
 

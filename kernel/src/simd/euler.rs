@@ -44,7 +44,7 @@ impl Work for Step<'_, '_> {
                 moved.slices.insert(slice);
             }
         }
-        moved.reach(peak);
+        moved.reach(peak, self.model.saturation());
         moved
     }
 }

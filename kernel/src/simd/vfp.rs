@@ -50,22 +50,33 @@ pub(crate) fn accumulate(
         low_squared: band.low_squared,
         coincident: COINCIDENT,
     };
-    for slice in awake.iter(slices) {
-        for i in slice * LANES..cells.min((slice + 1) * LANES) {
-            let row = model.row(i);
-            let (mut start, end) = (row.start, row.end);
-            while start < end {
-                // SAFETY: i < cells, and both arrays hold as many; rows end at the number of links,
-                // the length of both sections, whose upper ends are cells above i.
-                let left = unsafe { run(model, &limits, i, start, end - start, at, sum) };
-                start = end - left;
-                if left > 0 {
-                    coincident(model, band, i, start, at, sum);
-                    start += 1;
-                }
+    let mut awake = awake.iter(slices).peekable();
+    while let Some(first) = awake.next() {
+        let mut end = first + 1;
+        while awake.next_if_eq(&end).is_some() {
+            end += 1;
+        }
+        let mut place = Place { cell: first * LANES, left: 0 };
+        loop {
+            // SAFETY: both arrays hold as many cells as the model.
+            place = unsafe { run(model, &limits, place, cells.min(end * LANES), at, sum) };
+            if place.left == 0 {
+                break;
+            }
+            let link = model.row(place.cell).end - place.left;
+            coincident(model, band, place.cell, link, at, sum);
+            place.left -= 1;
+            if place.left == 0 {
+                place.cell += 1;
             }
         }
     }
+}
+
+/// Where the pass stands: a cell, and how many links of its row are left; 0 for all of them.
+struct Place {
+    cell: usize,
+    left: usize,
 }
 
 /// A link without a direction of its own.
@@ -87,66 +98,78 @@ fn coincident(model: &Model<'_>, band: Band, i: usize, link: usize, at: &[Cell],
     }
 }
 
-/// The links of a row from `start` on, until one coincides; how many are left, that one included.
+/// The rows of the cells from `place` to `end`, until a link coincides; where that is, that link
+/// being among those left, or `end` with none left.
 ///
 /// # Safety
-/// `i` is an index of `at` and `sum`, `start..start + links` are links of the model (at least
-/// one), and their upper ends indices of both arrays other than `i`.
+/// `at` and `sum` hold at least as many cells as the model.
 #[inline(always)]
 unsafe fn run(
     model: &Model<'_>,
     limits: &Limits,
-    i: usize,
-    start: usize,
-    links: usize,
+    place: Place,
+    end: usize,
     at: &[Cell],
     sum: &mut [Cell],
-) -> usize {
-    let left;
-    // SAFETY: the caller's promise; the code reads and writes only what it names, and the stack not
-    // at all.
+) -> Place {
+    const BYTES: usize = size_of::<Cell>();
+    let Some(&start) = model.rows.get(place.cell) else { return Place { cell: end, left: 0 } };
+    let (mut left, mut cell) = (place.left, place.cell * BYTES);
+    let (rows, start) = if left == 0 {
+        (place.cell, start as usize)
+    } else {
+        (place.cell + 1, model.row(place.cell).end - left)
+    };
+    // SAFETY: rows ascend to the number of links, the length of both sections read here; upper ends
+    // are cells above their row's; and the caller's promise. The stack is not touched.
     unsafe {
         asm!(
-            "vldmia {limits}, {{s7-s11}}; vmov s24, s11",
-            "vldmia {here}, {{s0-s2}}",
-            "vldmia {own}, {{s3-s6}}",
-            "2: ldrh {j}, [{upper}], #2",
+            "vldmia {j}, {{s7-s11}}; vmov s24, s11",
+            "cmp {left}, #0; bne 3f",
+            // A row.
+            "2: cmp {cell}, {end}; bhs 9f",
+            "ldrd {j}, {other}, [{rows}], #4",
+            "subs {left}, {other}, {j}; beq 8f",
+            "3: add {other}, {at}, {cell}; vldmia {other}, {{s0-s2}}",
+            "add {other}, {sum}, {cell}; vldmia {other}, {{s3-s6}}",
+            // A link.
+            "4: ldrh {j}, [{upper}], #2",
             "vldmia {length}!, {{s11}}",
-            "add {other}, {at}, {j}, lsl #4",
-            "vldmia {other}, {{s12-s14}}",
+            "add {other}, {at}, {j}, lsl #4; vldmia {other}, {{s12-s14}}",
             "vsub.f32 s12, s12, s0; vsub.f32 s13, s13, s1; vsub.f32 s14, s14, s2",
             "vmul.f32 s16, s12, s12; vmla.f32 s16, s13, s13; vmla.f32 s16, s14, s14",
             "vmul.f32 s17, s11, s11; vmul.f32 s18, s17, s8",
-            "vcmp.f32 s16, s18; vmrs APSR_nzcv, fpscr; ble 4f",
+            "vcmp.f32 s16, s18; vmrs APSR_nzcv, fpscr; ble 6f",
             // Too long: d = u - high l0.
             "vsqrt.f32 s16, s16; vadd.f32 s17, s16, s16; vmls.f32 s16, s11, s7",
-            "3: vmul.f32 s15, s16, s16; vdiv.f32 s17, s16, s17",
+            "5: vmul.f32 s15, s16, s16; vdiv.f32 s17, s16, s17",
             "vmul.f32 s12, s17, s12; vmul.f32 s13, s17, s13; vmul.f32 s14, s17, s14",
             "vadd.f32 s3, s3, s12; vadd.f32 s4, s4, s13; vadd.f32 s5, s5, s14",
             "vadd.f32 s6, s6, s15",
-            "add {other}, {sum}, {j}, lsl #4",
-            "vldmia {other}, {{s20-s23}}",
+            "add {other}, {sum}, {j}, lsl #4; vldmia {other}, {{s20-s23}}",
             "vsub.f32 s20, s20, s12; vsub.f32 s21, s21, s13; vsub.f32 s22, s22, s14",
-            "vadd.f32 s23, s23, s15",
-            "vstmia {other}, {{s20-s23}}",
-            "5: subs {left}, {left}, #1; bne 2b",
-            "b 6f",
-            "4: vmul.f32 s18, s17, s10",
-            "vcmp.f32 s16, s18; vmrs APSR_nzcv, fpscr; bge 5b",
+            "vadd.f32 s23, s23, s15; vstmia {other}, {{s20-s23}}",
+            "7: subs {left}, {left}, #1; bne 4b",
+            "add {other}, {sum}, {cell}; vstmia {other}, {{s3-s6}}",
+            "8: add {cell}, {cell}, #16; b 2b",
+            // Slack, coincident, or too short: d = u - low l0.
+            "6: vmul.f32 s18, s17, s10",
+            "vcmp.f32 s16, s18; vmrs APSR_nzcv, fpscr; bge 7b",
             "vmul.f32 s18, s17, s24",
-            "vcmp.f32 s16, s18; vmrs APSR_nzcv, fpscr; bmi 6f",
-            // Too short: d = u - low l0.
-            "vsqrt.f32 s16, s16; vadd.f32 s17, s16, s16; vmls.f32 s16, s11, s9; b 3b",
-            "6: vstmia {own}, {{s3-s6}}",
-            limits = in(reg) limits,
-            here = in(reg) at.as_ptr().add(i),
-            own = in(reg) sum.as_mut_ptr().add(i),
+            "vcmp.f32 s16, s18; vmrs APSR_nzcv, fpscr; ittt pl",
+            "vsqrtpl.f32 s16, s16; vaddpl.f32 s17, s16, s16; vmlspl.f32 s16, s11, s9",
+            "bpl 5b",
+            "add {other}, {sum}, {cell}; vstmia {other}, {{s3-s6}}",
+            "9:",
+            j = inout(reg) limits => _,
+            cell = inout(reg) cell,
+            end = in(reg) end * BYTES,
+            left = inout(reg) left,
+            rows = inout(reg) model.rows.as_ptr().add(rows) => _,
             upper = inout(reg) model.upper.as_ptr().add(start) => _,
             length = inout(reg) model.rest_length.as_ptr().add(start) => _,
             at = in(reg) at.as_ptr(),
             sum = in(reg) sum.as_mut_ptr(),
-            left = inout(reg) links => left,
-            j = out(reg) _,
             other = out(reg) _,
             out("s0") _, out("s1") _, out("s2") _, out("s3") _, out("s4") _, out("s5") _,
             out("s6") _, out("s7") _, out("s8") _, out("s9") _, out("s10") _, out("s11") _,
@@ -155,5 +178,5 @@ unsafe fn run(
             options(nostack),
         );
     }
-    left
+    Place { cell: cell / BYTES, left }
 }

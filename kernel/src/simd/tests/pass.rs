@@ -28,7 +28,7 @@ struct Outcome {
     sums: Vec<u32>,
     points: [Vec<[u32; 4]>; 3],
     euler: Vec<[u32; 4]>,
-    moved: Vec<(u32, Vec<usize>)>,
+    moved: Vec<(bool, Vec<usize>)>,
 }
 
 fn bits(cells: &[Cell]) -> Vec<[u32; 4]> {
@@ -42,7 +42,7 @@ impl Outcome {
 
     fn moved(&mut self, moved: &Moved) {
         let slices = moved.slices.iter(crate::image::CELLS_MAX / 8).collect();
-        self.moved.push((moved.peak.to_bits(), slices));
+        self.moved.push((moved.beyond, slices));
     }
 }
 

@@ -1,0 +1,783 @@
+/*
+ * chaincell: soft tissue that a haptic device can feel. The C interface of the kernel.
+ *
+ *   chaincell_model    a validated model, in storage of yours; the image stays where it is
+ *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_tissue_size
+ *   chaincell_tick     one tick, every millisecond: sample in, force out
+ *
+ * Every function answers with a chaincell_code, 0 when all is well, and never unwinds. Pointers are
+ * checked for null and alignment. There is no heap and no global state: several bodies may be
+ * ticked at the same time, each by one thread. The kernel computes in IEEE 754 single precision to
+ * nearest, denormals kept: leave FTZ, DAZ, FZ and fast-math start-up code off.
+ *
+ * Written from kernel/ffi/src: change it there.
+ */
+
+#ifndef CHAINCELL_H
+#define CHAINCELL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Puts an object where a tissue's storage or an image may start: first in its declaration. */
+#if defined(__cplusplus)
+#define CHAINCELL_ALIGNED alignas(16)
+#elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
+#define CHAINCELL_ALIGNED _Alignas(16)
+#else
+#define CHAINCELL_ALIGNED __attribute__((aligned(16)))
+#endif
+
+/* Whether a pointer is aligned for a tissue's storage and for an image. */
+#define CHAINCELL_IS_ALIGNED(pointer) ((uintptr_t)(pointer) % CHAINCELL_ALIGN == 0)
+
+/* Bytes of storage for a tissue of so many cells, contact cells and hats: at least what
+ * chaincell_tissue_size says, for use where a constant must stand:
+ *
+ *   CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 0)];
+ *
+ * Enough for every scheme but rkl2; for schemes that need less or more CHAINCELL_TISSUE_BYTES_OF
+ * takes one of the CHAINCELL_CELL_BYTES_ numbers, and 0 hats for all but track. */
+#define CHAINCELL_TISSUE_BYTES(cells, contacts, hats) \
+    CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, hats)
+#define CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, hats) \
+    (CHAINCELL_TISSUE_BYTES_FIXED + CHAINCELL_TISSUE_WORDS_FIXED * sizeof(void *) + \
+     (size_t)(cell_bytes) * (size_t)(cells) + (size_t)16 * (size_t)(contacts) + \
+     ((size_t)2 * (size_t)(contacts) + 15) / 16 * 16 + \
+     ((size_t)(hats) + 7) / 8 * (6 + (size_t)2 * (size_t)(contacts)) * 32)
+
+
+/**
+ * Version of this interface: major 65,536, minor 256, patch 1.
+ */
+#define CHAINCELL_VERSION 256
+
+/**
+ * Alignment of a tissue's storage [bytes].
+ */
+#define CHAINCELL_ALIGN 16
+
+/**
+ * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
+ * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
+ */
+#define CHAINCELL_TISSUE_BYTES_FIXED 2432
+
+/**
+ * Those words.
+ */
+#define CHAINCELL_TISSUE_WORDS_FIXED 80
+
+/**
+ * Bytes a cell under track and rkl1.
+ */
+#define CHAINCELL_CELL_BYTES_TRACK 64
+
+/**
+ * Bytes a cell under euler.
+ */
+#define CHAINCELL_CELL_BYTES_EULER 32
+
+/**
+ * Bytes a cell under rkl2, the most of all schemes.
+ */
+#define CHAINCELL_CELL_BYTES_RKL2 80
+
+/**
+ * Bytes a cell under gauss-seidel.
+ */
+#define CHAINCELL_CELL_BYTES_GAUSS_SEIDEL 16
+
+/**
+ * Words of a `chaincell_model`.
+ */
+#define CHAINCELL_MODEL_WORDS 96
+
+/**
+ * The tool's motion was shortened, by the step limit or by the energy limit.
+ */
+#define CHAINCELL_FLAG_MOTION_CLAMPED 1
+
+/**
+ * A bad sample: the last good one stands in, or the safe state is on.
+ */
+#define CHAINCELL_FLAG_BAD_SAMPLE 2
+
+/**
+ * The force was shortened to the limit in force.
+ */
+#define CHAINCELL_FLAG_FORCE_CLAMPED 8
+
+/**
+ * Safe state: the force is zero and the cells stay as they are.
+ */
+#define CHAINCELL_FLAG_SAFE_STATE 16
+
+/**
+ * The links' bands are closed (unloading).
+ */
+#define CHAINCELL_FLAG_BAND_CLOSED 32
+
+/**
+ * A pass was discarded by the energy guard.
+ */
+#define CHAINCELL_FLAG_ROLLED_BACK 64
+
+/**
+ * What a call came to: 0 when all is well, negative when it was refused.
+ *
+ * A number never changes its meaning; `chaincell_code_text` says it in words.
+ */
+enum chaincell_code
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Done.
+     */
+    CHAINCELL_CODE_OK = 0,
+    /**
+     * A pointer is null.
+     */
+    CHAINCELL_CODE_NULL = -1,
+    /**
+     * A pointer does not have the alignment of what it points to.
+     */
+    CHAINCELL_CODE_MISALIGNED = -2,
+    /**
+     * The storage is too small: `needed` and `available` bytes.
+     */
+    CHAINCELL_CODE_STORAGE = -3,
+    /**
+     * No model or tissue stands there: initialise it first.
+     */
+    CHAINCELL_CODE_NOT_INITIALISED = -4,
+    /**
+     * No such scheme.
+     */
+    CHAINCELL_CODE_SCHEME = -5,
+    /**
+     * A number is out of its range: `available` is the largest admitted one.
+     */
+    CHAINCELL_CODE_RANGE = -6,
+    /**
+     * No cell has this input id: `position` in the list.
+     */
+    CHAINCELL_CODE_UNKNOWN_ID = -7,
+    /**
+     * The image does not start at a multiple of 16.
+     */
+    CHAINCELL_CODE_MODEL_MISALIGNED = -20,
+    /**
+     * The image ends before it is complete.
+     */
+    CHAINCELL_CODE_MODEL_TRUNCATED = -21,
+    /**
+     * The first bytes are not those of a model image.
+     */
+    CHAINCELL_CODE_MODEL_MAGIC = -22,
+    /**
+     * The image has format `available`, this library reads `needed`.
+     */
+    CHAINCELL_CODE_MODEL_VERSION = -23,
+    /**
+     * The checksum does not match: the bytes were changed after the bake.
+     */
+    CHAINCELL_CODE_MODEL_CHECKSUM = -24,
+    /**
+     * The header or the section table contradicts itself.
+     */
+    CHAINCELL_CODE_MODEL_LAYOUT = -25,
+    /**
+     * A required section is missing: `section`.
+     */
+    CHAINCELL_CODE_MODEL_MISSING = -26,
+    /**
+     * A section has a version that this library does not read: `section`.
+     */
+    CHAINCELL_CODE_MODEL_SECTION_VERSION = -27,
+    /**
+     * A section has the wrong size: `section`.
+     */
+    CHAINCELL_CODE_MODEL_SECTION_SIZE = -28,
+    /**
+     * A scalar of the body is out of range: `position` is its word.
+     */
+    CHAINCELL_CODE_MODEL_PARAMETER = -29,
+    /**
+     * An index is out of range or order: `section`, `position`.
+     */
+    CHAINCELL_CODE_MODEL_INDEX = -30,
+    /**
+     * A number is not finite or out of range: `section`, `position`.
+     */
+    CHAINCELL_CODE_MODEL_VALUE = -31,
+    /**
+     * `sweeps` is not in 1 to 65,535.
+     */
+    CHAINCELL_CODE_SETTINGS_SWEEPS = -40,
+    /**
+     * `step` is not above 0 and at most `limit`, the model's proven bound.
+     */
+    CHAINCELL_CODE_SETTINGS_STEP = -41,
+    /**
+     * `tick_time` is not positive and finite.
+     */
+    CHAINCELL_CODE_SETTINGS_TICK_TIME = -42,
+    /**
+     * `max_tool_step_m` is not positive and finite.
+     */
+    CHAINCELL_CODE_SETTINGS_MAX_TOOL_STEP = -43,
+    /**
+     * `max_force_n` is not positive.
+     */
+    CHAINCELL_CODE_SETTINGS_MAX_FORCE = -44,
+    /**
+     * `unloading` is none of its three values.
+     */
+    CHAINCELL_CODE_SETTINGS_UNLOADING = -45,
+    /**
+     * The tissue has too few cells for the model: `needed`, `available`.
+     */
+    CHAINCELL_CODE_RESET_CAPACITY = -60,
+    /**
+     * The tissue has too little room for the model's hats: `needed`, `available` octets.
+     */
+    CHAINCELL_CODE_RESET_HATS = -61,
+    /**
+     * The scheme goes by colours, and the model has none: bake it with `--colours`.
+     */
+    CHAINCELL_CODE_RESET_COLOURS = -62,
+    /**
+     * The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
+     */
+    CHAINCELL_CODE_FLOAT_FLUSH_TO_ZERO = -63,
+    /**
+     * The thread's arithmetic does not round to nearest.
+     */
+    CHAINCELL_CODE_FLOAT_ROUNDING = -64,
+    /**
+     * The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
+     */
+    CHAINCELL_CODE_RESET_RANGE = -65,
+    /**
+     * More contact cells than the tissue has room for: `needed`, `available`.
+     */
+    CHAINCELL_CODE_CONTACT_CAPACITY = -80,
+    /**
+     * The contact cell is not in the model: `position` in the list.
+     */
+    CHAINCELL_CODE_CONTACT_UNKNOWN = -81,
+    /**
+     * The contact cell is fixed: `position` in the list.
+     */
+    CHAINCELL_CODE_CONTACT_FIXED = -82,
+    /**
+     * The contact cell stands twice: `position` in the list of the second stand.
+     */
+    CHAINCELL_CODE_CONTACT_REPEATED = -83,
+    /**
+     * The tissue belongs to another model.
+     */
+    CHAINCELL_CODE_CONTACT_MODEL = -84,
+    /**
+     * Too little room to hold that many cells against the hats: `needed`, `available` octets.
+     */
+    CHAINCELL_CODE_CONTACT_HATS = -85,
+    /**
+     * The tool is engaged: cells change hands only while it is not.
+     */
+    CHAINCELL_CODE_CONTACT_ENGAGED = -86,
+    /**
+     * The tissue belongs to another model.
+     */
+    CHAINCELL_CODE_STATE_MODEL = -100,
+    /**
+     * More or fewer positions than cells: `needed`, `available`.
+     */
+    CHAINCELL_CODE_STATE_COUNT = -101,
+    /**
+     * A coordinate is not finite or too large: `position` is its cell.
+     */
+    CHAINCELL_CODE_STATE_POSITION = -102,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_code chaincell_code;
+#else
+typedef int32_t chaincell_code;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * The scheme that moves the network.
+ */
+enum chaincell_scheme
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Follows the equilibrium: conjugate directions under an energy guard, with the model's hats.
+     */
+    CHAINCELL_SCHEME_TRACK = 0,
+    /**
+     * One explicit step of common size a sweep: relaxation in time, 32 bytes a cell.
+     */
+    CHAINCELL_SCHEME_EULER = 1,
+    /**
+     * Runge-Kutta-Legendre super-steps of first order: robust relaxation over `tick_time`.
+     */
+    CHAINCELL_SCHEME_RKL1 = 2,
+    /**
+     * The same of second order: the trajectory in time beyond the bound of euler.
+     */
+    CHAINCELL_SCHEME_RKL2 = 3,
+    /**
+     * Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
+     */
+    CHAINCELL_SCHEME_GAUSS_SEIDEL = 4,
+    /**
+     * Track in fixed point, for targets without an FPU; without hats.
+     */
+    CHAINCELL_SCHEME_TRACK_FIXED = 5,
+    /**
+     * Euler in fixed point.
+     */
+    CHAINCELL_SCHEME_EULER_FIXED = 6,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_scheme chaincell_scheme;
+#else
+typedef int32_t chaincell_scheme;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * When the links' bands close to their rest lengths.
+ */
+enum chaincell_unloading
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Never.
+     */
+    CHAINCELL_UNLOADING_OFF = 0,
+    /**
+     * From the tool's release until it takes hold again.
+     */
+    CHAINCELL_UNLOADING_RELEASE = 1,
+    /**
+     * As release, and while the tool has come back by more than a tenth of a mean link length
+     * from its deepest point, until it passes that.
+     */
+    CHAINCELL_UNLOADING_RETREAT = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_unloading chaincell_unloading;
+#else
+typedef int32_t chaincell_unloading;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A body in storage of the caller's. It may be moved and copied byte by byte to storage of the
+ * same alignment.
+ */
+typedef struct chaincell_tissue chaincell_tissue;
+
+/**
+ * Storage of a validated model. Its content is nobody's business; it may be copied.
+ *
+ * The model refers to its image, which stays where it is, unchanged, for as long as the model or
+ * a tissue made from it is in use.
+ */
+typedef struct chaincell_model {
+    /**
+     * Not for use.
+     */
+    size_t opaque[CHAINCELL_MODEL_WORDS];
+} chaincell_model;
+
+/**
+ * Where and by how much a call was refused; what a code does not name is 0.
+ */
+typedef struct chaincell_detail {
+    /**
+     * Section of the image, a number as in the kernel's `image::kind`.
+     */
+    uint32_t section;
+    /**
+     * Position in the section, in the list or among the cells.
+     */
+    uint32_t position;
+    /**
+     * What is needed, in the code's own unit.
+     */
+    size_t needed;
+    /**
+     * What is there, in the same unit.
+     */
+    size_t available;
+    /**
+     * Largest admitted value [dimensionless time].
+     */
+    float limit;
+} chaincell_detail;
+
+/**
+ * What a model says of itself.
+ */
+typedef struct chaincell_info {
+    /**
+     * Number of cells.
+     */
+    uint32_t cells;
+    /**
+     * Number of links.
+     */
+    uint32_t links;
+    /**
+     * Number of hats of the coarse level, 0 without one.
+     */
+    uint32_t hats;
+    /**
+     * Number of colours, 0 where the bake stored none; gauss-seidel needs them.
+     */
+    uint32_t colours;
+    /**
+     * Number of fixed cells.
+     */
+    uint32_t fixed;
+    /**
+     * Number of connected parts.
+     */
+    uint32_t parts;
+    /**
+     * Number of nodes of the input's numbering: input ids lie below it.
+     */
+    uint32_t input_nodes;
+    /**
+     * Checksum of the image; it tells models apart.
+     */
+    uint32_t checksum;
+    /**
+     * Mean link length, the unit of internal positions [m].
+     */
+    float unit_m;
+    /**
+     * The body's centre, origin of internal positions [m].
+     */
+    float centre_m[3];
+    /**
+     * Stiffness of a link of weight 1 [N/m].
+     */
+    float stiffness_n_per_m;
+    /**
+     * Half-width of the links' band [rest lengths]; the mean where links differ.
+     */
+    float alpha;
+    /**
+     * Largest proven step of euler [dimensionless time].
+     */
+    float step_max;
+    /**
+     * Largest energy that a tool may load into the body [J].
+     */
+    float energy_max_j;
+} chaincell_info;
+
+/**
+ * Parameters of a run.
+ */
+typedef struct chaincell_settings {
+    /**
+     * Sweeps a tick, 1 to 65,535.
+     */
+    uint32_t sweeps;
+    /**
+     * When the bands close, one of `chaincell_unloading`.
+     */
+    int32_t unloading;
+    /**
+     * Common step of euler a sweep, at most the model's `step_max` [dimensionless time].
+     */
+    float step;
+    /**
+     * Time that rkl1 and rkl2 advance a tick [dimensionless time].
+     */
+    float tick_time;
+    /**
+     * Largest motion of the contact cells a tick [m].
+     */
+    float max_tool_step_m;
+    /**
+     * Largest magnitude of the force; infinite means no limit [N].
+     */
+    float max_force_n;
+} chaincell_settings;
+
+/**
+ * One tool sample.
+ *
+ * Any bits are admitted: a sample that is not finite, or whose `engaged` is neither 0 nor 1, is
+ * answered by the rule for bad samples.
+ */
+typedef struct chaincell_sample {
+    /**
+     * Tool position in the frame of the input mesh [m].
+     */
+    float position_m[3];
+    /**
+     * 1 while the tool holds the contact cells, else 0.
+     */
+    uint32_t engaged;
+} chaincell_sample;
+
+/**
+ * What one tick answers. It describes the state after the last update.
+ */
+typedef struct chaincell_output {
+    /**
+     * Force of the tissue on the tool [N].
+     */
+    float force_n[3];
+    /**
+     * Certified level: an upper bound of the elastic energy of the published state [J].
+     */
+    float energy_j;
+    /**
+     * Number of cells the tool holds.
+     */
+    uint32_t contacts;
+    /**
+     * What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
+     */
+    uint32_t flags;
+} chaincell_output;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Version of the library, to compare with `CHAINCELL_VERSION` of the header.
+ */
+uint32_t chaincell_version(void);
+
+/**
+ * A code in words, for logs: a string that is always there. Never null, whatever the number.
+ */
+const char *chaincell_code_text(int32_t code);
+
+/**
+ * Validates a model image in place. Cost: a checksum and about two sweeps, once; no memory.
+ *
+ * `image` starts at a multiple of 16, has `bytes` bytes, and stays there unchanged for as long as
+ * the model or a tissue made from it is in use. Unless the answer is 0 the storage holds no model
+ * afterwards. `detail` may be null.
+ *
+ * Safety
+ * `model` is storage for a model, `image` has `bytes` bytes, `detail` is null or storage.
+ */
+chaincell_code chaincell_model_init(struct chaincell_model *model,
+                                    const void *image,
+                                    size_t bytes,
+                                    struct chaincell_detail *detail);
+
+/**
+ * What the model says of itself.
+ *
+ * Safety
+ * `model` is storage for a model, `info` storage for the answer.
+ */
+chaincell_code chaincell_model_info(const struct chaincell_model *model,
+                                    struct chaincell_info *info);
+
+/**
+ * The cell of an input id: its place in arrays of positions. Looks through all cells.
+ *
+ * Safety
+ * `model` is storage for a model, `cell` storage for the answer.
+ */
+chaincell_code chaincell_model_cell(const struct chaincell_model *model,
+                                    uint32_t input_id,
+                                    uint32_t *cell);
+
+/**
+ * The input id of a cell, the other way round.
+ *
+ * Safety
+ * `model` is storage for a model, `input_id` storage for the answer.
+ */
+chaincell_code chaincell_model_input_id(const struct chaincell_model *model,
+                                        uint32_t cell,
+                                        uint32_t *input_id);
+
+/**
+ * The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the
+ * step bound, for rkl1 and rkl2 the time that 4 sweeps cover, one mean link length a tick,
+ * unloading on release, no force limit.
+ *
+ * Safety
+ * `model` is storage for a model, `settings` storage for the answer.
+ */
+chaincell_code chaincell_settings_default(const struct chaincell_model *model,
+                                          int32_t scheme,
+                                          struct chaincell_settings *settings);
+
+/**
+ * Whether the settings fit the model; else the first that does not. `detail` may be null.
+ *
+ * Safety
+ * `model` is storage for a model, `settings` are settings, `detail` is null or storage.
+ */
+chaincell_code chaincell_settings_check(const struct chaincell_model *model,
+                                        const struct chaincell_settings *settings,
+                                        struct chaincell_detail *detail);
+
+/**
+ * Alignment of a tissue's storage, `CHAINCELL_ALIGN` [bytes].
+ */
+size_t chaincell_tissue_align(void);
+
+/**
+ * Bytes of a tissue for models of up to so many cells and hats, of whose cells a tool may hold up
+ * to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to 65,535,
+ * more contacts than cells, more than 1,024 hats).
+ */
+size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, uint32_t hats);
+
+/**
+ * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
+ *
+ * `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
+ * `chaincell_tissue_size` for the model; what stood there is lost. `scheme` is one of
+ * `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
+ * settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
+ *
+ * Safety
+ * `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they
+ * overlap the other arguments or the image; `model` is storage for a model, `settings` are
+ * settings, `tissue` is storage for an address, `detail` is null or storage.
+ */
+chaincell_code chaincell_tissue_init(void *storage,
+                                     size_t bytes,
+                                     const struct chaincell_model *model,
+                                     int32_t scheme,
+                                     uint32_t contacts,
+                                     const struct chaincell_settings *settings,
+                                     struct chaincell_tissue **tissue,
+                                     struct chaincell_detail *detail);
+
+/**
+ * Back to rest: the tool released, no contact cells chosen.
+ *
+ * Refused where the calling thread's arithmetic is not IEEE 754 to nearest; the body then stays
+ * as it is. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
+ * storage.
+ */
+chaincell_code chaincell_tissue_reset(struct chaincell_tissue *tissue,
+                                      struct chaincell_detail *detail);
+
+/**
+ * Changes the settings from the next tick on; the body stays as it is. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `settings` are
+ * settings, `detail` is null or storage.
+ */
+chaincell_code chaincell_change_settings(struct chaincell_tissue *tissue,
+                                         const struct chaincell_settings *settings,
+                                         struct chaincell_detail *detail);
+
+/**
+ * Chooses the cells that the tool holds while engaged: `count` input ids in any order, none
+ * fixed, none twice. None at all is a choice too. A refused choice leaves the old one.
+ *
+ * Looks through all cells for each id: not for a tick. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `input_ids` are
+ * `count` ids, `detail` is null or storage.
+ */
+chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
+                                         const uint32_t *input_ids,
+                                         size_t count,
+                                         struct chaincell_detail *detail);
+
+/**
+ * One tick: infallible with good pointers, and with a constant number of link passes whatever the
+ * sample says. Bad samples are held for up to 10 ticks, then the safe state answers.
+ *
+ * Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
+ * `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `sample` is a sample,
+ * `output` storage for the answer.
+ */
+chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
+                              const struct chaincell_sample *sample,
+                              struct chaincell_output *output);
+
+/**
+ * The state hash: 64 bits over the published positions of all cells, the same on every target.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `hash` is storage
+ * for the answer.
+ */
+chaincell_code chaincell_state_hash(const struct chaincell_tissue *tissue, uint64_t *hash);
+
+/**
+ * Published position of the cell of an input id, in the frame of the input mesh [m]. Looks
+ * through all cells for the id.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
+ * storage for the answer.
+ */
+chaincell_code chaincell_position(const struct chaincell_tissue *tissue,
+                                  uint32_t input_id,
+                                  float (*position_m)[3]);
+
+/**
+ * Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)
+ * [mean link lengths from the body's centre]: bit by bit what `chaincell_set_positions` takes.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `positions` has room
+ * for 3 `cells` numbers.
+ */
+chaincell_code chaincell_positions(const struct chaincell_tissue *tissue,
+                                   float *positions,
+                                   size_t cells);
+
+/**
+ * Puts every cell, fixed ones too, at a position, without motion and with the tool released; the
+ * contact cells stay chosen. Order and unit are those of `chaincell_positions`. A refused state
+ * changes nothing. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `positions` are 3
+ * `cells` numbers, `detail` is null or storage.
+ */
+chaincell_code chaincell_set_positions(struct chaincell_tissue *tissue,
+                                       const float *positions,
+                                       size_t cells,
+                                       struct chaincell_detail *detail);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* CHAINCELL_H */

@@ -1,0 +1,324 @@
+//! Result codes: what was refused and why, stable numbers for C.
+
+use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::float_env::FloatEnvironmentError;
+use chaincell_kernel::image::{FORMAT_VERSION, kind};
+use chaincell_kernel::{ModelError, ResetError, SettingsError, StateError};
+use core::ffi::CStr;
+
+/// What a call came to: 0 when all is well, negative when it was refused.
+///
+/// A number never changes its meaning; `chaincell_code_text` says it in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Code {
+    /// Done.
+    Ok = 0,
+    /// A pointer is null.
+    Null = -1,
+    /// A pointer does not have the alignment of what it points to.
+    Misaligned = -2,
+    /// The storage is too small: `needed` and `available` bytes.
+    Storage = -3,
+    /// No model or tissue stands there: initialise it first.
+    NotInitialised = -4,
+    /// No such scheme.
+    Scheme = -5,
+    /// A number is out of its range: `available` is the largest admitted one.
+    Range = -6,
+    /// No cell has this input id: `position` in the list.
+    UnknownId = -7,
+    /// The image does not start at a multiple of 16.
+    ModelMisaligned = -20,
+    /// The image ends before it is complete.
+    ModelTruncated = -21,
+    /// The first bytes are not those of a model image.
+    ModelMagic = -22,
+    /// The image has format `available`, this library reads `needed`.
+    ModelVersion = -23,
+    /// The checksum does not match: the bytes were changed after the bake.
+    ModelChecksum = -24,
+    /// The header or the section table contradicts itself.
+    ModelLayout = -25,
+    /// A required section is missing: `section`.
+    ModelMissing = -26,
+    /// A section has a version that this library does not read: `section`.
+    ModelSectionVersion = -27,
+    /// A section has the wrong size: `section`.
+    ModelSectionSize = -28,
+    /// A scalar of the body is out of range: `position` is its word.
+    ModelParameter = -29,
+    /// An index is out of range or order: `section`, `position`.
+    ModelIndex = -30,
+    /// A number is not finite or out of range: `section`, `position`.
+    ModelValue = -31,
+    /// `sweeps` is not in 1 to 65,535.
+    SettingsSweeps = -40,
+    /// `step` is not above 0 and at most `limit`, the model's proven bound.
+    SettingsStep = -41,
+    /// `tick_time` is not positive and finite.
+    SettingsTickTime = -42,
+    /// `max_tool_step_m` is not positive and finite.
+    SettingsMaxToolStep = -43,
+    /// `max_force_n` is not positive.
+    SettingsMaxForce = -44,
+    /// `unloading` is none of its three values.
+    SettingsUnloading = -45,
+    /// The tissue has too few cells for the model: `needed`, `available`.
+    ResetCapacity = -60,
+    /// The tissue has too little room for the model's hats: `needed`, `available` octets.
+    ResetHats = -61,
+    /// The scheme goes by colours, and the model has none: bake it with `--colours`.
+    ResetColours = -62,
+    /// The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
+    FloatFlushToZero = -63,
+    /// The thread's arithmetic does not round to nearest.
+    FloatRounding = -64,
+    /// The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
+    ResetRange = -65,
+    /// More contact cells than the tissue has room for: `needed`, `available`.
+    ContactCapacity = -80,
+    /// The contact cell is not in the model: `position` in the list.
+    ContactUnknown = -81,
+    /// The contact cell is fixed: `position` in the list.
+    ContactFixed = -82,
+    /// The contact cell stands twice: `position` in the list of the second stand.
+    ContactRepeated = -83,
+    /// The tissue belongs to another model.
+    ContactModel = -84,
+    /// Too little room to hold that many cells against the hats: `needed`, `available` octets.
+    ContactHats = -85,
+    /// The tool is engaged: cells change hands only while it is not.
+    ContactEngaged = -86,
+    /// The tissue belongs to another model.
+    StateModel = -100,
+    /// More or fewer positions than cells: `needed`, `available`.
+    StateCount = -101,
+    /// A coordinate is not finite or too large: `position` is its cell.
+    StatePosition = -102,
+}
+
+impl Code {
+    /// Every code, in descending order.
+    pub(crate) const ALL: [Self; 42] = [
+        Self::Ok,
+        Self::Null,
+        Self::Misaligned,
+        Self::Storage,
+        Self::NotInitialised,
+        Self::Scheme,
+        Self::Range,
+        Self::UnknownId,
+        Self::ModelMisaligned,
+        Self::ModelTruncated,
+        Self::ModelMagic,
+        Self::ModelVersion,
+        Self::ModelChecksum,
+        Self::ModelLayout,
+        Self::ModelMissing,
+        Self::ModelSectionVersion,
+        Self::ModelSectionSize,
+        Self::ModelParameter,
+        Self::ModelIndex,
+        Self::ModelValue,
+        Self::SettingsSweeps,
+        Self::SettingsStep,
+        Self::SettingsTickTime,
+        Self::SettingsMaxToolStep,
+        Self::SettingsMaxForce,
+        Self::SettingsUnloading,
+        Self::ResetCapacity,
+        Self::ResetHats,
+        Self::ResetColours,
+        Self::FloatFlushToZero,
+        Self::FloatRounding,
+        Self::ResetRange,
+        Self::ContactCapacity,
+        Self::ContactUnknown,
+        Self::ContactFixed,
+        Self::ContactRepeated,
+        Self::ContactModel,
+        Self::ContactHats,
+        Self::ContactEngaged,
+        Self::StateModel,
+        Self::StateCount,
+        Self::StatePosition,
+    ];
+
+    /// The code in words, with the remedy.
+    #[must_use]
+    pub fn text(self) -> &'static CStr {
+        match self {
+            Self::Ok => c"ok",
+            Self::Null => c"a pointer is null",
+            Self::Misaligned => {
+                c"a pointer is misaligned: tissue storage starts at a multiple of 16"
+            }
+            Self::Storage => c"the storage is too small: ask chaincell_tissue_size",
+            Self::NotInitialised => c"no model or tissue stands there: initialise it first",
+            Self::Scheme => c"no such scheme: see chaincell_scheme",
+            Self::Range => c"a number is out of its range",
+            Self::UnknownId => c"no cell has this input id",
+            Self::ModelMisaligned => c"the image does not start at a multiple of 16 bytes",
+            Self::ModelTruncated => c"the image is truncated: copy or bake it again",
+            Self::ModelMagic => c"not a chaincell model: bake one with `chaincell bake`",
+            Self::ModelVersion => c"the image has another format version: bake it again",
+            Self::ModelChecksum => c"the image's checksum does not match: copy or bake it again",
+            Self::ModelLayout => c"the image's section table contradicts itself: bake it again",
+            Self::ModelMissing => c"a section of the image is missing: bake it again",
+            Self::ModelSectionVersion => c"a section has an unknown version: bake the model again",
+            Self::ModelSectionSize => c"a section of the image has the wrong size: bake it again",
+            Self::ModelParameter => c"a parameter of the image is out of range: bake it again",
+            Self::ModelIndex => c"an index of the image is out of range or order: bake it again",
+            Self::ModelValue => c"a value of the image is out of range: bake it again",
+            Self::SettingsSweeps => c"sweeps must be 1 to 65535",
+            Self::SettingsStep => c"step must be above 0 and at most the model's bound, step_max",
+            Self::SettingsTickTime => c"tick_time must be positive and finite",
+            Self::SettingsMaxToolStep => c"max_tool_step_m must be positive and finite",
+            Self::SettingsMaxForce => c"max_force_n must be positive",
+            Self::SettingsUnloading => c"unloading is none of chaincell_unloading",
+            Self::ResetCapacity => c"the model has more cells than the tissue",
+            Self::ResetHats => c"too little room for the model's hats: bake with --hats none",
+            Self::ResetColours => c"the model has no colours: bake it with --colours",
+            Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
+            Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
+            Self::ResetRange => c"the model leaves the range of fixed point: bake it otherwise",
+            Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
+            Self::ContactUnknown => c"a contact cell is not in the model",
+            Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
+            Self::ContactRepeated => c"a contact cell stands twice in the list",
+            Self::ContactModel => c"the tissue belongs to another model: initialise it again",
+            Self::ContactHats => c"too little room to hold these cells against the hats",
+            Self::ContactEngaged => c"the tool is engaged: release it first",
+            Self::StateModel => c"the tissue belongs to another model: initialise it again",
+            Self::StateCount => c"there must be one position for each cell",
+            Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
+        }
+    }
+}
+
+/// Where and by how much a call was refused; what a code does not name is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Detail {
+    /// Section of the image, a number as in the kernel's `image::kind`.
+    pub section: u32,
+    /// Position in the section, in the list or among the cells.
+    pub position: u32,
+    /// What is needed, in the code's own unit.
+    pub needed: usize,
+    /// What is there, in the same unit.
+    pub available: usize,
+    /// Largest admitted value \[dimensionless time\].
+    pub limit: f32,
+}
+
+/// A code with its detail.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refusal {
+    /// What was refused.
+    pub code: Code,
+    /// Where, and by how much.
+    pub detail: Detail,
+}
+
+impl Refusal {
+    pub(crate) fn sizes(code: Code, needed: usize, available: usize) -> Self {
+        Self { code, detail: Detail { needed, available, ..Detail::default() } }
+    }
+
+    pub(crate) fn position(code: Code, position: usize) -> Self {
+        let position = u32::try_from(position).unwrap_or(u32::MAX);
+        Self { code, detail: Detail { position, ..Detail::default() } }
+    }
+
+    fn section(code: Code, section: u32, position: u32) -> Self {
+        Self { code, detail: Detail { section, position, ..Detail::default() } }
+    }
+}
+
+impl From<Code> for Refusal {
+    fn from(code: Code) -> Self {
+        Self { code, detail: Detail::default() }
+    }
+}
+
+impl From<ModelError> for Refusal {
+    fn from(why: ModelError) -> Self {
+        match why {
+            ModelError::Misaligned => Code::ModelMisaligned.into(),
+            ModelError::Truncated => Code::ModelTruncated.into(),
+            ModelError::Magic => Code::ModelMagic.into(),
+            ModelError::Version(found) => {
+                Self::sizes(Code::ModelVersion, FORMAT_VERSION as usize, found as usize)
+            }
+            ModelError::Checksum => Code::ModelChecksum.into(),
+            ModelError::Layout => Code::ModelLayout.into(),
+            ModelError::Missing(kind) => Self::section(Code::ModelMissing, kind, 0),
+            ModelError::SectionVersion(kind) => Self::section(Code::ModelSectionVersion, kind, 0),
+            ModelError::SectionSize(kind) => Self::section(Code::ModelSectionSize, kind, 0),
+            ModelError::Parameter(word) => Self::section(Code::ModelParameter, kind::PARAMS, word),
+            ModelError::Index(kind, at) => Self::section(Code::ModelIndex, kind, at),
+            ModelError::Value(kind, at) => Self::section(Code::ModelValue, kind, at),
+        }
+    }
+}
+
+impl From<SettingsError> for Refusal {
+    fn from(why: SettingsError) -> Self {
+        match why {
+            SettingsError::Sweeps => Code::SettingsSweeps.into(),
+            SettingsError::Step { max } => Self {
+                code: Code::SettingsStep,
+                detail: Detail { limit: max, ..Detail::default() },
+            },
+            SettingsError::TickTime => Code::SettingsTickTime.into(),
+            SettingsError::MaxToolStep => Code::SettingsMaxToolStep.into(),
+            SettingsError::MaxForce => Code::SettingsMaxForce.into(),
+        }
+    }
+}
+
+impl From<ResetError> for Refusal {
+    fn from(why: ResetError) -> Self {
+        match why {
+            ResetError::Capacity { needed, capacity } => {
+                Self::sizes(Code::ResetCapacity, needed, capacity)
+            }
+            ResetError::Hats { needed, room } => Self::sizes(Code::ResetHats, needed, room),
+            ResetError::Colours => Code::ResetColours.into(),
+            ResetError::Range(why) => Self {
+                code: Code::ResetRange,
+                detail: Detail { limit: why.limit(), ..Detail::default() },
+            },
+            ResetError::Float(FloatEnvironmentError::FlushToZero) => Code::FloatFlushToZero.into(),
+            ResetError::Float(FloatEnvironmentError::Rounding) => Code::FloatRounding.into(),
+        }
+    }
+}
+
+impl From<ContactError> for Refusal {
+    fn from(why: ContactError) -> Self {
+        match why {
+            ContactError::Capacity { needed, capacity } => {
+                Self::sizes(Code::ContactCapacity, needed, capacity)
+            }
+            ContactError::Unknown(at) => Self::position(Code::ContactUnknown, at),
+            ContactError::Fixed(at) => Self::position(Code::ContactFixed, at),
+            ContactError::Order(at) => Self::position(Code::ContactRepeated, at),
+            ContactError::Model => Code::ContactModel.into(),
+            ContactError::Hats { needed, room } => Self::sizes(Code::ContactHats, needed, room),
+            ContactError::Engaged => Code::ContactEngaged.into(),
+        }
+    }
+}
+
+impl From<StateError> for Refusal {
+    fn from(why: StateError) -> Self {
+        match why {
+            StateError::Model => Code::StateModel.into(),
+            StateError::Count { needed, given } => Self::sizes(Code::StateCount, needed, given),
+            StateError::Position(cell) => Self::position(Code::StatePosition, cell),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! What stands where in a tissue's storage:
+//!
+//! ```text
+//! Body<D>   tag, sizes, network, and the kernel's scalars
+//! state     one cell each
+//! residual  D::RESIDUALS cells each
+//! own       D::ARRAYS cells each
+//! room      octets for the model's hats
+//! contacts  one slot for each contact cell
+//! held      the cells of the contacts, ascending: room to sort them
+//! ```
+//!
+//! Nothing in it points into it, so a tissue may be moved and copied byte by byte.
+
+use chaincell_kernel::cell::Cell;
+use chaincell_kernel::contact::Contact;
+use chaincell_kernel::{Dynamics, Head, I8F24, Network, NumberOf, TissueMut, array_bytes};
+
+use crate::code::Code;
+use crate::memory;
+use crate::settings::Scheme;
+
+/// Alignment of a tissue's storage \[bytes\].
+pub const ALIGN: usize = 16;
+/// At most so many bytes stand before a tissue's arrays, and so many words of the size of an
+/// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
+pub const TISSUE_BYTES: usize = 2432;
+/// Those words.
+pub const TISSUE_WORDS: usize = 80;
+/// Bytes a cell under track and rkl1.
+pub const CELL_BYTES_TRACK: usize = 64;
+/// Bytes a cell under euler.
+pub const CELL_BYTES_EULER: usize = 32;
+/// Bytes a cell under rkl2, the most of all schemes.
+pub const CELL_BYTES_RKL2: usize = 80;
+/// Bytes a cell under gauss-seidel.
+pub const CELL_BYTES_GAUSS_SEIDEL: usize = 16;
+
+/// "CHti": a tissue stands in the storage.
+const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");
+
+/// Does something with the scheme's type.
+macro_rules! by_scheme {
+    ($scheme:expr, $d:ident => $work:expr) => {{
+        use chaincell_kernel::{Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Track};
+        match $scheme {
+            crate::settings::Scheme::Track => {
+                type $d = Track;
+                $work
+            }
+            crate::settings::Scheme::Euler => {
+                type $d = Euler;
+                $work
+            }
+            crate::settings::Scheme::Rkl1 => {
+                type $d = Rkl1;
+                $work
+            }
+            crate::settings::Scheme::Rkl2 => {
+                type $d = Rkl2;
+                $work
+            }
+            crate::settings::Scheme::GaussSeidel => {
+                type $d = GaussSeidel;
+                $work
+            }
+            crate::settings::Scheme::TrackFixed => {
+                type $d = Track<0, I8F24>;
+                $work
+            }
+            crate::settings::Scheme::EulerFixed => {
+                type $d = Euler<I8F24>;
+                $work
+            }
+        }
+    }};
+}
+pub(crate) use by_scheme;
+
+/// A body in storage of the caller's. It may be moved and copied byte by byte to storage of the
+/// same alignment.
+pub enum Tissue {}
+
+/// How much of everything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Sizes {
+    pub cells: usize,
+    pub contacts: usize,
+    /// Octets of room.
+    pub room: usize,
+}
+
+impl Sizes {
+    /// Bytes of a tissue of the scheme `D`.
+    pub const fn bytes<D: Dynamics>(&self) -> usize {
+        let held = (self.contacts * size_of::<u16>()).next_multiple_of(ALIGN);
+        size_of::<Body<D>>() + array_bytes::<D>(self.cells, self.contacts, self.room) + held
+    }
+}
+
+/// What is the same for every scheme.
+#[derive(Clone, Copy)]
+#[repr(C, align(16))]
+pub(crate) struct Front {
+    tag: u32,
+    scheme: Scheme,
+    sizes: Sizes,
+    network: Network<'static>,
+}
+
+/// What stands before the arrays.
+#[repr(C, align(16))]
+pub(crate) struct Body<D> {
+    front: Front,
+    head: Head<D>,
+}
+
+/// Whether what the header's macros say of a scheme holds.
+const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
+    align_of::<Body<D>>() == ALIGN
+        && size_of::<Body<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
+        && array_bytes::<D>(1, 0, 0) == cell_bytes
+}
+
+const _: () = assert!(is_as_promised::<chaincell_kernel::Track>(CELL_BYTES_TRACK));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
+const _: () = assert!(is_as_promised::<chaincell_kernel::GaussSeidel>(CELL_BYTES_GAUSS_SEIDEL));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Track<0, I8F24>>(CELL_BYTES_TRACK));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTES_EULER));
+const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
+const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
+const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
+
+/// A tissue under the scheme `D`, cut into its parts.
+pub(crate) struct Parts<'a, D: Dynamics> {
+    pub network: &'a mut Network<'static>,
+    pub tissue: TissueMut<'a, D>,
+    /// Room to sort the contact cells.
+    pub held: &'a mut [u16],
+}
+
+/// Writes an empty tissue into storage.
+///
+/// # Safety
+/// `storage` is aligned to [`ALIGN`], has [`Sizes::bytes`] bytes, and nobody else uses it.
+pub(crate) unsafe fn create<D: Dynamics>(
+    storage: *mut u8,
+    scheme: Scheme,
+    sizes: Sizes,
+    network: Network<'static>,
+) {
+    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, octets, contacts.
+    unsafe { storage.write_bytes(0, sizes.bytes::<D>()) };
+    let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
+    // SAFETY: the body stands first, and its alignment is that of the storage.
+    unsafe { storage.cast::<Body<D>>().write(Body { front, head: Head::NEW }) };
+}
+
+/// Makes sure that storage is taken for no tissue.
+///
+/// # Safety
+/// `storage` is aligned to [`ALIGN`] and has room for a [`Front`].
+pub(crate) unsafe fn clear(storage: *mut u8) {
+    // SAFETY: the tag is a plain word in that room.
+    unsafe { (&raw mut (*storage.cast::<Front>()).tag).write(0) };
+}
+
+/// What is the same for every scheme, if a tissue stands there.
+///
+/// # Safety
+/// A pointer that is not null and aligned points to storage in which a tissue was created or
+/// whose first words are readable.
+pub(crate) unsafe fn front(tissue: *const Tissue) -> Result<(Scheme, Sizes), Code> {
+    memory::check_to(tissue.cast(), ALIGN)?;
+    let front = tissue.cast::<Front>();
+    // SAFETY: the tag is a plain word at the start of the storage.
+    if unsafe { (&raw const (*front).tag).read() } != TISSUE_TAG {
+        return Err(Code::NotInitialised);
+    }
+    // SAFETY: the tag was written with the rest of the front.
+    Ok(unsafe { ((&raw const (*front).scheme).read(), (&raw const (*front).sizes).read()) })
+}
+
+/// Cuts a tissue into its parts.
+///
+/// # Safety
+/// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
+pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -> Parts<'a, D> {
+    let Sizes { cells, contacts, room } = sizes;
+    let body = tissue.cast::<Body<D>>();
+    // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
+    // alignment, with valid elements; they do not overlap.
+    unsafe {
+        let state = body.add(1).cast::<Cell<NumberOf<D>>>();
+        let residual = state.add(cells);
+        let own = residual.add(D::RESIDUALS * cells);
+        let octets = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
+        let slots = octets.add(room).cast::<Contact<NumberOf<D>>>();
+        let held = slots.add(contacts).cast::<u16>();
+        Parts {
+            network: &mut (*body).front.network,
+            tissue: TissueMut {
+                head: &mut (*body).head,
+                state: core::slice::from_raw_parts_mut(state, cells),
+                residual: core::slice::from_raw_parts_mut(residual, D::RESIDUALS * cells),
+                own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
+                room: core::slice::from_raw_parts_mut(octets, room),
+                contacts: core::slice::from_raw_parts_mut(slots, contacts),
+            },
+            held: core::slice::from_raw_parts_mut(held, contacts),
+        }
+    }
+}
+
+/// Network and states of a tissue, for reading.
+///
+/// # Safety
+/// A tissue of the scheme `D` and of these sizes stands there, and nobody writes it for `'a`.
+pub(crate) unsafe fn published<'a, D: Dynamics>(
+    tissue: *const Tissue,
+    sizes: Sizes,
+) -> (&'a Network<'static>, &'a [Cell<NumberOf<D>>]) {
+    let body = tissue.cast::<Body<D>>();
+    // SAFETY: as in parts(); the states follow the body.
+    unsafe {
+        let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);
+        (&(*body).front.network, state)
+    }
+}

@@ -1,0 +1,161 @@
+//! Schemes and the parameters of a run.
+
+use chaincell_kernel::{Model, Network, Rkl1, Rkl2, Unloading};
+
+use crate::code::{Code, Detail, Refusal};
+use crate::memory;
+use crate::model::{ModelStorage, load};
+
+/// The scheme that moves the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Scheme {
+    /// Follows the equilibrium: conjugate directions under an energy guard, with the model's hats.
+    Track = 0,
+    /// One explicit step of common size a sweep: relaxation in time, 32 bytes a cell.
+    Euler = 1,
+    /// Runge-Kutta-Legendre super-steps of first order: robust relaxation over `tick_time`.
+    Rkl1 = 2,
+    /// The same of second order: the trajectory in time beyond the bound of euler.
+    Rkl2 = 3,
+    /// Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
+    GaussSeidel = 4,
+    /// Track in fixed point, for targets without an FPU; without hats.
+    TrackFixed = 5,
+    /// Euler in fixed point.
+    EulerFixed = 6,
+}
+
+impl Scheme {
+    /// Every scheme.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Track,
+        Self::Euler,
+        Self::Rkl1,
+        Self::Rkl2,
+        Self::GaussSeidel,
+        Self::TrackFixed,
+        Self::EulerFixed,
+    ];
+
+    /// The scheme of a number from C.
+    pub(crate) fn of(number: i32) -> Result<Self, Code> {
+        Self::ALL.into_iter().find(|&scheme| scheme as i32 == number).ok_or(Code::Scheme)
+    }
+}
+
+/// When the links' bands close to their rest lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum UnloadingMode {
+    /// Never.
+    Off = 0,
+    /// From the tool's release until it takes hold again.
+    Release = 1,
+    /// As release, and while the tool has come back by more than a tenth of a mean link length
+    /// from its deepest point, until it passes that.
+    Retreat = 2,
+}
+
+/// Parameters of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Settings {
+    /// Sweeps a tick, 1 to 65,535.
+    pub sweeps: u32,
+    /// When the bands close, one of `chaincell_unloading`.
+    pub unloading: i32,
+    /// Common step of euler a sweep, at most the model's `step_max` \[dimensionless time\].
+    pub step: f32,
+    /// Time that rkl1 and rkl2 advance a tick \[dimensionless time\].
+    pub tick_time: f32,
+    /// Largest motion of the contact cells a tick \[m\].
+    pub max_tool_step_m: f32,
+    /// Largest magnitude of the force; infinite means no limit \[N\].
+    pub max_force_n: f32,
+}
+
+impl Settings {
+    /// The defaults of a scheme: what 4 sweeps cover where it goes by the tick's time.
+    fn defaults(model: &Model<'_>, scheme: Scheme) -> Self {
+        use chaincell_kernel::Dynamics;
+        let kernel = chaincell_kernel::Settings::for_model(model);
+        let tick_time = match scheme {
+            Scheme::Rkl1 => Rkl1::tick_time(model, kernel.sweeps),
+            Scheme::Rkl2 => Rkl2::tick_time(model, kernel.sweeps),
+            _ => kernel.tick_time,
+        };
+        let unloading = match kernel.unloading {
+            Unloading::Off => UnloadingMode::Off,
+            Unloading::Release => UnloadingMode::Release,
+            Unloading::Retreat => UnloadingMode::Retreat,
+        };
+        Self {
+            sweeps: u32::from(kernel.sweeps),
+            unloading: unloading as i32,
+            step: kernel.step,
+            tick_time,
+            max_tool_step_m: kernel.max_tool_step_m,
+            max_force_n: kernel.max_force_n,
+        }
+    }
+
+    /// The network of these settings, if they fit the model.
+    pub(crate) fn network(self, model: Model<'static>) -> Result<Network<'static>, Refusal> {
+        let unloading = match self.unloading {
+            0 => Unloading::Off,
+            1 => Unloading::Release,
+            2 => Unloading::Retreat,
+            _ => return Err(Code::SettingsUnloading.into()),
+        };
+        let settings = chaincell_kernel::Settings {
+            sweeps: u16::try_from(self.sweeps).map_err(|_| Code::SettingsSweeps)?,
+            step: self.step,
+            tick_time: self.tick_time,
+            max_tool_step_m: self.max_tool_step_m,
+            unloading,
+            max_force_n: self.max_force_n,
+        };
+        Ok(Network::new(model, settings)?)
+    }
+}
+
+/// The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the
+/// step bound, for rkl1 and rkl2 the time that 4 sweeps cover, one mean link length a tick,
+/// unloading on release, no force limit.
+///
+/// # Safety
+/// `model` is storage for a model, `settings` storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_settings_default(
+    model: *const ModelStorage,
+    scheme: i32,
+    settings: *mut Settings,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { load(model) }.and_then(|model| {
+        memory::check(settings)?;
+        let value = Settings::defaults(&model, Scheme::of(scheme)?);
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(settings, value) }
+    }))
+}
+
+/// Whether the settings fit the model; else the first that does not. `detail` may be null.
+///
+/// # Safety
+/// `model` is storage for a model, `settings` are settings, `detail` is null or storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_settings_check(
+    model: *const ModelStorage,
+    settings: *const Settings,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            memory::read(settings)?.network(load(model)?)?;
+            Ok(())
+        })
+    }
+}

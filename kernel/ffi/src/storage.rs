@@ -1,0 +1,214 @@
+//! A tissue in the caller's storage: sizes, creation, reset, contacts.
+
+use chaincell_kernel::image::{CELLS_MAX, HATS_MAX};
+use chaincell_kernel::{Dynamics, hats_room};
+
+use crate::code::{Code, Detail, Refusal};
+use crate::layout::{self, ALIGN, Parts, Sizes, Tissue, by_scheme};
+use crate::memory;
+use crate::model::{ModelStorage, load};
+use crate::settings::{Scheme, Settings};
+
+/// Alignment of a tissue's storage, `CHAINCELL_ALIGN` \[bytes\].
+#[unsafe(no_mangle)]
+pub extern "C" fn chaincell_tissue_align() -> usize {
+    ALIGN
+}
+
+/// Bytes of a tissue for models of up to so many cells and hats, of whose cells a tool may hold up
+/// to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to 65,535,
+/// more contacts than cells, more than 1,024 hats).
+#[unsafe(no_mangle)]
+pub extern "C" fn chaincell_tissue_size(
+    scheme: i32,
+    cells: u32,
+    contacts: u32,
+    hats: u32,
+) -> usize {
+    let Ok(scheme) = Scheme::of(scheme) else { return 0 };
+    let (cells, contacts, hats) = (cells as usize, contacts as usize, hats as usize);
+    if !(1..=CELLS_MAX).contains(&cells) || contacts > cells || hats > HATS_MAX {
+        return 0;
+    }
+    let room = match scheme {
+        Scheme::Track => hats_room(hats, contacts),
+        _ => 0,
+    };
+    let sizes = Sizes { cells, contacts, room };
+    by_scheme!(scheme, D => sizes.bytes::<D>())
+}
+
+/// What the caller of `chaincell_tissue_init` gives.
+struct Wish {
+    storage: *mut u8,
+    bytes: usize,
+    model: *const ModelStorage,
+    scheme: i32,
+    contacts: u32,
+    settings: *const Settings,
+}
+
+/// # Safety
+/// As [`chaincell_tissue_init`].
+unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
+    memory::check_to(wish.storage, ALIGN)?;
+    // SAFETY: the caller's promises are handed on.
+    let (model, settings) = unsafe { (load(wish.model)?, memory::read(wish.settings)?) };
+    let scheme = Scheme::of(wish.scheme)?;
+    let contacts = wish.contacts as usize;
+    if contacts > model.cells() {
+        return Err(Refusal::sizes(Code::Range, contacts, model.cells()));
+    }
+    let network = settings.network(model)?;
+    by_scheme!(scheme, D => {
+        let room = D::room_octets(&model, contacts);
+        let sizes = Sizes { cells: model.cells(), contacts, room };
+        let needed = sizes.bytes::<D>();
+        if needed > wish.bytes {
+            return Err(Refusal::sizes(Code::Storage, needed, wish.bytes));
+        }
+        let tissue = wish.storage.cast();
+        // SAFETY: aligned and large enough, and the caller says that the storage is ours.
+        let Parts { network, tissue: mut body, .. } = unsafe {
+            layout::create::<D>(wish.storage, scheme, sizes, network);
+            layout::parts::<D>(tissue, sizes)
+        };
+        if let Err(why) = body.reset(network) {
+            // SAFETY: a tissue was created there just now.
+            unsafe { layout::clear(wish.storage) };
+            return Err(why.into());
+        }
+        Ok(tissue)
+    })
+}
+
+/// Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
+///
+/// `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
+/// `chaincell_tissue_size` for the model; what stood there is lost. `scheme` is one of
+/// `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
+/// settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
+///
+/// # Safety
+/// `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they
+/// overlap the other arguments or the image; `model` is storage for a model, `settings` are
+/// settings, `tissue` is storage for an address, `detail` is null or storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tissue_init(
+    storage: *mut core::ffi::c_void,
+    bytes: usize,
+    model: *const ModelStorage,
+    scheme: i32,
+    contacts: u32,
+    settings: *const Settings,
+    tissue: *mut *mut Tissue,
+    detail: *mut Detail,
+) -> Code {
+    let wish = Wish { storage: storage.cast(), bytes, model, scheme, contacts, settings };
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            memory::write(tissue, core::ptr::null_mut())?;
+            Ok(memory::write(tissue, init(&wish)?)?)
+        })
+    }
+}
+
+/// Back to rest: the tool released, no contact cells chosen.
+///
+/// Refused where the calling thread's arithmetic is not IEEE 754 to nearest; the body then stays
+/// as it is. `detail` may be null.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
+/// storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tissue_reset(tissue: *mut Tissue, detail: *mut Detail) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            by_scheme!(scheme, D => {
+                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
+                Ok(body.reset(network)?)
+            })
+        })
+    }
+}
+
+/// Changes the settings from the next tick on; the body stays as it is. `detail` may be null.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `settings` are
+/// settings, `detail` is null or storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_change_settings(
+    tissue: *mut Tissue,
+    settings: *const Settings,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            let settings = memory::read(settings)?;
+            by_scheme!(scheme, D => {
+                let Parts { network, .. } = layout::parts::<D>(tissue, sizes);
+                *network = settings.network(*network.model())?;
+            });
+            Ok(())
+        })
+    }
+}
+
+/// Finds the cells of input ids and chooses them.
+fn choose<D: Dynamics>(parts: Parts<'_, D>, input_ids: &[u32]) -> Result<(), Refusal> {
+    let Parts { network, tissue: mut body, held } = parts;
+    let (needed, room) = (input_ids.len(), held.len());
+    if needed > room {
+        return Err(Refusal::sizes(Code::ContactCapacity, needed, room));
+    }
+    let model = network.model();
+    for (at, &id) in input_ids.iter().enumerate() {
+        let Some(cell) = model.cell_of_input(id) else {
+            return Err(Refusal::position(Code::UnknownId, at));
+        };
+        if model.is_fixed(cell) {
+            return Err(Refusal::position(Code::ContactFixed, at));
+        }
+        let slot = held.iter().take(at).position(|&other| other >= cell).unwrap_or(at);
+        if slot < at && held.get(slot) == Some(&cell) {
+            return Err(Refusal::position(Code::ContactRepeated, at));
+        }
+        let mut carried = cell;
+        for place in held.iter_mut().take(at + 1).skip(slot) {
+            core::mem::swap(place, &mut carried);
+        }
+    }
+    Ok(body.choose_contacts(network, held.get(..needed).unwrap_or(&[]))?)
+}
+
+/// Chooses the cells that the tool holds while engaged: `count` input ids in any order, none
+/// fixed, none twice. None at all is a choice too. A refused choice leaves the old one.
+///
+/// Looks through all cells for each id: not for a tick. `detail` may be null.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `input_ids` are
+/// `count` ids, `detail` is null or storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_choose_contacts(
+    tissue: *mut Tissue,
+    input_ids: *const u32,
+    count: usize,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            let ids = memory::slice(input_ids, count)?;
+            by_scheme!(scheme, D => choose(layout::parts::<D>(tissue, sizes), ids))
+        })
+    }
+}

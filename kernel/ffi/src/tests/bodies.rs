@@ -1,0 +1,223 @@
+//! Bodies through the interface are the kernel's, to the last bit, however many there are.
+
+use std::vec::Vec;
+
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, Model, Network, Rkl1, Rkl2, ToolSample, Track, hats_room,
+};
+
+use super::{BOX, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
+use crate::{Code, Detail, Output, Sample, Scheme, Tissue};
+
+const TICKS: u16 = 130;
+
+/// Every output and hash of a run.
+type Run = Vec<([u32; 6], u64)>;
+
+fn bits(output: Output) -> [u32; 6] {
+    let [x, y, z] = output.force_n.map(f32::to_bits);
+    [x, y, z, output.energy_j.to_bits(), output.contacts, output.flags]
+}
+
+/// What the kernel itself does.
+fn kernels<D: Dynamics>(image: &'static [u8], ids: &[u32], sweeps: u16) -> Run {
+    let model = Model::from_bytes(image).unwrap();
+    let settings = chaincell_kernel::Settings {
+        tick_time: if D::NAME.starts_with("rkl") {
+            D::tick_time(&model, sweeps)
+        } else {
+            chaincell_kernel::Settings::for_model(&model).tick_time
+        },
+        sweeps,
+        ..chaincell_kernel::Settings::for_model(&model)
+    };
+    let network = Network::new(model, settings).unwrap();
+    let mut tissue = chaincell_kernel::Tissue::<125, D, 2>::new();
+    tissue.reset(&network).unwrap();
+    let mut held: Vec<u16> = ids.iter().map(|&id| model.cell_of_input(id).unwrap()).collect();
+    held.sort_unstable();
+    tissue.choose_contacts(&network, &held).unwrap();
+    let run = (0..TICKS).map(|at| {
+        let Sample { position_m, engaged } = sample(at);
+        let out = tissue.tick(&network, &ToolSample { position_m: position_m.into(), engaged });
+        let output = Output {
+            force_n: out.force_n.into(),
+            energy_j: out.energy_j,
+            contacts: out.contacts,
+            flags: out.flags.0,
+        };
+        (bits(output), tissue.view().state_hash(&model))
+    });
+    run.collect()
+}
+
+fn body(image: &'static [u8], scheme: Scheme, ids: &[u32]) -> Made {
+    let made = make(image, scheme, 2);
+    assert_eq!(choose(made.tissue, ids).0, Code::Ok);
+    made
+}
+
+fn step(tissue: *mut Tissue, at: u16) -> ([u32; 6], u64) {
+    let output = tick(tissue, sample(at));
+    (bits(output), hash(tissue))
+}
+
+fn alone(image: &'static [u8], scheme: Scheme, ids: &[u32]) -> Run {
+    let made = body(image, scheme, ids);
+    (0..TICKS).map(|at| step(made.tissue, at)).collect()
+}
+
+#[test]
+fn every_scheme_gives_the_kernels_bits() {
+    let ids = [69, 64];
+    type Coarse = Track<{ hats_room(27, 2) }>;
+    let runs = [
+        (Scheme::Track, kernels::<Coarse>(BOX, &ids, 4)),
+        (Scheme::Euler, kernels::<Euler>(BOX, &ids, 4)),
+        (Scheme::Rkl1, kernels::<Rkl1>(BOX, &ids, 4)),
+        (Scheme::Rkl2, kernels::<Rkl2>(BOX, &ids, 4)),
+        (Scheme::GaussSeidel, kernels::<GaussSeidel>(BOX, &ids, 4)),
+    ];
+    let ends: std::collections::BTreeSet<u64> = runs.iter().map(|(_, run)| run[40].1).collect();
+    assert_eq!(ends.len(), runs.len(), "two schemes do the same");
+    for (scheme, run) in runs {
+        assert!(run.iter().any(|(output, _)| output[2] != 0), "no force");
+        assert_eq!(alone(BOX, scheme, &ids), run, "{scheme:?}");
+    }
+    assert_eq!(alone(PLANE, Scheme::Track, &[40]), kernels::<Track>(PLANE, &[40], 4));
+}
+
+/// No state but that in the storages.
+#[test]
+fn bodies_that_take_turns_do_as_they_do_alone() {
+    let kinds = [
+        (BOX, Scheme::Track, &[64, 69][..]),
+        (PLANE, Scheme::Track, &[40]),
+        (BOX, Scheme::GaussSeidel, &[64]),
+        (BOX, Scheme::Track, &[39]),
+    ];
+    let apart = kinds.map(|(image, scheme, ids)| alone(image, scheme, ids));
+    let bodies = kinds.map(|(image, scheme, ids)| body(image, scheme, ids));
+    for at in 0..TICKS {
+        for (body, alone) in bodies.iter().zip(&apart) {
+            assert_eq!(step(body.tissue, at), alone[usize::from(at)], "tick {at}");
+        }
+    }
+}
+
+/// Reentrant: bodies on threads of their own.
+#[test]
+fn bodies_on_two_threads_do_as_they_do_alone() {
+    let apart = alone(BOX, Scheme::Track, &[64]);
+    std::thread::scope(|scope| {
+        let threads = [0, 1].map(|_| scope.spawn(|| alone(BOX, Scheme::Track, &[64])));
+        for thread in threads {
+            assert_eq!(thread.join().unwrap(), apart);
+        }
+    });
+}
+
+#[test]
+fn a_reset_body_is_a_new_one() {
+    let made = body(BOX, Scheme::Track, &[64]);
+    let rest = hash(make(BOX, Scheme::Track, 0).tissue);
+    let first: Run = (0..TICKS).map(|at| step(made.tissue, at)).collect();
+    assert_ne!(hash(made.tissue), rest);
+    let mut detail = Detail { needed: 1, ..Detail::default() };
+    assert_eq!(call!(chaincell_tissue_reset(made.tissue, &mut detail)), Code::Ok);
+    assert_eq!((hash(made.tissue), detail), (rest, Detail::default()));
+    assert_eq!(tick(made.tissue, sample(0)).contacts, 0);
+    tick(made.tissue, sample(59));
+    call!(chaincell_tissue_reset(made.tissue, core::ptr::null_mut()));
+    assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
+    assert_eq!((0..TICKS).map(|at| step(made.tissue, at)).collect::<Run>(), first);
+}
+
+/// Nothing in a tissue points into it.
+#[test]
+fn a_copied_body_goes_on_where_it_was() {
+    let made = body(BOX, Scheme::Track, &[64, 69]);
+    for at in 0..30 {
+        step(made.tissue, at);
+    }
+    let mut other = storage(made.storage.len() * 16);
+    other.copy_from_slice(&made.storage);
+    let copy = other.as_mut_ptr().cast();
+    for at in 30..TICKS {
+        assert_eq!(step(copy, at), step(made.tissue, at));
+    }
+}
+
+/// The kernel's rule: held for ten ticks, then safe.
+#[test]
+fn bad_samples_are_the_kernels_matter() {
+    let made = body(BOX, Scheme::Track, &[64]);
+    step(made.tissue, 0);
+    step(made.tissue, 10);
+    for bad in [
+        Sample { position_m: [f32::NAN, 0.0, 0.0], engaged: 1 },
+        Sample { position_m: [0.0; 3], engaged: 2 },
+    ] {
+        for _ in 0..5 {
+            let output = tick(made.tissue, bad);
+            assert!(output.flags & 2 != 0 && output.flags & 16 == 0 && output.force_n[2] != 0.0);
+        }
+    }
+    let output = tick(made.tissue, Sample { position_m: [0.0, 0.0, f32::INFINITY], engaged: 1 });
+    assert_eq!((output.force_n, output.flags & 18), ([0.0; 3], 18));
+}
+
+#[test]
+fn positions_are_the_kernels_and_go_back() {
+    let made = body(BOX, Scheme::Track, &[64]);
+    for at in 0..20 {
+        step(made.tissue, at);
+    }
+    let model = Model::from_bytes(BOX).unwrap();
+    let mut all = std::vec![0.0; 375];
+    assert_eq!(call!(chaincell_positions(made.tissue, all.as_mut_ptr(), 125)), Code::Ok);
+    for id in 0..125 {
+        let mut there = [0.0; 3];
+        assert_eq!(call!(chaincell_position(made.tissue, id, &mut there)), Code::Ok);
+        let cell = usize::from(model.cell_of_input(id).unwrap());
+        for axis in 0..3 {
+            let wanted = model.centre_m()[axis] + all[3 * cell + axis] * model.unit_m();
+            assert_eq!(there[axis].to_bits(), wanted.to_bits());
+        }
+    }
+    let mut held = [0.0; 3];
+    call!(chaincell_position(made.tissue, 64, &mut held));
+    // The tool took hold of it at the rest shape and has it 19 samples further now.
+    assert!((held[2] - (0.04 - 19.0 * 0.0006)).abs() < 1e-6, "{held:?}");
+    let other = make(BOX, Scheme::Track, 0);
+    assert_ne!(hash(other.tissue), hash(made.tissue));
+    let none = core::ptr::null_mut();
+    assert_eq!(call!(chaincell_set_positions(other.tissue, all.as_ptr(), 125, none)), Code::Ok);
+    assert_eq!(hash(other.tissue), hash(made.tissue));
+}
+
+#[test]
+fn positions_that_cannot_be_are_refused() {
+    let made = body(BOX, Scheme::Euler, &[64]);
+    let before = hash(made.tissue);
+    let mut all = std::vec![0.25; 3 * 126];
+    for wrong in [0, 124, 126, usize::MAX] {
+        let mut detail = Detail::default();
+        let code = call!(chaincell_set_positions(made.tissue, all.as_ptr(), wrong, &mut detail));
+        assert_eq!((code, detail.needed, detail.available), (Code::StateCount, 125, wrong));
+        let code = call!(chaincell_positions(made.tissue, all.as_mut_ptr(), wrong));
+        assert_eq!(code, Code::StateCount);
+    }
+    for value in [f32::NAN, f32::NEG_INFINITY, 1.1e6] {
+        all[3 * 77 + 1] = value;
+        let mut detail = Detail::default();
+        let code = call!(chaincell_set_positions(made.tissue, all.as_ptr(), 125, &mut detail));
+        assert_eq!((code, detail.position), (Code::StatePosition, 77));
+    }
+    assert_eq!(hash(made.tissue), before);
+    let mut untouched = [7.0; 3];
+    let code = call!(chaincell_position(made.tissue, 125, &mut untouched));
+    assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
+    let code = call!(chaincell_tick(made.tissue, &sample(0), &mut NO_OUTPUT.clone()));
+    assert_eq!(code, Code::Ok);
+}

@@ -1,0 +1,152 @@
+//! The numbers of the codes are a promise, and every error of the kernel has one.
+
+use std::collections::BTreeSet;
+use std::ffi::CStr;
+use std::string::String;
+use std::vec::Vec;
+
+use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::float_env::FloatEnvironmentError;
+use chaincell_kernel::{ModelError, RangeError, ResetError, SettingsError, StateError};
+
+use super::call;
+use crate::code::Refusal;
+use crate::{Code, Detail, VERSION, chaincell_code_text, chaincell_version};
+
+fn text(code: i32) -> String {
+    let text = chaincell_code_text(code);
+    assert!(!text.is_null());
+    // SAFETY: the function promises a string that is always there.
+    unsafe { CStr::from_ptr(text) }.to_str().unwrap().into()
+}
+
+#[test]
+fn numbers_do_not_change() {
+    let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
+    let promised = (0..=7).chain(20..=31).chain(40..=45).chain(60..=65).chain(80..=86);
+    let promised: Vec<i32> = promised.chain(100..=102).map(|number: i32| -number).collect();
+    assert_eq!(numbers, promised);
+    let named = [
+        (Code::Null, -1),
+        (Code::UnknownId, -7),
+        (Code::ModelMisaligned, -20),
+        (Code::ModelValue, -31),
+        (Code::SettingsSweeps, -40),
+        (Code::SettingsUnloading, -45),
+        (Code::ResetCapacity, -60),
+        (Code::FloatRounding, -64),
+        (Code::ContactCapacity, -80),
+        (Code::ContactEngaged, -86),
+        (Code::StatePosition, -102),
+    ];
+    assert!(named.iter().all(|&(code, number)| code as i32 == number));
+}
+
+#[test]
+fn every_code_has_words_of_its_own() {
+    let texts: BTreeSet<String> = Code::ALL.iter().map(|&code| text(code as i32)).collect();
+    // Two codes say that a tissue is of another model.
+    assert_eq!(texts.len(), Code::ALL.len() - 1);
+    assert_eq!(text(0), "ok");
+    for unknown in [1, -8, -103, i32::MIN, i32::MAX] {
+        assert_eq!(text(unknown), "unknown code");
+    }
+}
+
+#[test]
+fn the_version_is_that_of_the_package() {
+    let parts = [
+        env!("CARGO_PKG_VERSION_MAJOR"),
+        env!("CARGO_PKG_VERSION_MINOR"),
+        env!("CARGO_PKG_VERSION_PATCH"),
+    ];
+    let [major, minor, patch] = parts.map(|part| part.parse::<u32>().unwrap());
+    assert_eq!(VERSION, major << 16 | minor << 8 | patch);
+    assert_eq!(chaincell_version(), VERSION);
+}
+
+fn at(section: u32, position: u32) -> Detail {
+    Detail { section, position, ..Detail::default() }
+}
+
+fn sizes(needed: usize, available: usize) -> Detail {
+    Detail { needed, available, ..Detail::default() }
+}
+
+#[track_caller]
+fn becomes(why: impl Into<Refusal>, code: Code, detail: Detail) {
+    assert_eq!(why.into(), Refusal { code, detail });
+}
+
+#[test]
+fn every_error_of_the_kernel_keeps_what_it_names() {
+    let none = Detail::default();
+    becomes(ModelError::Misaligned, Code::ModelMisaligned, none);
+    becomes(ModelError::Truncated, Code::ModelTruncated, none);
+    becomes(ModelError::Magic, Code::ModelMagic, none);
+    becomes(ModelError::Version(7), Code::ModelVersion, sizes(1, 7));
+    becomes(ModelError::Checksum, Code::ModelChecksum, none);
+    becomes(ModelError::Layout, Code::ModelLayout, none);
+    becomes(ModelError::Missing(4), Code::ModelMissing, at(4, 0));
+    becomes(ModelError::SectionVersion(5), Code::ModelSectionVersion, at(5, 0));
+    becomes(ModelError::SectionSize(6), Code::ModelSectionSize, at(6, 0));
+    becomes(ModelError::Parameter(9), Code::ModelParameter, at(1, 9));
+    becomes(ModelError::Index(4, 17), Code::ModelIndex, at(4, 17));
+    becomes(ModelError::Value(2, 18), Code::ModelValue, at(2, 18));
+    becomes(SettingsError::Sweeps, Code::SettingsSweeps, none);
+    let limit = Detail { limit: 0.25, ..none };
+    becomes(SettingsError::Step { max: 0.25 }, Code::SettingsStep, limit);
+    becomes(SettingsError::TickTime, Code::SettingsTickTime, none);
+    becomes(SettingsError::MaxToolStep, Code::SettingsMaxToolStep, none);
+    becomes(SettingsError::MaxForce, Code::SettingsMaxForce, none);
+    let capacity = ResetError::Capacity { needed: 81, capacity: 80 };
+    becomes(capacity, Code::ResetCapacity, sizes(81, 80));
+    becomes(ResetError::Hats { needed: 3, room: 2 }, Code::ResetHats, sizes(3, 2));
+    becomes(ResetError::Colours, Code::ResetColours, none);
+    let [flush, rounding] = [FloatEnvironmentError::FlushToZero, FloatEnvironmentError::Rounding];
+    becomes(ResetError::Float(flush), Code::FloatFlushToZero, none);
+    becomes(ResetError::Float(rounding), Code::FloatRounding, none);
+    let range = RangeError::Saturation { k: 64.0, max: 63.0 };
+    becomes(ResetError::Range(range), Code::ResetRange, Detail { limit: 63.0, ..none });
+    let capacity = ContactError::Capacity { needed: 5, capacity: 4 };
+    becomes(capacity, Code::ContactCapacity, sizes(5, 4));
+    becomes(ContactError::Unknown(3), Code::ContactUnknown, at(0, 3));
+    becomes(ContactError::Fixed(2), Code::ContactFixed, at(0, 2));
+    becomes(ContactError::Order(1), Code::ContactRepeated, at(0, 1));
+    becomes(ContactError::Model, Code::ContactModel, none);
+    becomes(ContactError::Hats { needed: 9, room: 8 }, Code::ContactHats, sizes(9, 8));
+    becomes(ContactError::Engaged, Code::ContactEngaged, none);
+    becomes(StateError::Model, Code::StateModel, none);
+    becomes(StateError::Count { needed: 81, given: 8 }, Code::StateCount, sizes(81, 8));
+    becomes(StateError::Position(80), Code::StatePosition, at(0, 80));
+}
+
+/// Arithmetic that other libraries leave behind is refused, and the body stays as it is.
+#[cfg(target_arch = "x86_64")]
+#[test]
+#[allow(deprecated)]
+fn arithmetic_that_is_not_to_nearest_is_refused() {
+    use std::arch::x86_64::{_mm_getcsr, _mm_setcsr};
+
+    let made = super::make(super::BOX, crate::Scheme::Track, 1);
+    super::choose(made.tissue, &[64]);
+    super::tick(made.tissue, super::sample(0));
+    super::tick(made.tissue, super::sample(9));
+    let before = super::hash(made.tissue);
+    let seen = [0x8000, 0x4000].map(|bits| {
+        let mut detail = Detail { needed: 1, ..Detail::default() };
+        // SAFETY: the register is restored before anything else runs on this thread.
+        let kept = unsafe {
+            let kept = _mm_getcsr();
+            _mm_setcsr(kept | bits);
+            kept
+        };
+        let code = call!(chaincell_tissue_reset(made.tissue, &mut detail));
+        // SAFETY: as above.
+        unsafe { _mm_setcsr(kept) };
+        (code, detail)
+    });
+    let none = Detail::default();
+    assert_eq!(seen, [(Code::FloatFlushToZero, none), (Code::FloatRounding, none)]);
+    assert_eq!(super::hash(made.tissue), before);
+}

@@ -1,0 +1,144 @@
+//! The interface as C would call it, right and wrong.
+
+mod bodies;
+mod codes;
+mod contacts;
+mod images;
+mod pointers;
+mod settings;
+mod sizes;
+
+use std::vec::Vec;
+
+use chaincell_kernel::include_model;
+
+use crate::{
+    Code, Detail, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue,
+    chaincell_tissue_size,
+};
+
+/// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --colours --lean`: fits every scheme.
+static BOX: &[u8] = include_model!("../../../../tests/data/box5_colours.chaincell");
+/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats, no colours.
+static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
+
+/// Calls the interface with pointers that are good, null, or misaligned.
+macro_rules! call {
+    ($function:ident($($argument:expr),* $(,)?)) => {
+        // SAFETY: what is neither null nor misaligned points to what the function asks for.
+        unsafe { crate::$function($($argument),*) }
+    };
+}
+use call;
+
+/// Sixteen aligned bytes.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(16))]
+struct Block([u8; 16]);
+
+/// Aligned storage of at least so many bytes, not zero before it is used.
+fn storage(bytes: usize) -> Vec<Block> {
+    std::vec![Block([0xA5; 16]); bytes.div_ceil(16)]
+}
+
+/// A validated model.
+fn model_of(image: &[u8]) -> ModelStorage {
+    let mut model = ModelStorage::EMPTY;
+    let null = core::ptr::null_mut();
+    let code = call!(chaincell_model_init(&mut model, image.as_ptr().cast(), image.len(), null));
+    assert_eq!(code, Code::Ok);
+    model
+}
+
+fn info_of(model: &ModelStorage) -> Info {
+    let mut info = Info::default();
+    assert_eq!(call!(chaincell_model_info(model, &mut info)), Code::Ok);
+    info
+}
+
+fn settings_of(model: &ModelStorage, scheme: Scheme) -> Settings {
+    let mut settings = Settings {
+        sweeps: 0,
+        unloading: 0,
+        step: 0.0,
+        tick_time: 0.0,
+        max_tool_step_m: 0.0,
+        max_force_n: 0.0,
+    };
+    let code = call!(chaincell_settings_default(model, scheme as i32, &mut settings));
+    assert_eq!(code, Code::Ok);
+    settings
+}
+
+/// A tissue with its storage.
+struct Made {
+    storage: Vec<Block>,
+    tissue: *mut Tissue,
+}
+
+/// What came of an initialisation that asked for these.
+fn try_make(
+    image: &[u8],
+    scheme: i32,
+    contacts: u32,
+    change: impl FnOnce(&mut Settings),
+) -> (Code, Detail, Made) {
+    let model = model_of(image);
+    let info = info_of(&model);
+    let mut settings = settings_of(&model, Scheme::Track);
+    change(&mut settings);
+    let bytes = chaincell_tissue_size(scheme, info.cells, contacts, info.hats);
+    let mut storage = storage(bytes.max(16));
+    let mut detail = Detail::default();
+    let mut tissue = core::ptr::null_mut();
+    let code = call!(chaincell_tissue_init(
+        storage.as_mut_ptr().cast(),
+        bytes,
+        &model,
+        scheme,
+        contacts,
+        &settings,
+        &mut tissue,
+        &mut detail,
+    ));
+    (code, detail, Made { storage, tissue })
+}
+
+/// A tissue at rest.
+fn make(image: &[u8], scheme: Scheme, contacts: u32) -> Made {
+    let defaults = settings_of(&model_of(image), scheme);
+    let (code, _, made) = try_make(image, scheme as i32, contacts, |s| *s = defaults);
+    assert_eq!(code, Code::Ok);
+    assert_eq!(made.tissue.cast_const().cast(), made.storage.as_ptr());
+    made
+}
+
+/// One press, drag and release after the other.
+fn sample(tick: u16) -> Sample {
+    let at = f32::from(tick % 60);
+    Sample {
+        position_m: [0.0002 * at, 0.0001 * at, -0.0006 * at],
+        engaged: u32::from(tick % 60 < 45),
+    }
+}
+
+const NO_OUTPUT: Output =
+    Output { force_n: [f32::NAN; 3], energy_j: f32::NAN, contacts: 99, flags: 99 };
+
+fn tick(tissue: *mut Tissue, sample: Sample) -> Output {
+    let mut output = NO_OUTPUT;
+    assert_eq!(call!(chaincell_tick(tissue, &sample, &mut output)), Code::Ok);
+    output
+}
+
+fn hash(tissue: *const Tissue) -> u64 {
+    let mut hash = 0;
+    assert_eq!(call!(chaincell_state_hash(tissue, &mut hash)), Code::Ok);
+    hash
+}
+
+fn choose(tissue: *mut Tissue, ids: &[u32]) -> (Code, Detail) {
+    let mut detail = Detail::default();
+    let code = call!(chaincell_choose_contacts(tissue, ids.as_ptr(), ids.len(), &mut detail));
+    (code, detail)
+}

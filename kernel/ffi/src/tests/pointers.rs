@@ -1,0 +1,203 @@
+//! Every pointer of every function: null and misaligned.
+
+use super::{BOX, NO_OUTPUT, call, hash, make, model_of, sample, settings_of, storage};
+use crate::{
+    Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue,
+};
+
+/// Null and, inside aligned memory, one byte beyond.
+fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
+    let beyond = good.cast_mut().wrapping_byte_add(1);
+    [(core::ptr::null_mut(), Code::Null), (beyond, Code::Misaligned)]
+}
+
+#[test]
+fn of_the_model() {
+    let mut model = model_of(BOX);
+    let (mut info, mut word) = (Info::default(), 7);
+    let detail = &mut Detail::default();
+    let image = BOX.as_ptr().cast();
+    for (bad, code) in bad(&model) {
+        assert_eq!(call!(chaincell_model_init(bad, image, BOX.len(), detail)), code);
+        assert_eq!(call!(chaincell_model_info(bad, &mut info)), code);
+        assert_eq!(call!(chaincell_model_cell(bad, 0, &mut word)), code);
+        assert_eq!(call!(chaincell_model_input_id(bad, 0, &mut word)), code);
+        let mut settings = settings_of(&model, Scheme::Track);
+        assert_eq!(call!(chaincell_settings_default(bad, 0, &mut settings)), code);
+        assert_eq!(call!(chaincell_settings_check(bad, &settings, detail)), code);
+    }
+    for (bad, code) in bad(&info) {
+        assert_eq!(call!(chaincell_model_info(&model, bad)), code);
+    }
+    for (bad, code) in bad(&word) {
+        assert_eq!(call!(chaincell_model_cell(&model, 0, bad)), code);
+        assert_eq!(call!(chaincell_model_input_id(&model, 0, bad)), code);
+    }
+    let settings = settings_of(&model, Scheme::Track);
+    for (bad, code) in bad(&settings) {
+        assert_eq!(call!(chaincell_settings_default(&model, 0, bad)), code);
+        assert_eq!(call!(chaincell_settings_check(&model, bad, detail)), code);
+    }
+    let [_, (misaligned, code)] = bad(detail);
+    assert_eq!(call!(chaincell_settings_check(&model, &settings, misaligned)), code);
+    assert_eq!(call!(chaincell_model_init(&mut model, image, BOX.len(), misaligned)), code);
+    let null = core::ptr::null();
+    assert_eq!(call!(chaincell_model_init(&mut model, null, BOX.len(), detail)), Code::Null);
+    assert_eq!(call!(chaincell_model_info(&model, &mut info)), Code::NotInitialised);
+}
+
+#[test]
+fn of_the_initialisation() {
+    let model = model_of(BOX);
+    let settings = settings_of(&model, Scheme::Track);
+    let mut storage = storage(1 << 16);
+    let there = storage.as_mut_ptr().cast::<Tissue>();
+    let init = |storage: *mut Tissue, model, settings, detail| {
+        let (bytes, mut tissue) = (1 << 16, core::ptr::dangling_mut());
+        #[rustfmt::skip]
+        let code = call!(chaincell_tissue_init(
+            storage.cast(), bytes, model, 0, 1, settings, &mut tissue, detail
+        ));
+        (code, tissue)
+    };
+    let none = core::ptr::null_mut();
+    assert_eq!(init(there, &model, &settings, none), (Code::Ok, there));
+    for (bad, code) in bad(there) {
+        assert_eq!(init(bad, &model, &settings, none), (code, none.cast()));
+    }
+    let eight = there.wrapping_byte_add(8);
+    assert_eq!(init(eight, &model, &settings, none), (Code::Misaligned, none.cast()));
+    for (bad, code) in bad(&model) {
+        assert_eq!(init(there, bad, &settings, none), (code, none.cast()));
+    }
+    for (bad, code) in bad(&settings) {
+        assert_eq!(init(there, &model, bad, none), (code, none.cast()));
+    }
+    let [_, (misaligned, code)] = bad(&Detail::default());
+    assert_eq!(init(there, &model, &settings, misaligned).0, code);
+    let mut tissue = there;
+    for (bad, code) in bad(&raw mut tissue) {
+        #[rustfmt::skip]
+        let got = call!(chaincell_tissue_init(
+            there.cast(), 1 << 16, &model, 0, 1, &settings, bad, none
+        ));
+        assert_eq!(got, code);
+    }
+}
+
+/// What every function says of a tissue that is none.
+fn all(tissue: *mut Tissue) -> [Code; 8] {
+    let settings = settings_of(&model_of(BOX), Scheme::Track);
+    let (ids, mut numbers, mut position, mut word) = ([64], [0.0; 375], [0.0; 3], 0);
+    let none = core::ptr::null_mut();
+    [
+        call!(chaincell_tissue_reset(tissue, none)),
+        call!(chaincell_change_settings(tissue, &settings, none)),
+        call!(chaincell_choose_contacts(tissue, ids.as_ptr(), 1, none)),
+        call!(chaincell_tick(tissue, &sample(0), &mut NO_OUTPUT.clone())),
+        call!(chaincell_state_hash(tissue, &mut word)),
+        call!(chaincell_position(tissue, 64, &mut position)),
+        call!(chaincell_positions(tissue, numbers.as_mut_ptr(), 125)),
+        call!(chaincell_set_positions(tissue, numbers.as_ptr(), 125, none)),
+    ]
+}
+
+#[test]
+fn of_the_tissue() {
+    let made = make(BOX, Scheme::Track, 1);
+    for (bad, code) in bad(made.tissue) {
+        assert_eq!(all(bad), [code; 8]);
+    }
+    assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 8]);
+    // Within the storage, at its alignment: no tissue begins there.
+    assert_eq!(all(made.tissue.wrapping_byte_add(16)), [Code::NotInitialised; 8]);
+    assert_eq!(all(made.tissue), [Code::Ok; 8]);
+}
+
+/// The calls in a wrong order: storage that no call has filled, and one object for the other.
+#[test]
+fn what_was_not_initialised_is_refused() {
+    let mut zeros = [super::Block([0; 16]); 400];
+    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 8]);
+    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 8]);
+    let mut info = Info::default();
+    let empty = ModelStorage::EMPTY;
+    assert_eq!(call!(chaincell_model_info(&empty, &mut info)), Code::NotInitialised);
+    let made = make(BOX, Scheme::Track, 1);
+    let not_a_model = made.tissue.cast();
+    assert_eq!(call!(chaincell_model_info(not_a_model, &mut info)), Code::NotInitialised);
+    #[repr(align(16))]
+    struct Aligned(ModelStorage);
+    let mut model = Aligned(model_of(BOX));
+    let not_a_tissue = (&raw mut model.0).cast();
+    assert_eq!(call!(chaincell_state_hash(not_a_tissue, &mut 0)), Code::NotInitialised);
+}
+
+#[test]
+fn of_the_answers() {
+    let made = make(BOX, Scheme::Track, 1);
+    let (word, position, numbers) = (0_u64, [0.0_f32; 3], [0.0_f32; 375]);
+    let (ids, none) = ([64_u32; 2], core::ptr::null_mut());
+    let settings = settings_of(&model_of(BOX), Scheme::Track);
+    let before = hash(made.tissue);
+    for (bad, code) in bad(&word) {
+        assert_eq!(call!(chaincell_state_hash(made.tissue, bad)), code);
+    }
+    for (bad, code) in bad(&position) {
+        assert_eq!(call!(chaincell_position(made.tissue, 64, bad)), code);
+    }
+    for (bad, code) in bad(numbers.as_ptr()) {
+        assert_eq!(call!(chaincell_positions(made.tissue, bad, 125)), code);
+        assert_eq!(call!(chaincell_set_positions(made.tissue, bad, 125, none)), code);
+    }
+    for (bad, code) in bad(&settings) {
+        assert_eq!(call!(chaincell_change_settings(made.tissue, bad, none)), code);
+    }
+    for (bad, code) in bad(ids.as_ptr()) {
+        assert_eq!(call!(chaincell_choose_contacts(made.tissue, bad, 1, none)), code);
+        assert_eq!(call!(chaincell_choose_contacts(made.tissue, bad, 0, none)), Code::Ok);
+    }
+    let huge = call!(chaincell_choose_contacts(made.tissue, ids.as_ptr(), usize::MAX, none));
+    assert_eq!(huge, Code::Range);
+    let [_, (misaligned, code)] = bad(&Detail::default());
+    assert_eq!(call!(chaincell_tissue_reset(made.tissue, misaligned)), code);
+    assert_eq!(call!(chaincell_change_settings(made.tissue, &settings, misaligned)), code);
+    assert_eq!(call!(chaincell_choose_contacts(made.tissue, ids.as_ptr(), 1, misaligned)), code);
+    let set = call!(chaincell_set_positions(made.tissue, numbers.as_ptr(), 125, misaligned));
+    assert_eq!(set, code);
+    assert_eq!(hash(made.tissue), before);
+}
+
+/// A tick that cannot be leaves a force of zero behind, not an old one.
+#[test]
+fn of_the_tick() {
+    let made = make(BOX, Scheme::Track, 1);
+    let good = sample(0);
+    let safe = Output { force_n: [0.0; 3], energy_j: 0.0, contacts: 0, flags: FLAG_SAFE_STATE };
+    let tick = |tissue, sample: *const Sample| {
+        let mut output = NO_OUTPUT;
+        (call!(chaincell_tick(tissue, sample, &mut output)), output)
+    };
+    for (bad, code) in bad(made.tissue) {
+        assert_eq!(tick(bad, &good), (code, safe));
+    }
+    for (bad, code) in bad(&good) {
+        assert_eq!(tick(made.tissue, bad), (code, safe));
+    }
+    let output = NO_OUTPUT;
+    for (bad, code) in bad(&output) {
+        assert_eq!(call!(chaincell_tick(made.tissue, &good, bad)), code);
+    }
+    // None of them was a tick: the first one takes hold at its own position.
+    super::choose(made.tissue, &[64]);
+    let (code, output) = tick(made.tissue, &sample(20));
+    assert_eq!((code, output.force_n, output.contacts), (Code::Ok, [0.0; 3], 1));
+}
+
+#[test]
+fn null_asks_for_no_detail() {
+    let model = model_of(BOX);
+    let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
+    let none = core::ptr::null_mut();
+    assert_eq!(call!(chaincell_settings_check(&model, &settings, none)), Code::SettingsSweeps);
+}

@@ -1,0 +1,101 @@
+//! Settings: the kernel's defaults, and each one out of range.
+
+use chaincell_kernel::{Dynamics, Model, Rkl1, Rkl2};
+
+use super::{BOX, call, choose, hash, make, model_of, sample, settings_of, tick, try_make};
+use crate::{Code, Detail, Scheme, Settings, UnloadingMode};
+
+#[test]
+fn the_defaults_are_the_kernels() {
+    let (storage, model) = (model_of(BOX), Model::from_bytes(BOX).unwrap());
+    let kernel = chaincell_kernel::Settings::for_model(&model);
+    for scheme in Scheme::ALL {
+        let tick_time = match scheme {
+            Scheme::Rkl1 => Rkl1::tick_time(&model, 4),
+            Scheme::Rkl2 => Rkl2::tick_time(&model, 4),
+            _ => kernel.tick_time,
+        };
+        let wanted = Settings {
+            sweeps: 4,
+            unloading: UnloadingMode::Release as i32,
+            step: kernel.step,
+            tick_time,
+            max_tool_step_m: model.unit_m(),
+            max_force_n: f32::INFINITY,
+        };
+        let settings = settings_of(&storage, scheme);
+        assert_eq!(settings, wanted);
+        let mut detail = Detail { needed: 1, ..Detail::default() };
+        let code = call!(chaincell_settings_check(&storage, &settings, &mut detail));
+        assert_eq!((code, detail), (Code::Ok, Detail::default()));
+    }
+}
+
+/// Checked by the check, at the initialisation, and when settings change.
+#[track_caller]
+fn refused(change: fn(&mut Settings), wanted: Code) {
+    let model = model_of(BOX);
+    let mut settings = settings_of(&model, Scheme::Track);
+    change(&mut settings);
+    let limit = if wanted == Code::SettingsStep { 1.0 / 9.0 } else { 0.0 };
+    let mut detail = Detail::default();
+    assert_eq!(call!(chaincell_settings_check(&model, &settings, &mut detail)), wanted);
+    assert_eq!(detail, Detail { limit, ..Detail::default() });
+    let (code, detail, made) = try_make(BOX, 0, 1, change);
+    assert_eq!((code, detail.limit, made.tissue.is_null()), (wanted, limit, true));
+    let made = make(BOX, Scheme::Track, 1);
+    let mut detail = Detail::default();
+    assert_eq!(call!(chaincell_change_settings(made.tissue, &settings, &mut detail)), wanted);
+    assert_eq!(detail.limit, limit);
+}
+
+#[test]
+fn every_setting_out_of_range_is_named() {
+    refused(|s| s.sweeps = 0, Code::SettingsSweeps);
+    refused(|s| s.sweeps = 65_537, Code::SettingsSweeps);
+    refused(|s| s.unloading = 3, Code::SettingsUnloading);
+    refused(|s| s.unloading = -1, Code::SettingsUnloading);
+    refused(|s| s.step = 0.12, Code::SettingsStep);
+    refused(|s| s.step = f32::NAN, Code::SettingsStep);
+    refused(|s| s.tick_time = 0.0, Code::SettingsTickTime);
+    refused(|s| s.max_tool_step_m = f32::INFINITY, Code::SettingsMaxToolStep);
+    refused(|s| s.max_force_n = -1.0, Code::SettingsMaxForce);
+}
+
+/// Changed settings count from the next tick on, refused ones never.
+#[test]
+fn settings_change_under_way() {
+    let run = |sweeps: Option<u32>| {
+        let made = make(BOX, Scheme::Track, 1);
+        assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
+        let mut settings = settings_of(&model_of(BOX), Scheme::Track);
+        [0, 1, 2, 3].map(|at| {
+            if let (2, Some(sweeps)) = (at, sweeps) {
+                settings.sweeps = sweeps;
+                let null = core::ptr::null_mut();
+                call!(chaincell_change_settings(made.tissue, &settings, null));
+            }
+            tick(made.tissue, sample(10 * at));
+            hash(made.tissue)
+        })
+    };
+    let (plain, refused, changed) = (run(None), run(Some(0)), run(Some(9)));
+    assert_eq!(plain, refused);
+    assert_eq!(plain[..2], changed[..2]);
+    assert!(plain[2] != changed[2] && plain[3] != changed[3]);
+}
+
+/// All three ways of unloading reach the kernel.
+#[test]
+fn unloading_is_what_was_asked_for() {
+    let flags = [UnloadingMode::Off, UnloadingMode::Release, UnloadingMode::Retreat].map(|mode| {
+        let (code, _, made) = try_make(BOX, 0, 1, |s| s.unloading = mode as i32);
+        assert_eq!((code, choose(made.tissue, &[64]).0), (Code::Ok, Code::Ok));
+        // Down, back, and let go.
+        let ticks = [0, 10, 20, 30, 40, 2, 59];
+        ticks.map(|at| tick(made.tissue, sample(at)).flags & crate::FLAG_BAND_CLOSED != 0)
+    });
+    assert_eq!(flags[0], [false; 7]);
+    assert_eq!(flags[1], [false, false, false, false, false, false, true]);
+    assert_eq!(flags[2], [false, false, false, false, false, true, true]);
+}

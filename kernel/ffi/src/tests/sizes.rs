@@ -1,0 +1,136 @@
+//! Sizes, storage that is too small, and arguments out of range.
+
+use chaincell_kernel::{Dynamics, Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Tissue, Track, hats_room};
+
+use super::{BOX, PLANE, call, info_of, make, model_of, settings_of, storage, try_make};
+use crate::{
+    ALIGN, Code, Detail, Scheme, TISSUE_BYTES, TISSUE_WORDS, chaincell_tissue_align,
+    chaincell_tissue_size,
+};
+
+fn size(scheme: Scheme, cells: u32, contacts: u32, hats: u32) -> usize {
+    chaincell_tissue_size(scheme as i32, cells, contacts, hats)
+}
+
+/// Where storage begins to be enough, and that one byte less is refused with both numbers.
+#[test]
+fn the_size_is_exactly_what_a_body_needs() {
+    for (image, contacts) in [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9)] {
+        for scheme in Scheme::ALL {
+            if image == PLANE && scheme == Scheme::GaussSeidel {
+                continue;
+            }
+            let model = model_of(image);
+            let (info, settings) = (info_of(&model), settings_of(&model, scheme));
+            let bytes = size(scheme, info.cells, contacts, info.hats);
+            let mut storage = storage(bytes);
+            let mut init = |bytes: usize| {
+                let (mut tissue, mut detail) = (core::ptr::dangling_mut(), Detail::default());
+                let code = call!(chaincell_tissue_init(
+                    storage.as_mut_ptr().cast(),
+                    bytes,
+                    &model,
+                    scheme as i32,
+                    contacts,
+                    &settings,
+                    &mut tissue,
+                    &mut detail,
+                ));
+                (code, (detail.needed, detail.available), tissue.is_null())
+            };
+            assert_eq!(init(bytes - 1), (Code::Storage, (bytes, bytes - 1), true));
+            assert_eq!(init(0), (Code::Storage, (bytes, 0), true));
+            assert_eq!(init(bytes), (Code::Ok, (0, 0), false));
+        }
+    }
+}
+
+/// The interface's own part of the memory stays within what the header's macro says.
+#[test]
+fn a_body_takes_what_the_kernels_own_takes_and_little_more() {
+    fn check<D: Dynamics, const HATS: usize>(scheme: Scheme) {
+        let own = Tissue::<800, D, 8>::RAM_BYTES;
+        let here = size(scheme, 800, 8, HATS as u32);
+        assert!(here > own && here - own < 1024, "{}: {own}, here {here}", D::NAME);
+    }
+    check::<Track<{ hats_room(100, 8) }>, 100>(Scheme::Track);
+    check::<Track, 0>(Scheme::Track);
+    check::<Euler, 0>(Scheme::Euler);
+    check::<Rkl1, 0>(Scheme::Rkl1);
+    check::<Rkl2, 0>(Scheme::Rkl2);
+    check::<GaussSeidel, 0>(Scheme::GaussSeidel);
+    check::<Track<0, I8F24>, 0>(Scheme::TrackFixed);
+    check::<Euler<I8F24>, 0>(Scheme::EulerFixed);
+    let bound = TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>();
+    let most = Scheme::ALL.map(|scheme| size(scheme, 1, 0, 0)).into_iter().max().unwrap();
+    assert!(most <= bound + 80, "{most} bytes of {bound}");
+}
+
+#[test]
+fn hats_count_for_the_scheme_that_has_them() {
+    assert_eq!(
+        size(Scheme::Track, 500, 2, 400) - size(Scheme::Track, 500, 2, 0),
+        hats_room(400, 2) * 32
+    );
+    assert_eq!(size(Scheme::Euler, 500, 2, 400), size(Scheme::Euler, 500, 2, 0));
+}
+
+#[test]
+fn what_is_out_of_range_has_no_size() {
+    assert_eq!(chaincell_tissue_align(), ALIGN);
+    for scheme in Scheme::ALL {
+        assert!(size(scheme, 65_535, 65_535, 1024).is_multiple_of(ALIGN));
+        assert!(size(scheme, 1, 1, 0) > 2000);
+        for (cells, contacts, hats) in [(0, 0, 0), (65_536, 0, 0), (5, 6, 0), (5, 5, 1025)] {
+            assert_eq!(size(scheme, cells, contacts, hats), 0);
+        }
+        assert_eq!(size(scheme, u32::MAX, u32::MAX, u32::MAX), 0);
+    }
+    for scheme in [-1, 7, i32::MIN, i32::MAX] {
+        assert_eq!(chaincell_tissue_size(scheme, 10, 1, 0), 0);
+    }
+}
+
+#[test]
+fn schemes_and_contacts_that_do_not_fit_are_refused() {
+    for scheme in [-1, 7, i32::MIN, i32::MAX] {
+        let (code, _, made) = try_make(BOX, scheme, 1, |_| {});
+        assert_eq!((code, made.tissue.is_null()), (Code::Scheme, true));
+        let model = model_of(BOX);
+        let mut settings = settings_of(&model, Scheme::Track);
+        assert_eq!(call!(chaincell_settings_default(&model, scheme, &mut settings)), Code::Scheme);
+    }
+    let (code, detail, made) = try_make(BOX, 0, 126, |_| {});
+    assert_eq!((code, detail.needed, detail.available), (Code::Range, 126, 125));
+    assert!(made.tissue.is_null());
+}
+
+/// A failed initialisation leaves no tissue behind.
+#[test]
+fn a_model_without_colours_is_not_for_gauss_seidel() {
+    let (code, detail, mut made) = try_make(PLANE, Scheme::GaussSeidel as i32, 1, |_| {});
+    assert_eq!((code, detail), (Code::ResetColours, Detail::default()));
+    assert!(made.tissue.is_null());
+    let there = made.storage.as_mut_ptr().cast();
+    assert_eq!(call!(chaincell_tissue_reset(there, &mut Detail::default())), Code::NotInitialised);
+}
+
+/// One storage for one body after the other, of any scheme that fits.
+#[test]
+fn storage_can_be_used_again() {
+    let mut made = make(BOX, Scheme::Rkl2, 2);
+    let model = model_of(PLANE);
+    let settings = settings_of(&model, Scheme::Euler);
+    let code = call!(chaincell_tissue_init(
+        made.storage.as_mut_ptr().cast(),
+        made.storage.len() * 16,
+        &model,
+        Scheme::Euler as i32,
+        2,
+        &settings,
+        &mut made.tissue,
+        &mut Detail::default(),
+    ));
+    assert_eq!(code, Code::Ok);
+    assert_eq!(super::hash(made.tissue), super::hash(make(PLANE, Scheme::Track, 0).tissue));
+}

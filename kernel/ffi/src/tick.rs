@@ -1,0 +1,227 @@
+//! The tick, and what can be read from a body and written into it.
+
+use chaincell_kernel::cell::{Cell, output, single};
+use chaincell_kernel::hash::state_hash;
+use chaincell_kernel::{Flags, Network, Number, ToolSample};
+
+use crate::code::{Code, Detail, Refusal};
+use crate::layout::{self, Parts, Tissue, by_scheme};
+use crate::memory;
+
+/// One tool sample.
+///
+/// Any bits are admitted: a sample that is not finite, or whose `engaged` is neither 0 nor 1, is
+/// answered by the rule for bad samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Sample {
+    /// Tool position in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// 1 while the tool holds the contact cells, else 0.
+    pub engaged: u32,
+}
+
+/// What one tick answers. It describes the state after the last update.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct Output {
+    /// Force of the tissue on the tool \[N\].
+    pub force_n: [f32; 3],
+    /// Certified level: an upper bound of the elastic energy of the published state \[J\].
+    pub energy_j: f32,
+    /// Number of cells the tool holds.
+    pub contacts: u32,
+    /// What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
+    pub flags: u32,
+}
+
+/// The tool's motion was shortened, by the step limit or by the energy limit.
+pub const FLAG_MOTION_CLAMPED: u32 = 1;
+/// A bad sample: the last good one stands in, or the safe state is on.
+pub const FLAG_BAD_SAMPLE: u32 = 2;
+/// The force was shortened to the limit in force.
+pub const FLAG_FORCE_CLAMPED: u32 = 8;
+/// Safe state: the force is zero and the cells stay as they are.
+pub const FLAG_SAFE_STATE: u32 = 16;
+/// The links' bands are closed (unloading).
+pub const FLAG_BAND_CLOSED: u32 = 32;
+/// A pass was discarded by the energy guard.
+pub const FLAG_ROLLED_BACK: u32 = 64;
+
+const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
+const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
+const _: () = assert!(FLAG_FORCE_CLAMPED == Flags::FORCE_CLAMPED.0);
+const _: () = assert!(FLAG_SAFE_STATE == Flags::SAFE_STATE.0);
+const _: () = assert!(FLAG_BAND_CLOSED == Flags::BAND_CLOSED.0);
+const _: () = assert!(FLAG_ROLLED_BACK == Flags::ROLLED_BACK.0);
+
+/// The answer to a call without a body.
+const SAFE: Output =
+    Output { force_n: [0.0; 3], energy_j: 0.0, contacts: 0, flags: FLAG_SAFE_STATE };
+
+/// # Safety
+/// As [`chaincell_tick`].
+unsafe fn tick(tissue: *mut Tissue, sample: *const Sample) -> Result<Output, Code> {
+    // SAFETY: the caller's promises are handed on.
+    let ((scheme, sizes), sample) = unsafe { (layout::front(tissue)?, memory::read(sample)?) };
+    let sample = ToolSample { position_m: sample.position_m.into(), engaged: sample.engaged };
+    let answer = by_scheme!(scheme, D => {
+        // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+        let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
+        body.tick(network, &sample)
+    });
+    Ok(Output {
+        force_n: answer.force_n.into(),
+        energy_j: answer.energy_j,
+        contacts: answer.contacts,
+        flags: answer.flags.0,
+    })
+}
+
+/// One tick: infallible with good pointers, and with a constant number of link passes whatever the
+/// sample says. Bad samples are held for up to 10 ticks, then the safe state answers.
+///
+/// Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
+/// `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `sample` is a sample,
+/// `output` storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick(
+    tissue: *mut Tissue,
+    sample: *const Sample,
+    output: *mut Output,
+) -> Code {
+    if let Err(code) = memory::check(output) {
+        return code;
+    }
+    // SAFETY: the caller's promises are handed on.
+    let (code, answer) = match unsafe { tick(tissue, sample) } {
+        Ok(answer) => (Code::Ok, answer),
+        Err(code) => (code, SAFE),
+    };
+    // SAFETY: checked above, and the caller says that it is storage.
+    unsafe { output.write(answer) };
+    code
+}
+
+/// Output of a state in single precision.
+fn published<N: Number>(network: &Network<'_>, v: &Cell<N>) -> [f32; 3] {
+    single(output(v.xyz(), N::from_single(network.model().saturation())))
+}
+
+/// The state hash: 64 bits over the published positions of all cells, the same on every target.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `hash` is storage
+/// for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut u64) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
+        memory::check(hash)?;
+        // SAFETY: a tissue of this scheme stands there, and nobody writes it.
+        let value = unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                state_hash(state, network.model().saturation())
+            })
+        };
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(hash, value) }
+    }))
+}
+
+/// Published position of the cell of an input id, in the frame of the input mesh \[m\]. Looks
+/// through all cells for the id.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
+/// storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_position(
+    tissue: *const Tissue,
+    input_id: u32,
+    position_m: *mut [f32; 3],
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
+        memory::check(position_m)?;
+        // SAFETY: a tissue of this scheme stands there, and nobody writes it.
+        let (network, position) = unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                let cell = network.model().cell_of_input(input_id).ok_or(Code::UnknownId)?;
+                (network, published(network, state.get(usize::from(cell)).ok_or(Code::UnknownId)?))
+            })
+        };
+        let model = network.model();
+        let ([x, y, z], [a, b, c]) = (position, model.centre_m());
+        let unit = model.unit_m();
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(position_m, [a + x * unit, b + y * unit, c + z * unit]) }
+    }))
+}
+
+/// Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)
+/// [mean link lengths from the body's centre]: bit by bit what `chaincell_set_positions` takes.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `positions` has room
+/// for 3 `cells` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_positions(
+    tissue: *const Tissue,
+    positions: *mut f32,
+    cells: usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
+        if cells != sizes.cells {
+            return Err(Code::StateCount);
+        }
+        memory::check(positions)?;
+        // SAFETY: a tissue of this scheme stands there, and nobody writes it.
+        unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                for (cell, v) in state.iter().enumerate() {
+                    // SAFETY: the caller says that there is room for all cells.
+                    positions.cast::<[f32; 3]>().add(cell).write(published(network, v));
+                }
+            })
+        }
+        Ok(())
+    }))
+}
+
+/// Puts every cell, fixed ones too, at a position, without motion and with the tool released; the
+/// contact cells stay chosen. Order and unit are those of `chaincell_positions`. A refused state
+/// changes nothing. `detail` may be null.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `positions` are 3
+/// `cells` numbers, `detail` is null or storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_set_positions(
+    tissue: *mut Tissue,
+    positions: *const f32,
+    cells: usize,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            if cells != sizes.cells {
+                return Err(Refusal::sizes(Code::StateCount, sizes.cells, cells));
+            }
+            let positions = memory::slice(positions.cast::<[f32; 3]>(), cells)?;
+            by_scheme!(scheme, D => {
+                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
+                Ok(body.set_positions(network, positions)?)
+            })
+        })
+    }
+}

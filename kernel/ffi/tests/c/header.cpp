@@ -1,0 +1,13 @@
+// The header alone, as C++.
+#include "chaincell.h"
+
+CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(8, 1, 0)];
+
+static_assert(sizeof(chaincell_sample) == 16, "a sample is four words");
+static_assert(sizeof(chaincell_output) == 24, "an output is six words");
+static_assert(sizeof(chaincell_code) == 4, "codes are 32 bits wide");
+
+extern "C" bool usable()
+{
+    return CHAINCELL_IS_ALIGNED(storage) && chaincell_version() == CHAINCELL_VERSION;
+}

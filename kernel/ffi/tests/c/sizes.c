@@ -1,0 +1,50 @@
+/* Prints what the header's macros say of the sizes, and what the library says, side by side. */
+#include <stdio.h>
+
+#include "chaincell.h"
+
+/* The macros stand where only a constant may stand. */
+CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 48)];
+
+static void line(int32_t scheme, size_t bound, uint32_t cells, uint32_t contacts, uint32_t hats)
+{
+    printf("%d %lu %lu\n", (int)scheme, (unsigned long)bound,
+           (unsigned long)chaincell_tissue_size(scheme, cells, contacts, hats));
+}
+
+int main(void)
+{
+    static const uint32_t counts[][3] = {{1, 0, 0},      {1, 1, 1},        {512, 4, 48},
+                                         {1000, 7, 0},   {5773, 64, 367},  {5773, 65, 369},
+                                         {65535, 0, 0},  {65535, 9, 1024}, {65535, 65535, 0},
+                                         {300, 300, 100}};
+    size_t at;
+
+    if (!CHAINCELL_IS_ALIGNED(storage) || CHAINCELL_IS_ALIGNED(storage + 8)) {
+        return 1;
+    }
+    if (CHAINCELL_ALIGN != chaincell_tissue_align() || CHAINCELL_VERSION != chaincell_version()) {
+        return 2;
+    }
+    if (sizeof storage < chaincell_tissue_size(CHAINCELL_SCHEME_TRACK, 512, 4, 48)) {
+        return 3;
+    }
+    for (at = 0; at < sizeof counts / sizeof counts[0]; at++) {
+        const uint32_t cells = counts[at][0], contacts = counts[at][1], hats = counts[at][2];
+
+        line(CHAINCELL_SCHEME_TRACK, CHAINCELL_TISSUE_BYTES(cells, contacts, hats), cells, contacts,
+             hats);
+        line(CHAINCELL_SCHEME_EULER,
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, cells, contacts, 0), cells,
+             contacts, hats);
+        line(CHAINCELL_SCHEME_RKL1, CHAINCELL_TISSUE_BYTES(cells, contacts, 0), cells, contacts,
+             hats);
+        line(CHAINCELL_SCHEME_RKL2,
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_RKL2, cells, contacts, 0), cells,
+             contacts, hats);
+        line(CHAINCELL_SCHEME_GAUSS_SEIDEL,
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_GAUSS_SEIDEL, cells, contacts, 0),
+             cells, contacts, hats);
+    }
+    return 0;
+}

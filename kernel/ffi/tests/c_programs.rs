@@ -1,0 +1,170 @@
+//! C programs against the static library: they compile without a warning, and compute what the
+//! kernel computes.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use chaincell_kernel::{
+    Model, Network, Settings, Tissue, ToolSample, Track, hats_room, include_model,
+};
+use nalgebra::Vector3;
+
+static BOX: &[u8] = include_model!("../../../tests/data/box5_colours.chaincell");
+static PLANE: &[u8] = include_model!("../../../tests/data/plane9.chaincell");
+
+const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
+
+fn package() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn data(name: &str) -> PathBuf {
+    package().join("../../tests/data").join(name)
+}
+
+/// The static library as cargo builds it today; `cargo test` leaves none at a name that is known.
+fn library() -> &'static Path {
+    static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
+    LIBRARY.get_or_init(|| {
+        let mut cargo = Command::new(std::env::var_os("CARGO").expect("run by cargo test"));
+        cargo.args(["build", "--package", "chaincell-ffi", "--lib", "--locked", "--offline"]);
+        cargo.args(["--message-format", "json-render-diagnostics"]).current_dir(package());
+        if !cfg!(debug_assertions) {
+            cargo.arg("--release");
+        }
+        let built = succeed(&mut cargo);
+        let files = built.lines().flat_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).unwrap();
+            let files = message["filenames"].as_array().cloned().unwrap_or_default();
+            files.into_iter().filter_map(|file| file.as_str().map(PathBuf::from))
+        });
+        let named = |file: &PathBuf| file.ends_with("libchaincell_ffi.a");
+        files.into_iter().find(named).expect("cargo builds libchaincell_ffi.a")
+    })
+}
+
+/// Runs a command that must succeed without a word on standard error but cargo's; its output.
+fn succeed(command: &mut Command) -> String {
+    let Output { status, stdout, stderr } =
+        command.output().unwrap_or_else(|why| panic!("{command:?}: {why}"));
+    let stderr = String::from_utf8_lossy(&stderr);
+    assert!(status.success(), "{command:?}: {status}\n{stderr}");
+    String::from_utf8(stdout).unwrap()
+}
+
+fn compiler(name: &str, standard: &str) -> Command {
+    let mut command = Command::new(name);
+    command.args([standard, "-O1"]).args(WARNINGS);
+    command.arg("-I").arg(package().join("include"));
+    command
+}
+
+/// Compiles and links a C program.
+fn program(source: &str, folder: &Path) -> PathBuf {
+    let executable = folder.join("program");
+    let mut cc = compiler("cc", "-std=c99");
+    cc.arg(package().join(source)).arg(library()).args(["-lpthread", "-ldl", "-lm"]);
+    succeed(cc.arg("-o").arg(&executable));
+    executable
+}
+
+/// What `press.c` does, in Rust: the lines it prints.
+fn pressed<const ROOM: usize>(image: &'static [u8], ids: &[u32]) -> Vec<String> {
+    let model = Model::from_bytes(image).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut held: Vec<u16> = ids.iter().map(|&id| model.cell_of_input(id).unwrap()).collect();
+    held.sort_unstable();
+    let mut tissue = Tissue::<128, Track<ROOM>, 2>::new();
+    tissue.reset(&network).unwrap();
+    tissue.choose_contacts(&network, &held).unwrap();
+    let mut lines = Vec::new();
+    for tick in 0..250_u16 {
+        let position_m = Vector3::new(0.0, 0.0, -0.0001 * f32::from(tick));
+        let output =
+            tissue.tick(&network, &ToolSample { position_m, engaged: u32::from(tick < 200) });
+        if tick % 25 == 24 {
+            lines.push(format!("flags {}", output.flags.0));
+        }
+    }
+    lines.push(format!("state hash {:016x}", tissue.view().state_hash(&model)));
+    lines
+}
+
+#[test]
+fn the_example_presses_as_the_kernel_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let press = program("examples/press.c", folder.path());
+    let cases = [
+        ("box5_colours.chaincell", vec![69, 64], pressed::<{ hats_room(27, 2) }>(BOX, &[64, 69])),
+        ("plane9.chaincell", vec![40], pressed::<0>(PLANE, &[40])),
+    ];
+    for (image, ids, wanted) in cases {
+        let ids = ids.iter().map(u32::to_string);
+        let said = succeed(Command::new(&press).arg(data(image)).args(ids));
+        let lines: Vec<&str> = said.lines().collect();
+        assert_eq!(lines.len(), wanted.len() + 1, "{said}");
+        for (line, end) in lines[1..].iter().zip(&wanted) {
+            assert!(line.ends_with(end.as_str()), "{image}: `{end}` is not in\n{said}");
+        }
+        // Pressed it pushes back, let go it does not.
+        let force = |line: &str| line.split_whitespace().nth(5).unwrap().parse::<f32>().unwrap();
+        assert!(force(lines[8]) > 0.0 && force(lines[10]) == 0.0, "{said}");
+    }
+}
+
+#[test]
+fn the_example_says_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let press = program("examples/press.c", folder.path());
+    let broken = folder.path().join("broken.chaincell");
+    let mut image = std::fs::read(data("plane9.chaincell")).unwrap();
+    image[400] ^= 1;
+    std::fs::write(&broken, image).unwrap();
+    let cases = [
+        (data("no such file"), "40", "cannot read"),
+        (broken, "40", "checksum does not match: copy or bake it again (-24;"),
+        (package().join("Cargo.toml"), "40", "not a chaincell model"),
+        (data("plane9.chaincell"), "0", "a contact cell is fixed and cannot be held"),
+        (data("plane9.chaincell"), "81", "no cell has this input id (-7;"),
+    ];
+    for (image, id, wanted) in cases {
+        let output = Command::new(&press).arg(image).arg(id).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(1) && said.contains(wanted), "{wanted}: {said}");
+    }
+}
+
+/// `CHAINCELL_TISSUE_BYTES` is enough, and wastes little.
+#[test]
+fn the_headers_macros_bound_the_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = succeed(&mut Command::new(program("tests/c/sizes.c", folder.path())));
+    assert_eq!(said.lines().count(), 50);
+    for line in said.lines() {
+        let numbers: Vec<usize> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        let [_, bound, size] = numbers[..] else { panic!("{line}") };
+        assert!(size > 0 && (size..size + 512).contains(&bound), "scheme bound size: {line}");
+    }
+}
+
+#[test]
+fn the_header_stands_alone_in_every_language() {
+    let folder = tempfile::tempdir().unwrap();
+    let object = folder.path().join("object");
+    if Command::new("c++").arg("--version").output().is_err() {
+        println!("SKIPPED the header as C++: no c++");
+    } else {
+        for standard in ["-std=c++11", "-std=c++20"] {
+            let mut command = compiler("c++", standard);
+            command.arg("-c").arg(package().join("tests/c/header.cpp"));
+            succeed(command.arg("-o").arg(&object));
+        }
+    }
+    for standard in ["-std=c99", "-std=c11", "-std=c17"] {
+        let mut command = compiler("cc", standard);
+        command.arg("-c").arg(package().join("tests/c/sizes.c"));
+        succeed(command.arg("-o").arg(&object));
+    }
+}

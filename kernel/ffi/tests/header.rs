@@ -1,0 +1,36 @@
+//! The committed header is what the sources say.
+//!
+//! `CHAINCELL_HEADER=renew cargo test -p chaincell-ffi --test header` writes it anew.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use similar::TextDiff;
+
+fn generated(package: &Path) -> String {
+    let config = cbindgen::Config::from_file(package.join("cbindgen.toml")).unwrap();
+    let builder = cbindgen::Builder::new().with_config(config).with_src(package.join("src/lib.rs"));
+    let mut header = Vec::new();
+    builder.generate().unwrap().write(&mut header);
+    // Rustdoc wants units in escaped brackets, C readers do not.
+    let header = String::from_utf8(header).unwrap().replace("\\[", "[").replace("\\]", "]");
+    header.replace(" * # Safety", " * Safety")
+}
+
+#[test]
+fn the_header_is_what_the_sources_say() {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let path = package.join("include/chaincell.h");
+    let wanted = generated(package);
+    if std::env::var("CHAINCELL_HEADER").is_ok_and(|value| value == "renew") {
+        std::fs::write(&path, &wanted).unwrap();
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let diff = TextDiff::from_lines(&committed, &wanted);
+    assert!(
+        committed == wanted,
+        "include/chaincell.h is not what the sources say:\n{}\nrenew it with\n  \
+         CHAINCELL_HEADER=renew cargo test -p chaincell-ffi --test header",
+        diff.unified_diff().header("committed", "sources")
+    );
+}
