@@ -1,4 +1,4 @@
-//! Writes and checks reports of the golden scenes, see `chaincell_scenes::report`.
+//! Writes and checks reports of the golden scenes, see `chaincell_scenes::report`, and traces.
 //!
 //! `golden emit` runs on any target with `std`, `golden check` on the workstation:
 //! `golden emit all 2000 | golden check`.
@@ -6,6 +6,7 @@
 use std::io::{Read, Write};
 use std::process::ExitCode;
 
+use chaincell_kernel::trace::header_bytes;
 use chaincell_kernel::{Dynamics, TissueMut};
 use chaincell_scenes::report::{self, Wish};
 use chaincell_scenes::{Act, Run, SCENES, Scene, Stepper, Tier, stage};
@@ -14,7 +15,8 @@ const USAGE: &str = "usage:
   golden list
   golden emit SCENE|all [TICKS [CELLS_AFTER]] [--scalar] [--fault TICK CELL]
   golden check [FILE]          (standard input without FILE)
-CELLS_AFTER adds the state after that tick; --fault changes one bit of a cell's x after a tick";
+  golden trace SCENE TICKS FILE
+CELLS_AFTER adds the state after that tick; --fault moves a cell's x by 2^-10 mean link lengths after a tick";
 
 /// What `emit` does with a run.
 #[derive(Clone, Copy)]
@@ -70,12 +72,38 @@ fn emit(mut args: impl Iterator<Item = String>) -> Result<(), String> {
         act.tier = tier;
         for scene in SCENES.iter().filter(|scene| which == "all" || which == scene.name) {
             known = true;
-            let text = stage(scene.name, tier, act).ok_or(USAGE)??;
+            let Some(text) = stage(scene.name, tier, act) else { continue };
+            let text = text?;
             let written = std::io::stdout().write_all(text.as_bytes());
             written.map_err(|why| format!("cannot write: {why}"))?;
         }
     }
     if known { Ok(()) } else { Err(format!("{which}: no such scene; see `golden list`")) }
+}
+
+/// The trace of a run, see `chaincell_kernel::trace`.
+struct Trace(u32);
+
+impl Act for Trace {
+    type Output = Option<Vec<u8>>;
+
+    fn act<D: Dynamics>(self, scene: &'static Scene, tissue: TissueMut<'_, D>) -> Self::Output {
+        let mut run = Run::new(scene, tissue).ok()?;
+        let mut trace = vec![0; header_bytes(scene.held.len())];
+        let (mut writer, _) = run.begin_trace(&mut trace)?;
+        (0..self.0).for_each(|_| trace.extend(writer.record(&run.record())));
+        Some(trace)
+    }
+}
+
+fn trace(mut args: impl Iterator<Item = String>) -> Result<(), String> {
+    let (Some(scene), Some(ticks), Some(file)) = (args.next(), args.next(), args.next()) else {
+        return Err(USAGE.to_owned());
+    };
+    let ticks = ticks.parse().map_err(|_| USAGE)?;
+    let trace = stage(&scene, Tier::F32, Trace(ticks)).flatten();
+    let trace = trace.ok_or_else(|| format!("{scene}: no such scene; see `golden list`"))?;
+    std::fs::write(&file, trace).map_err(|why| format!("cannot write {file}: {why}"))
 }
 
 fn check(file: Option<String>) -> Result<(), String> {
@@ -98,6 +126,7 @@ fn main() -> ExitCode {
             Ok(())
         }
         Some("emit") => emit(args),
+        Some("trace") => trace(args),
         Some("check") => check(args.next()),
         _ => Err(USAGE.to_owned()),
     };

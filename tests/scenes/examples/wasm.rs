@@ -14,6 +14,7 @@ static TEXT: Mutex<String> = Mutex::new(String::new());
 
 /// Writes one report; numbers below 0 stand for none.
 struct Emit {
+    tier: Tier,
     ticks: u32,
     cells_after: i32,
     fault_tick: i32,
@@ -29,7 +30,7 @@ impl Act for Emit {
             run.fault(tick, self.fault_cell as usize);
         }
         let cells_after = u32::try_from(self.cells_after).ok();
-        let wish = Wish { tier: Tier::F32, ticks: self.ticks, cells_after };
+        let wish = Wish { tier: self.tier, ticks: self.ticks, cells_after };
         let mut text = String::new();
         report::write(&mut text, &mut run, wish).ok()?;
         Some(text)
@@ -42,7 +43,8 @@ pub extern "C" fn scenes() -> u32 {
     SCENES.len() as u32
 }
 
-/// Plays a scene and gives the length of its report, 0 where it cannot be played.
+/// Plays a scene in all its number types and gives the length of its reports, 0 where it cannot
+/// be played.
 #[unsafe(no_mangle)]
 pub extern "C" fn emit(
     scene: u32,
@@ -52,8 +54,12 @@ pub extern "C" fn emit(
     fault_cell: u32,
 ) -> usize {
     let Some(scene) = SCENES.get(scene as usize) else { return 0 };
-    let act = Emit { ticks, cells_after, fault_tick, fault_cell };
-    let text = stage(scene.name, Tier::F32, act).flatten().unwrap_or_default();
+    let one = |&tier: &Tier| {
+        let act = Emit { tier, ticks, cells_after, fault_tick, fault_cell };
+        stage(scene.name, tier, act).flatten()
+    };
+    let text: Option<String> = scene.tiers.iter().map(one).collect();
+    let text = text.unwrap_or_default();
     let length = text.len();
     if let Ok(mut last) = TEXT.lock() {
         *last = text;

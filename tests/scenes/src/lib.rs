@@ -31,7 +31,7 @@ pub use digest::{Digest, TICK_BYTES};
 pub use goldens::{GOLDENS, Golden, TICKS, golden};
 pub use list::*;
 pub use motion::sample;
-pub use run::{Act, Difference, Run, RunError, Stepper, first_difference};
+pub use run::{Act, Difference, FAULT, Run, RunError, Stepper, first_difference};
 
 use chaincell_kernel::{Model, Settings};
 
@@ -40,17 +40,23 @@ use chaincell_kernel::{Model, Settings};
 pub enum Tier {
     /// IEEE 754 single precision.
     F32,
+    /// Fixed point, 8.24 bits.
+    Fixed,
+    /// IEEE 754 double precision.
+    F64,
 }
 
 impl Tier {
     /// All tiers.
-    pub const ALL: [Self; 1] = [Self::F32];
+    pub const ALL: [Self; 3] = [Self::F32, Self::Fixed, Self::F64];
 
-    /// Name in tables and reports.
+    /// Name in reports, that of `--number`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
+            Self::Fixed => "fixed",
+            Self::F64 => "f64",
         }
     }
 }
@@ -62,6 +68,8 @@ pub struct Scene {
     pub name: &'static str,
     /// The scheme's name.
     pub scheme: &'static str,
+    /// Number types that the scene is played in.
+    pub tiers: &'static [Tier],
     /// Model image, aligned as the kernel reads it.
     pub image: &'static [u8],
     /// Cells of the body.

@@ -120,7 +120,7 @@ pub fn check(text: &str) -> Result<u64, Fault<'_>> {
 enum Line {
     Tick(u32, u64, u64),
     Cells(u32),
-    Cell(usize, [u32; 3]),
+    Cell(usize, [u64; 3]),
     End(u32, u64, u64),
 }
 
@@ -135,7 +135,7 @@ impl Line {
             "cells" => Self::Cells(word()?.parse().ok()?),
             "cell" => {
                 let cell = word()?.parse().ok()?;
-                let mut bits = || u32::from_str_radix(word()?, 16).ok();
+                let mut bits = || long(word()?);
                 Self::Cell(cell, [bits()?, bits()?, bits()?])
             }
             "end" => Self::End(word()?.parse().ok()?, long(word()?)?, word()?.parse().ok()?),

@@ -2,6 +2,7 @@
 
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::trace::{Header, Record, Writer};
 use chaincell_kernel::{
     Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput, TissueMut,
     ToolSample,
@@ -11,6 +12,8 @@ use crate::{Digest, Scene, sample};
 
 /// Most cells that a scene's tool holds.
 const HELD_MAX: usize = 16;
+/// How far a fault moves a cell [mean link lengths].
+pub const FAULT: f32 = 1.0 / 1024.0;
 
 /// Why a scene cannot be played.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,20 +92,39 @@ impl<'t, D: Dynamics> Run<'t, D> {
         self.tick_with(&sample(self.scene.reach_m, self.next))
     }
 
-    /// Plays one tick with a sample that came from elsewhere: an interrupt, say.
+    /// Plays one tick with a sample that came from elsewhere: from an interrupt, say.
     pub fn tick_with(&mut self, sample: &ToolSample) -> (TickOutput, u64) {
         let output = self.tissue.tick(&self.network, sample);
         if let Some((_, cell)) = self.fault.take_if(|(tick, _)| *tick == self.next)
             && let Some(v) = self.tissue.state.get_mut(cell)
         {
             let [x, y, z] = v.xyz();
-            let nudged = f32::from_bits(x.single().to_bits() ^ 1);
-            *v = Cell::at([D::Number::from_single(nudged), y, z]);
+            *v = Cell::at([x.plus(Number::from_single(FAULT)), y, z]);
         }
         let state_hash = self.tissue.state_hash(self.network.model());
         self.digest.absorb(&output, state_hash);
         self.next += 1;
         (output, state_hash)
+    }
+
+    /// Begins the trace of this run: writes its header to the front of `to` and gives its length.
+    /// The records are those of [`Self::record`]. `None` where `to` is too short.
+    #[must_use]
+    pub fn begin_trace(&self, to: &mut [u8]) -> Option<(Writer, usize)> {
+        let model = self.network.model();
+        let mut ids = [0; HELD_MAX];
+        let ids = ids.get_mut(..self.scene.held.len())?;
+        ids.copy_from_slice(self.scene.held);
+        ids.sort_unstable_by_key(|&id| model.cell_of_input(id));
+        Writer::begin(&Header::of::<D>(&self.network)?, ids, to)
+    }
+
+    /// Plays one tick and gives its record.
+    pub fn record(&mut self) -> Record {
+        let tick = self.next;
+        let (_, state_hash) = self.tick();
+        let sample = sample(self.scene.reach_m, tick);
+        Record { tick: tick.into(), sample, state_hash: Some(state_hash) }
     }
 
     /// Digest of the ticks so far.
@@ -131,13 +153,12 @@ pub trait Stepper {
     /// Bytes in the digest.
     fn bytes(&self) -> u64;
     /// Bits of a cell's published position; `None` beyond the last.
-    fn cell_bits(&self, cell: usize) -> Option<[u32; 3]>;
+    fn cell_bits(&self, cell: usize) -> Option<[u64; 3]>;
     /// Input id of a cell; `None` beyond the last.
     fn input_id(&self, cell: usize) -> Option<u32>;
     /// Leaves the vector unit alone: the bits stay the same.
     fn go_scalar(&mut self);
-    /// Has the lowest bit of a cell's x changed behind the sweeps of `tick`: a fault, to see that
-    /// comparisons find it.
+    /// Moves a cell's x by [`FAULT`] behind the sweeps of `tick`, to see that comparisons find it.
     fn fault(&mut self, tick: u32, cell: usize);
 }
 
@@ -162,9 +183,10 @@ impl<D: Dynamics> Stepper for Run<'_, D> {
         Run::bytes(self)
     }
 
-    fn cell_bits(&self, cell: usize) -> Option<[u32; 3]> {
+    fn cell_bits(&self, cell: usize) -> Option<[u64; 3]> {
         let position = self.tissue.position(self.network.model(), cell)?;
-        Some(position.map(|x| x.single().to_bits()))
+        let words = |bits: u64, (place, word): (usize, u32)| bits | u64::from(word) << (32 * place);
+        Some(position.map(|x| x.words().into_iter().enumerate().fold(0, words)))
     }
 
     fn input_id(&self, cell: usize) -> Option<u32> {
@@ -195,7 +217,7 @@ pub struct Difference {
     pub tick: u32,
     /// First cell that differs after it, with its input id and its bits in both runs; `None` where
     /// the states are the same, and force, energy, contacts or flags differ.
-    pub cell: Option<(usize, u32, [[u32; 3]; 2])>,
+    pub cell: Option<(usize, u32, [[u64; 3]; 2])>,
 }
 
 impl core::fmt::Display for Difference {

@@ -4,7 +4,7 @@
 
 use chaincell_kernel::{Dynamics, TissueMut};
 use chaincell_scenes::report::{self, Fault, Wish};
-use chaincell_scenes::{Act, Difference, Run, Scene, Stepper, Tier, stage};
+use chaincell_scenes::{Act, Difference, FAULT, Run, Scene, Stepper, Tier, stage};
 
 const SCENE: &str = "organ500_track";
 
@@ -55,7 +55,8 @@ fn a_fault_is_named_by_its_tick_and_with_cells_by_its_cell() {
         panic!("{fault}");
     };
     let (cell, _, [right, faulty]) = found;
-    assert_eq!((cell, faulty), (123, [right[0] ^ 1, right[1], right[2]]));
+    let moved = (f32::from_bits(right[0] as u32) + FAULT).to_bits();
+    assert_eq!((cell, faulty), (123, [moved.into(), right[1], right[2]]));
     assert!(fault.to_string().contains("first difference at tick 41: cell 123 (node "), "{fault}");
 }
 
@@ -77,7 +78,7 @@ fn damaged_reports_are_refused() {
     assert_eq!(report::check("booted\n"), Err(Fault::Nothing));
     let end = text.find("end ").unwrap();
     assert_eq!(report::check(&text[..end]), Err(Fault::Cut(SCENE)));
-    for (from, to) in [("f32", "f16"), (SCENE, "no_such_scene"), (" f32", "")] {
+    for (from, to) in [(" f32", " f16"), (SCENE, "no_such_scene"), (" f32", "")] {
         let other = text.replace(from, to);
         assert!(matches!(report::check(&other), Err(Fault::Scene(_))), "{from}");
     }

@@ -1,6 +1,7 @@
 //! What is measured of an image, as JSON and as a table.
 
 use anyhow::{Result, ensure};
+use chaincell_scenes::Tier;
 use serde::Serialize;
 
 use crate::case::Ready;
@@ -8,7 +9,6 @@ use crate::emulate::Said;
 use crate::host::Answer;
 use crate::image::Image;
 use crate::target::Target;
-use crate::tier::Tier;
 
 /// Cycles beyond one that a square root or a division keeps the FPU busy: 14 on the Cortex-M4 by
 /// its reference manual; that of the Cortex-M7 gives none.

@@ -4,11 +4,10 @@ use anyhow::{Result, bail};
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::Contact;
 use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
-use chaincell_scenes::{Run, Tier as Golden, golden};
+use chaincell_scenes::{Run, Tier, golden};
 use fixed::types::I8F24;
 
 use crate::case::Ready;
-use crate::tier::Tier;
 
 /// State hash after the last tick, and digest of all ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,8 +28,7 @@ pub fn play(ready: &Ready, tier: Tier) -> Result<Answer> {
         ("euler", Tier::Fixed) => run::<Euler<I8F24>>(ready),
         (scheme, tier) => bail!("no scheme {scheme} in {}", tier.name()),
     }?;
-    if tier == Tier::F32
-        && let Some(golden) = golden(ready.scene, Golden::F32, ready.ticks)
+    if let Some(golden) = golden(ready.scene, tier, ready.ticks)
         && golden.digest != answer.digest
     {
         let (name, own, must) = (ready.case.name, answer.digest, golden.digest);

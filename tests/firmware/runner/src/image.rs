@@ -5,12 +5,12 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use chaincell_kernel::Unloading;
+use chaincell_scenes::Tier;
 use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
 
 use crate::case::Ready;
 use crate::target::Target;
-use crate::tier::Tier;
 
 /// Names of an allocator's functions, inside whatever mangling.
 const ALLOCATOR: [&str; 5] =

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use chaincell_scenes::TICKS;
+use chaincell_scenes::{TICKS, Tier};
 use clap::Parser;
 
 use budget::Budgets;
@@ -26,7 +26,7 @@ use figures::Figures;
 use host::Answer;
 use image::{Image, Workshop, allocators};
 use target::{TARGETS, Target};
-use tier::Tier;
+use tier::tiers;
 
 /// Longest run of one image on this machine \[s\].
 const SECONDS: u32 = 120;
@@ -179,7 +179,7 @@ impl Bench {
         for case in CASES {
             let all = TARGETS
                 .iter()
-                .flat_map(|target| Tier::of(target, &case).iter().map(move |&tier| (target, tier)));
+                .flat_map(|target| tiers(target, &case).iter().map(move |&tier| (target, tier)));
             let wanted: Vec<(&'static Target, Tier)> =
                 all.filter(|(target, tier)| self.wants(target, &case, *tier)).collect();
             if wanted.is_empty() {
