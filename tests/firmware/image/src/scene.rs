@@ -12,6 +12,7 @@ include!(concat!(env!("OUT_DIR"), "/scene.rs"));
 pub static SCENE: Scene = Scene {
     name: "firmware",
     scheme: <Scheme as Dynamics>::NAME,
+    tiers: &[],
     image: IMAGE,
     cells: CELLS,
     held: &HELD,

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use chaincell_kernel::{Model, Settings, Unloading};
-use chaincell_scenes::{SCENES, Scene};
+use chaincell_scenes::{SCENES, Scene, Tier};
 
 /// Most cells that the tool of a scene without a golden holds.
 const HELD_MAX: usize = 7;
@@ -150,6 +150,7 @@ pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Resul
         None => Scene {
             name: case.name,
             scheme: case.scheme,
+            tiers: &Tier::ALL,
             image,
             cells: model.cells(),
             held: Box::leak(held(&model)?.into_boxed_slice()),
