@@ -11,6 +11,7 @@ pub mod mesh;
 pub mod output;
 pub mod path;
 pub mod plot;
+pub mod recording;
 pub mod reference;
 pub mod report;
 pub mod terminal;

@@ -315,8 +315,8 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    /// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02`.
-    static CUBE: &[u8] = crate::include_model!("../../tests/data/box5.chaincell");
+    /// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
+    static CUBE: &[u8] = crate::include_model!("../../tests/data/box7.chaincell");
     /// The bake's share of the diagonal, over the root of the number of hats.
     const ROUNDING_ROOM: f64 = 1.0e-3;
 

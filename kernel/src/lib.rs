@@ -10,6 +10,7 @@
 //! - [`Network`]: a model with [`Settings`] that fit it.
 //! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`] or
 //!   [`GaussSeidel`].
+//! - [`trace`]: a session's samples and state hashes, to be played again bit for bit.
 //!
 //! ```
 //! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
@@ -63,6 +64,7 @@ mod slice;
 pub mod sqrt;
 mod tick;
 mod tissue;
+pub mod trace;
 pub mod two_float;
 
 pub use dynamics::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};

@@ -37,7 +37,7 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     common: LoopArgs,
-    /// Folder for the model, the poses as received, the forces and a summary
+    /// Folder for the model, the poses as received, the forces, a trace and a summary
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out

@@ -6,6 +6,7 @@ mod cosim;
 mod info;
 mod latency;
 mod model_file;
+mod replay;
 mod report;
 mod reports;
 mod run;
@@ -33,6 +34,7 @@ enum Command {
     Bake(bake::Args),
     Info(info::Args),
     Run(run::Args),
+    Replay(replay::Args),
     Serve(serve::Args),
     Control(control::Args),
     Cosim(cosim::Args),
@@ -50,6 +52,7 @@ impl Cli {
             Command::Bake(args) => bake::execute(&args),
             Command::Info(args) => info::execute(&args),
             Command::Run(args) => run::execute(&args),
+            Command::Replay(args) => replay::execute(&args),
             Command::Serve(args) => serve::execute(&args),
             Command::Control(args) => control::execute(&args),
             Command::Cosim(args) => cosim::execute(&args),

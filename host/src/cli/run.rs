@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use chaincell_kernel::ToolSample;
+use chaincell_kernel::trace::Record;
 use serde::Serialize;
 
 use super::model_file;
@@ -13,8 +14,9 @@ use crate::cosim::histogram::{Latencies, Summary};
 use crate::cosim::payload::ToolPose;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
-use crate::output::{Answer, Folder, cells_csv, force_csv, vtu};
+use crate::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
 use crate::path::{self, Rules};
+use crate::recording::Recording;
 use crate::{interrupt, terminal};
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
@@ -32,6 +34,9 @@ pub struct Args {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Also write every tick's sample and state hash, for `chaincell replay`
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out
     #[arg(long)]
     force: bool,
@@ -73,13 +78,29 @@ pub fn execute(args: &Args) -> Result<()> {
     check_snapshots(&args.snapshot_ticks, &poses)?;
     let mut engine = args.scene.engine(model)?;
     let folder = Folder::open(&args.out, args.force)?;
-    let played = play(&mut engine, &poses, |tick, engine| {
+    let mut recording = match &args.trace {
+        Some(_) => Some(Recording::begin(&engine, args.scene.dynamics, args.scene.number)?),
+        None => None,
+    };
+    if let (Some(path), Some(recording)) = (&args.trace, &recording) {
+        // A place that cannot be written is told before the run, not after it.
+        output::write_whole(path, recording.bytes())?;
+    }
+    let played = play(&mut engine, &poses, |pose, engine| {
+        let tick = pose.tick;
+        if let Some(recording) = &mut recording {
+            let (sample, state_hash) = (ToolSample::from(*pose), Some(engine.state_hash()));
+            recording.add(&Record { tick, sample, state_hash });
+        }
         if args.snapshot_ticks.contains(&tick) {
             let text = cells_csv(&engine.positions_m(), model.input_id());
             folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
         }
         Ok(())
     })?;
+    if let (Some(path), Some(recording)) = (&args.trace, &recording) {
+        output::write_whole(path, recording.bytes())?;
+    }
     let positions_m = engine.positions_m();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
     folder.write("cells_final.csv", cells_csv(&positions_m, model.input_id()).as_bytes())?;
@@ -130,7 +151,7 @@ pub struct Played {
 pub fn play(
     engine: &mut Engine<'_>,
     sequences: &[Vec<ToolPose>],
-    mut after: impl FnMut(u64, &mut Engine<'_>) -> Result<()>,
+    mut after: impl FnMut(&ToolPose, &mut Engine<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = sequences.iter().map(Vec::len).sum();
     let mut played =
@@ -149,7 +170,7 @@ pub fn play(
             }
             last = Some(pose.tick);
             played.tick(engine, pose);
-            after(pose.tick, engine)?;
+            after(pose, engine)?;
         }
     }
     progress.finish_and_clear();

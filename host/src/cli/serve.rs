@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chaincell_kernel::trace::Record;
 use chaincell_kernel::{Flags, TickOutput, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -9,13 +10,14 @@ use serde::Serialize;
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
-use crate::cosim::payload::ToolForce;
+use crate::cosim::payload::{ToolForce, ToolPose};
 use crate::cosim::record::Recorder;
 use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
 use crate::cosim::tissue::TissueEngine;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::output::{Answer, Folder, force_csv};
+use crate::recording::Recording;
 use crate::{path, terminal};
 
 /// Ticks that are recorded unless the run's length is known: ten minutes.
@@ -44,7 +46,7 @@ pub struct Args {
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Folder for the model, the poses as received, the forces and a summary
+    /// Folder for the model, the poses as received, the forces, a trace and a summary
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out
@@ -111,6 +113,8 @@ pub fn execute(args: &Args) -> Result<()> {
         folder.write("model.chaincell", image.as_bytes())?;
         folder
             .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
+        let trace = trace(&engine, &args.scene, recorder.rows())?;
+        folder.write("session.trace", trace.bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         folder
@@ -118,6 +122,20 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     print(args, &report)?;
     if report.ended_by == Ending::Interrupt { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// The session as a trace, for `chaincell replay`.
+fn trace(
+    engine: &Engine<'_>,
+    scene: &SceneArgs,
+    rows: &[(ToolPose, ToolForce)],
+) -> Result<Recording> {
+    let mut recording = Recording::begin(engine, scene.dynamics, scene.number)?;
+    for (pose, force) in rows {
+        let state_hash = (force.state_hash != 0).then_some(force.state_hash);
+        recording.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash });
+    }
+    Ok(recording)
 }
 
 /// The kernel's answer in a published message.

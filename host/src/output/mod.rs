@@ -109,7 +109,8 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 fn is_ours(name: &str) -> bool {
     let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
     let report = name == "REPORT.md" || name.starts_with("report_");
-    let fixed = ["force.csv", "path.csv", "final.vtu", "summary.json", "model.chaincell"];
+    let fixed =
+        ["force.csv", "path.csv", "session.trace", "final.vtu", "summary.json", "model.chaincell"];
     snapshot || report || fixed.contains(&name)
 }
 

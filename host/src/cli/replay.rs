@@ -1,0 +1,139 @@
+//! `chaincell replay`: a trace once more, to the same bits.
+
+use std::path::PathBuf;
+
+use chaincell_kernel::trace::{End, Reader, ReplayError};
+use serde::Serialize;
+
+use super::model_file;
+use crate::engine::{Arithmetic, Scheme};
+use crate::error::{Error, Result};
+use crate::{interrupt, recording, terminal};
+
+/// Play a recorded trace again and compare the state after every tick, bit for bit.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  chaincell cosim liver.chaincell --out session\n  \
+    chaincell replay session/session.trace --model session/model.chaincell\n\n\
+    Exit code 0 when every tick gave the recorded bits, 1 when one differs (the first is named), \
+    2 when the trace cannot be played.")]
+pub struct Args {
+    /// Trace from `run --trace`, `serve --out`, `cosim --out` or firmware
+    trace: PathBuf,
+    /// Model file that the trace was recorded with
+    #[arg(long, value_name = "MODEL")]
+    model: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is printed.
+#[derive(Debug, Serialize)]
+struct ReplayReport {
+    cells: usize,
+    links: usize,
+    dynamics: Scheme,
+    number: Arithmetic,
+    model_checksum: String,
+    ticks: u32,
+    hashes_compared: u32,
+    state_hash: String,
+    end: String,
+    first_difference: Option<Difference>,
+}
+
+/// The first tick that came out otherwise.
+#[derive(Debug, Serialize)]
+struct Difference {
+    record: u32,
+    tick: u64,
+    recorded_state_hash: String,
+    replayed_state_hash: String,
+}
+
+/// Why playing stopped.
+enum Stop {
+    Differs(ReplayError),
+    Interrupted,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let bytes = recording::read(&args.trace)?;
+    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", &args.trace, why))?;
+    let image = model_file::read(&args.model)?;
+    let model = model_file::parse(&image, &args.model)?;
+    let (mut engine, scheme, numbers) = recording::engine(&trace, &args.trace, model)?;
+    let (mut ticks, mut compared) = (0, 0);
+    let outcome = trace.records(|index, record| {
+        if interrupt::asked() {
+            return Err(Stop::Interrupted);
+        }
+        engine.tick(&record.sample);
+        ticks += 1;
+        let found = record.compare(index, engine.state_hash()).map_err(Stop::Differs)?;
+        compared += u32::from(found);
+        Ok(())
+    });
+    let (end, differs) = match outcome {
+        Ok(end) => (Some(end), None),
+        Err(Stop::Differs(why)) => (None, Some(why)),
+        Err(Stop::Interrupted) => return Err(Error::Interrupted),
+    };
+    let report = ReplayReport {
+        cells: model.cells(),
+        links: model.links(),
+        dynamics: scheme,
+        number: numbers,
+        model_checksum: format!("{:08x}", model.checksum()),
+        ticks,
+        hashes_compared: compared,
+        state_hash: format!("{:016x}", engine.state_hash()),
+        end: end.map_or("not reached".into(), |end| end.to_string()),
+        first_difference: differs.map(|why| Difference {
+            record: why.record,
+            tick: why.tick,
+            recorded_state_hash: format!("{:016x}", why.recorded),
+            replayed_state_hash: format!("{:016x}", why.here),
+        }),
+    };
+    if args.json {
+        terminal::say_json(&report)?;
+    }
+    judge(args, &report, end, differs)?;
+    if args.json {
+        return Ok(());
+    }
+    terminal::say(format_args!(
+        "{ticks} ticks replayed to the same bits, {compared} state hashes compared"
+    ))?;
+    terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
+}
+
+/// What the outcome means.
+fn judge(
+    args: &Args,
+    report: &ReplayReport,
+    end: Option<End>,
+    differs: Option<ReplayError>,
+) -> Result<()> {
+    let path = args.trace.display();
+    if let Some(why) = differs {
+        return Err(Error::check(format!("{path}: {why}")));
+    }
+    if let Some(end @ (End::Damaged(_) | End::Kind(..))) = end {
+        let why = format_args!("{end}; the {} ticks before it agree", report.ticks);
+        return Err(Error::file("replay", &args.trace, why));
+    }
+    if let Some(end @ End::Cut(_)) = end {
+        terminal::note(format_args!("note: {path}: {end}; the whole records before it count"));
+    }
+    match (report.ticks, report.hashes_compared) {
+        (0, _) => Err(Error::file("replay", &args.trace, "it holds no tick: record again")),
+        (_, 0) => Err(Error::file(
+            "replay",
+            &args.trace,
+            "it holds no state hash to compare with: record with `serve --hash-every 1`",
+        )),
+        _ => Ok(()),
+    }
+}

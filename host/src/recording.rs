@@ -1,0 +1,100 @@
+//! Traces of sessions in memory and from files; the format is the kernel's.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use chaincell_kernel::Model;
+use chaincell_kernel::trace::{Header, Reader, Record, TraceError, Writer, header_bytes};
+use clap::ValueEnum;
+
+use crate::engine::{Arithmetic, Engine, Scheme};
+use crate::error::{Error, Result};
+
+/// Largest trace that is read: half a day at 1 kHz.
+const BYTES_MAX: u64 = 1 << 31;
+
+/// A trace that grows with every tick.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    writer: Writer,
+    bytes: Vec<u8>,
+}
+
+/// Name of a scheme or number type, which the kernel's is too.
+fn name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+impl Recording {
+    /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`.
+    ///
+    /// # Errors
+    /// A scheme or number type without a code in the format.
+    pub fn begin(engine: &Engine<'_>, scheme: Scheme, numbers: Arithmetic) -> Result<Self> {
+        let network = engine.network();
+        let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
+        let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
+        let mut bytes = vec![0; header_bytes(ids.len())];
+        let header = Header::named(network, &name(&scheme), &name(&numbers));
+        let begun = header.and_then(|header| Writer::begin(&header, &ids, &mut bytes));
+        match begun {
+            Some((writer, _)) => Ok(Self { writer, bytes }),
+            None => Err(Error::check(format!(
+                "{scheme:?} in {numbers:?} has no code in the trace's format"
+            ))),
+        }
+    }
+
+    /// Adds an executed tick.
+    pub fn add(&mut self, record: &Record) {
+        self.bytes.extend(self.writer.record(record));
+    }
+
+    /// The trace so far.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+/// The bytes of a trace file.
+///
+/// # Errors
+/// What the system says, with the path.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let failed = |why: std::io::Error| Error::file("read trace", path, why);
+    let mut bytes = Vec::new();
+    File::open(path)
+        .map_err(failed)?
+        .take(BYTES_MAX + 1)
+        .read_to_end(&mut bytes)
+        .map_err(failed)?;
+    if bytes.len() as u64 > BYTES_MAX {
+        return Err(Error::file("read trace", path, format_args!("more than {BYTES_MAX} bytes")));
+    }
+    Ok(bytes)
+}
+
+/// An engine as the recording's began, its scheme and its numbers.
+///
+/// # Errors
+/// What the trace has that cannot be played here, with its path.
+pub fn engine<'m>(
+    trace: &Reader<'_>,
+    path: &Path,
+    model: Model<'m>,
+) -> Result<(Engine<'m>, Scheme, Arithmetic)> {
+    let refused = |why| Error::file("replay", path, why);
+    let (scheme, number) = trace.header().names().map_err(refused)?;
+    let scheme = Scheme::value_variants().iter().copied().find(|value| name(value) == scheme);
+    let numbers = Arithmetic::value_variants().iter().copied().find(|value| name(value) == number);
+    let (scheme, numbers) = scheme.zip(numbers).ok_or_else(|| {
+        let Header { scheme, number, .. } = *trace.header();
+        refused(TraceError::Scheme(scheme, number))
+    })?;
+    let network = trace.header().network(model).map_err(refused)?;
+    let mut room = vec![0; trace.contacts().len()];
+    let cells = trace.contact_cells(&model, &mut room).map_err(refused)?;
+    Ok((Engine::in_numbers(network, scheme, numbers, cells)?, scheme, numbers))
+}

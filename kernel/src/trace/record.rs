@@ -1,0 +1,281 @@
+//! Records one after the other: written, read, played.
+
+use core::fmt;
+
+use nalgebra::Vector3;
+
+use super::{CRC, Header, KIND_SAMPLE, RECORD_BYTES, TraceError, put};
+use crate::model::Model;
+use crate::sample::ToolSample;
+
+/// Words of a record.
+const WORDS: usize = RECORD_BYTES / 4;
+/// A hash was taken.
+const WITH_HASH: u16 = 1;
+
+/// One executed tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Record {
+    /// Number of the tick.
+    pub tick: u64,
+    /// The tool sample as received, bit by bit.
+    pub sample: ToolSample,
+    /// Hash of the state after it, where one was taken.
+    pub state_hash: Option<u64>,
+}
+
+impl Record {
+    /// Compares with the hash of the state after the tick `here`; whether there was one to compare
+    /// with. `index` is the record's place.
+    ///
+    /// # Errors
+    /// Another hash.
+    pub fn compare(&self, index: u32, here: u64) -> Result<bool, ReplayError> {
+        match self.state_hash {
+            Some(recorded) if recorded != here => {
+                Err(ReplayError { record: index, tick: self.tick, recorded, here })
+            }
+            recorded => Ok(recorded.is_some()),
+        }
+    }
+}
+
+/// CRC-32 of a record at its place in its trace.
+fn checksum(seed: u32, index: u32, words: &[u32; WORDS]) -> u32 {
+    let mut digest = CRC.digest();
+    for word in [seed, index].iter().chain(words.iter().take(WORDS - 1)) {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+/// Encodes a trace; where the bytes go is the caller's business.
+#[derive(Debug, Clone)]
+pub struct Writer {
+    seed: u32,
+    next: u32,
+}
+
+impl Writer {
+    /// Writes the header to the front of `to` and gives its length,
+    /// [`header_bytes`](super::header_bytes); `contacts` are the input ids of the contact cells, in
+    /// the order of the model's cells. `None` where `to` is too short or the ids are too many.
+    #[must_use]
+    pub fn begin(header: &Header, contacts: &[u32], to: &mut [u8]) -> Option<(Self, usize)> {
+        let (bytes, seed) = header.write(contacts, to)?;
+        Some((Self { seed, next: 0 }, bytes))
+    }
+
+    /// The bytes of the next record.
+    pub fn record(&mut self, record: &Record) -> [u8; RECORD_BYTES] {
+        let Record { tick, sample, state_hash } = record;
+        let low_high = |value: u64| [value as u32, (value >> 32) as u32];
+        let [tick, hash] = [low_high(*tick), low_high(state_hash.unwrap_or(0))];
+        let [x, y, z] = sample.position_m.data.0[0].map(f32::to_bits);
+        let bits = if state_hash.is_some() { WITH_HASH } else { 0 };
+        let kind = u32::from(KIND_SAMPLE) | u32::from(bits) << 16;
+        let mut words = [tick[0], tick[1], x, y, z, sample.engaged, hash[0], hash[1], kind, 0];
+        words[WORDS - 1] = checksum(self.seed, self.next, &words);
+        self.next = self.next.wrapping_add(1);
+        let mut bytes = [0; RECORD_BYTES];
+        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
+            put(place, word);
+        }
+        bytes
+    }
+}
+
+/// How the records of a trace end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// With the trace.
+    Complete,
+    /// Within this record: the trace was cut.
+    Cut(u32),
+    /// This record's bytes were changed, or belong to another trace.
+    Damaged(u32),
+    /// This record is of a kind that is not known here.
+    Kind(u32, u16),
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Complete => f.write_str("complete"),
+            Self::Cut(record) => write!(f, "cut within record {record}"),
+            Self::Damaged(record) => {
+                write!(f, "record {record} is damaged (its checksum does not match): copy it again")
+            }
+            Self::Kind(record, kind) => write!(
+                f,
+                "record {record} is of kind {kind}, unknown here: take the release that wrote it"
+            ),
+        }
+    }
+}
+
+/// The first tick that came out otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReplayError {
+    /// Place of its record.
+    pub record: u32,
+    /// Number of the tick.
+    pub tick: u64,
+    /// Hash in the trace.
+    pub recorded: u64,
+    /// Hash here.
+    pub here: u64,
+}
+
+impl fmt::Display for ReplayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { record, tick, recorded, here } = self;
+        write!(
+            f,
+            "tick {tick} (record {record}) is the first that differs: state hash {recorded:016x} \
+             in the trace, {here:016x} here"
+        )
+    }
+}
+
+impl core::error::Error for ReplayError {}
+
+/// What was played.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Played {
+    /// Ticks.
+    pub ticks: u32,
+    /// Ticks whose hash was compared.
+    pub compared: u32,
+    /// How the records ended.
+    pub end: End,
+}
+
+/// Reads a trace in place, from memory of any alignment.
+#[derive(Debug, Clone, Copy)]
+pub struct Reader<'t> {
+    header: Header,
+    contacts: &'t [u8],
+    records: &'t [u8],
+    seed: u32,
+}
+
+impl<'t> Reader<'t> {
+    /// Checks the header.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn open(trace: &'t [u8]) -> Result<Self, TraceError> {
+        let (header, contacts, bytes, seed) = Header::read(trace)?;
+        let records = trace.get(bytes..).unwrap_or(&[]);
+        Ok(Self { header, contacts, records, seed })
+    }
+
+    /// What the trace was recorded with.
+    #[must_use]
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Input ids of the contact cells, in the order of the model's cells.
+    pub fn contacts(&self) -> impl ExactSizeIterator<Item = u32> + use<'t> {
+        let ids = self.contacts.chunks_exact(4);
+        ids.map(|id| id.first_chunk().map_or(0, |id| u32::from_le_bytes(*id)))
+    }
+
+    /// The contact cells in the model, written to the front of `room`.
+    ///
+    /// # Errors
+    /// An id that is no cell, or too little room.
+    pub fn contact_cells<'r>(
+        &self,
+        model: &Model<'_>,
+        room: &'r mut [u16],
+    ) -> Result<&'r [u16], TraceError> {
+        let (needed, given) = (self.contacts().len(), room.len());
+        let cells = room.get_mut(..needed);
+        let cells = cells.ok_or(TraceError::Contacts { needed, room: given })?;
+        for (cell, id) in cells.iter_mut().zip(self.contacts()) {
+            *cell = model.cell_of_input(id).ok_or(TraceError::Contact(id))?;
+        }
+        Ok(cells)
+    }
+
+    /// Reads the sound records from the first on, each told to `each` with its place, which may
+    /// stop with an error; gives how they end.
+    ///
+    /// # Errors
+    /// That of `each`.
+    pub fn records<E>(
+        &self,
+        mut each: impl FnMut(u32, &Record) -> Result<(), E>,
+    ) -> Result<End, E> {
+        let mut rest = self.records;
+        for index in 0_u32.. {
+            let Some((bytes, behind)) = rest.split_first_chunk::<RECORD_BYTES>() else {
+                return Ok(if rest.is_empty() { End::Complete } else { End::Cut(index) });
+            };
+            if rest.iter().all(|&byte| byte == 0) {
+                break;
+            }
+            match self.record(index, bytes) {
+                Ok(record) => each(index, &record)?,
+                Err(end) => return Ok(end),
+            }
+            rest = behind;
+        }
+        Ok(End::Complete)
+    }
+
+    fn record(&self, index: u32, bytes: &[u8; RECORD_BYTES]) -> Result<Record, End> {
+        let mut words = [0; WORDS];
+        for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+            *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        }
+        let [t0, t1, x, y, z, engaged, h0, h1, kind, stored] = words;
+        if checksum(self.seed, index, &words) != stored {
+            return Err(End::Damaged(index));
+        }
+        let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
+        if kind != KIND_SAMPLE || bits > WITH_HASH {
+            return Err(End::Kind(index, kind));
+        }
+        let long = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
+        let position_m = Vector3::from([x, y, z].map(f32::from_bits));
+        let state_hash = (bits == WITH_HASH).then_some(long(h0, h1));
+        Ok(Record { tick: long(t0, t1), sample: ToolSample { position_m, engaged }, state_hash })
+    }
+
+    /// Plays the trace: `tick` plays each sample in a tissue that begins as the recording's did,
+    /// reset and with its contact cells chosen, and gives the hash of the state after it.
+    ///
+    /// ```
+    /// # use chaincell_kernel::{Model, Tissue, Track, trace::Reader};
+    /// # fn play(trace: &[u8], model: Model<'_>) -> Option<()> {
+    /// let trace = Reader::open(trace).ok()?;
+    /// let network = trace.header().network(model).ok()?;
+    /// let (mut tissue, mut room) = (Tissue::<512, Track>::new(), [0; 64]);
+    /// tissue.reset(&network).ok()?;
+    /// tissue.choose_contacts(&network, trace.contact_cells(&model, &mut room).ok()?).ok()?;
+    /// let played = trace.play(|sample| {
+    ///     tissue.tick(&network, sample);
+    ///     tissue.view().state_hash(&model)
+    /// });
+    /// # played.ok().map(|_| ())
+    /// # }
+    /// # assert!(Reader::open(&[]).is_err());
+    /// ```
+    ///
+    /// # Errors
+    /// The first tick that came out otherwise.
+    pub fn play(&self, mut tick: impl FnMut(&ToolSample) -> u64) -> Result<Played, ReplayError> {
+        let (mut ticks, mut compared) = (0, 0);
+        let end = self.records(|record, of| {
+            let here = tick(&of.sample);
+            ticks += 1;
+            compared += u32::from(of.compare(record, here)?);
+            Ok(())
+        })?;
+        Ok(Played { ticks, compared, end })
+    }
+}

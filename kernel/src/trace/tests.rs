@@ -1,0 +1,342 @@
+//! A session on the plane, its trace written, damaged and played.
+
+use std::string::ToString;
+use std::vec;
+use std::vec::Vec;
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::settings::{Settings, Unloading};
+use crate::{Model, Network, Tissue, ToolSample, Track};
+
+static PLANE: &[u8] = crate::include_model!("../../../tests/data/plane9.chaincell");
+static OTHER: &[u8] = crate::include_model!("../../../tests/data/plane4.chaincell");
+/// Input ids of the held cells.
+const HELD: [u32; 3] = [31, 40, 49];
+const TICKS: usize = 30;
+
+fn model() -> Model<'static> {
+    Model::from_bytes(PLANE).unwrap()
+}
+
+fn settings() -> Settings {
+    let unloading = Unloading::Retreat;
+    Settings { sweeps: 3, unloading, max_force_n: 0.7, ..Settings::for_model(&model()) }
+}
+
+/// The input ids in the order of the model's cells, and the cells.
+fn held() -> (Vec<u32>, Vec<u16>) {
+    let mut cells: Vec<u16> = HELD.iter().map(|&id| model().cell_of_input(id).unwrap()).collect();
+    cells.sort_unstable();
+    (cells.iter().map(|&cell| model().input_id()[usize::from(cell)]).collect(), cells)
+}
+
+fn sample(tick: usize) -> ToolSample {
+    let z = if tick == 11 { f32::NAN } else { -0.001 * tick as f32 };
+    ToolSample { position_m: Vector3::new(0.0, -0.0, z), engaged: u32::from(tick < 24) }
+}
+
+/// A tissue as at the beginning of the session.
+fn begin(network: &Network<'_>, cells: &[u16]) -> Tissue<81, Track, 4> {
+    let mut tissue = Tissue::new();
+    tissue.reset(network).unwrap();
+    tissue.choose_contacts(network, cells).unwrap();
+    tissue
+}
+
+fn header() -> Header {
+    Header::of::<Track>(&Network::new(model(), settings()).unwrap()).unwrap()
+}
+
+/// The session's ticks; every third without a hash.
+fn session() -> Vec<Record> {
+    let network = Network::new(model(), settings()).unwrap();
+    let mut tissue = begin(&network, &held().1);
+    (0..TICKS)
+        .map(|tick| {
+            let sample = sample(tick);
+            tissue.tick(&network, &sample);
+            let hash = tissue.view().state_hash(&model());
+            let state_hash = (tick % 3 != 2).then_some(hash);
+            Record { tick: 1000 + 7 * tick as u64, sample, state_hash }
+        })
+        .collect()
+}
+
+fn written(header: &Header, ids: &[u32], records: &[Record]) -> Vec<u8> {
+    let mut trace = vec![0xff; 4 * HEADER_BYTES];
+    let (mut writer, bytes) = Writer::begin(header, ids, &mut trace).unwrap();
+    assert_eq!(bytes, header_bytes(ids.len()));
+    trace.truncate(bytes);
+    records.iter().for_each(|record| trace.extend(writer.record(record)));
+    trace
+}
+
+fn trace() -> Vec<u8> {
+    written(&header(), &held().0, &session())
+}
+
+/// All bits of a record.
+type Bits = (u64, [u32; 3], u32, Option<u64>);
+
+fn bits(record: &Record) -> Bits {
+    let position = record.sample.position_m.data.0[0].map(f32::to_bits);
+    (record.tick, position, record.sample.engaged, record.state_hash)
+}
+
+/// What a reader finds.
+fn read(trace: &[u8]) -> Result<(Vec<Bits>, End), TraceError> {
+    let mut found = Vec::new();
+    let end = Reader::open(trace)?.records(|index, record| {
+        assert_eq!(index as usize, found.len());
+        found.push(bits(record));
+        Ok::<(), ()>(())
+    });
+    Ok((found, end.unwrap()))
+}
+
+fn play(trace: &[u8]) -> Result<Played, ReplayError> {
+    let trace = Reader::open(trace).unwrap();
+    let network = trace.header().network(model()).unwrap();
+    let mut room = [0; 4];
+    let mut tissue = begin(&network, trace.contact_cells(&model(), &mut room).unwrap());
+    trace.play(|sample| {
+        tissue.tick(&network, sample);
+        tissue.view().state_hash(&model())
+    })
+}
+
+#[test]
+fn a_session_is_read_as_written_and_played_to_the_same_bits() {
+    let trace = trace();
+    let reader = Reader::open(&trace).unwrap();
+    assert_eq!(reader.header(), &header());
+    assert_eq!(reader.contacts().collect::<Vec<_>>(), held().0);
+    let wanted: Vec<_> = session().iter().map(bits).collect();
+    assert_eq!(read(&trace), Ok((wanted, End::Complete)));
+    assert_eq!(play(&trace), Ok(Played { ticks: 30, compared: 20, end: End::Complete }));
+}
+
+/// The bytes as the format's table has them, put together by hand.
+#[test]
+fn the_bytes_are_those_of_the_table() {
+    let trace = trace();
+    let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
+    let crc = |parts: &[&[u8]]| {
+        let mut digest = CRC.digest();
+        parts.iter().for_each(|part| digest.update(part));
+        digest.finalize()
+    };
+    assert_eq!(trace[..8], *b"CHAINTRC");
+    assert_eq!([word(8), word(12), word(16)], [1, 80, model().checksum()]);
+    assert_eq!(trace[20..24], [2, 0, 1, 0]);
+    let s = settings();
+    let floats = [s.step, s.tick_time, s.max_tool_step_m, s.max_force_n].map(f32::to_bits);
+    assert_eq!([word(24), word(28)], [2, 3]);
+    assert_eq!([32, 36, 40, 44].map(word), floats);
+    assert_eq!([48, 52, 56].map(word), [3, 0, 0]);
+    assert_eq!(word(60), crc(&[&trace[..60], &trace[64..80]]));
+    assert_eq!([64, 68, 72, 76].map(word), [held().0[0], held().0[1], held().0[2], 0]);
+    let (at, record) = (80 + 4 * 40, session()[4]);
+    assert_eq!(trace[at..at + 8], 1028_u64.to_le_bytes());
+    assert_eq!([8, 12, 16].map(|by| word(at + by)), bits(&record).1);
+    assert_eq!(word(at + 20), 1);
+    assert_eq!(trace[at + 24..at + 32], record.state_hash.unwrap().to_le_bytes());
+    assert_eq!(trace[at + 32..at + 36], [1, 0, 1, 0]);
+    let place = [word(60).to_le_bytes(), 4_u32.to_le_bytes()].concat();
+    assert_eq!(word(at + 36), crc(&[&place, &trace[at..at + 36]]));
+    assert_eq!(trace.len(), 80 + TICKS * 40);
+}
+
+#[test]
+fn cut_at_every_byte_it_is_read_up_to_the_last_whole_record() {
+    let trace = trace();
+    let front = header_bytes(HELD.len());
+    let all: Vec<_> = session().iter().map(bits).collect();
+    for cut in 0..trace.len() {
+        let found = read(&trace[..cut]);
+        if cut < front {
+            let wanted = if cut == 0 { TraceError::Magic } else { TraceError::Truncated };
+            assert_eq!(found, Err(wanted), "cut at {cut}");
+            continue;
+        }
+        let (whole, part) = ((cut - front) / RECORD_BYTES, (cut - front) % RECORD_BYTES);
+        let end = if part == 0 { End::Complete } else { End::Cut(whole as u32) };
+        assert_eq!(found, Ok((all[..whole].to_vec(), end)), "cut at {cut}");
+    }
+}
+
+#[test]
+fn no_flipped_bit_goes_unseen() {
+    let mut trace = trace();
+    let front = header_bytes(HELD.len());
+    let all: Vec<_> = session().iter().map(bits).collect();
+    for at in 0..trace.len() {
+        for bit in 0..8 {
+            trace[at] ^= 1 << bit;
+            let found = read(&trace);
+            if at < front {
+                use TraceError::{Checksum, Magic, Version};
+                assert!(matches!(found, Err(Magic | Version(_) | Checksum)), "{at}: {found:?}");
+            } else {
+                let record = (at - front) / RECORD_BYTES;
+                let wanted = (all[..record].to_vec(), End::Damaged(record as u32));
+                assert_eq!(found, Ok(wanted), "byte {at} bit {bit}");
+            }
+            trace[at] ^= 1 << bit;
+        }
+    }
+}
+
+#[test]
+fn memory_taken_beforehand_ends_where_its_zeros_begin() {
+    let mut trace = trace();
+    let whole = read(&trace).unwrap();
+    trace.resize(trace.len() + 5 * RECORD_BYTES + 3, 0);
+    assert_eq!(read(&trace), Ok(whole));
+    // Zeros with something behind them are no end.
+    trace.push(1);
+    assert_eq!(read(&trace).unwrap().1, End::Damaged(TICKS as u32));
+}
+
+#[test]
+fn records_hold_at_their_place_in_their_trace_alone() {
+    let trace = trace();
+    let front = header_bytes(HELD.len());
+    let mut swapped = trace.clone();
+    swapped[front..front + 2 * RECORD_BYTES].rotate_left(RECORD_BYTES);
+    assert_eq!(read(&swapped).unwrap().1, End::Damaged(0));
+    let settings = Settings { sweeps: 4, ..settings() };
+    let mut remains = written(&Header { settings, ..header() }, &held().0, &session()[..10]);
+    remains.extend(&trace[remains.len()..]);
+    assert_eq!(read(&remains).unwrap().1, End::Damaged(10));
+}
+
+#[test]
+fn the_first_other_tick_is_named() {
+    let mut records = session();
+    // Sound, but altered: played, the body goes another way from there on.
+    records[17].sample.position_m.z -= 0.004;
+    let refused = play(&written(&header(), &held().0, &records)).unwrap_err();
+    // Record 17 has no hash.
+    assert_eq!((refused.record, refused.tick), (18, 1126));
+    assert!(refused.to_string().starts_with("tick 1126 (record 18) is the first"), "{refused}");
+    let mut records = session();
+    records[9].state_hash = Some(1);
+    let refused = play(&written(&header(), &held().0, &records)).unwrap_err();
+    let here = session()[9].state_hash.unwrap();
+    assert_eq!(refused, ReplayError { record: 9, tick: 1063, recorded: 1, here });
+}
+
+/// A trace with one word of its header changed and the checksum made right again.
+fn reworded(at: usize, word: u32) -> Vec<u8> {
+    let mut trace = trace();
+    trace[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    let mut digest = CRC.digest();
+    digest.update(&trace[..60]);
+    digest.update(&trace[64..header_bytes(HELD.len())]);
+    let crc = digest.finalize();
+    trace[60..64].copy_from_slice(&crc.to_le_bytes());
+    trace
+}
+
+#[test]
+fn what_cannot_be_played_is_refused_with_its_reason() {
+    let trace = trace();
+    let reader = Reader::open(&trace).unwrap();
+    let other = Model::from_bytes(OTHER).unwrap();
+    let (recorded, given) = (model().checksum(), other.checksum());
+    let refused = reader.header().network(other).unwrap_err();
+    assert_eq!(refused, TraceError::Model { recorded, given });
+    assert!(refused.to_string().contains("give the model of the recording"), "{refused}");
+    let refused = reader.contact_cells(&model(), &mut [0; 2]).err();
+    assert_eq!(refused, Some(TraceError::Contacts { needed: 3, room: 2 }));
+    assert_eq!(read(b"tick,x_m"), Err(TraceError::Magic));
+    assert_eq!(read(&reworded(8, 2)), Err(TraceError::Version(2)));
+    for (at, word) in [(24, 3), (28, 65_536), (52, 1), (56, 1)] {
+        assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
+    }
+    for (scheme, number) in [(77, 1), (2, 9)] {
+        let unknown = reworded(20, scheme | number << 16);
+        let header = *Reader::open(&unknown).unwrap().header();
+        assert_eq!(header.names(), Err(TraceError::Scheme(scheme as u16, number as u16)));
+    }
+    let stranger = reworded(64, 4000);
+    let refused = Reader::open(&stranger).unwrap().contact_cells(&model(), &mut [0; 4]).err();
+    assert_eq!(refused, Some(TraceError::Contact(4000)));
+    let sweepless = reworded(28, 0);
+    let refused = Reader::open(&sweepless).unwrap().header().network(model()).err();
+    assert!(matches!(refused, Some(TraceError::Settings(_))), "{refused:?}");
+}
+
+#[test]
+fn a_command_is_not_taken_for_a_sample() {
+    let mut trace = trace();
+    let at = header_bytes(HELD.len()) + 3 * RECORD_BYTES;
+    trace[at + 32] = KIND_COMMAND as u8;
+    let place = [&trace[60..64], &3_u32.to_le_bytes(), &trace[at..at + 36]].concat();
+    let crc = CRC.checksum(&place);
+    trace[at + 36..at + 40].copy_from_slice(&crc.to_le_bytes());
+    let (records, end) = read(&trace).unwrap();
+    assert_eq!((records.len(), end), (3, End::Kind(3, KIND_COMMAND)));
+}
+
+#[test]
+fn every_scheme_and_number_has_a_code_of_its_own() {
+    use crate::{Euler, GaussSeidel, Rkl1, Rkl2};
+    use fixed::types::I8F24;
+    let network = Network::new(model(), settings()).unwrap();
+    let all = [
+        Header::of::<Euler>(&network),
+        Header::of::<Track<40>>(&network),
+        Header::of::<Rkl1>(&network),
+        Header::of::<Rkl2>(&network),
+        Header::of::<GaussSeidel>(&network),
+        Header::of::<Euler<I8F24>>(&network),
+        Header::of::<Track<0, f64>>(&network),
+    ];
+    let codes = all.map(|header| header.map(|header| (header.scheme, header.number)).unwrap());
+    assert_eq!(codes, [(1, 1), (2, 1), (3, 1), (4, 1), (5, 1), (1, 2), (2, 3)]);
+    assert!(all[6].unwrap().is_of::<Track<0, f64>>() && !all[6].unwrap().is_of::<Track>());
+    assert_eq!(all[5].unwrap().names(), Ok(("euler", "fixed")));
+    assert_eq!(Header::named(&network, "verlet", "f32"), None);
+    assert_eq!(Header::named(&network, "euler", "f16"), None);
+}
+
+#[test]
+fn a_header_needs_its_room() {
+    let mut room = [0; 80];
+    assert!(Writer::begin(&header(), &HELD, &mut room[..79]).is_none());
+    assert!(Writer::begin(&header(), &HELD, &mut room).is_some());
+    assert!(Writer::begin(&header(), &vec![0; 70_000], &mut vec![0; 300_000]).is_none());
+}
+
+proptest! {
+    #[test]
+    fn every_bit_of_a_record_comes_back(
+        words in prop::collection::vec((any::<u64>(), any::<[u32; 4]>(), prop::option::of(prop_oneof![any::<u64>(), Just(0), Just(1 << 32)])), 0..9),
+    ) {
+        let records: Vec<Record> = words
+            .iter()
+            .map(|&(tick, [x, y, z, engaged], state_hash)| {
+                let position_m = Vector3::from([x, y, z].map(f32::from_bits));
+                Record { tick, sample: ToolSample { position_m, engaged }, state_hash }
+            })
+            .collect();
+        let (found, end) = read(&written(&header(), &HELD, &records)).unwrap();
+        prop_assert_eq!(end, End::Complete);
+        prop_assert!(found.iter().copied().eq(records.iter().map(bits)));
+    }
+
+    #[test]
+    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..300), at in 0_usize..200) {
+        let _ = read(&bytes);
+        let mut trace = trace();
+        trace.truncate(at + bytes.len());
+        let end = trace.len().min(at + bytes.len());
+        trace[at.min(end)..end].copy_from_slice(&bytes[..end - at.min(end)]);
+        let _ = read(&trace);
+    }
+}

@@ -1,0 +1,117 @@
+//! Lays the model, the scheme and the memory of the target into the image.
+//!
+//! From the environment, all of them set by `tests/firmware/runner`:
+//!
+//! - `CHAINCELL_MODEL`: path of a model image
+//! - `CHAINCELL_SCHEME`, `CHAINCELL_TIER`: scheme and number type
+//! - `CHAINCELL_HELD`: input ids of the held cells, with commas
+//! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
+//!   settings
+//! - `CHAINCELL_TICKS`, `CHAINCELL_REACH_BITS`: the motion's ticks and its reach \[m\]
+//!
+//! Numbers whose name ends in BITS are the bits of an `f32`.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use chaincell_kernel::Model;
+
+/// Flash and RAM that the linker has [bytes].
+const FLASH_BYTES: u32 = 2 << 20;
+const RAM_BYTES: u32 = 1 << 20;
+/// How far the worst state lies from the rest shape: every link is out of its band.
+const WORST: f32 = 1.5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    let scene = scene(&out)?;
+    fs::write(out.join("scene.rs"), scene)?;
+    let arm = env::var("CARGO_CFG_TARGET_ARCH")? == "arm";
+    fs::write(out.join("memory.x"), memory(arm))?;
+    println!("cargo:rustc-link-search={}", out.display());
+    if !arm {
+        println!("cargo:rustc-link-arg=-Tmemory.x");
+    }
+    println!("cargo:rustc-link-arg=-Tlink.x");
+    println!("cargo:rerun-if-changed=build.rs");
+    Ok(())
+}
+
+/// A variable of the environment, whose change builds the image anew.
+fn variable(name: &str) -> Result<String, String> {
+    println!("cargo:rerun-if-env-changed={name}");
+    env::var(name).map_err(|_| format!("{name} is not set: build the image by tests/firmware/run"))
+}
+
+/// The scheme's type: the one place where scheme and number type are chosen.
+fn scheme(hats: usize, held: usize) -> Result<String, String> {
+    let (scheme, tier) = (variable("CHAINCELL_SCHEME")?, variable("CHAINCELL_TIER")?);
+    let room = format!("{{ hats_room({hats}, {held}) }}");
+    match (scheme.as_str(), tier.as_str()) {
+        ("track", "f32") => Ok(format!("Track<{room}>")),
+        ("euler", "f32") => Ok("Euler".into()),
+        ("track", "fixed") => Ok("Track<0, fixed::types::I8F24>".into()),
+        ("euler", "fixed") => Ok("Euler<fixed::types::I8F24>".into()),
+        ("rkl1", "f32") => Ok("Rkl1".into()),
+        ("rkl2", "f32") => Ok("Rkl2".into()),
+        ("gauss-seidel", "f32") => Ok("GaussSeidel".into()),
+        _ => Err(format!("no scheme {scheme} in {tier}")),
+    }
+}
+
+/// Constants and statics of the scene, as Rust.
+fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
+    let path = variable("CHAINCELL_MODEL")?;
+    println!("cargo:rerun-if-changed={path}");
+    let file = fs::read(&path).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
+    // The kernel reads images at a multiple of 16 bytes.
+    let mut room = vec![0_u128; file.len().div_ceil(16)];
+    let bytes = aligned(&mut room, &file);
+    let model = Model::from_bytes(bytes).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
+    let held = variable("CHAINCELL_HELD")?;
+    let count = held.split(',').count();
+    let scheme = scheme(model.hats(), count)?;
+    let worst = (0..model.cells()).flat_map(|cell| model.rest_position(cell));
+    let worst: Vec<u8> = worst.flat_map(|x| (x * WORST).to_le_bytes()).collect();
+    fs::write(out.join("worst.bin"), worst)?;
+    let mut text = String::new();
+    writeln!(text, "pub const CELLS: usize = {};", model.cells())?;
+    writeln!(text, "pub const HELD: [u32; {count}] = [{held}];")?;
+    for (name, kind) in [
+        ("SWEEPS", "u16"),
+        ("TICKS", "u32"),
+        ("UNLOADING", "Unloading"),
+        ("REACH_BITS", "u32"),
+        ("MAX_FORCE_BITS", "u32"),
+    ] {
+        let value = variable(&format!("CHAINCELL_{name}"))?;
+        let path = if kind == "Unloading" { "Unloading::" } else { "" };
+        writeln!(text, "pub const {name}: {kind} = {path}{value};")?;
+    }
+    writeln!(text, "pub type Scheme = {scheme};")?;
+    writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({path:?});")?;
+    writeln!(text, "pub static WORST: &[u8] = chaincell_kernel::include_model!(\"worst.bin\");")?;
+    Ok(text)
+}
+
+fn aligned<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {
+    let bytes: &mut [u8] = bytemuck::cast_slice_mut(room);
+    bytes[..file.len()].copy_from_slice(file);
+    &bytes[..file.len()]
+}
+
+/// Where code and data go.
+fn memory(arm: bool) -> String {
+    let (flash, ram) = if arm { (0, 0x2000_0000_u32) } else { (0x8000_0000_u32, 0x8020_0000) };
+    let regions = ["TEXT", "RODATA", "DATA", "BSS", "HEAP", "STACK"].map(|region| {
+        let memory = if matches!(region, "TEXT" | "RODATA") { "FLASH" } else { "RAM" };
+        format!("REGION_ALIAS(\"REGION_{region}\", {memory});\n")
+    });
+    format!(
+        "MEMORY {{\n FLASH : ORIGIN = {flash:#x}, LENGTH = {FLASH_BYTES}\n RAM : ORIGIN = {ram:#x}, \
+         LENGTH = {RAM_BYTES}\n}}\n{}",
+        if arm { String::new() } else { regions.concat() }
+    )
+}

@@ -1,0 +1,38 @@
+//! A body in a microcontroller: the kernel in a control loop at 1 kHz, checked and measured.
+//!
+//! The position interrupt hands samples to the loop through the kernel's queue. The image plays
+//! its scene, then ticks from the worst state and at rest, and says on the debugger's channel, one
+//! `name value` a line, what `tests/firmware/runner` compares and holds against its budgets.
+#![no_std]
+#![no_main]
+
+#[cfg_attr(target_arch = "arm", path = "arm.rs")]
+#[cfg_attr(target_arch = "riscv32", path = "riscv.rs")]
+mod board;
+#[cfg(any(feature = "canary-panic", feature = "canary-alloc"))]
+mod canary;
+mod console;
+mod feed;
+mod measure;
+mod memory;
+mod panic;
+mod scene;
+mod stack;
+
+/// All of it; the board's start-up calls it once.
+fn run() -> ! {
+    stack::paint();
+    console::log_here();
+    #[cfg(any(feature = "canary-panic", feature = "canary-alloc"))]
+    canary::sing();
+    let done = memory::take().and_then(|mut tissue| {
+        measure::play(&mut tissue)?;
+        measure::worst(&mut tissue)?;
+        measure::rest(&mut tissue)
+    });
+    match done {
+        Some(()) => console::number("stack_bytes", stack::deepest()),
+        None => console::say("refused", "the kernel refuses this image's own scene"),
+    }
+    board::exit(done.is_some())
+}

@@ -1,0 +1,131 @@
+//! Ticks of the scene, from the worst state and at rest, counted in instructions.
+
+use chaincell_kernel::{Model, Network, TissueMut, ToolSample};
+use chaincell_scenes::Run;
+use nalgebra::Vector3;
+
+use crate::scene::{SCENE, SWEEPS, Scheme, TICKS, WORST, settings};
+use crate::{board, console, feed};
+
+/// Sweeps of the two ticks whose difference gives the cost of a sweep.
+const FEW: u16 = 1;
+const MANY: u16 = 5;
+/// Worst ticks in a row, so that momentum and the guard's decisions are met too.
+const WORST_TICKS: u32 = 3;
+/// Ticks at rest: the look for sleepers comes every 16th.
+const REST_TICKS: u32 = 33;
+/// Instructions from one position interrupt to the next: 1 ms at 480 MHz.
+const PERIOD: u32 = 480_000;
+/// The same where interrupts are to meet every depth of the stack.
+const DENSE_PERIOD: u32 = 5_000;
+
+type Tissue = TissueMut<'static, Scheme>;
+
+/// The same memory for a part of the run.
+fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
+    TissueMut {
+        head: tissue.head,
+        state: tissue.state,
+        residual: tissue.residual,
+        own: tissue.own,
+        room: tissue.room,
+        contacts: tissue.contacts,
+    }
+}
+
+/// The scene: a tick for each sample that the interrupt hands over. `None` where the kernel
+/// refuses the scene, here as below.
+pub fn play(tissue: &mut Tissue) -> Option<()> {
+    let mut run = Run::new(&SCENE, part(tissue)).ok()?;
+    let mut samples = feed::start(TICKS)?;
+    board::interrupt_every(PERIOD);
+    let (mut ticks, mut state_hash) = (0, 0);
+    while ticks < TICKS {
+        let Some(sample) = samples.dequeue() else {
+            board::wait();
+            continue;
+        };
+        let (output, hash) = run.tick_with(&sample);
+        board::apply(output.force_n.into());
+        state_hash = hash;
+        ticks += 1;
+    }
+    console::number("ticks", ticks);
+    console::number("late", feed::late());
+    console::bits("state_hash", state_hash);
+    console::bits("digest", run.digest());
+    Some(())
+}
+
+/// Instructions of one tick, interrupts off.
+fn count(tissue: &mut Tissue, network: &Network<'_>, sample: &ToolSample) -> u32 {
+    critical_section::with(|_| {
+        let before = board::instructions();
+        let output = tissue.tick(network, sample);
+        let after = board::instructions();
+        board::apply(output.force_n.into());
+        after.wrapping_sub(before)
+    })
+}
+
+fn network(sweeps: u16) -> Option<Network<'static>> {
+    let model = Model::from_bytes(SCENE.image).ok()?;
+    Network::new(model, settings(&model, sweeps)).ok()
+}
+
+/// The tool pulling slowly: every tick moves the cells it holds.
+fn pull(tick: u32) -> ToolSample {
+    let way_m = 0.01 * SCENE.reach_m * tick as f32;
+    ToolSample { position_m: Vector3::new(way_m, 0.0, way_m), engaged: 1 }
+}
+
+/// Puts the body into its worst state, every link out of its band, and ticks; the most
+/// instructions of a tick, and those of the first.
+fn counted(tissue: &mut Tissue, sweeps: u16) -> Option<(u32, u32)> {
+    let network = network(sweeps)?;
+    spread(tissue, &network)?;
+    let mut counts = [0; WORST_TICKS as usize];
+    for (tick, slot) in (0..).zip(&mut counts) {
+        *slot = count(tissue, &network, &pull(tick));
+    }
+    Some((counts.iter().copied().max()?, *counts.first()?))
+}
+
+/// Every link out of its band, the tool holding its cells.
+pub fn worst(tissue: &mut Tissue) -> Option<()> {
+    let (_, few) = counted(tissue, FEW)?;
+    let (_, many) = counted(tissue, MANY)?;
+    let (worst, _) = counted(tissue, SWEEPS)?;
+    console::number("instructions_per_sweep_worst", many.wrapping_sub(few) / u32::from(MANY - FEW));
+    console::number("instructions_per_tick_worst", worst);
+    console::number("instructions_of_one_sweep_tick", few);
+    // Once more with interrupts at every depth, for the stack.
+    let network = network(SWEEPS)?;
+    spread(tissue, &network)?;
+    board::interrupt_every(DENSE_PERIOD);
+    for tick in 0..WORST_TICKS {
+        board::apply(tissue.tick(&network, &pull(tick)).force_n.into());
+    }
+    board::interrupt_every(PERIOD);
+    Some(())
+}
+
+fn spread(tissue: &mut Tissue, network: &Network<'_>) -> Option<()> {
+    tissue.set_positions(network, bytemuck::try_cast_slice(WORST).ok()?).ok()?;
+    tissue.forbid_sleep(network.model());
+    Some(())
+}
+
+/// An untouched body. Its first tick, which makes ready for motion, is apart.
+pub fn rest(tissue: &mut Tissue) -> Option<()> {
+    let network = network(SWEEPS)?;
+    tissue.reset(&network).ok()?;
+    let before = tissue.state_hash(network.model());
+    let away = ToolSample { position_m: Vector3::zeros(), engaged: 0 };
+    console::number("instructions_of_first_tick", count(tissue, &network, &away));
+    let counts = (0..REST_TICKS).map(|_| count(tissue, &network, &away));
+    console::number("instructions_per_tick_rest", counts.max()?);
+    let moved = tissue.state_hash(network.model()) != before;
+    console::number("moved_at_rest", u32::from(moved));
+    Some(())
+}

@@ -1,0 +1,198 @@
+//! The scenes that images play: bodies, held cells, settings, motions.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use chaincell_kernel::{Model, Settings, Unloading};
+use chaincell_scenes::{SCENES, Scene, Tier};
+
+/// Most cells that the tool of a scene without a golden holds.
+const HELD_MAX: usize = 7;
+
+/// A scene and how its model is baked.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Name in tables, budgets and `--only`.
+    pub name: &'static str,
+    /// Arguments of `chaincell bake`.
+    pub bake: &'static [&'static str],
+    pub scheme: &'static str,
+    /// A golden scene on the same body, whose motion, held cells and settings this one takes.
+    pub golden: Option<&'static str>,
+    /// Sweeps a tick where there is no golden.
+    pub sweeps: u16,
+    /// Most ticks that are played.
+    pub ticks_max: u32,
+    /// Too slow in software floating point but for `--slow`.
+    pub slow_without_fpu: bool,
+}
+
+/// All of them.
+pub const CASES: [Case; 6] = [
+    Case {
+        name: "plane8_track",
+        bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
+        scheme: "track",
+        golden: Some("plane8_track"),
+        sweeps: 4,
+        ticks_max: u32::MAX,
+        slow_without_fpu: false,
+    },
+    Case {
+        name: "plane8_euler",
+        bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
+        scheme: "euler",
+        golden: None,
+        sweeps: 4,
+        ticks_max: u32::MAX,
+        slow_without_fpu: false,
+    },
+    Case {
+        name: "organ500_track",
+        bake: &["organ:500", "--hats=3.5", "--lean"],
+        scheme: "track",
+        golden: Some("organ500_track"),
+        sweeps: 4,
+        ticks_max: u32::MAX,
+        slow_without_fpu: false,
+    },
+    Case {
+        name: "organ1000_track",
+        bake: &["organ:1010", "--hats=4.5", "--lean"],
+        scheme: "track",
+        golden: None,
+        sweeps: 1,
+        ticks_max: u32::MAX,
+        slow_without_fpu: false,
+    },
+    Case {
+        name: "organ1000_bare",
+        bake: &["organ:1010", "--hats=none", "--lean"],
+        scheme: "track",
+        golden: None,
+        sweeps: 1,
+        ticks_max: u32::MAX,
+        slow_without_fpu: true,
+    },
+    // As many cells as 1 MB of RAM carry.
+    Case {
+        name: "organ16000_track",
+        bake: &["organ:16000", "--hats=none", "--lean"],
+        scheme: "track",
+        golden: None,
+        sweeps: 1,
+        ticks_max: 10,
+        slow_without_fpu: true,
+    },
+];
+
+/// Sizes for `--fit`: the organ with a few dozen hats, and without.
+pub const FIT: [(&str, [Case; 4]); 2] = [
+    (
+        "with hats",
+        [
+            fit("fit200", &["organ:200", "--hats=4.5", "--lean"]),
+            fit("fit500", &["organ:500", "--hats=4.5", "--lean"]),
+            fit("fit1000", &["organ:1000", "--hats=4.5", "--lean"]),
+            fit("fit1500", &["organ:1500", "--hats=4.5", "--lean"]),
+        ],
+    ),
+    (
+        "without hats",
+        [
+            fit("bare200", &["organ:200", "--hats=none", "--lean"]),
+            fit("bare500", &["organ:500", "--hats=none", "--lean"]),
+            fit("bare1000", &["organ:1000", "--hats=none", "--lean"]),
+            fit("bare1500", &["organ:1500", "--hats=none", "--lean"]),
+        ],
+    ),
+];
+
+const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {
+    let (scheme, golden, sweeps, ticks_max) = ("track", None, 1, 10);
+    Case { name, bake, scheme, golden, sweeps, ticks_max, slow_without_fpu: false }
+}
+
+/// A case ready to be built: its model and its scene.
+pub struct Ready {
+    pub case: Case,
+    pub model_path: PathBuf,
+    pub model: Model<'static>,
+    pub scene: &'static Scene,
+    pub ticks: u32,
+}
+
+impl Ready {
+    /// The settings in force.
+    pub fn settings(&self) -> Settings {
+        (self.scene.settings)(&self.model)
+    }
+}
+
+/// Bakes the model into `folder` with the program `chaincell` and lays out the scene.
+pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Result<Ready> {
+    std::fs::create_dir_all(folder)?;
+    let model_path = folder.join(format!("{}.chaincell", case.name));
+    let mut bake = Command::new(chaincell);
+    bake.arg("bake").args(case.bake).arg("--json").arg("-o").arg(&model_path);
+    let baked = bake.output().with_context(|| format!("{}", chaincell.display()))?;
+    let why = String::from_utf8_lossy(&baked.stderr);
+    ensure!(baked.status.success(), "{}: bake: {why}", case.name);
+    let image = aligned(&std::fs::read(&model_path)?);
+    let model = Model::from_bytes(image)?;
+    let scene = match case.golden {
+        Some(name) => {
+            let golden = SCENES.into_iter().find(|scene| scene.name == name);
+            let golden = golden.with_context(|| format!("no golden scene {name}"))?;
+            Scene { image, ..*golden }
+        }
+        None => Scene {
+            name: case.name,
+            scheme: case.scheme,
+            tiers: &Tier::ALL,
+            image,
+            cells: model.cells(),
+            held: Box::leak(held(&model)?.into_boxed_slice()),
+            reach_m: 3.0 * model.unit_m(),
+            settings: match case.sweeps {
+                1 => |model| settings(model, 1),
+                _ => |model| settings(model, 4),
+            },
+        },
+    };
+    let ticks = ticks.min(case.ticks_max);
+    Ok(Ready { case, model_path, model, scene: Box::leak(Box::new(scene)), ticks })
+}
+
+fn settings(model: &Model<'_>, sweeps: u16) -> Settings {
+    Settings { sweeps, unloading: Unloading::Release, ..Settings::for_model(model) }
+}
+
+/// A copy of the image where the kernel may read it, for as long as the program runs.
+fn aligned(bytes: &[u8]) -> &'static [u8] {
+    let words = Box::leak(vec![0_u128; bytes.len().div_ceil(16)].into_boxed_slice());
+    let room: &'static mut [u8] = bytemuck::cast_slice_mut(words);
+    let (room, _) = room.split_at_mut(bytes.len());
+    room.copy_from_slice(bytes);
+    room
+}
+
+/// Input ids of the free cell farthest from the fixed ones and of some free neighbours.
+fn held(model: &Model<'_>) -> Result<Vec<u32>> {
+    let away = |cell: usize| {
+        let at = model.rest_position(cell);
+        let squares = model.fixed().iter().map(|&fixed| {
+            let other = model.rest_position(fixed.into());
+            (0..3).map(|axis| (at[axis] - other[axis]).powi(2)).sum::<f32>()
+        });
+        squares.fold(f32::INFINITY, f32::min)
+    };
+    let free = |cell: &usize| !model.is_fixed(*cell as u16);
+    let cells = (0..model.cells()).filter(free);
+    let middle = cells.max_by(|&a, &b| away(a).total_cmp(&away(b)).then(b.cmp(&a)));
+    let middle = middle.context("every cell is fixed")?;
+    let neighbours = model.neighbours(middle).map(|(_, other)| other).filter(free);
+    let cells = [middle].into_iter().chain(neighbours).take(HELD_MAX);
+    Ok(cells.map(|cell| model.input_id()[cell]).collect())
+}

@@ -1,0 +1,47 @@
+//! Running an image in QEMU.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::image::Image;
+use crate::target::Target;
+
+/// What an image said: values by name.
+pub struct Said(BTreeMap<String, String>);
+
+impl Said {
+    pub fn number(&self, name: &str) -> Result<u64> {
+        Ok(self.text(name)?.parse()?)
+    }
+
+    pub fn bits(&self, name: &str) -> Result<u64> {
+        Ok(u64::from_str_radix(self.text(name)?, 16)?)
+    }
+
+    fn text(&self, name: &str) -> Result<&str> {
+        self.0.get(name).map(String::as_str).with_context(|| format!("the image says no {name}"))
+    }
+}
+
+/// Runs the image, one instruction a nanosecond, for at most `seconds` of this machine's time.
+pub fn run(target: &Target, image: &Image, seconds: u32) -> Result<Said> {
+    let [program, machine] = target.emulator;
+    let mut command = Command::new("timeout");
+    command.args(["--kill-after=5", &seconds.to_string(), program, "-machine", machine]);
+    command.args(["-bios", "none"].iter().take(if machine == "virt" { 2 } else { 0 }));
+    command.args(["-icount", "shift=0,sleep=off", "-display", "none", "-monitor", "none"]);
+    command.args(["-serial", "none", "-semihosting-config", "enable=on,target=native"]);
+    command.arg("-kernel").arg(&image.path);
+    let run = command.output().context("timeout, from coreutils")?;
+    let stdout = String::from_utf8_lossy(&run.stdout);
+    let stderr = String::from_utf8_lossy(&run.stderr);
+    let path = image.path.display();
+    if run.status.code() == Some(124) {
+        bail!("{path}: not done after {seconds} s; it said:\n{stdout}");
+    }
+    ensure!(run.status.success(), "{path}: {}; it said:\n{stdout}{stderr}", run.status);
+    let pairs = stdout.lines().filter_map(|line| line.split_once(' '));
+    Ok(Said(pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()))
+}

@@ -1,0 +1,152 @@
+//! What is measured of an image, as JSON and as a table.
+
+use anyhow::{Result, ensure};
+use chaincell_scenes::Tier;
+use serde::Serialize;
+
+use crate::case::Ready;
+use crate::emulate::Said;
+use crate::host::Answer;
+use crate::image::Image;
+use crate::target::Target;
+
+/// Cycles beyond one that a square root or a division keeps the FPU busy: 14 on the Cortex-M4 by
+/// its reference manual; that of the Cortex-M7 gives none.
+const STALL_CYCLES: u64 = 13;
+
+/// Figures of one image.
+#[derive(Debug, Clone, Serialize)]
+pub struct Figures {
+    pub target: &'static str,
+    pub core: &'static str,
+    pub scene: &'static str,
+    pub tier: &'static str,
+    pub scheme: &'static str,
+    pub cells: usize,
+    pub links: usize,
+    pub hats: usize,
+    pub sweeps: u16,
+    pub ticks: u64,
+    pub state_hash: String,
+    pub host_state_hash: String,
+    pub digest: String,
+    pub host_digest: String,
+    pub instructions_per_tick_worst: u64,
+    pub instructions_per_sweep_worst: u64,
+    pub instructions_per_tick_rest: u64,
+    pub instructions_one_sweep_tick_worst: u64,
+    /// An estimate, not a measurement: see [`estimate`]. Cortex-M7 only.
+    pub cycles_per_tick_worst_estimate: Option<u64>,
+    pub flash_bytes: u64,
+    pub ram_bytes: u64,
+    pub stack_bytes: u64,
+    pub model_bytes: usize,
+    /// Interrupts that found the queue full, since a tick took more than 480,000 instructions.
+    pub late_interrupts: u64,
+}
+
+/// Cycles of a tick on a Cortex-M7, estimated: one a instruction, as if what dual issue saves were
+/// lost again to loads that wait and to branches; and for every link and sweep the stalls of one
+/// square root and one division. Code and model in memory without wait states.
+fn estimate(target: &Target, instructions: u64, links: usize, sweeps: u16) -> Option<u64> {
+    let stalls = 2 * STALL_CYCLES * links as u64 * u64::from(sweeps);
+    (target.name == "m7").then_some(instructions + stalls)
+}
+
+impl Figures {
+    /// Puts together what the image said; fails where it differs from this machine's answer.
+    pub fn new(
+        target: &Target,
+        ready: &Ready,
+        tier: Tier,
+        image: &Image,
+        said: &Said,
+        host: Answer,
+    ) -> Result<Self> {
+        let (links, sweeps) = (ready.model.links(), ready.settings().sweeps);
+        let worst = said.number("instructions_per_tick_worst")?;
+        let figures = Self {
+            target: target.name,
+            core: target.core,
+            scene: ready.case.name,
+            tier: tier.name(),
+            scheme: ready.scene.scheme,
+            cells: ready.model.cells(),
+            links,
+            hats: ready.model.hats(),
+            sweeps,
+            ticks: said.number("ticks")?,
+            state_hash: format!("{:016x}", said.bits("state_hash")?),
+            host_state_hash: format!("{:016x}", host.state_hash),
+            digest: format!("{:016x}", said.bits("digest")?),
+            host_digest: format!("{:016x}", host.digest),
+            instructions_per_tick_worst: worst,
+            instructions_per_sweep_worst: said.number("instructions_per_sweep_worst")?,
+            instructions_per_tick_rest: said.number("instructions_per_tick_rest")?,
+            instructions_one_sweep_tick_worst: said.number("instructions_of_one_sweep_tick")?,
+            cycles_per_tick_worst_estimate: estimate(target, worst, links, sweeps),
+            flash_bytes: image.flash_bytes,
+            ram_bytes: image.ram_bytes,
+            stack_bytes: said.number("stack_bytes")?,
+            model_bytes: ready.scene.image.len(),
+            late_interrupts: said.number("late")?,
+        };
+        let name = format!("{} {} {}", figures.target, figures.scene, figures.tier);
+        ensure!(figures.ticks == u64::from(ready.ticks), "{name}: {} ticks", figures.ticks);
+        let (own, hosts) = (&figures.digest, &figures.host_digest);
+        ensure!(
+            own == hosts && figures.state_hash == figures.host_state_hash,
+            "{name}: not the bits of this machine: state hash {} and {}, digest {own} and {hosts}",
+            figures.state_hash,
+            figures.host_state_hash
+        );
+        ensure!(said.number("moved_at_rest")? == 0, "{name}: an untouched body moved");
+        ensure!(image.allocators.is_empty(), "{name}: allocates: {:?}", image.allocators);
+        Ok(figures)
+    }
+
+    /// Head of the table.
+    pub fn head() -> String {
+        format!(
+            "{:5} {:23} {:>6} {:>7} {:>5} {:>3} {:>5} {:>16} {:>11} {:>11} {:>8} {:>9} {:>9} {:>7} {:>11}",
+            "core",
+            "scene, number",
+            "cells",
+            "links",
+            "hats",
+            "swp",
+            "ticks",
+            "state hash",
+            "sweep worst",
+            "tick worst",
+            "rest",
+            "flash",
+            "RAM",
+            "stack",
+            "cycles est."
+        )
+    }
+
+    /// Its line of the table.
+    pub fn line(&self) -> String {
+        let cycles = self.cycles_per_tick_worst_estimate;
+        format!(
+            "{:5} {:23} {:6} {:7} {:5} {:3} {:5} {} {:11} {:11} {:8} {:9} {:9} {:7} {:>11}",
+            self.target,
+            format!("{} {}", self.scene, self.tier),
+            self.cells,
+            self.links,
+            self.hats,
+            self.sweeps,
+            self.ticks,
+            self.state_hash,
+            self.instructions_per_sweep_worst,
+            self.instructions_per_tick_worst,
+            self.instructions_per_tick_rest,
+            self.flash_bytes,
+            self.ram_bytes,
+            self.stack_bytes,
+            cycles.map_or(String::new(), |cycles| cycles.to_string())
+        )
+    }
+}

@@ -1,0 +1,167 @@
+//! Building an image, and what its file says.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+use chaincell_kernel::Unloading;
+use chaincell_scenes::Tier;
+use object::elf::SHF_ALLOC;
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
+
+use crate::case::Ready;
+use crate::target::Target;
+
+/// Names of an allocator's functions, inside whatever mangling.
+const ALLOCATOR: [&str; 5] =
+    ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc", "GlobalAlloc"];
+
+/// Which program compiles images, from the environment that `tests/firmware/run` sets.
+pub struct Workshop {
+    /// The workspace of the image.
+    pub workspace: PathBuf,
+    /// With the packages' compiler: its path and its libraries; `core` is built from source.
+    packages: Option<(String, String)>,
+    /// The linker where the packages' compiler has none of its own.
+    linker: Option<String>,
+    /// The compiler's version.
+    pub compiler: String,
+}
+
+impl Workshop {
+    pub fn new(workspace: PathBuf) -> Result<Self> {
+        let variable = |name: &str| std::env::var(name).ok();
+        let packages = variable("CHAINCELL_IMAGE_RUSTC").zip(variable("CHAINCELL_IMAGE_LIBRARIES"));
+        let mut rustc = Command::new(packages.as_ref().map_or("rustc", |(rustc, _)| rustc));
+        if let Some((_, libraries)) = &packages {
+            rustc.env("LD_LIBRARY_PATH", libraries);
+        }
+        let said = rustc.arg("--version").output().context("rustc")?;
+        let compiler = String::from_utf8(said.stdout)?.trim().to_owned();
+        let linker = variable("CHAINCELL_IMAGE_LINKER");
+        Ok(Self { workspace, packages, linker, compiler })
+    }
+
+    /// Cargo for the image of a scene.
+    fn cargo(&self, what: &str, target: &Target, ready: &Ready, tier: Tier) -> Command {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.current_dir(&self.workspace).args([what, "--locked", "--profile=image"]);
+        cargo.args(["--package=chaincell-firmware", "--target", target.triple]);
+        cargo.arg("--target-dir").arg(self.folder());
+        let mut flags = format!("-Ctarget-cpu={}", target.cpu);
+        if let Some((rustc, libraries)) = &self.packages {
+            cargo.arg("-Zbuild-std=core").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
+            cargo.env("LD_LIBRARY_PATH", libraries);
+        }
+        if let Some(linker) = &self.linker {
+            flags += &format!(" -Clinker={linker}");
+        }
+        let triple = target.triple.to_uppercase().replace('-', "_");
+        cargo.env(format!("CARGO_TARGET_{triple}_RUSTFLAGS"), flags);
+        cargo.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
+        cargo.envs(environment(ready, tier));
+        cargo
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.workspace.join("target/images")
+    }
+
+    /// Builds the image of a scene. The outer error is trouble, the inner one the compiler's
+    /// refusal.
+    pub fn build(
+        &self,
+        target: &Target,
+        ready: &Ready,
+        tier: Tier,
+        feature: Option<&str>,
+    ) -> Result<std::result::Result<Image, String>> {
+        let mut cargo = self.cargo("build", target, ready, tier);
+        cargo.args(feature.map(|feature| format!("--features={feature}")));
+        let built = cargo.output().context("cargo")?;
+        if !built.status.success() {
+            return Ok(Err(String::from_utf8_lossy(&built.stderr).into_owned()));
+        }
+        let from = self.folder().join(target.triple).join("image/chaincell-firmware");
+        let (core, scene, tier) = (target.name, ready.case.name, tier.name());
+        let name = format!("{core}-{scene}-{tier}{}", feature.unwrap_or(""));
+        let to = self.folder().join(name).with_extension("elf");
+        std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
+        Ok(Ok(Image::read(&to, target, ready)?))
+    }
+
+    /// Holds the image's source against the lints; `false` where the compiler has none.
+    pub fn lint(&self, target: &Target, ready: &Ready) -> Result<bool> {
+        if self.packages.is_some() {
+            return Ok(false);
+        }
+        let mut cargo = self.cargo("clippy", target, ready, Tier::F32);
+        cargo.args(["--features=canary-panic", "--", "-Dwarnings"]);
+        ensure!(cargo.status().context("cargo")?.success(), "{}: lints", target.triple);
+        Ok(true)
+    }
+}
+
+/// What `image/build.rs` reads.
+fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 9] {
+    let settings = ready.settings();
+    let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
+    let unloading = match settings.unloading {
+        Unloading::Off => "Off",
+        Unloading::Release => "Release",
+        Unloading::Retreat => "Retreat",
+    };
+    [
+        ("CHAINCELL_MODEL", ready.model_path.display().to_string()),
+        ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
+        ("CHAINCELL_TIER", tier.name().into()),
+        ("CHAINCELL_HELD", held.join(",")),
+        ("CHAINCELL_SWEEPS", settings.sweeps.to_string()),
+        ("CHAINCELL_UNLOADING", unloading.into()),
+        ("CHAINCELL_MAX_FORCE_BITS", settings.max_force_n.to_bits().to_string()),
+        ("CHAINCELL_TICKS", ready.ticks.to_string()),
+        ("CHAINCELL_REACH_BITS", ready.scene.reach_m.to_bits().to_string()),
+    ]
+}
+
+/// A linked image.
+pub struct Image {
+    pub path: PathBuf,
+    /// Code, constants, model and initial values, without the measurement's own worst state.
+    pub flash_bytes: u64,
+    /// Statics.
+    pub ram_bytes: u64,
+    /// Allocator functions in it.
+    pub allocators: Vec<String>,
+}
+
+impl Image {
+    fn read(path: &Path, target: &Target, ready: &Ready) -> Result<Self> {
+        let bytes = std::fs::read(path)?;
+        let file = object::File::parse(&*bytes)?;
+        let (mut flash_bytes, mut ram_bytes) = (0, 0);
+        for section in file.sections() {
+            let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
+            // What is left for stack and heap takes up all the rest of the RAM.
+            let left = matches!(section.name()?, ".stack" | ".heap");
+            if (sh_flags & SHF_ALLOC).0 == 0 || left {
+                continue;
+            }
+            let in_ram = section.address() >= target.ram;
+            ram_bytes += if in_ram { section.size() } else { 0 };
+            flash_bytes += section.file_range().map_or(0, |(_, size)| size);
+        }
+        let worst = 12 * ready.model.cells() as u64;
+        ensure!(flash_bytes > worst, "{}: no code in it", path.display());
+        let allocators = allocators(path)?;
+        Ok(Self { path: path.into(), flash_bytes: flash_bytes - worst, ram_bytes, allocators })
+    }
+}
+
+/// Names of an allocator's functions among the symbols of a program.
+pub fn allocators(path: &Path) -> Result<Vec<String>> {
+    let bytes = std::fs::read(path)?;
+    let file = object::File::parse(&*bytes)?;
+    let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned));
+    Ok(names.filter(|name| ALLOCATOR.iter().any(|part| name.contains(part))).collect())
+}

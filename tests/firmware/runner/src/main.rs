@@ -1,0 +1,289 @@
+//! Builds firmware images of the kernel, runs them on emulated microcontrollers, compares their
+//! bits with this machine's and holds them against their budgets.
+
+mod budget;
+mod case;
+mod emulate;
+mod figures;
+mod fit;
+mod host;
+mod image;
+mod target;
+mod tier;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use chaincell_scenes::{TICKS, Tier};
+use clap::Parser;
+
+use budget::Budgets;
+use case::{CASES, Case, FIT, Ready};
+use figures::Figures;
+use host::Answer;
+use image::{Image, Workshop, allocators};
+use target::{TARGETS, Target};
+use tier::tiers;
+
+/// Longest run of one image on this machine \[s\].
+const SECONDS: u32 = 120;
+const SECONDS_SLOW: u32 = 1800;
+
+/// Run the kernel on emulated microcontrollers: the same bits as here, and what it costs.
+#[derive(Debug, Parser)]
+#[command(after_help = "Example:\n  tests/firmware/run --only m7-plane8_track,rv32 --json")]
+struct Args {
+    /// Print one JSON object a line, one for each image and scene
+    #[arg(long)]
+    json: bool,
+    /// Images whose TARGET-SCENE-NUMBER contains one of these: m7, organ500, m3-plane8_euler, fixed
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// All 2,000 ticks of the scenes; CHAINCELL_SLOW=1 does the same
+    #[arg(long)]
+    slow: bool,
+    /// How many organ cells fit a millisecond on the Cortex-M7
+    #[arg(long)]
+    fit: bool,
+    /// Write budgets.toml anew from what is measured
+    #[arg(long)]
+    write_budgets: bool,
+    /// Hold the image's source against the lints and do no more
+    #[arg(long)]
+    lint: bool,
+    /// The program that bakes models
+    #[arg(long, env = "CHAINCELL")]
+    chaincell: PathBuf,
+}
+
+/// An image with the scene it plays and this machine's answer.
+type Built = (&'static Target, Arc<Ready>, Tier, Answer, Image);
+
+/// What a run works with.
+struct Bench {
+    args: Args,
+    workshop: Workshop,
+    models: PathBuf,
+    ticks: u32,
+    slow: bool,
+}
+
+fn main() -> ExitCode {
+    match run(Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("firmware: {why:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: Args) -> Result<()> {
+    let workspace = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let workspace = workspace.parent().context("no workspace")?.to_owned();
+    let slow = args.slow || std::env::var("CHAINCELL_SLOW").is_ok_and(|value| value == "1");
+    let [few, all] = TICKS;
+    let ticks = if slow { all } else { few };
+    let path = workspace.join("budgets.toml");
+    let mut budgets = Budgets::read(&path)
+        .or_else(|why| if args.write_budgets { Ok(Budgets::default()) } else { Err(why) })?;
+    let models = workspace.join("target/models");
+    let bench = Bench { workshop: Workshop::new(workspace)?, models, ticks, slow, args };
+    bench.say(&format!("images by {}, {ticks} ticks", bench.workshop.compiler));
+    let foreign = !bench.args.write_budgets && budgets.compiler() != bench.workshop.compiler;
+    if foreign {
+        bench.say(&format!("SKIPPED budgets: they are for {}", budgets.compiler()));
+    }
+    if bench.args.fit {
+        return bench.fit();
+    }
+    if bench.args.lint {
+        return bench.lint();
+    }
+    bench.say(&Figures::head());
+    let (mut broken, mut images) = (vec![], 0);
+    bench.each(|figures| {
+        images += 1;
+        bench.show(&figures)?;
+        if bench.args.write_budgets {
+            budgets.take(&figures, &bench.workshop.compiler);
+            return Ok(());
+        }
+        if foreign {
+            return Ok(());
+        }
+        let verdict = budgets.check(&figures);
+        for loose in verdict.loose {
+            bench.say(&format!("  can be tightened: {loose}"));
+        }
+        broken.extend(verdict.broken);
+        Ok(())
+    })?;
+    ensure!(images > 0, "--only {}: no such image", bench.args.only.join(","));
+    if bench.args.only.is_empty() {
+        bench.canaries()?;
+    }
+    if bench.args.write_budgets {
+        budgets.write(&path)?;
+        bench.say(&format!("written: {}", path.display()));
+    }
+    ensure!(broken.is_empty(), "over budget:\n  {}", broken.join("\n  "));
+    let held = if foreign { "budgets skipped" } else { "within their budgets" };
+    bench.say(&format!("ok: {images} images, the bits of this machine, {held}"));
+    Ok(())
+}
+
+impl Bench {
+    /// For people: with `--json` on the other channel.
+    fn say(&self, text: &str) {
+        if self.args.json {
+            eprintln!("{text}");
+        } else {
+            println!("{text}");
+        }
+    }
+
+    /// A line of the table, and with `--json` the object.
+    fn show(&self, figures: &Figures) -> Result<()> {
+        if self.args.json {
+            println!("{}", serde_json::to_string(figures)?);
+        }
+        self.say(&figures.line());
+        Ok(())
+    }
+
+    /// Measures all images that are wanted; the next one is built while one runs.
+    fn each(&self, mut take: impl FnMut(Figures) -> Result<()>) -> Result<()> {
+        std::thread::scope(|scope| {
+            let (to, built) = sync_channel(1);
+            scope.spawn(move || {
+                let sent = self.build_all(|image| to.send(Ok(image)).is_ok());
+                if let Err(why) = sent {
+                    // Nobody listens any more where an earlier image has failed.
+                    let _ = to.send(Err(why));
+                }
+            });
+            for built in built {
+                let (target, ready, tier, host, image) = built?;
+                take(self.emulate(target, &ready, tier, &image, host)?)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Builds all images that are wanted, until `send` says that nobody wants more.
+    fn build_all(&self, send: impl Fn(Built) -> bool) -> Result<()> {
+        for case in CASES {
+            let all = TARGETS
+                .iter()
+                .flat_map(|target| tiers(target, &case).iter().map(move |&tier| (target, tier)));
+            let wanted: Vec<(&'static Target, Tier)> =
+                all.filter(|(target, tier)| self.wants(target, &case, *tier)).collect();
+            if wanted.is_empty() {
+                continue;
+            }
+            let ready = Arc::new(self.prepare(case)?);
+            for (target, tier) in wanted {
+                let host = host::play(&ready, tier)?;
+                let image = self.build(target, &ready, tier)?;
+                if !send((target, Arc::clone(&ready), tier, host, image)) {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn wants(&self, target: &Target, case: &Case, tier: Tier) -> bool {
+        let name = format!("{}-{}-{}", target.name, case.name, tier.name());
+        let named = |part: &String| name.contains(&**part);
+        let quick = target.fpu || !case.slow_without_fpu || self.slow;
+        quick && (self.args.only.is_empty() || self.args.only.iter().any(named))
+    }
+
+    fn prepare(&self, case: Case) -> Result<Ready> {
+        case::prepare(case, &self.args.chaincell, &self.models, self.ticks)
+    }
+
+    fn build(&self, target: &Target, ready: &Ready, tier: Tier) -> Result<Image> {
+        self.workshop.build(target, ready, tier, None)?.map_err(|said| {
+            let panics = said.contains("a_panic_is_left_in_the_image");
+            let why = if panics { "the kernel or the image can panic" } else { "the build fails" };
+            anyhow!("{} {}: {why}:\n{said}", target.name, ready.case.name)
+        })
+    }
+
+    fn emulate(
+        &self,
+        target: &Target,
+        ready: &Ready,
+        tier: Tier,
+        image: &Image,
+        host: Answer,
+    ) -> Result<Figures> {
+        let seconds = if self.slow { SECONDS_SLOW } else { SECONDS };
+        let said = emulate::run(target, image, seconds)?;
+        Figures::new(target, ready, tier, image, &said, host)
+    }
+
+    /// Sees the gates fail: on an image that can panic, on one that links `alloc`, and on a program
+    /// that has an allocator.
+    fn canaries(&self) -> Result<()> {
+        let ready = self.prepare(CASES[0])?;
+        for (feature, refusal) in [
+            ("canary-panic", "a_panic_is_left_in_the_image"),
+            ("canary-alloc", "no global memory allocator found"),
+        ] {
+            match self.workshop.build(&TARGETS[0], &ready, Tier::F32, Some(feature))? {
+                Ok(_) => bail!("the image with {feature} links"),
+                Err(said) => ensure!(said.contains(refusal), "{feature}:\n{said}"),
+            }
+        }
+        // This program has an allocator: the look for one must find it here.
+        let own = std::env::current_exe()?;
+        ensure!(!allocators(&own)?.is_empty(), "{}: no allocator is seen", own.display());
+        self.say("gates: a panic and a heap do not link, an allocator is seen");
+        Ok(())
+    }
+
+    fn lint(&self) -> Result<()> {
+        let ready = self.prepare(CASES[0])?;
+        // Arm and RISC-V have files of their own; all else is the same source.
+        for target in TARGETS.iter().filter(|target| ["m7", "rv32"].contains(&target.name)) {
+            if !self.workshop.lint(target, &ready)? {
+                self.say("SKIPPED lints of the images: the packages bring no clippy");
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Measures the sizes and says how many cells fit.
+    fn fit(&self) -> Result<()> {
+        for (kind, cases) in FIT {
+            let mut sizes = vec![];
+            for case in cases {
+                let ready = self.prepare(case)?;
+                let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
+                let image = self.build(target, &ready, Tier::F32)?;
+                let figures = self.emulate(target, &ready, Tier::F32, &image, host)?;
+                let (cells, hats) = (figures.cells, figures.hats);
+                let tick = figures.instructions_one_sweep_tick_worst;
+                let sweep = figures.instructions_per_sweep_worst;
+                self.say(&format!(
+                    "{}, {cells} cells, {hats} hats: a tick of one sweep {tick}, a further sweep \
+                     {sweep}",
+                    figures.core
+                ));
+                sizes.push(fit::Size { cells, tick, sweep });
+            }
+            for line in fit::lines(&sizes) {
+                self.say(&format!("{kind}, {line}"));
+            }
+        }
+        Ok(())
+    }
+}

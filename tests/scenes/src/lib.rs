@@ -1,0 +1,83 @@
+//! Golden scenes: bodies, motions and digests that every target must reproduce to the last bit.
+//!
+//! A [`Scene`] is a body linked into the program, the cells that the tool holds, settings and a
+//! motion in plain `f32` arithmetic. [`Run`] plays it tick by tick and absorbs all that each tick
+//! answers into a [`Digest`]; [`GOLDENS`] holds what must come out. No `std`, no heap: firmware
+//! plays one scene in a static tissue of the scene's own size.
+//!
+//! ```
+//! use chaincell_scenes::{Run, Tier, golden, plane4_gauss_seidel as scene};
+//!
+//! let mut tissue = scene::Body::new(); // in firmware a static, 10 kB
+//! let mut run = Run::new(&scene::SCENE, tissue.view()).unwrap();
+//! run.play(100, |_tick, _state_hash| {});
+//! let golden = golden(&scene::SCENE, Tier::F32, 100).unwrap();
+//! assert_eq!(run.digest(), golden.digest);
+//! ```
+//!
+//! Where a target differs, [`first_difference`] finds the first tick and the first cell of two
+//! runs on one machine; for a foreign target, [`report`] writes what a workstation needs for that:
+//! `cargo run --release -p chaincell-scenes --example golden`.
+#![no_std]
+
+mod digest;
+mod goldens;
+mod list;
+mod motion;
+pub mod report;
+mod run;
+
+pub use digest::{Digest, TICK_BYTES};
+pub use goldens::{GOLDENS, Golden, TICKS, golden};
+pub use list::*;
+pub use motion::sample;
+pub use run::{Act, Difference, FAULT, Run, RunError, Stepper, first_difference};
+
+use chaincell_kernel::{Model, Settings};
+
+/// Number type that a scheme computes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tier {
+    /// IEEE 754 single precision.
+    F32,
+    /// Fixed point, 8.24 bits.
+    Fixed,
+    /// IEEE 754 double precision.
+    F64,
+}
+
+impl Tier {
+    /// All tiers.
+    pub const ALL: [Self; 3] = [Self::F32, Self::Fixed, Self::F64];
+
+    /// Name in reports, that of `--number`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::Fixed => "fixed",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+/// What is played.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene {
+    /// Name, `body_scheme`.
+    pub name: &'static str,
+    /// The scheme's name.
+    pub scheme: &'static str,
+    /// Number types that the scene is played in.
+    pub tiers: &'static [Tier],
+    /// Model image, aligned as the kernel reads it.
+    pub image: &'static [u8],
+    /// Cells of the body.
+    pub cells: usize,
+    /// Input ids of the cells that the tool holds.
+    pub held: &'static [u32],
+    /// Depth of a press \[m\].
+    pub reach_m: f32,
+    /// Settings for the body.
+    pub settings: fn(&Model<'_>) -> Settings,
+}

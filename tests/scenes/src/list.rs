@@ -1,0 +1,135 @@
+//! The scenes: the one place where bodies, schemes and sizes stand.
+//!
+//! `tests/tests/scenes.rs` bakes every image anew and compares.
+
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, Model, Rkl1, Rkl2, Settings, Tissue, Track, Unloading, hats_room,
+    include_model,
+};
+
+use fixed::types::I8F24;
+
+use crate::{Act, Scene, Tier};
+
+/// `chaincell bake plane:21x21x0.01 --hats none --colours --lean`: four neighbours.
+pub static PLANE4: &[u8] = include_model!("../../data/plane4.chaincell");
+/// `chaincell bake plane:21x21x0.01 --diagonals --alpha 0.02 --hats none`: eight neighbours, sliced.
+pub static PLANE8: &[u8] = include_model!("../../data/plane8.chaincell");
+/// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`: slack, sliced, 18 hats.
+pub static BOX7: &[u8] = include_model!("../../data/box7.chaincell");
+/// `chaincell bake organ:500 --hats 3.5 --lean`: 24 hats.
+pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
+/// `chaincell bake organ:300 --hats 3 --colours` with alpha and stiffness of their own for every
+/// link: sliced, 24 hats.
+pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
+
+/// Defaults but for the number of sweeps, the bands and the force's limit.
+fn settings<D: Dynamics>(
+    model: &Model<'_>,
+    sweeps: u16,
+    unloading: Unloading,
+    max_force_n: f32,
+) -> Settings {
+    let tick_time = D::tick_time(model, sweeps);
+    Settings { sweeps, tick_time, unloading, max_force_n, ..Settings::for_model(model) }
+}
+
+macro_rules! scenes {
+    ($($(#[$doc:meta])* $name:ident {
+        image: $image:ident, cells: $cells:literal, held: $held:expr, reach_m: $reach:literal,
+        scheme: $scheme:ty, also: [$($tier:ident $other:ty),*], sweeps: $sweeps:literal, unloading: $unloading:ident,
+        max_force_n: $force:expr,
+    })*) => {
+        $($(#[$doc])* pub mod $name {
+            use super::*;
+
+            /// Scheme of the scene, in `f32`.
+            pub type Scheme = $scheme;
+            /// A tissue that the scene just fits.
+            pub type Body = BodyOf<Scheme>;
+            /// The same for the scene's scheme in another number type.
+            pub type BodyOf<D> = Tissue<$cells, D, { HELD.len() }>;
+            const HELD: &[u32] = &$held;
+            /// The scene.
+            pub static SCENE: Scene = Scene {
+                name: stringify!($name),
+                scheme: <Scheme as Dynamics>::NAME,
+                tiers: &[Tier::F32 $(, Tier::$tier)*],
+                image: $image,
+                cells: $cells,
+                held: HELD,
+                reach_m: $reach,
+                settings: |model| {
+                    settings::<Scheme>(model, $sweeps, Unloading::$unloading, $force)
+                },
+            };
+        })*
+
+        /// All scenes.
+        pub static SCENES: [&Scene; [$(stringify!($name)),*].len()] = [$(&$name::SCENE),*];
+
+        /// Gives `act` a scene by its name with a tissue for it on the stack; `None` where there
+        /// is no such scene in that tier. Firmware with a small stack takes the scene's own `Body` instead.
+        pub fn stage<A: Act>(name: &str, tier: Tier, act: A) -> Option<A::Output> {
+            match (name, tier) {
+                $((stringify!($name), Tier::F32) => {
+                    Some(act.act(&$name::SCENE, $name::Body::new().view()))
+                }
+                $((stringify!($name), Tier::$tier) => {
+                    Some(act.act(&$name::SCENE, $name::BodyOf::<$other>::new().view()))
+                })*)*
+                _ => None,
+            }
+        }
+    };
+}
+
+scenes! {
+    /// The plane with four neighbours under the paper's own steps.
+    plane4_euler {
+        image: PLANE4, cells: 441, held: [220], reach_m: 0.03,
+        scheme: Euler, also: [Fixed Euler<I8F24>, F64 Euler<f64>], sweeps: 4, unloading: Release, max_force_n: f32::INFINITY,
+    }
+    /// The same plane, cell by cell in place: the least RAM.
+    plane4_gauss_seidel {
+        image: PLANE4, cells: 441, held: [220, 221], reach_m: 0.03,
+        scheme: GaussSeidel, also: [], sweeps: 3, unloading: Off, max_force_n: f32::INFINITY,
+    }
+    /// The plane with eight neighbours and slack under super-steps of second order.
+    plane8_rkl2 {
+        image: PLANE8, cells: 441, held: [220], reach_m: 0.03,
+        scheme: Rkl2, also: [], sweeps: 9, unloading: Retreat, max_force_n: f32::INFINITY,
+    }
+    /// That plane after its equilibrium, without hats.
+    plane8_track {
+        image: PLANE8, cells: 441, held: [199, 220, 241], reach_m: 0.03,
+        scheme: Track, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release, max_force_n: 0.5,
+    }
+    /// A block with slack and hats.
+    box7_track {
+        image: BOX7, cells: 245, held: [124, 129], reach_m: 0.03,
+        scheme: Track<{ hats_room(18, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
+    }
+    /// The organ with hats.
+    organ500_track {
+        image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
+        scheme: Track<{ hats_room(24, 7) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// An organ whose links all differ, with hats.
+    varied300_track {
+        image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
+        scheme: Track<{ hats_room(24, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat,
+        max_force_n: f32::INFINITY,
+    }
+    /// That organ under super-steps of first order.
+    varied300_rkl1 {
+        image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
+        scheme: Rkl1, also: [], sweeps: 7, unloading: Release, max_force_n: f32::INFINITY,
+    }
+    /// That organ cell by cell in place.
+    varied300_gauss_seidel {
+        image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
+        scheme: GaussSeidel, also: [], sweeps: 3, unloading: Release, max_force_n: f32::INFINITY,
+    }
+}

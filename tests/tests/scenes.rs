@@ -1,0 +1,70 @@
+//! The golden scenes' images are what the bake gives today.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::path::Path;
+
+use chaincell_host::bake::{BakeOptions, HatSpacing, PerCell, bake};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, VARIED300};
+
+/// One value a node.
+fn each(nodes: u32, value: fn(u32) -> u32, unit: f64) -> PerCell {
+    PerCell::Each((0..nodes).map(|node| unit * f64::from(value(node))).collect())
+}
+
+fn baked(spec: &str, diagonals: bool, options: &BakeOptions) -> Vec<u8> {
+    let mesh = load(spec, &MeshOptions { diagonals, ..MeshOptions::default() }).unwrap();
+    bake(&mesh, &mesh.default_fixed, options).unwrap().as_bytes().to_vec()
+}
+
+#[track_caller]
+fn check(name: &str, linked: &[u8], baked: &[u8]) {
+    if linked != baked {
+        let fresh = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::write(&fresh, baked).unwrap();
+        panic!(
+            "tests/data/{name} is not what the bake gives; if that is meant, copy {} over it and \
+             bring the goldens of its scenes up to date",
+            fresh.display()
+        );
+    }
+}
+
+#[test]
+fn the_linked_images_are_what_the_bake_gives() {
+    let plain = BakeOptions { hats: HatSpacing::None, ..BakeOptions::default() };
+    let slack = |alpha| PerCell::Uniform(alpha);
+    let four = BakeOptions { colours: true, lean: true, ..plain.clone() };
+    check("plane4.chaincell", PLANE4, &baked("plane:21x21x0.01", false, &four));
+    let eight = BakeOptions { alpha: slack(0.02), ..plain.clone() };
+    check("plane8.chaincell", PLANE8, &baked("plane:21x21x0.01", true, &eight));
+    let block = BakeOptions { alpha: slack(0.03), hats: HatSpacing::Links(2.5), ..plain.clone() };
+    check("box7.chaincell", BOX7, &baked("box:7x7x5x0.01", false, &block));
+    let organ = BakeOptions { hats: HatSpacing::Links(3.5), lean: true, ..plain.clone() };
+    check("organ500.chaincell", ORGAN500, &baked("organ:500", false, &organ));
+    let varied = BakeOptions {
+        alpha: each(299, |node| node * 7 % 31, 0.002),
+        stiffness_n_per_m: each(299, |node| 1 + node * 13 % 17, 5.0),
+        hats: HatSpacing::Links(3.0),
+        colours: true,
+        ..plain
+    };
+    check("varied300.chaincell", VARIED300, &baked("organ:300", false, &varied));
+}
+
+#[test]
+fn the_scenes_cover_every_scheme_and_kind_of_body() {
+    use chaincell_kernel::Model;
+    use clap::ValueEnum;
+    for scheme in chaincell_host::engine::Scheme::value_variants() {
+        let name = scheme.to_possible_value().unwrap();
+        assert!(SCENES.iter().any(|scene| scene.scheme == name.get_name()), "{scheme:?}");
+    }
+    let models = SCENES.map(|scene| Model::from_bytes(scene.image).unwrap());
+    for kind in [false, true] {
+        assert!(models.iter().any(|model| model.is_sliced() == kind));
+        assert!(models.iter().any(|model| (model.hats() > 0) == kind));
+        assert!(models.iter().any(|model| (model.alpha() > 0.0) == kind));
+        assert!(models.iter().any(|model| (model.alpha_varies() && model.weight_varies()) == kind));
+    }
+}

@@ -1,0 +1,240 @@
+//! Traces end to end: recorded by `run` and `cosim`, by a scene as firmware plays it, replayed,
+//! damaged.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
+
+use std::path::{Path, PathBuf};
+
+use chaincell_kernel::trace::{Header, Reader, Record, Writer, header_bytes};
+use chaincell_kernel::{Dynamics, TissueMut};
+use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
+use chaincell_tests::files::{Row, Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::{Ended, run, turn};
+
+/// A press with lost and bad samples and a release.
+fn press() -> Vec<Row> {
+    (0..120_u16)
+        .map(|tick| {
+            let z = if tick % 37 == 20 { f32::NAN } else { -0.0004 * f32::from(tick.min(60)) };
+            let number = u64::from(tick) + 3 * u64::from(tick / 50);
+            (number, [0.0, 0.001, z], u32::from(tick < 90))
+        })
+        .collect()
+}
+
+/// A model, a trace that `run` recorded with it, and what `run` said.
+struct Session {
+    folder: tempfile::TempDir,
+    model: PathBuf,
+    trace: PathBuf,
+    state_hash: String,
+}
+
+fn session(how: &[&str]) -> Session {
+    let folder = scratch();
+    let options = ["--diagonals", "--alpha", "0.01", "--colours"];
+    let model = bake(folder.path(), "plane:11x11x0.01", &options);
+    let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
+    let trace = folder.path().join("a.trace");
+    write_path(&path, press());
+    let args = ["run", text(&model), "--recorded", "--path", text(&path), "--out", text(&out)];
+    run([&args[..], &["--trace", text(&trace)], how].concat()).with(0);
+    let state_hash = summary(&out)["state_hash"].as_str().unwrap().to_owned();
+    Session { folder, model, trace, state_hash }
+}
+
+fn replay(trace: &Path, model: &Path) -> Ended {
+    run(["replay", text(trace), "--model", text(model), "--json"])
+}
+
+/// The trace's parts, for tests that put them together otherwise.
+fn parts(bytes: &[u8]) -> (Header, Vec<u32>, Vec<Record>) {
+    let trace = Reader::open(bytes).unwrap();
+    let mut records = Vec::new();
+    let keep = |_, record: &Record| {
+        records.push(*record);
+        Ok::<(), ()>(())
+    };
+    trace.records(keep).unwrap();
+    (*trace.header(), trace.contacts().collect(), records)
+}
+
+fn written(header: &Header, ids: &[u32], records: &[Record]) -> Vec<u8> {
+    let mut bytes = vec![0; header_bytes(ids.len())];
+    let (mut writer, _) = Writer::begin(header, ids, &mut bytes).unwrap();
+    records.iter().for_each(|record| bytes.extend(writer.record(record)));
+    bytes
+}
+
+#[test]
+fn what_run_records_is_replayed_to_the_same_bits() {
+    for how in [
+        &["--dynamics", "track", "--unloading", "retreat", "--max-force-n", "0.2"][..],
+        &["--dynamics", "euler", "--step", "0.03", "--contact", "60,61,48"],
+        &["--dynamics", "rkl1", "--time-constant-s", "0.002"],
+        &["--dynamics", "rkl2", "--sweeps", "9"],
+        &["--dynamics", "track", "--number", "fixed"],
+        &["--dynamics", "euler", "--number", "f64"],
+        &["--dynamics", "gauss-seidel", "--max-tool-step-m", "0.002", "--unloading", "off"],
+    ] {
+        let session = session(how);
+        let ended = replay(&session.trace, &session.model).with(0);
+        let found = ended.json();
+        assert_eq!(found["ticks"], 120, "{how:?}");
+        assert_eq!(found["hashes_compared"], 120);
+        assert_eq!(found["state_hash"], session.state_hash);
+        assert_eq!(found["dynamics"], how[1]);
+        let number = if how[2] == "--number" { how[3] } else { "f32" };
+        assert_eq!(found["number"], number);
+        assert_eq!(found["end"], "complete");
+        assert!(found["first_difference"].is_null());
+        let said = run(["replay", text(&session.trace), "--model", text(&session.model)]).with(0);
+        assert!(said.out.contains("120 ticks replayed to the same bits"), "{}", said.out);
+    }
+}
+
+#[test]
+fn what_cosim_records_is_replayed_to_the_same_bits() {
+    let _turn = turn();
+    let folder = scratch();
+    let model = bake(folder.path(), "box:7x7x5x0.01", &["--alpha", "0.03"]);
+    let out = folder.path().join("out");
+    let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
+    let how = ["--sweeps", "3", "--unloading", "retreat"];
+    let ended = run([&args[..], &how].concat()).with(0);
+    let found = replay(&out.join("session.trace"), &out.join("model.chaincell")).with(0).json();
+    assert_eq!((&found["ticks"], &found["hashes_compared"]), (&1000.into(), &1000.into()));
+    assert_eq!(found["state_hash"], ended.json()["state_hash"]);
+    // The samples are those of the path file.
+    let (_, _, records) = parts(&std::fs::read(out.join("session.trace")).unwrap());
+    let path = Table::read(&out.join("path.csv"));
+    assert_eq!(path.whole("tick"), records.iter().map(|r| r.tick).collect::<Vec<_>>());
+    let z: Vec<f64> = records.iter().map(|r| f64::from(r.sample.position_m.z)).collect();
+    assert!(path.column("z_m").iter().zip(z).all(|(a, b)| *a as f32 == b as f32));
+}
+
+/// The trace of a scene in its own tissue, as firmware dumps it.
+struct Dump(u32);
+
+impl Act for Dump {
+    type Output = Vec<u8>;
+
+    fn act<D: Dynamics>(self, scene: &'static Scene, tissue: TissueMut<'_, D>) -> Vec<u8> {
+        let mut run = Run::new(scene, tissue).unwrap();
+        let mut trace = vec![0; header_bytes(scene.held.len())];
+        let (mut writer, _) = run.begin_trace(&mut trace).unwrap();
+        (0..self.0).for_each(|_| trace.extend(writer.record(&run.record())));
+        trace
+    }
+}
+
+#[test]
+fn what_a_scene_dumps_is_replayed_to_the_same_bits() {
+    let folder = scratch();
+    let (trace, model) = (folder.path().join("a.trace"), folder.path().join("a.chaincell"));
+    let tiers = |scene: &'static Scene| scene.tiers.iter().map(move |&tier| (scene, tier));
+    for (scene, tier) in SCENES.into_iter().flat_map(tiers) {
+        std::fs::write(&trace, stage(scene.name, tier, Dump(150)).unwrap()).unwrap();
+        std::fs::write(&model, scene.image).unwrap();
+        let found = replay(&trace, &model).with(0).json();
+        assert_eq!(found["hashes_compared"], 150, "{}", scene.name);
+        assert_eq!(
+            (&found["dynamics"], &found["number"]),
+            (&scene.scheme.into(), &tier.name().into())
+        );
+    }
+}
+
+#[test]
+fn an_altered_tick_is_named() {
+    let session = session(&[]);
+    let (header, ids, mut records) = parts(&std::fs::read(&session.trace).unwrap());
+    records[70].sample.position_m.x += 0.002;
+    std::fs::write(&session.trace, written(&header, &ids, &records)).unwrap();
+    let ended = replay(&session.trace, &session.model).with(1);
+    let wanted = format!("tick {} (record 70) is the first that differs", records[70].tick);
+    assert!(ended.err.contains(&wanted), "{}", ended.err);
+    let found = ended.json();
+    assert_eq!(found["first_difference"]["record"], 70);
+    assert_eq!(found["first_difference"]["tick"], 73);
+    assert_eq!(found["ticks"], 71);
+}
+
+#[test]
+fn a_cut_trace_is_replayed_as_far_as_it_goes() {
+    let session = session(&[]);
+    let whole = std::fs::read(&session.trace).unwrap();
+    std::fs::write(&session.trace, &whole[..whole.len() - 40 * 20 - 7]).unwrap();
+    let ended = replay(&session.trace, &session.model).with(0);
+    assert!(ended.err.contains("note: ") && ended.err.contains("cut within record 99"));
+    assert_eq!(ended.json()["ticks"], 99);
+    assert_eq!(ended.json()["end"], "cut within record 99");
+}
+
+#[test]
+fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
+    let session = session(&[]);
+    let other = bake(
+        &{
+            let place = session.folder.path().join("other");
+            std::fs::create_dir(&place).unwrap();
+            place
+        },
+        "plane:9x9x0.01",
+        &[],
+    );
+    let ended = replay(&session.trace, &other).with(2);
+    for wanted in ["recorded with the model of checksum", "give the model of the recording"] {
+        assert!(ended.err.contains(wanted), "{}", ended.err);
+    }
+    let whole = std::fs::read(&session.trace).unwrap();
+    let changed = |at: usize, to: u8| {
+        let mut bytes = whole.clone();
+        bytes[at] = to;
+        bytes
+    };
+    let front = header_bytes(Reader::open(&whole).unwrap().contacts().len());
+    let (header, ids, records) = parts(&whole);
+    let hashless: Vec<Record> =
+        records.iter().map(|record| Record { state_hash: None, ..*record }).collect();
+    for (bytes, reason, remedy) in [
+        (b"tick,x_m,y_m\n".to_vec(), "not a chaincell trace", "run --trace"),
+        (Vec::new(), "not a chaincell trace", "run --trace"),
+        (changed(8, 9), "format version 9 is not version 1", "take the release that wrote it"),
+        (changed(30, 1), "the header is damaged", "copy it again"),
+        (whole[..front - 1].to_vec(), "stops within its header", "copy it again"),
+        (whole[..front].to_vec(), "holds no tick", "record again"),
+        (whole[..front + 39].to_vec(), "holds no tick", "record again"),
+        (changed(front + 5 * 40 + 12, 77), "record 5 is damaged", "the 5 ticks before it agree"),
+        (
+            written(&Header { scheme: 99, ..header }, &ids, &records),
+            "scheme 99",
+            "take the release",
+        ),
+        (written(&Header { number: 9, ..header }, &ids, &records), "number type 9", "take the"),
+        (written(&header, &[0], &records), "--contact", "fixed"),
+        (written(&header, &[4000], &records), "contact node 4000 is no cell", "record again"),
+        (written(&header, &ids, &hashless), "no state hash", "--hash-every 1"),
+    ] {
+        std::fs::write(&session.trace, bytes).unwrap();
+        let ended = replay(&session.trace, &session.model).with(2);
+        for wanted in [reason, remedy] {
+            assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);
+        }
+    }
+    let missing = session.folder.path().join("missing.trace");
+    assert!(replay(&missing, &session.model).with(2).err.contains("cannot read trace"));
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_told_before_the_run() {
+    let folder = scratch();
+    let model = bake(folder.path(), "plane:9x9x0.01", &[]);
+    let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
+    write_path(&path, [(0, [0.0; 3], 1)]);
+    let nowhere = folder.path().join("no/such/a.trace");
+    let args = ["run", text(&model), "--path", text(&path), "--out", text(&out)];
+    let how = ["--snapshot-ticks", "0", "--trace", text(&nowhere)];
+    let ended = run([&args[..], &how].concat()).with(2);
+    assert!(ended.err.contains("no/such/a.trace"), "{}", ended.err);
+    assert!(!out.join("cells_0.csv").exists(), "the run began");
+}
