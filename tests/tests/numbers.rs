@@ -1,0 +1,132 @@
+//! Numbers other than `f32`: how far fixed point and single precision are from double precision
+//! under the same scheme, and that no sample makes any of them leave its range.
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, bake};
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+const CENTRE: u32 = 220;
+/// Three link lengths in 300 ticks, then held.
+const DEPTH_M: f32 = 0.015;
+const PRESSING: u16 = 300;
+const TICKS: u16 = 2000;
+
+fn plane() -> ImageBytes {
+    let options = MeshOptions { diagonals: true, ..MeshOptions::default() };
+    let mesh = load("plane:21x21x0.005", &options).unwrap();
+    // Only single precision has hats.
+    let options = BakeOptions { hats: HatSpacing::None, ..BakeOptions::default() };
+    bake(&mesh, &mesh.border, &options).unwrap()
+}
+
+fn engine(image: &ImageBytes, scheme: Scheme, numbers: Arithmetic) -> Engine<'_> {
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let settings = Settings { unloading: Unloading::Off, ..Settings::for_model(&model) };
+    let network = Network::new(model, settings).unwrap();
+    let centre = model.cell_of_input(CENTRE).unwrap();
+    Engine::in_numbers(network, scheme, numbers, &[centre]).unwrap()
+}
+
+/// Positions after the press [m], and the force of every tick \[N\].
+fn press(scheme: Scheme, numbers: Arithmetic) -> (Vec<[f64; 3]>, Vec<f64>) {
+    let image = plane();
+    let mut engine = engine(&image, scheme, numbers);
+    let forces = (1..=TICKS).map(|tick| {
+        let depth_m = DEPTH_M * f32::from(tick.min(PRESSING)) / f32::from(PRESSING);
+        let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -depth_m), engaged: 1 };
+        f64::from(engine.tick(&sample).force_n.norm())
+    });
+    let forces = forces.collect();
+    (engine.positions_m(), forces)
+}
+
+/// Largest distance of a cell at the end over the press; difference of the force over the largest
+/// force, at the end and at most on the way.
+fn difference(
+    (at, forces): &(Vec<[f64; 3]>, Vec<f64>),
+    (exact, exact_forces): &(Vec<[f64; 3]>, Vec<f64>),
+) -> [f64; 3] {
+    let distance = |a: &[f64; 3], b: &[f64; 3]| {
+        (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+    };
+    let field = at.iter().zip(exact).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+    let largest = exact_forces.iter().copied().fold(0.0, f64::max);
+    let off = || forces.iter().zip(exact_forces).map(|(a, b)| (a - b).abs() / largest);
+    [field / f64::from(DEPTH_M), off().next_back().unwrap(), off().fold(0.0, f64::max)]
+}
+
+#[test]
+fn a_press_of_two_thousand_ticks() {
+    let exact = [Scheme::Euler, Scheme::Track].map(|scheme| press(scheme, Arithmetic::F64));
+    // What track does on the way hangs on decisions that the last bit may turn.
+    for (scheme, numbers, bounds) in [
+        (Scheme::Euler, Arithmetic::F32, [1e-5, 1e-5, 2e-5]),
+        (Scheme::Euler, Arithmetic::Fixed, [2e-6, 2e-6, 5e-6]),
+        (Scheme::Track, Arithmetic::F32, [1e-5, 1e-5, 5e-2]),
+        (Scheme::Track, Arithmetic::Fixed, [1e-4, 1e-3, 5e-2]),
+    ] {
+        let exact = &exact[usize::from(scheme == Scheme::Track)];
+        let off = difference(&press(scheme, numbers), exact);
+        let [field, end, way] = off;
+        println!("{scheme:?} in {numbers:?}: field {field:.1e}, force {end:.1e}, {way:.1e}");
+        assert!(off[0] > 0.0, "{scheme:?} in {numbers:?}: the numbers made no difference");
+        assert!(
+            off.iter().zip(bounds).all(|(off, bound)| *off < bound),
+            "{off:?}, at most {bounds:?}"
+        );
+    }
+}
+
+/// Any bits that a sample may have, near and far positions more often.
+fn any_sample() -> impl Strategy<Value = ToolSample> {
+    let number = prop_oneof![
+        3 => -0.3_f32..0.3,
+        1 => any::<u32>().prop_map(f32::from_bits),
+        1 => prop::sample::select(vec![0.0, f32::MAX, f32::MIN, f32::MIN_POSITIVE, f32::NAN]),
+    ];
+    (prop::array::uniform3(number), prop_oneof![3 => Just(1), 1 => Just(0), 1 => any::<u32>()])
+        .prop_map(|([x, y, z], engaged)| ToolSample { position_m: Vector3::new(x, y, z), engaged })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
+
+    /// Built with the checks for overflow on, so that what would wrap panics.
+    #[test]
+    fn no_sample_leaves_the_range(
+        samples in prop::collection::vec(any_sample(), 1..60),
+        scheme in prop::sample::select(vec![Scheme::Track, Scheme::Euler]),
+        numbers in prop::sample::select(vec![Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64]),
+    ) {
+        let image = plane();
+        let mut engine = engine(&image, scheme, numbers);
+        let far = f64::from(engine.network().model().saturation())
+            * f64::from(engine.network().model().unit_m()) * 1.01;
+        for sample in &samples {
+            let output = engine.tick(sample);
+            prop_assert!(output.force_n.iter().all(|x| x.is_finite()));
+            prop_assert!(output.energy_j.is_finite() && output.energy_j >= 0.0);
+            for position in engine.positions_m() {
+                prop_assert!(position.iter().all(|x| x.abs() <= far), "{position:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn other_schemes_and_larger_bodies_are_refused() {
+    let options = MeshOptions::default();
+    let mesh = load("plane:60x3x0.01", &options).unwrap();
+    let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let why = Engine::in_numbers(network, Scheme::Track, Arithmetic::Fixed, &[]).err().unwrap();
+    assert!(why.to_string().contains("63") && why.to_string().contains("--k-m"), "{why}");
+    let why = Engine::in_numbers(network, Scheme::Rkl2, Arithmetic::Fixed, &[]).err().unwrap();
+    assert!(why.to_string().contains("euler and track"), "{why}");
+    assert!(Engine::in_numbers(network, Scheme::Track, Arithmetic::F64, &[]).is_ok());
+}
