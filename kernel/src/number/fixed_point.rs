@@ -80,9 +80,14 @@ struct Excess {
 #[inline(always)]
 fn excess(u2: u64, l0: I8F24, band: Band) -> Option<Excess> {
     let bits = |length: I8F24| length.to_bits().unsigned_abs();
+    // Unsigned, since a wide band reaches beyond the largest number, and links may be that long.
+    let end = |of: I8F24| {
+        let product = u64::from(bits(l0)) * u64::from(bits(of));
+        u32::try_from((product + (1 << 23)) >> 24).unwrap_or(u32::MAX)
+    };
     // Rest lengths and rest positions are rounded on their own.
     let rim = 4 + (bits(l0) >> 22);
-    let (low, high) = (bits(l0.times(band.low)), bits(l0.times(band.high)));
+    let (low, high) = (end(band.low), end(band.high));
     let square = |length: u32| u64::from(length) * u64::from(length);
     let limit = if u2 > square(high.saturating_add(rim)) {
         high
@@ -282,6 +287,18 @@ mod tests {
                 prop_assert_eq!(pull, None);
             }
         }
+    }
+
+    #[test]
+    fn a_wide_band_reaches_beyond_the_largest_number() {
+        let (near, far) = ([-45.0_f32; 3], [45.0_f32; 3]);
+        let [pi, pj] = [near, far].map(crate::cell::from_single::<I8F24>);
+        let pull = |l0| I8F24::pull(pi, pj, l0, 1.0, I8F24::band(0.9), || [l0, 0.0, 0.0]);
+        // 156 lies within 10 to 190, and is 4 beyond 152.
+        assert_eq!(pull(100.0), None);
+        let expected = (155.8846 - 152.0_f32).powi(2);
+        let wd2 = I8F24::product_single(pull(80.0).unwrap().wd2);
+        assert!((wd2 - expected).abs() < 1e-3, "{wd2} {expected}");
     }
 
     #[test]
