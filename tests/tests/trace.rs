@@ -99,11 +99,12 @@ fn what_cosim_records_is_replayed_to_the_same_bits() {
     let model = bake(folder.path(), "box:7x7x5x0.01", &["--alpha", "0.03"]);
     let out = folder.path().join("out");
     let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
-    let how = ["--sweeps", "3", "--unloading", "retreat"];
+    let how = ["--sweeps", "3", "--unloading", "retreat", "--number", "fixed"];
     let ended = run([&args[..], &how].concat()).with(0);
     let found = replay(&out.join("session.trace"), &out.join("model.chaincell")).with(0).json();
     assert_eq!((&found["ticks"], &found["hashes_compared"]), (&1000.into(), &1000.into()));
     assert_eq!(found["state_hash"], ended.json()["state_hash"]);
+    assert_eq!(found["number"], "fixed");
     // The samples are those of the path file.
     let (_, _, records) = parts(&std::fs::read(out.join("session.trace")).unwrap());
     let path = Table::read(&out.join("path.csv"));
