@@ -1,6 +1,6 @@
 //! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
 
-use crate::cell::{Cell, add, dot, scale, single, sub};
+use crate::cell::{Cell, add, dot, scale, sub};
 use crate::model::Model;
 use crate::number::Number;
 use crate::pass::Links;
@@ -146,10 +146,9 @@ pub(crate) fn touched<N: Number>(
         for (link, other) in links.model.neighbours(cell) {
             let counted = other < cell && held.binary_search_by_key(&other, Contact::cell).is_ok();
             if !counted && let Some(pull) = links.pull_on(v, link, cell, other) {
-                let (force, wd2) = (single(pull.force), N::product_single(pull.wd2));
-                let wd = 2.0 * sqrt(dot(force, force));
-                sums.wd2 = sums.wd2.plus(wd2.into());
-                sums.scale += wd2 + wd * links.length(v, cell, other);
+                let wd = 2.0 * sqrt(dot(pull.force, pull.force));
+                sums.wd2 = sums.wd2.plus(pull.wd2.into());
+                sums.scale += pull.wd2 + wd * (links.length(v, cell, other) + N::GRAIN);
             }
         }
     }
@@ -166,7 +165,7 @@ pub(crate) fn force<N: Number>(
     let mut sum = [0.0; 3];
     each_outer_link(links.model, held, |link, cell, other| {
         if let Some(pull) = links.pull_on(v, link, cell, other) {
-            sum = add(sum, single(pull.force));
+            sum = add(sum, pull.force);
         }
     });
     sum

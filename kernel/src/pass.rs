@@ -83,6 +83,7 @@ impl Links<'_, '_> {
                 Some(pull)
             });
         }
+        N::mend(self, awake, v, residual, y);
         tally
     }
 
@@ -98,20 +99,20 @@ impl Links<'_, '_> {
         sqrt(dot(way, way))
     }
 
-    /// The pull of one link on its end `cell`, the other end being `other`.
+    /// The pull, in single precision, of one link on its end `cell`, the other end being `other`.
     pub fn pull_on<N: Number>(
         &self,
         v: &[Cell<N>],
         link: usize,
         cell: usize,
         other: usize,
-    ) -> Option<Pull<N>> {
+    ) -> Option<Pull> {
         let (i, j) = if cell < other { (cell, other) } else { (other, cell) };
         let (yi, yj) = (self.published(v, i), self.published(v, j));
         let l0 = self.model.rest_length.get(link).copied()?;
         let (w, band) = (self.model.link_weight(link), N::band(self.alpha(link)));
-        let pull = N::pull(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
-        Some(if cell == i { pull } else { Pull { force: pull.force.map(N::opposite), ..pull } })
+        let pull = N::pull_single(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
+        Some(if cell == i { pull } else { Pull { force: pull.force.map(|f| -f), ..pull } })
     }
 }
 

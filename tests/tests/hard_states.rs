@@ -99,14 +99,20 @@ fn check(case: &Case, start: &Start) -> Result<(), TestCaseError> {
     // What leaves the range of fixed point is refused.
     prop_assume!(engine.is_ok() || fixed_point);
     let Ok(mut engine) = engine else { return Ok(()) };
-    let resolution = if fixed_point { FIXED_RESOLUTION } else { 0.0 };
     let state = positions(&engine, start.spoilt, &start.seeds);
-    engine.set_positions(&state).unwrap();
+    follow(&mut engine, &state, start)
+}
+
+/// Ticks from a state: the level never rises and bounds the energy.
+fn follow(engine: &mut Engine<'_>, state: &[[f32; 3]], start: &Start) -> Result<(), TestCaseError> {
+    let fixed_point = start.numbers == Arithmetic::Fixed;
+    let resolution = if fixed_point { FIXED_RESOLUTION } else { 0.0 };
+    engine.set_positions(state).unwrap();
     let (mut level, mut before) = (f64::INFINITY, f64::INFINITY);
     for tick in 0..TICKS {
         let held = start.held && tick < TICKS / 2;
         let output = engine.tick(&sample([0.0; 3], u32::from(held)));
-        let (energy, allowance) = energy_j(&mut engine, resolution);
+        let (energy, allowance) = energy_j(engine, resolution);
         let certified = f64::from(output.energy_j);
         prop_assert!(energy.is_finite() && certified >= 0.0);
         if start.scheme == Scheme::Euler {
@@ -189,4 +195,86 @@ fn hats_of_a_floating_body_of_contrasts() {
         held: false,
     };
     check(&case, &start).unwrap();
+}
+
+/// In fixed point as far as its range goes.
+fn at_the_ends(numbers: Arithmetic, case: &Case, of: impl Fn(usize, [f32; 3]) -> [f32; 3]) {
+    let unit_m = {
+        let image = case.image(BakeOptions::default());
+        f64::from(Model::from_bytes(image.as_bytes()).unwrap().unit_m())
+    };
+    let saturation_m = Some(FIXED_RANGE * unit_m);
+    let image = case.image(BakeOptions { saturation_m, ..BakeOptions::default() });
+    for scheme in [Scheme::Track, Scheme::Euler] {
+        let mut engine = case.engine_in(&image, scheme, numbers, Unloading::Off).unwrap();
+        let model = *engine.network().model();
+        let state: Vec<_> =
+            (0..model.cells()).map(|cell| of(cell, model.rest_position(cell))).collect();
+        let start = Start {
+            spoilt: Spoilt::Stretched,
+            seeds: Vec::new(),
+            scheme,
+            numbers,
+            wide: true,
+            held: false,
+        };
+        follow(&mut engine, &state, &start).unwrap();
+    }
+}
+
+/// Twelve links pull with 27 units each, six this way and six that: sums of some of them leave the
+/// range of fixed point, the sum of all does not.
+#[test]
+fn sums_that_leave_the_range_on_their_way() {
+    let around = |at: usize| {
+        let turn = at as f64 * std::f64::consts::TAU / 12.0;
+        [0.01 * turn.cos(), 0.01 * turn.sin(), 0.0]
+    };
+    let case = Case {
+        nodes_m: (0..12).map(around).chain([[0.0; 3]]).collect(),
+        links: (0..12).map(|at| [at, 12]).collect(),
+        fixed: (0..12).collect(),
+        alpha: 0.0,
+        stiffness_n_per_m: vec![1.0; 13],
+        hats: None,
+        sweeps: 1,
+        tick_time: 1.0,
+    };
+    for numbers in [Arithmetic::Fixed, Arithmetic::F64] {
+        at_the_ends(numbers, &case, |cell, rest| {
+            if rest[0].abs() + rest[1].abs() < 0.1 {
+                [10.0, 0.0, 0.0]
+            } else {
+                [if cell < 7 { -55.0 } else { 55.0 }, 0.0, 0.0]
+            }
+        });
+    }
+}
+
+/// A body of 1,000 cells thrown into the corners of fixed point's range: its energy is far beyond
+/// what a tool may load into it.
+#[test]
+fn energies_beyond_what_a_tool_may_load() {
+    let at = |i: usize| [i / 100, i / 10 % 10, i % 10];
+    let neighbours = (0..1000_usize).flat_map(|i| {
+        let place = at(i);
+        [100, 10, 1].into_iter().enumerate().filter_map(move |(axis, step)| {
+            (place[axis] < 9).then_some([i as u32, (i + step) as u32])
+        })
+    });
+    let case = Case {
+        nodes_m: (0..1000).map(|i| at(i).map(|x| 0.01 * x as f64)).collect(),
+        links: neighbours.collect(),
+        fixed: vec![0],
+        alpha: 0.0,
+        stiffness_n_per_m: vec![1.0; 1000],
+        hats: None,
+        sweeps: 2,
+        tick_time: 1.0,
+    };
+    for numbers in [Arithmetic::Fixed, Arithmetic::F64] {
+        at_the_ends(numbers, &case, |cell, _| {
+            [1, 2, 4].map(|bit| if ((cell * 2_654_435_761) >> 7) & bit == 0 { -62.0 } else { 62.0 })
+        });
+    }
 }

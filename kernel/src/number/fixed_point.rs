@@ -2,20 +2,27 @@
 //!
 //! | quantity | format | why it does not overflow |
 //! |---|---|---|
-//! | coordinate, residual | 8.24 bits, saturating | K is at most 63; differences stay below 128 |
+//! | coordinate | 8.24 bits, saturating | K is at most 63; differences stay below 128 |
+//! | residual | 8.24 bits, its sum saturating once | see below |
 //! | squared length | 16.48 bits, unsigned | three squares below 2^62 |
-//! | products, energies | 24.40 bits, saturating | sums over the cells are at most 8 `E_max` |
+//! | products, energies | 24.40 bits, sums in 88.40 | at most 2^63 a cell or link |
 //!
-//! A saturated coordinate or residual is shorter, never longer: the step it makes lowers the
-//! energy by at least what is counted. Products are rounded to nearest, lengths down by less than
-//! 2^-24. Integer sums are exact, so their order does not matter.
+//! A saturated residual is shorter, never longer: the step it makes lowers the energy by at least
+//! what is counted. Partial sums must not saturate, since the rest of a sum would then go beyond its
+//! true value; by Cauchy's inequality a sum of |w d / 2| that reaches 128 needs a sum of w d^2 of
+//! 4 * 128^2 / W, W at most 120, which the fourth lane shows by standing at its end. Such cells are
+//! summed again in 64 bits. Products are rounded to nearest, lengths down by less than 2^-24.
+//! Integer sums are exact, so their order does not matter. Steps of `euler` below 2^-25 vanish.
 
 use fixed::types::I8F24;
 
 use super::{Loops, Number, RangeError, Sum};
+use crate::awake::SliceSet;
+use crate::cell::{Cell, sub};
 use crate::link::Pull;
 use crate::model::Model;
-use crate::two_float::TwoFloat;
+use crate::pass::Links;
+use crate::two_float::{LANES, TwoFloat};
 
 /// Largest K.
 const K_MAX: f32 = 63.0;
@@ -23,17 +30,15 @@ const K_MAX: f32 = 63.0;
 const DEGREE_MAX: f32 = 60.0;
 /// Smallest weight of a link, so that its inverse fits.
 const WEIGHT_MIN: f32 = 1.0 / 64.0;
-/// Largest energy: an eighth of what the sums carry.
-const ENERGY_MAX: f32 = 1.0e6;
 /// Below this squared length (2^-18 units, where it is known to one part in 64) a link has no
 /// direction of its own.
 const COINCIDENT: u64 = 1 << 12;
 /// One unit.
 const ONE: i32 = 1 << 24;
 
-/// A sum of products, 24.40 bits.
+/// A sum of products, 88.40 bits: no body is large enough to reach its end.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Products(i64);
+pub struct Products(i128);
 
 /// Saturates to the format.
 #[inline(always)]
@@ -41,18 +46,18 @@ fn narrow(bits: i64) -> I8F24 {
     I8F24::from_bits(bits.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
 }
 
-/// 24.40 bits in single precision, twice.
-fn two_float(bits: i64) -> TwoFloat {
+/// 88.40 bits in single precision, twice.
+fn two_float(bits: i128) -> TwoFloat {
     const UNIT: f32 = 1.0 / (1_u64 << 40) as f32;
     let hi = bits as f32;
-    let lo = bits.saturating_sub(hi as i64) as f32;
+    let lo = bits.wrapping_sub(hi as i128) as f32;
     TwoFloat { hi: hi * UNIT, lo: lo * UNIT }
 }
 
 impl Sum<i64> for Products {
     #[inline(always)]
     fn add(&mut self, _lane: usize, term: i64) {
-        self.0 = self.0.saturating_add(term);
+        self.0 = self.0.wrapping_add(i128::from(term));
     }
 
     fn total(&self) -> TwoFloat {
@@ -98,15 +103,55 @@ fn excess(u2: u64, l0: I8F24, band: Band) -> Option<Excess> {
     };
     let u = u2.isqrt();
     let d = u as i64 - i64::from(limit);
-    let coincident = u2 < COINCIDENT;
+    let coincident = u2 < COINCIDENT && d < 0;
     let along = if coincident { u64::from(bits(l0)) } else { u };
     Some(Excess { d, along: if along > 0 { along } else { 1 }, coincident })
+}
+
+/// What a link does, as wide as it may be: force in 24 fraction bits, w d^2 in 40.
+struct Wide {
+    force: [i64; 3],
+    wd2: i64,
+}
+
+/// See [`Number::pull`].
+#[inline(always)]
+fn wide(
+    pi: [I8F24; 3],
+    pj: [I8F24; 3],
+    l0: f32,
+    w: f32,
+    band: Band,
+    rest_difference: impl FnOnce() -> [f32; 3],
+) -> Option<Wide> {
+    let difference = [pj[0].minus(pi[0]), pj[1].minus(pi[1]), pj[2].minus(pi[2])];
+    let square = |x: I8F24| {
+        let x = u64::from(x.to_bits().unsigned_abs());
+        x * x
+    };
+    let [x, y, z] = difference.map(square);
+    let l0 = I8F24::from_single(l0);
+    let Excess { d, along, coincident } = excess(x + y + z, l0, band)?;
+    let way = if coincident { rest_difference().map(I8F24::from_single) } else { difference };
+    // d / 2 u, 30 fraction bits; |x| is at most the length that d is divided by.
+    let factor = (d << 29) / along as i64;
+    let force = way.map(|x| (i64::from(x.to_bits()) * factor + (1 << 29)) >> 30);
+    let length = d.unsigned_abs().min(u64::from(u32::MAX));
+    let d2 = ((length * length) >> 8) as i64;
+    if w == 1.0 {
+        return Some(Wide { force, wd2: d2 });
+    }
+    let w = i64::from(I8F24::from_single(w).to_bits());
+    let wd2 = (i128::from(d2) * i128::from(w)) >> 24;
+    let wd2 = wd2.min(i128::from(i64::MAX)) as i64;
+    Some(Wide { force: force.map(|f| (f * w + (1 << 23)) >> 24), wd2 })
 }
 
 impl Number for I8F24 {
     const NAME: &'static str = "fixed";
     const ZERO: Self = Self::ZERO;
     const HATS: bool = false;
+    const GRAIN: f32 = 2.0;
     type Words = [u32; 1];
     type Product = i64;
     type Sum = Products;
@@ -175,7 +220,7 @@ impl Number for I8F24 {
     }
 
     fn product_single(product: i64) -> f32 {
-        two_float(product).hi
+        two_float(i128::from(product)).hi
     }
 
     #[inline(always)]
@@ -186,7 +231,7 @@ impl Number for I8F24 {
     /// At both ends of the link, as the fourth lanes would.
     #[inline(always)]
     fn count(tally: &mut Products, wd2: i64) {
-        tally.add(0, wd2.saturating_mul(2));
+        tally.0 = tally.0.wrapping_add(2 * i128::from(wd2));
     }
 
     fn energy(_lanes: &Products, tally: Products) -> TwoFloat {
@@ -212,31 +257,21 @@ impl Number for I8F24 {
         band: Band,
         rest_difference: impl FnOnce() -> [f32; 3],
     ) -> Option<Pull<Self>> {
-        let difference = [pj[0].minus(pi[0]), pj[1].minus(pi[1]), pj[2].minus(pi[2])];
-        let square = |x: Self| {
-            let x = u64::from(x.to_bits().unsigned_abs());
-            x * x
-        };
-        let [x, y, z] = difference.map(square);
-        let l0 = Self::from_single(l0);
-        let Excess { d, along, coincident } = excess(x + y + z, l0, band)?;
-        let way = if coincident { rest_difference().map(Self::from_single) } else { difference };
-        // d / 2 u, 30 fraction bits.
-        let factor = (d << 29) / along as i64;
-        let part = |x: Self| {
-            // |x| is at most the length that d was divided by.
-            narrow((i64::from(x.to_bits()) * factor + (1 << 29)) >> 30)
-        };
-        let length = d.unsigned_abs().min(u64::from(u32::MAX));
-        let d2 = ((length * length) >> 8) as i64;
-        let force = way.map(part);
-        if w == 1.0 {
-            return Some(Pull { force, wd2: d2 });
-        }
-        let w = Self::from_single(w);
-        let wd2 = (i128::from(d2) * i128::from(w.to_bits())) >> 24;
-        let wd2 = wd2.min(i128::from(i64::MAX)) as i64;
-        Some(Pull { force: force.map(|f| f.times(w)), wd2 })
+        let Wide { force, wd2 } = wide(pi, pj, l0, w, band, rest_difference)?;
+        Some(Pull { force: force.map(narrow), wd2 })
+    }
+
+    fn pull_single(
+        pi: [Self; 3],
+        pj: [Self; 3],
+        l0: f32,
+        w: f32,
+        band: Band,
+        rest_difference: impl FnOnce() -> [f32; 3],
+    ) -> Option<Pull> {
+        let Wide { force, wd2 } = wide(pi, pj, l0, w, band, rest_difference)?;
+        let force = force.map(|bits| bits as f32 / ONE as f32);
+        Some(Pull { force, wd2: Self::product_single(wd2) })
     }
 
     fn admits(model: &Model<'_>) -> Result<(), RangeError> {
@@ -247,66 +282,57 @@ impl Number for I8F24 {
             Err(RangeError::Degree { degree, max: DEGREE_MAX })
         } else if model.weight_min < WEIGHT_MIN {
             Err(RangeError::Weight { weight: model.weight_min, min: WEIGHT_MIN })
-        } else if model.energy_max() > ENERGY_MAX {
-            Err(RangeError::Energy { energy: model.energy_max(), max: ENERGY_MAX })
         } else {
             Ok(())
         }
     }
 }
 
-impl Loops for I8F24 {}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::link::rest_length;
-    use proptest::prelude::*;
-
-    proptest! {
-        /// Every bit pattern of a single, those of its range ten times as often.
-        #[test]
-        fn single_precision_is_rounded_to_nearest(
-            value in prop_oneof![10 => -130.0_f32..130.0, 1 => any::<u32>().prop_map(f32::from_bits)],
-        ) {
-            prop_assume!(!value.is_nan());
-            let exact = f64::from(value) * f64::from(ONE);
-            let nearest = exact.round().clamp(f64::from(-i32::MAX), f64::from(i32::MAX));
-            prop_assert_eq!(f64::from(I8F24::from_single(value).to_bits()), nearest);
-        }
-
-        /// The rest length is inside its own band for every alpha, up to the largest K.
-        #[test]
-        fn rest_is_slack(a in prop::array::uniform3(-31.5_f32..31.5),
-                         b in prop::array::uniform3(-31.5_f32..31.5), alpha in 0.0_f32..1.0) {
-            let l0 = rest_length(a, b);
-            prop_assume!(l0 > 1e-6);
-            let [pi, pj] = [a, b].map(crate::cell::from_single::<I8F24>);
-            for alpha in [0.0, alpha] {
-                let pull = I8F24::pull(pi, pj, l0, 1.0, I8F24::band(alpha), || [l0, 0.0, 0.0]);
-                prop_assert_eq!(pull, None);
+#[allow(private_interfaces)]
+impl Loops for I8F24 {
+    fn mend(
+        links: Links<'_, '_>,
+        awake: &SliceSet,
+        v: &[Cell<Self>],
+        residual: &mut [Cell<Self>],
+        y: impl Fn([Self; 3]) -> [Self; 3],
+    ) {
+        let cells = links.model.cells();
+        for slice in awake.iter(links.model.slice_count()) {
+            for cell in slice * LANES..cells.min((slice + 1) * LANES) {
+                if let Some(r) = residual.get_mut(cell)
+                    && r.w() == Self::MAX
+                {
+                    let [x, y, z] = sum(links, v, cell, &y);
+                    *r = Cell([x, y, z, r.w()]);
+                }
             }
         }
     }
+}
 
-    #[test]
-    fn a_wide_band_reaches_beyond_the_largest_number() {
-        let (near, far) = ([-45.0_f32; 3], [45.0_f32; 3]);
-        let [pi, pj] = [near, far].map(crate::cell::from_single::<I8F24>);
-        let pull = |l0| I8F24::pull(pi, pj, l0, 1.0, I8F24::band(0.9), || [l0, 0.0, 0.0]);
-        // 156 lies within 10 to 190, and is 4 beyond 152.
-        assert_eq!(pull(100.0), None);
-        let expected = (155.8846 - 152.0_f32).powi(2);
-        let wd2 = I8F24::product_single(pull(80.0).unwrap().wd2);
-        assert!((wd2 - expected).abs() < 1e-3, "{wd2} {expected}");
-    }
-
-    #[test]
-    fn the_softest_link_of_the_range_has_its_inverse() {
-        assert_eq!(I8F24::from_single(1.0 / WEIGHT_MIN).double(), 64.0);
-        assert_eq!(I8F24::from_single(127.0).double(), 127.0);
-        for (far, bits) in [(128.0, i32::MAX), (f32::INFINITY, i32::MAX), (-1e30, -i32::MAX)] {
-            assert_eq!(I8F24::from_single(far).to_bits(), bits);
+/// The residual of a cell, its sum saturating in the end alone.
+#[cold]
+fn sum(
+    links: Links<'_, '_>,
+    v: &[Cell<I8F24>],
+    cell: usize,
+    y: impl Fn([I8F24; 3]) -> [I8F24; 3],
+) -> [I8F24; 3] {
+    let mut sum = [0_i64; 3];
+    for (link, other) in links.model.neighbours(cell) {
+        let (i, j) = if cell < other { (cell, other) } else { (other, cell) };
+        let (Some(pi), Some(pj), Some(&l0)) =
+            (v.get(i), v.get(j), links.model.rest_length.get(link))
+        else {
+            continue;
+        };
+        let (w, band) = (links.model.link_weight(link), I8F24::band(links.alpha(link)));
+        let rest = || sub(links.model.rest_position(j), links.model.rest_position(i));
+        let Some(pull) = wide(y(pi.xyz()), y(pj.xyz()), l0, w, band, rest) else { continue };
+        for (sum, force) in sum.iter_mut().zip(pull.force) {
+            *sum += if cell == i { force } else { -force };
         }
     }
+    sum.map(narrow)
 }

@@ -15,6 +15,7 @@ mod single;
 
 use core::fmt::Debug;
 
+use crate::cell::single;
 use crate::link::Pull;
 use crate::model::Model;
 use crate::two_float::TwoFloat;
@@ -37,6 +38,9 @@ pub trait Number: Copy + PartialEq + PartialOrd + Debug + Loops {
     const ZERO: Self;
     /// Whether the hats of a model are used; without, `track` goes by its own cells alone.
     const HATS: bool;
+    /// What rounding leaves open of a length, whatever its size, in units of the `f32` epsilon
+    /// [mean link lengths].
+    const GRAIN: f32 = 0.0;
     /// 32-bit words of a number, low word first.
     type Words: IntoIterator<Item = u32>;
     /// A sum of three products.
@@ -93,6 +97,19 @@ pub trait Number: Copy + PartialEq + PartialOrd + Debug + Loops {
         band: Self::Band,
         rest_difference: impl FnOnce() -> [f32; 3],
     ) -> Option<Pull<Self>>;
+    /// The same in single precision, also where it leaves the number's range: for the few links of
+    /// the cells that the tool holds.
+    fn pull_single(
+        pi: [Self; 3],
+        pj: [Self; 3],
+        l0: f32,
+        w: f32,
+        band: Self::Band,
+        rest_difference: impl FnOnce() -> [f32; 3],
+    ) -> Option<Pull> {
+        let pull = Self::pull(pi, pj, l0, w, band, rest_difference)?;
+        Some(Pull { force: single(pull.force), wd2: Self::product_single(pull.wd2) })
+    }
     /// Whether the number's range carries the model.
     ///
     /// # Errors
@@ -124,13 +141,6 @@ pub enum RangeError {
         /// Smallest that the type carries.
         min: f32,
     },
-    /// The largest energy.
-    Energy {
-        /// Of the model [internal units].
-        energy: f32,
-        /// Largest that the type carries.
-        max: f32,
-    },
 }
 
 impl RangeError {
@@ -138,9 +148,7 @@ impl RangeError {
     #[must_use]
     pub fn limit(&self) -> f32 {
         match *self {
-            Self::Saturation { max, .. } | Self::Degree { max, .. } | Self::Energy { max, .. } => {
-                max
-            }
+            Self::Saturation { max, .. } | Self::Degree { max, .. } => max,
             Self::Weight { min, .. } => min,
         }
     }
@@ -163,11 +171,6 @@ impl core::fmt::Display for RangeError {
                 f,
                 "the softest link has {weight} of the mean stiffness, the number type carries \
                  {min}: take f32"
-            ),
-            Self::Energy { energy, max } => write!(
-                f,
-                "the largest energy is {energy} units, the number type carries {max}: bake the \
-                 model with a smaller --energy-max-j"
             ),
         }
     }
@@ -214,6 +217,20 @@ pub(crate) mod sealed {
             Self: Number,
         {
             links.accumulate(awake, v, residual, |v| v)
+        }
+
+        /// Sums again, after a pass at the outputs `y` of the states, the residuals whose partial
+        /// sums may have left the number's range.
+        fn mend(
+            links: Links<'_, '_>,
+            awake: &SliceSet,
+            v: &[Cell<Self>],
+            residual: &mut [Cell<Self>],
+            y: impl Fn([Self; 3]) -> [Self; 3],
+        ) where
+            Self: Number,
+        {
+            let _ = (links, awake, v, residual, y);
         }
 
         /// One link pass at the states `v`: residuals of awake slices, held cells masked; gives the
