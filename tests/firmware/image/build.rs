@@ -7,6 +7,8 @@
 //! - `CHAINCELL_HELD`: input ids of the held cells, with commas
 //! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
 //!   settings
+//! - `CHAINCELL_TRACE`, `CHAINCELL_ALTERED`, with the feature `checks`: paths of a trace of the scene
+//!   and of one with an altered record; `CHAINCELL_TRACE_TICKS`: ticks of both
 //! - `CHAINCELL_TICKS`, `CHAINCELL_REACH_BITS`: the motion's ticks and its reach \[m\]
 //!
 //! Numbers whose name ends in BITS are the bits of an `f32`.
@@ -93,6 +95,15 @@ fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
     writeln!(text, "pub type Scheme = {scheme};")?;
     writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({path:?});")?;
     writeln!(text, "pub static WORST: &[u8] = chaincell_kernel::include_model!(\"worst.bin\");")?;
+    if env::var_os("CARGO_FEATURE_CHECKS").is_some() {
+        for name in ["TRACE", "ALTERED"] {
+            let path = variable(&format!("CHAINCELL_{name}"))?;
+            println!("cargo:rerun-if-changed={path}");
+            writeln!(text, "pub static {name}: &[u8] = include_bytes!({path:?});")?;
+        }
+        let ticks = variable("CHAINCELL_TRACE_TICKS")?;
+        writeln!(text, "pub const TRACE_TICKS: u32 = {ticks};")?;
+    }
     Ok(text)
 }
 

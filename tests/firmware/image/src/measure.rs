@@ -19,10 +19,11 @@ const PERIOD: u32 = 480_000;
 /// The same where interrupts are to meet every depth of the stack.
 const DENSE_PERIOD: u32 = 5_000;
 
-type Tissue = TissueMut<'static, Scheme>;
+/// The tissue of all parts.
+pub type Tissue = TissueMut<'static, Scheme>;
 
 /// The same memory for a part of the run.
-fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
+pub fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
     TissueMut {
         head: tissue.head,
         state: tissue.state,

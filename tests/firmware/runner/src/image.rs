@@ -11,10 +11,18 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
 
 use crate::case::Ready;
 use crate::target::Target;
+use crate::trace::Traces;
 
 /// Names of an allocator's functions, inside whatever mangling.
 const ALLOCATOR: [&str; 5] =
     ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc", "GlobalAlloc"];
+
+/// A feature of the image, and the traces that it needs.
+#[derive(Clone, Copy)]
+pub struct With<'t> {
+    pub feature: &'static str,
+    pub traces: Option<&'t Traces>,
+}
 
 /// Which program compiles images, from the environment that `tests/firmware/run` sets.
 pub struct Workshop {
@@ -63,7 +71,8 @@ impl Workshop {
         cargo
     }
 
-    fn folder(&self) -> PathBuf {
+    /// Where images and what comes of them go.
+    pub fn folder(&self) -> PathBuf {
         self.workspace.join("target/images")
     }
 
@@ -74,29 +83,34 @@ impl Workshop {
         target: &Target,
         ready: &Ready,
         tier: Tier,
-        feature: Option<&str>,
+        with: Option<With<'_>>,
     ) -> Result<std::result::Result<Image, String>> {
         let mut cargo = self.cargo("build", target, ready, tier);
-        cargo.args(feature.map(|feature| format!("--features={feature}")));
+        let feature = with.map_or("", |with| with.feature);
+        cargo.args(with.map(|with| format!("--features={}", with.feature)));
+        if let Some(traces) = with.and_then(|with| with.traces) {
+            cargo.envs(traces.environment());
+        }
         let built = cargo.output().context("cargo")?;
         if !built.status.success() {
             return Ok(Err(String::from_utf8_lossy(&built.stderr).into_owned()));
         }
         let from = self.folder().join(target.triple).join("image/chaincell-firmware");
         let (core, scene, tier) = (target.name, ready.case.name, tier.name());
-        let name = format!("{core}-{scene}-{tier}{}", feature.unwrap_or(""));
+        let name = format!("{core}-{scene}-{tier}{feature}");
         let to = self.folder().join(name).with_extension("elf");
         std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
         Ok(Ok(Image::read(&to, target, ready)?))
     }
 
     /// Holds the image's source against the lints; `false` where the compiler has none.
-    pub fn lint(&self, target: &Target, ready: &Ready) -> Result<bool> {
+    pub fn lint(&self, target: &Target, ready: &Ready, traces: &Traces) -> Result<bool> {
         if self.packages.is_some() {
             return Ok(false);
         }
         let mut cargo = self.cargo("clippy", target, ready, Tier::F32);
-        cargo.args(["--features=canary-panic", "--", "-Dwarnings"]);
+        cargo.envs(traces.environment());
+        cargo.args(["--features=canary-panic,checks", "--", "-Dwarnings"]);
         ensure!(cargo.status().context("cargo")?.success(), "{}: lints", target.triple);
         Ok(true)
     }
