@@ -228,8 +228,8 @@ impl Bench {
     fn wants(&self, target: &Target, case: &Case, tier: Tier) -> bool {
         let name = format!("{}-{}-{}", target.name, case.name, tier.name());
         let named = |part: &String| name.contains(&**part);
-        let quick = target.fpu || !case.needs_fpu;
-        quick && (self.args.only.is_empty() || self.args.only.iter().any(named))
+        let plays = target.fpu || !case.needs_fpu;
+        plays && (self.args.only.is_empty() || self.args.only.iter().any(named))
     }
 
     fn prepare(&self, case: Case) -> Result<Ready> {
