@@ -2,7 +2,7 @@
 //!
 //! Plain `cargo test` plays 100 ticks in the debug build, all 2,000 with `CHAINCELL_SLOW=1`;
 //! `cargo test --release` all of them in the optimised one; `.ci/same-bits` this machine's full
-//! instruction set and WebAssembly, `.ci/aarch64` NEON.
+//! instruction set and WebAssembly, `.ci/emulated` NEON and the FPU of Thumb-2.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use chaincell_kernel::{Dynamics, Flags, TissueMut};
