@@ -5,11 +5,12 @@ use std::io::Read;
 use std::path::Path;
 
 use chaincell_kernel::Model;
-use chaincell_kernel::trace::{Header, Reader, Record, TraceError, Writer, header_bytes};
+use chaincell_kernel::trace::{Header, MAGIC, Reader, Record, TraceError, Writer, header_bytes};
 use clap::ValueEnum;
 
 use crate::engine::{Arithmetic, Engine, Scheme};
 use crate::error::{Error, Result};
+use crate::output;
 
 /// Largest trace that is read: half a day at 1 kHz.
 const BYTES_MAX: u64 = 1 << 31;
@@ -58,6 +59,32 @@ impl Recording {
     }
 }
 
+/// Refuses a place for a new trace that holds something: with `force` an earlier trace may go,
+/// anything else stays.
+///
+/// # Errors
+/// A file that is there, with what to do; a folder that cannot be written.
+pub fn check_place(path: &Path, force: bool) -> Result<()> {
+    let refused = |why| Err(Error::input(format!("--trace {}: {why}", path.display())));
+    if path.exists() && !path.is_file() {
+        return refused("it is there and no file: name another one");
+    }
+    if path.is_file() {
+        let mut front = Vec::new();
+        let file = File::open(path).and_then(|file| file.take(8).read_to_end(&mut front));
+        file.map_err(|why| Error::file("read", path, why))?;
+        if !front.is_empty() && front != MAGIC {
+            return refused("the file is there and is no trace: name another one");
+        }
+        if !force {
+            return refused("the file is there: name another one, or pass --force to overwrite it");
+        }
+    }
+    let folder = output::folder_of(path);
+    tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
+    Ok(())
+}
+
 /// The bytes of a trace file.
 ///
 /// # Errors
@@ -96,5 +123,7 @@ pub fn engine<'m>(
     let network = trace.header().network(model).map_err(refused)?;
     let mut room = vec![0; trace.contacts().len()];
     let cells = trace.contact_cells(&model, &mut room).map_err(refused)?;
-    Ok((Engine::in_numbers(network, scheme, numbers, cells)?, scheme, numbers))
+    let engine = Engine::in_numbers(network, scheme, numbers, cells);
+    let engine = engine.map_err(|why| Error::file("replay", path, why))?;
+    Ok((engine, scheme, numbers))
 }

@@ -7,7 +7,7 @@
 
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_kernel::Unloading;
+use chaincell_kernel::{Model, Unloading};
 use chaincell_tests::graph::{Case, case, energy_j, sample};
 use clap::ValueEnum;
 use proptest::prelude::*;
@@ -20,6 +20,9 @@ const CASES_SLOW: u32 = 100_000;
 
 /// What fixed point leaves open of a length [mean link lengths].
 const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
+
+/// Nearly the largest K of fixed point [mean link lengths].
+const FIXED_RANGE: f64 = 62.9;
 
 /// How the rest shape is spoilt.
 #[derive(Debug, Clone, Copy)]
@@ -82,8 +85,16 @@ struct Start {
 
 fn check(case: &Case, start: &Start) -> Result<(), TestCaseError> {
     let fixed_point = start.numbers == Arithmetic::Fixed;
-    let saturation_m = (start.wide && !fixed_point).then_some(1e4);
-    let image = case.image(BakeOptions { saturation_m, ..BakeOptions::default() });
+    let baked = |saturation_m| case.image(BakeOptions { saturation_m, ..BakeOptions::default() });
+    let mut image = baked(if fixed_point { None } else { start.wide.then_some(1e4) });
+    if fixed_point && start.wide {
+        // As wide as it goes.
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let k_m = FIXED_RANGE * f64::from(model.unit_m());
+        if model.saturation() < 62.9 {
+            image = baked(Some(k_m));
+        }
+    }
     let engine = case.engine_in(&image, start.scheme, start.numbers, Unloading::Off);
     // What leaves the range of fixed point is refused.
     prop_assume!(engine.is_ok() || fixed_point);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use chaincell_kernel::trace::{Header, Reader, Record, Writer, header_bytes};
 use chaincell_kernel::{Dynamics, TissueMut};
 use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
-use chaincell_tests::files::{Row, Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::files::{Row, Table, bake, content, scratch, summary, text, write_path};
 use chaincell_tests::{Ended, run, turn};
 
 /// A press with lost and bad samples and a release.
@@ -99,11 +99,12 @@ fn what_cosim_records_is_replayed_to_the_same_bits() {
     let model = bake(folder.path(), "box:7x7x5x0.01", &["--alpha", "0.03"]);
     let out = folder.path().join("out");
     let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
-    let how = ["--sweeps", "3", "--unloading", "retreat"];
+    let how = ["--sweeps", "3", "--unloading", "retreat", "--number", "fixed"];
     let ended = run([&args[..], &how].concat()).with(0);
     let found = replay(&out.join("session.trace"), &out.join("model.chaincell")).with(0).json();
     assert_eq!((&found["ticks"], &found["hashes_compared"]), (&1000.into(), &1000.into()));
     assert_eq!(found["state_hash"], ended.json()["state_hash"]);
+    assert_eq!(found["number"], "fixed");
     // The samples are those of the path file.
     let (_, _, records) = parts(&std::fs::read(out.join("session.trace")).unwrap());
     let path = Table::read(&out.join("path.csv"));
@@ -237,4 +238,33 @@ fn a_place_that_cannot_be_written_is_told_before_the_run() {
     let ended = run([&args[..], &how].concat()).with(2);
     assert!(ended.err.contains("no/such/a.trace"), "{}", ended.err);
     assert!(!out.join("cells_0.csv").exists(), "the run began");
+}
+
+#[test]
+fn a_trace_takes_no_others_place_and_costs_no_earlier_results() {
+    let folder = scratch();
+    let model = bake(folder.path(), "plane:9x9x0.01", &[]);
+    let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
+    write_path(&path, [(0, [0.0; 3], 1)]);
+    let trace = out.join("a.trace");
+    let traced = |trace: &Path, how: &[&str]| {
+        let args = ["run", text(&model), "--path", text(&path), "--out", text(&out)];
+        run([&args[..], &["--trace", text(trace)], how].concat())
+    };
+    traced(&trace, &[]).with(0);
+    let before = content(folder.path());
+    let nowhere = folder.path().join("no/such/a.trace");
+    for (place, how, wanted) in [
+        (&trace, &[][..], "pass --force"),
+        (&nowhere, &["--force"], "no/such/a.trace"),
+        (&out, &["--force"], "it is there and no file"),
+        (&model, &["--force"], "is no trace: name another one"),
+        (&path, &["--force"], "is no trace: name another one"),
+    ] {
+        let ended = traced(place, how).with(2);
+        assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);
+        assert_eq!(content(folder.path()), before, "{}", place.display());
+    }
+    traced(&trace, &["--force"]).with(0);
+    replay(&trace, &model).with(0);
 }

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
 use crate::path::{self, Rules};
 use crate::recording::Recording;
-use crate::{interrupt, terminal};
+use crate::{interrupt, recording, terminal};
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
 #[derive(Debug, clap::Args)]
@@ -37,7 +37,7 @@ pub struct Args {
     /// Also write every tick's sample and state hash, for `chaincell replay`
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Overwrite the results of an earlier run in --out
+    /// Overwrite the results of an earlier run in --out, and an earlier --trace
     #[arg(long)]
     force: bool,
     /// Also write the positions after these ticks
@@ -77,6 +77,12 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = path::read(&args.path, rules)?;
     check_snapshots(&args.snapshot_ticks, &poses)?;
     let mut engine = args.scene.engine(model)?;
+    if let Some(trace) = &args.trace
+        && (args.out.exists() || output::folder_of(trace).exists())
+    {
+        // Earlier results are not removed for a run that cannot be.
+        recording::check_place(trace, args.force)?;
+    }
     let folder = Folder::open(&args.out, args.force)?;
     let mut recording = match &args.trace {
         Some(_) => Some(Recording::begin(&engine, args.scene.dynamics, args.scene.number)?),

@@ -215,6 +215,7 @@ impl SceneArgs {
             value.map_or(String::new(), |value| value.get_name().to_owned())
         };
         args.push(format!("--dynamics={}", name(self.dynamics.to_possible_value())));
+        args.push(format!("--number={}", name(self.number.to_possible_value())));
         args.push(format!("--sweeps={}", self.sweeps));
         args.push(format!("--unloading={}", name(self.unloading.to_possible_value())));
         for (option, value) in [

@@ -78,6 +78,15 @@ impl Folder {
     }
 }
 
+/// The folder that a file stands in.
+#[must_use]
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
 /// Writes a file under another name beside it first, so that it appears whole or not at all.
 /// Devices, sockets and pipes stay what they are: a new file in their place would replace them.
 ///
@@ -88,10 +97,6 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return Err(Error::file("write", path, "it is there and no file; name another one"));
     }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -99,7 +104,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
         // As any new file: what the user's mask leaves of rw for all.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.prefix(".chaincell-").tempfile_in(folder).map_err(failed)?;
+    let mut file = builder.prefix(".chaincell-").tempfile_in(folder_of(path)).map_err(failed)?;
     file.write_all(content).and_then(|()| file.flush()).map_err(failed)?;
     file.persist(path).map_err(|why| failed(why.error))?;
     Ok(())

@@ -150,7 +150,14 @@ int main(int argc, char **argv)
         return EXIT_FAILURE;
     }
     for (at = 2; at < argc; at++) {
-        ids[count++] = (uint32_t)strtoul(argv[at], NULL, 10);
+        char *end;
+        const unsigned long id = strtoul(argv[at], &end, 10);
+
+        if (argv[at][0] < '0' || argv[at][0] > '9' || *end != '\0' || id != (uint32_t)id) {
+            fprintf(stderr, "press: %s: an input id is a whole number, 0 to 4294967295\n", argv[at]);
+            return EXIT_FAILURE;
+        }
+        ids[count++] = (uint32_t)id;
     }
     image = read_image(argv[1], &bytes, &whole);
     if (image == NULL) {

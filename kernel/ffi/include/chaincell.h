@@ -5,10 +5,11 @@
  *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_tissue_size
  *   chaincell_tick     one tick, every millisecond: sample in, force out
  *
- * Every function answers with a chaincell_code, 0 when all is well, and never unwinds. Pointers are
- * checked for null and alignment. There is no heap and no global state: several bodies may be
- * ticked at the same time, each by one thread. The kernel computes in IEEE 754 single precision to
- * nearest, denormals kept: leave FTZ, DAZ, FZ and fast-math start-up code off.
+ * Every function that takes a pointer answers with a chaincell_code, 0 when all is well. None
+ * unwinds. Pointers are checked for null and alignment. There is no heap and no global state:
+ * several bodies may be ticked at the same time, each by one thread, and any number of threads may
+ * read one model. The kernel computes in IEEE 754 single precision to nearest, denormals kept:
+ * leave FTZ, DAZ, FZ and fast-math start-up code off.
  *
  * Written from kernel/ffi/src: change it there.
  */
@@ -158,7 +159,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_SCHEME = -5,
     /**
-     * A number is out of its range: `available` is the largest admitted one.
+     * A number is out of its range: the model's number of cells bounds it.
      */
     CHAINCELL_CODE_RANGE = -6,
     /**
@@ -425,7 +426,8 @@ typedef struct chaincell_detail {
      */
     size_t available;
     /**
-     * Largest admitted value [dimensionless time].
+     * Largest admitted value, in the code's own unit: a step [dimensionless time], or the number
+     * that the model leaves.
      */
     float limit;
 } chaincell_detail;
@@ -657,8 +659,8 @@ size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, 
  * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
  *
  * `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
- * `chaincell_tissue_size` for the model; what stood there is lost. `scheme` is one of
- * `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
+ * `chaincell_tissue_size` for the model; what stood there is lost, and may be where the call is
+ * refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
  * settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
  *
  * Safety

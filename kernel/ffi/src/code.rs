@@ -24,7 +24,7 @@ pub enum Code {
     NotInitialised = -4,
     /// No such scheme.
     Scheme = -5,
-    /// A number is out of its range: `available` is the largest admitted one.
+    /// A number is out of its range: the model's number of cells bounds it.
     Range = -6,
     /// No cell has this input id: `position` in the list.
     UnknownId = -7,
@@ -150,16 +150,18 @@ impl Code {
     pub fn text(self) -> &'static CStr {
         match self {
             Self::Ok => c"ok",
-            Self::Null => c"a pointer is null",
+            Self::Null => c"a pointer is null: only that of the detail may be",
             Self::Misaligned => {
                 c"a pointer is misaligned: tissue storage starts at a multiple of 16"
             }
             Self::Storage => c"the storage is too small: ask chaincell_tissue_size",
             Self::NotInitialised => c"no model or tissue stands there: initialise it first",
             Self::Scheme => c"no such scheme: see chaincell_scheme",
-            Self::Range => c"a number is out of its range",
-            Self::UnknownId => c"no cell has this input id",
-            Self::ModelMisaligned => c"the image does not start at a multiple of 16 bytes",
+            Self::Range => c"a number is out of its range: the model's number of cells bounds it",
+            Self::UnknownId => c"no cell has this input id: take one of the input mesh's nodes",
+            Self::ModelMisaligned => {
+                c"the image does not start at a multiple of 16 bytes: place it with CHAINCELL_ALIGNED"
+            }
             Self::ModelTruncated => c"the image is truncated: copy or bake it again",
             Self::ModelMagic => c"not a chaincell model: bake one with `chaincell bake`",
             Self::ModelVersion => c"the image has another format version: bake it again",
@@ -182,7 +184,9 @@ impl Code {
             Self::ResetColours => c"the model has no colours: bake it with --colours",
             Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
             Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
-            Self::ResetRange => c"the model leaves the range of fixed point: bake it otherwise",
+            Self::ResetRange => {
+                c"the model leaves the range of fixed point: bake it with a smaller --k-m or --energy-max-j, or take another scheme"
+            }
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
             Self::ContactUnknown => c"a contact cell is not in the model",
             Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
@@ -209,7 +213,8 @@ pub struct Detail {
     pub needed: usize,
     /// What is there, in the same unit.
     pub available: usize,
-    /// Largest admitted value \[dimensionless time\].
+    /// Largest admitted value, in the code's own unit: a step \[dimensionless time\], or the number
+    /// that the model leaves.
     pub limit: f32,
 }
 

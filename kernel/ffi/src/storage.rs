@@ -85,8 +85,8 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
 /// Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
 ///
 /// `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
-/// `chaincell_tissue_size` for the model; what stood there is lost. `scheme` is one of
-/// `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
+/// `chaincell_tissue_size` for the model; what stood there is lost, and may be where the call is
+/// refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
 /// settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
 ///
 /// # Safety

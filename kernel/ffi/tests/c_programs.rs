@@ -127,7 +127,8 @@ fn the_example_says_what_is_wrong() {
         (broken, "40", "checksum does not match: copy or bake it again (-24;"),
         (package().join("Cargo.toml"), "40", "not a chaincell model"),
         (data("plane9.chaincell"), "0", "a contact cell is fixed and cannot be held"),
-        (data("plane9.chaincell"), "81", "no cell has this input id (-7;"),
+        (data("plane9.chaincell"), "81", "take one of the input mesh's nodes (-7;"),
+        (data("plane9.chaincell"), "4x", "4x: an input id is a whole number"),
     ];
     for (image, id, wanted) in cases {
         let output = Command::new(&press).arg(image).arg(id).output().unwrap();

@@ -80,9 +80,14 @@ struct Excess {
 #[inline(always)]
 fn excess(u2: u64, l0: I8F24, band: Band) -> Option<Excess> {
     let bits = |length: I8F24| length.to_bits().unsigned_abs();
+    // Unsigned, since a wide band reaches beyond the largest number, and links may be that long.
+    let end = |of: I8F24| {
+        let product = u64::from(bits(l0)) * u64::from(bits(of));
+        u32::try_from((product + (1 << 23)) >> 24).unwrap_or(u32::MAX)
+    };
     // Rest lengths and rest positions are rounded on their own.
     let rim = 4 + (bits(l0) >> 22);
-    let (low, high) = (bits(l0.times(band.low)), bits(l0.times(band.high)));
+    let (low, high) = (end(band.low), end(band.high));
     let square = |length: u32| u64::from(length) * u64::from(length);
     let limit = if u2 > square(high.saturating_add(rim)) {
         high
@@ -115,8 +120,8 @@ impl Number for I8F24 {
         let bits = value.to_bits();
         let (exponent, mantissa) = (bits >> 23 & 0xff, (bits & 0x7f_ffff | 0x80_0000) as i32);
         let magnitude = match exponent {
-            133.. => i32::MAX,
-            126..=132 => mantissa << (exponent - 126),
+            134.. => i32::MAX,
+            126..=133 => mantissa << (exponent - 126),
             101..=125 => (mantissa + (1 << (125 - exponent))) >> (126 - exponent),
             _ => 0,
         };
@@ -251,3 +256,57 @@ impl Number for I8F24 {
 }
 
 impl Loops for I8F24 {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::rest_length;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Every bit pattern of a single, those of its range ten times as often.
+        #[test]
+        fn single_precision_is_rounded_to_nearest(
+            value in prop_oneof![10 => -130.0_f32..130.0, 1 => any::<u32>().prop_map(f32::from_bits)],
+        ) {
+            prop_assume!(!value.is_nan());
+            let exact = f64::from(value) * f64::from(ONE);
+            let nearest = exact.round().clamp(f64::from(-i32::MAX), f64::from(i32::MAX));
+            prop_assert_eq!(f64::from(I8F24::from_single(value).to_bits()), nearest);
+        }
+
+        /// The rest length is inside its own band for every alpha, up to the largest K.
+        #[test]
+        fn rest_is_slack(a in prop::array::uniform3(-31.5_f32..31.5),
+                         b in prop::array::uniform3(-31.5_f32..31.5), alpha in 0.0_f32..1.0) {
+            let l0 = rest_length(a, b);
+            prop_assume!(l0 > 1e-6);
+            let [pi, pj] = [a, b].map(crate::cell::from_single::<I8F24>);
+            for alpha in [0.0, alpha] {
+                let pull = I8F24::pull(pi, pj, l0, 1.0, I8F24::band(alpha), || [l0, 0.0, 0.0]);
+                prop_assert_eq!(pull, None);
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_band_reaches_beyond_the_largest_number() {
+        let (near, far) = ([-45.0_f32; 3], [45.0_f32; 3]);
+        let [pi, pj] = [near, far].map(crate::cell::from_single::<I8F24>);
+        let pull = |l0| I8F24::pull(pi, pj, l0, 1.0, I8F24::band(0.9), || [l0, 0.0, 0.0]);
+        // 156 lies within 10 to 190, and is 4 beyond 152.
+        assert_eq!(pull(100.0), None);
+        let expected = (155.8846 - 152.0_f32).powi(2);
+        let wd2 = I8F24::product_single(pull(80.0).unwrap().wd2);
+        assert!((wd2 - expected).abs() < 1e-3, "{wd2} {expected}");
+    }
+
+    #[test]
+    fn the_softest_link_of_the_range_has_its_inverse() {
+        assert_eq!(I8F24::from_single(1.0 / WEIGHT_MIN).double(), 64.0);
+        assert_eq!(I8F24::from_single(127.0).double(), 127.0);
+        for (far, bits) in [(128.0, i32::MAX), (f32::INFINITY, i32::MAX), (-1e30, -i32::MAX)] {
+            assert_eq!(I8F24::from_single(far).to_bits(), bits);
+        }
+    }
+}

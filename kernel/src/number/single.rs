@@ -183,7 +183,10 @@ impl Loops for f32 {
         held: usize,
     ) -> TwoFloat {
         let Some(hats) = links.model.hats else { return TwoFloat::ZERO };
-        run(links.vectors, Restrict { hats, residual, room });
+        match links.vectors {
+            Some(_) => run(links.vectors, Restrict { hats, residual, room }),
+            None => scalar::coarse::restrict(&hats, residual, room),
+        }
         run(links.vectors, Solve { hats, room, held })
     }
 
@@ -194,6 +197,9 @@ impl Loops for f32 {
         [alpha, beta]: [f32; 2],
     ) -> bool {
         let Some(hats) = links.model.hats else { return false };
+        if links.vectors.is_none() {
+            return scalar::coarse::step(links.model, &hats, room, points, [alpha, beta]);
+        }
         let (mobility, k) = (links.model.mobility, links.model.saturation());
         let Points { published, at, before, residual } = points;
         #[rustfmt::skip]

@@ -1,5 +1,6 @@
 //! Loops cell by cell, for any number: the same sums in the same order as over slices.
 
+pub(crate) mod coarse;
 pub(crate) mod euler;
 pub(crate) mod pass;
 pub(crate) mod track;

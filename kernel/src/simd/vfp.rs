@@ -128,7 +128,7 @@ unsafe fn run(
             "cmp {left}, #0; bne 3f",
             // A row.
             "2: cmp {cell}, {end}; bhs 9f",
-            "ldrd {j}, {other}, [{rows}], #4",
+            "ldr {j}, [{rows}], #4; ldr {other}, [{rows}]",
             "subs {left}, {other}, {j}; beq 8f",
             "3: add {other}, {at}, {cell}; vldmia {other}, {{s0-s2}}",
             "add {other}, {sum}, {cell}; vldmia {other}, {{s3-s6}}",

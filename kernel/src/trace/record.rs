@@ -212,12 +212,12 @@ impl<'t> Reader<'t> {
     ) -> Result<End, E> {
         let mut rest = self.records;
         for index in 0_u32.. {
-            let Some((bytes, behind)) = rest.split_first_chunk::<RECORD_BYTES>() else {
-                return Ok(if rest.is_empty() { End::Complete } else { End::Cut(index) });
-            };
             if rest.iter().all(|&byte| byte == 0) {
                 break;
             }
+            let Some((bytes, behind)) = rest.split_first_chunk::<RECORD_BYTES>() else {
+                return Ok(End::Cut(index));
+            };
             match self.record(index, bytes) {
                 Ok(record) => each(index, &record)?,
                 Err(end) => return Ok(end),

@@ -194,8 +194,11 @@ fn no_flipped_bit_goes_unseen() {
 fn memory_taken_beforehand_ends_where_its_zeros_begin() {
     let mut trace = trace();
     let whole = read(&trace).unwrap();
-    trace.resize(trace.len() + 5 * RECORD_BYTES + 3, 0);
-    assert_eq!(read(&trace), Ok(whole));
+    let length = trace.len();
+    for zeros in [1, RECORD_BYTES - 1, RECORD_BYTES, 5 * RECORD_BYTES + 3] {
+        trace.resize(length + zeros, 0);
+        assert_eq!(read(&trace), Ok(whole.clone()), "{zeros}");
+    }
     // Zeros with something behind them are no end.
     trace.push(1);
     assert_eq!(read(&trace).unwrap().1, End::Damaged(TICKS as u32));
