@@ -1,9 +1,13 @@
-/* A body in a microcontroller, through the C interface: the motion of kernel/ffi/examples/press.c,
- * tick by tick, and the state hash on the debugger's channel. */
+/* A body in a microcontroller, through the C interface: the golden scene organ500_track, and its
+ * digest on the debugger's channel. */
 #include "board.h"
 #include "chaincell.h"
+#include "golden.h"
 
-enum { CELLS = 125, HATS = 27, CONTACTS = 2, PRESS_TICKS = 200, TICKS = 250, PRINT_EVERY = 25 };
+/* The scene of tests/scenes/src/list.rs. */
+enum { CELLS = 499, HATS = 24, CONTACTS = 7, SWEEPS = 4, TICKS = 100 };
+static const uint32_t held[CONTACTS] = {415, 435, 436, 438, 439, 457, 477};
+static const float reach_m = 0.06f;
 
 /* The model in flash, where an image may start. */
 __asm__(".pushsection .rodata.model, \"a\"\n"
@@ -45,18 +49,21 @@ static int is_done(const char *what, chaincell_code code)
 
 static chaincell_tissue *begin(void)
 {
-    static const uint32_t ids[CONTACTS] = {64, 69};
     const size_t bytes = (size_t)(model_end - model_begin);
     chaincell_settings settings;
     chaincell_tissue *tissue = NULL;
 
-    if (is_done("model", chaincell_model_init(&model, model_begin, bytes, NULL)) &&
-        is_done("settings",
-                chaincell_settings_default(&model, CHAINCELL_SCHEME_TRACK, &settings)) &&
-        is_done("tissue", chaincell_tissue_init(storage, sizeof storage, &model,
+    if (!is_done("model", chaincell_model_init(&model, model_begin, bytes, NULL)) ||
+        !is_done("settings",
+                 chaincell_settings_default(&model, CHAINCELL_SCHEME_TRACK, &settings))) {
+        return NULL;
+    }
+    settings.sweeps = SWEEPS;
+    settings.unloading = CHAINCELL_UNLOADING_RELEASE;
+    if (is_done("tissue", chaincell_tissue_init(storage, sizeof storage, &model,
                                                 CHAINCELL_SCHEME_TRACK, CONTACTS, &settings,
                                                 &tissue, NULL)) &&
-        is_done("contacts", chaincell_choose_contacts(tissue, ids, CONTACTS, NULL))) {
+        is_done("contacts", chaincell_choose_contacts(tissue, held, CONTACTS, NULL))) {
         return tissue;
     }
     return NULL;
@@ -65,32 +72,24 @@ static chaincell_tissue *begin(void)
 int press(void)
 {
     chaincell_tissue *tissue = begin();
-    chaincell_sample sample = {{0.0f, 0.0f, 0.0f}, 0};
+    chaincell_sample sample;
     chaincell_output output;
-    union {
-        float real;
-        uint32_t bits;
-    } force_n;
-    uint64_t hash;
+    uint64_t hash = 0, digest = 0;
     uint32_t tick;
 
     if (tissue == NULL) {
         return 0;
     }
     for (tick = 0; tick < TICKS; tick++) {
-        sample.position_m[2] = -0.0001f * (float)tick;
-        sample.engaged = tick < PRESS_TICKS;
-        if (!is_done("tick", chaincell_tick(tissue, &sample, &output))) {
+        sample = golden_sample(reach_m, tick);
+        if (!is_done("tick", chaincell_tick(tissue, &sample, &output)) ||
+            !is_done("hash", chaincell_state_hash(tissue, &hash))) {
             return 0;
         }
-        if (tick % PRINT_EVERY == PRINT_EVERY - 1) {
-            force_n.real = output.force_n[2];
-            say_hexadecimal("force bits ", force_n.bits);
-        }
-    }
-    if (!is_done("hash", chaincell_state_hash(tissue, &hash))) {
-        return 0;
+        digest = golden_absorb(digest, hash, &output);
     }
     say_hexadecimal("state hash ", hash);
+    say_hexadecimal("digest ", digest);
+    say_hexadecimal("stack bytes ", stack_bytes());
     return 1;
 }

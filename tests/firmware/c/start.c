@@ -46,6 +46,31 @@ void leave(uint32_t code)
     }
 }
 
+/* What the stack has not reached yet is painted so. */
+#define PAINT 0x57ac4e55u
+/* Words below the caller's frame that are left as they are. */
+#define MARGIN 64
+
+static void paint(void)
+{
+    volatile uint32_t *at = &bss_end;
+    const uintptr_t end = (uintptr_t)__builtin_frame_address(0) - MARGIN * sizeof *at;
+
+    while ((uintptr_t)at < end) {
+        *at++ = PAINT;
+    }
+}
+
+uint32_t stack_bytes(void)
+{
+    const volatile uint32_t *at = &bss_end;
+
+    while (*at == PAINT) {
+        at++;
+    }
+    return (uint32_t)((uintptr_t)&stack_top - (uintptr_t)at);
+}
+
 void start(void)
 {
     const uint32_t *from = &data_in_flash;
@@ -59,5 +84,6 @@ void start(void)
     for (to = &bss_begin; to < &bss_end; to++) {
         *to = 0;
     }
+    paint();
     leave(press() ? 0 : 1);
 }

@@ -7,6 +7,8 @@
 //! - `CHAINCELL_HELD`: input ids of the held cells, with commas
 //! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
 //!   settings
+//! - `CHAINCELL_TRACE`, `CHAINCELL_ALTERED`, with the feature `checks`: paths of a trace of the scene
+//!   and of one with an altered record; `CHAINCELL_TRACE_TICKS`: ticks of both
 //! - `CHAINCELL_TICKS`, `CHAINCELL_REACH_BITS`: the motion's ticks and its reach \[m\]
 //!
 //! Numbers whose name ends in BITS are the bits of an `f32`.
@@ -18,18 +20,18 @@ use std::{env, fs};
 
 use chaincell_kernel::Model;
 
-/// Flash and RAM that the linker has [bytes].
+/// Flash and RAM that the linker has [bytes]; the measurement's own states lie beyond that flash.
 const FLASH_BYTES: u32 = 2 << 20;
 const RAM_BYTES: u32 = 1 << 20;
-/// How far the worst state lies from the rest shape: every link is out of its band.
-const WORST: f32 = 1.5;
+/// Scales of the rest shape that bring every link out of its band: too long, too short.
+const WORST: [(&str, f32); 2] = [("LONG", 1.5), ("SHORT", 0.5)];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    let scene = scene(&out)?;
+    let (scene, states_bytes) = scene(&out)?;
     fs::write(out.join("scene.rs"), scene)?;
     let arm = env::var("CARGO_CFG_TARGET_ARCH")? == "arm";
-    fs::write(out.join("memory.x"), memory(arm))?;
+    fs::write(out.join("memory.x"), memory(arm, FLASH_BYTES + states_bytes))?;
     println!("cargo:rustc-link-search={}", out.display());
     if !arm {
         println!("cargo:rustc-link-arg=-Tmemory.x");
@@ -61,8 +63,8 @@ fn scheme(hats: usize, held: usize) -> Result<String, String> {
     }
 }
 
-/// Constants and statics of the scene, as Rust.
-fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
+/// Constants and statics of the scene, as Rust; and the bytes of the worst states.
+fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
     let path = variable("CHAINCELL_MODEL")?;
     println!("cargo:rerun-if-changed={path}");
     let file = fs::read(&path).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
@@ -73,10 +75,14 @@ fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
     let held = variable("CHAINCELL_HELD")?;
     let count = held.split(',').count();
     let scheme = scheme(model.hats(), count)?;
-    let worst = (0..model.cells()).flat_map(|cell| model.rest_position(cell));
-    let worst: Vec<u8> = worst.flat_map(|x| (x * WORST).to_le_bytes()).collect();
-    fs::write(out.join("worst.bin"), worst)?;
     let mut text = String::new();
+    for (name, scale) in WORST {
+        let rest = (0..model.cells()).flat_map(|cell| model.rest_position(cell));
+        let state: Vec<u8> = rest.flat_map(|x| (x * scale).to_le_bytes()).collect();
+        fs::write(out.join(format!("{name}.bin")), state)?;
+        let state = format!("chaincell_kernel::include_model!(\"{name}.bin\")");
+        writeln!(text, "pub static {name}: &[u8] = {state};")?;
+    }
     writeln!(text, "pub const CELLS: usize = {};", model.cells())?;
     writeln!(text, "pub const HELD: [u32; {count}] = [{held}];")?;
     for (name, kind) in [
@@ -92,8 +98,17 @@ fn scene(out: &Path) -> Result<String, Box<dyn Error>> {
     }
     writeln!(text, "pub type Scheme = {scheme};")?;
     writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({path:?});")?;
-    writeln!(text, "pub static WORST: &[u8] = chaincell_kernel::include_model!(\"worst.bin\");")?;
-    Ok(text)
+    if env::var_os("CARGO_FEATURE_CHECKS").is_some() {
+        for name in ["TRACE", "ALTERED"] {
+            let path = variable(&format!("CHAINCELL_{name}"))?;
+            println!("cargo:rerun-if-changed={path}");
+            writeln!(text, "pub static {name}: &[u8] = include_bytes!({path:?});")?;
+        }
+        let ticks = variable("CHAINCELL_TRACE_TICKS")?;
+        writeln!(text, "pub const TRACE_TICKS: u32 = {ticks};")?;
+    }
+    let states_bytes = WORST.len() * model.cells() * 12;
+    Ok((text, u32::try_from(states_bytes)?))
 }
 
 fn aligned<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {
@@ -103,14 +118,14 @@ fn aligned<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {
 }
 
 /// Where code and data go.
-fn memory(arm: bool) -> String {
-    let (flash, ram) = if arm { (0, 0x2000_0000_u32) } else { (0x8000_0000_u32, 0x8020_0000) };
+fn memory(arm: bool, flash_bytes: u32) -> String {
+    let (flash, ram) = if arm { (0, 0x2000_0000_u32) } else { (0x8000_0000_u32, 0x8040_0000) };
     let regions = ["TEXT", "RODATA", "DATA", "BSS", "HEAP", "STACK"].map(|region| {
         let memory = if matches!(region, "TEXT" | "RODATA") { "FLASH" } else { "RAM" };
         format!("REGION_ALIAS(\"REGION_{region}\", {memory});\n")
     });
     format!(
-        "MEMORY {{\n FLASH : ORIGIN = {flash:#x}, LENGTH = {FLASH_BYTES}\n RAM : ORIGIN = {ram:#x}, \
+        "MEMORY {{\n FLASH : ORIGIN = {flash:#x}, LENGTH = {flash_bytes}\n RAM : ORIGIN = {ram:#x}, \
          LENGTH = {RAM_BYTES}\n}}\n{}",
         if arm { String::new() } else { regions.concat() }
     )

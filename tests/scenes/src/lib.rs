@@ -20,6 +20,7 @@
 //! `cargo run --release -p chaincell-scenes --example golden`.
 #![no_std]
 
+pub mod adverse;
 mod digest;
 mod goldens;
 mod list;

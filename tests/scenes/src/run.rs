@@ -47,8 +47,8 @@ impl core::error::Error for RunError {}
 /// A scene under way in a tissue that somebody else owns.
 pub struct Run<'t, D: Dynamics> {
     scene: &'static Scene,
-    network: Network<'static>,
-    tissue: TissueMut<'t, D>,
+    pub(crate) network: Network<'static>,
+    pub(crate) tissue: TissueMut<'t, D>,
     digest: Digest,
     next: u32,
     fault: Option<(u32, usize)>,

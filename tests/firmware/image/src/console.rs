@@ -53,6 +53,16 @@ pub fn bits(name: &str, value: u64) {
     put_line(name, digits.as_flattened());
 }
 
+/// `name value`, two hexadecimal digits a byte.
+#[cfg(feature = "checks")]
+pub fn bytes(name: &str, value: &[u8]) {
+    let mut digits = Line::new();
+    for byte in value {
+        put(&mut digits, &[hexadecimal(byte >> 4), hexadecimal(byte & 15)]);
+    }
+    put_line(name, &digits);
+}
+
 fn hexadecimal(digit: u8) -> u8 {
     if digit < 10 { b'0' + digit } else { b'a' - 10 + digit }
 }

@@ -11,6 +11,8 @@
 mod board;
 #[cfg(any(feature = "canary-panic", feature = "canary-alloc"))]
 mod canary;
+#[cfg(feature = "checks")]
+mod checks;
 mod console;
 mod feed;
 mod measure;
@@ -28,11 +30,14 @@ fn run() -> ! {
     let done = memory::take().and_then(|mut tissue| {
         measure::play(&mut tissue)?;
         measure::worst(&mut tissue)?;
-        measure::rest(&mut tissue)
+        measure::rest(&mut tissue)?;
+        console::number("stack_bytes", stack::deepest());
+        #[cfg(feature = "checks")]
+        checks::run(&mut tissue)?;
+        Some(())
     });
-    match done {
-        Some(()) => console::number("stack_bytes", stack::deepest()),
-        None => console::say("refused", "the kernel refuses this image's own scene"),
+    if done.is_none() {
+        console::say("refused", "the kernel refuses this image's own scene");
     }
     board::exit(done.is_some())
 }

@@ -4,7 +4,7 @@ use chaincell_kernel::{Model, Network, TissueMut, ToolSample};
 use chaincell_scenes::Run;
 use nalgebra::Vector3;
 
-use crate::scene::{SCENE, SWEEPS, Scheme, TICKS, WORST, settings};
+use crate::scene::{LONG, SCENE, SHORT, SWEEPS, Scheme, TICKS, settings};
 use crate::{board, console, feed};
 
 /// Sweeps of the two ticks whose difference gives the cost of a sweep.
@@ -19,10 +19,11 @@ const PERIOD: u32 = 480_000;
 /// The same where interrupts are to meet every depth of the stack.
 const DENSE_PERIOD: u32 = 5_000;
 
-type Tissue = TissueMut<'static, Scheme>;
+/// The tissue of all parts.
+pub type Tissue = TissueMut<'static, Scheme>;
 
 /// The same memory for a part of the run.
-fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
+pub fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
     TissueMut {
         head: tissue.head,
         state: tissue.state,
@@ -79,11 +80,10 @@ fn pull(tick: u32) -> ToolSample {
     ToolSample { position_m: Vector3::new(way_m, 0.0, way_m), engaged: 1 }
 }
 
-/// Puts the body into its worst state, every link out of its band, and ticks; the most
-/// instructions of a tick, and those of the first.
-fn counted(tissue: &mut Tissue, sweeps: u16) -> Option<(u32, u32)> {
+/// Puts the body into a state and ticks; the most instructions of a tick, and those of the first.
+fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)> {
     let network = network(sweeps)?;
-    spread(tissue, &network)?;
+    put(tissue, state, &network)?;
     let mut counts = [0; WORST_TICKS as usize];
     for (tick, slot) in (0..).zip(&mut counts) {
         *slot = count(tissue, &network, &pull(tick));
@@ -91,17 +91,28 @@ fn counted(tissue: &mut Tissue, sweeps: u16) -> Option<(u32, u32)> {
     Some((counts.iter().copied().max()?, *counts.first()?))
 }
 
-/// Every link out of its band, the tool holding its cells.
+/// Every link out of its band, too long and then too short, the tool holding its cells; the larger
+/// of each figure.
 pub fn worst(tissue: &mut Tissue) -> Option<()> {
-    let (_, few) = counted(tissue, FEW)?;
-    let (_, many) = counted(tissue, MANY)?;
-    let (worst, _) = counted(tissue, SWEEPS)?;
-    console::number("instructions_per_sweep_worst", many.wrapping_sub(few) / u32::from(MANY - FEW));
-    console::number("instructions_per_tick_worst", worst);
-    console::number("instructions_of_one_sweep_tick", few);
-    // Once more with interrupts at every depth, for the stack.
+    let (mut sweep, mut tick, mut one) = (0, 0, 0);
+    for state in [LONG, SHORT] {
+        let (_, few) = counted(tissue, state, FEW)?;
+        let (_, many) = counted(tissue, state, MANY)?;
+        let (most, _) = counted(tissue, state, SWEEPS)?;
+        sweep = sweep.max(many.wrapping_sub(few) / u32::from(MANY - FEW));
+        (tick, one) = (tick.max(most), one.max(few));
+        deep(tissue, state)?;
+    }
+    console::number("instructions_per_sweep_worst", sweep);
+    console::number("instructions_per_tick_worst", tick);
+    console::number("instructions_of_one_sweep_tick", one);
+    Some(())
+}
+
+/// The same ticks with interrupts at every depth, for the stack.
+fn deep(tissue: &mut Tissue, state: &[u8]) -> Option<()> {
     let network = network(SWEEPS)?;
-    spread(tissue, &network)?;
+    put(tissue, state, &network)?;
     board::interrupt_every(DENSE_PERIOD);
     for tick in 0..WORST_TICKS {
         board::apply(tissue.tick(&network, &pull(tick)).force_n.into());
@@ -110,8 +121,8 @@ pub fn worst(tissue: &mut Tissue) -> Option<()> {
     Some(())
 }
 
-fn spread(tissue: &mut Tissue, network: &Network<'_>) -> Option<()> {
-    tissue.set_positions(network, bytemuck::try_cast_slice(WORST).ok()?).ok()?;
+fn put(tissue: &mut Tissue, state: &[u8], network: &Network<'_>) -> Option<()> {
+    tissue.set_positions(network, bytemuck::try_cast_slice(state).ok()?).ok()?;
     tissue.forbid_sleep(network.model());
     Some(())
 }

@@ -24,8 +24,8 @@ pub struct Case {
     pub sweeps: u16,
     /// Most ticks that are played.
     pub ticks_max: u32,
-    /// Too slow in software floating point but for `--slow`.
-    pub slow_without_fpu: bool,
+    /// Too slow in software floating point.
+    pub needs_fpu: bool,
 }
 
 /// All of them.
@@ -37,7 +37,7 @@ pub const CASES: [Case; 6] = [
         golden: Some("plane8_track"),
         sweeps: 4,
         ticks_max: u32::MAX,
-        slow_without_fpu: false,
+        needs_fpu: false,
     },
     Case {
         name: "plane8_euler",
@@ -46,7 +46,7 @@ pub const CASES: [Case; 6] = [
         golden: None,
         sweeps: 4,
         ticks_max: u32::MAX,
-        slow_without_fpu: false,
+        needs_fpu: false,
     },
     Case {
         name: "organ500_track",
@@ -55,7 +55,7 @@ pub const CASES: [Case; 6] = [
         golden: Some("organ500_track"),
         sweeps: 4,
         ticks_max: u32::MAX,
-        slow_without_fpu: false,
+        needs_fpu: false,
     },
     Case {
         name: "organ1000_track",
@@ -64,7 +64,7 @@ pub const CASES: [Case; 6] = [
         golden: None,
         sweeps: 1,
         ticks_max: u32::MAX,
-        slow_without_fpu: false,
+        needs_fpu: false,
     },
     Case {
         name: "organ1000_bare",
@@ -73,7 +73,7 @@ pub const CASES: [Case; 6] = [
         golden: None,
         sweeps: 1,
         ticks_max: u32::MAX,
-        slow_without_fpu: true,
+        needs_fpu: true,
     },
     // As many cells as 1 MB of RAM carry.
     Case {
@@ -83,7 +83,7 @@ pub const CASES: [Case; 6] = [
         golden: None,
         sweeps: 1,
         ticks_max: 10,
-        slow_without_fpu: true,
+        needs_fpu: true,
     },
 ];
 
@@ -111,7 +111,7 @@ pub const FIT: [(&str, [Case; 4]); 2] = [
 
 const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {
     let (scheme, golden, sweeps, ticks_max) = ("track", None, 1, 10);
-    Case { name, bake, scheme, golden, sweeps, ticks_max, slow_without_fpu: false }
+    Case { name, bake, scheme, golden, sweeps, ticks_max, needs_fpu: false }
 }
 
 /// A case ready to be built: its model and its scene.

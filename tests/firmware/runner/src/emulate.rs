@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::image::Image;
 use crate::target::Target;
 
-/// What an image said: values by name.
+/// What an image said: values by name, those of a name said more than once one after the other.
 pub struct Said(BTreeMap<String, String>);
 
 impl Said {
@@ -20,7 +20,13 @@ impl Said {
         Ok(u64::from_str_radix(self.text(name)?, 16)?)
     }
 
-    fn text(&self, name: &str) -> Result<&str> {
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>> {
+        let digits = self.text(name)?.as_bytes().chunks(2);
+        let byte = |pair| Ok(u8::from_str_radix(std::str::from_utf8(pair)?, 16)?);
+        digits.map(byte).collect()
+    }
+
+    pub fn text(&self, name: &str) -> Result<&str> {
         self.0.get(name).map(String::as_str).with_context(|| format!("the image says no {name}"))
     }
 }
@@ -42,6 +48,9 @@ pub fn run(target: &Target, image: &Image, seconds: u32) -> Result<Said> {
         bail!("{path}: not done after {seconds} s; it said:\n{stdout}");
     }
     ensure!(run.status.success(), "{path}: {}; it said:\n{stdout}{stderr}", run.status);
-    let pairs = stdout.lines().filter_map(|line| line.split_once(' '));
-    Ok(Said(pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()))
+    let mut said = BTreeMap::<String, String>::new();
+    for (name, value) in stdout.lines().filter_map(|line| line.split_once(' ')) {
+        said.entry(name.to_owned()).or_default().push_str(value);
+    }
+    Ok(Said(said))
 }

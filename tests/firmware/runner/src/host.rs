@@ -4,7 +4,8 @@ use anyhow::{Result, bail};
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::Contact;
 use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
-use chaincell_scenes::{Run, Tier, golden};
+use chaincell_scenes::adverse::{self, AdverseError};
+use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
 
 use crate::case::Ready;
@@ -18,16 +19,7 @@ pub struct Answer {
 
 /// Plays the scene, and compares with the golden digest where there is one.
 pub fn play(ready: &Ready, tier: Tier) -> Result<Answer> {
-    let answer = match (ready.scene.scheme, tier) {
-        ("track", Tier::F32) => run::<Track>(ready),
-        ("euler", Tier::F32) => run::<Euler>(ready),
-        ("rkl1", Tier::F32) => run::<Rkl1>(ready),
-        ("rkl2", Tier::F32) => run::<Rkl2>(ready),
-        ("gauss-seidel", Tier::F32) => run::<GaussSeidel>(ready),
-        ("track", Tier::Fixed) => run::<Track<0, I8F24>>(ready),
-        ("euler", Tier::Fixed) => run::<Euler<I8F24>>(ready),
-        (scheme, tier) => bail!("no scheme {scheme} in {}", tier.name()),
-    }?;
+    let answer = stage(ready, tier, Play(ready.ticks))??;
     if let Some(golden) = golden(ready.scene, tier, ready.ticks)
         && golden.digest != answer.digest
     {
@@ -37,7 +29,53 @@ pub fn play(ready: &Ready, tier: Tier) -> Result<Answer> {
     Ok(answer)
 }
 
-fn run<D: Dynamics>(ready: &Ready) -> Result<Answer> {
+/// Endures the hard states: the digest after each.
+pub fn endure(ready: &Ready, tier: Tier) -> Result<Vec<(&'static str, u64)>> {
+    Ok(stage(ready, tier, Endure)??)
+}
+
+/// The scene.
+struct Play(u32);
+
+impl Act for Play {
+    type Output = Result<Answer, RunError>;
+
+    fn act<D: Dynamics>(self, scene: &'static Scene, tissue: TissueMut<'_, D>) -> Self::Output {
+        let mut run = Run::new(scene, tissue)?;
+        let mut state_hash = 0;
+        run.play(self.0, |_, hash| state_hash = hash);
+        Ok(Answer { state_hash, digest: run.digest() })
+    }
+}
+
+/// The hard states.
+struct Endure;
+
+impl Act for Endure {
+    type Output = Result<Vec<(&'static str, u64)>, AdverseError>;
+
+    fn act<D: Dynamics>(self, scene: &'static Scene, tissue: TissueMut<'_, D>) -> Self::Output {
+        let (mut room, mut digests) = (vec![[0.0; 3]; scene.cells], vec![]);
+        adverse::endure(scene, tissue, &mut room, |state, digest| digests.push((state, digest)))?;
+        Ok(digests)
+    }
+}
+
+/// Gives `act` the scene with a tissue for it.
+fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
+    Ok(match (ready.scene.scheme, tier) {
+        ("track", Tier::F32) => with::<Track, A>(ready, act),
+        ("euler", Tier::F32) => with::<Euler, A>(ready, act),
+        ("rkl1", Tier::F32) => with::<Rkl1, A>(ready, act),
+        ("rkl2", Tier::F32) => with::<Rkl2, A>(ready, act),
+        ("gauss-seidel", Tier::F32) => with::<GaussSeidel, A>(ready, act),
+        ("track", Tier::Fixed) => with::<Track<0, I8F24>, A>(ready, act),
+        ("euler", Tier::Fixed) => with::<Euler<I8F24>, A>(ready, act),
+        (scheme, tier) => bail!("no scheme {scheme} in {}", tier.name()),
+    })
+}
+
+fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
     let (cells, held) = (ready.model.cells(), ready.scene.held.len());
     let tissue = TissueMut {
         head: &mut { Head::<D>::NEW },
@@ -47,8 +85,5 @@ fn run<D: Dynamics>(ready: &Ready) -> Result<Answer> {
         room: &mut vec![[0.0; 8]; D::room_octets(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
     };
-    let mut run = Run::new(ready.scene, tissue)?;
-    let mut state_hash = 0;
-    run.play(ready.ticks, |_, hash| state_hash = hash);
-    Ok(Answer { state_hash, digest: run.digest() })
+    act.act(ready.scene, tissue)
 }

@@ -7,14 +7,28 @@ use anyhow::{Context, Result, ensure};
 use chaincell_kernel::Unloading;
 use chaincell_scenes::Tier;
 use object::elf::SHF_ALLOC;
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 
 use crate::case::Ready;
 use crate::target::Target;
+use crate::trace::Traces;
 
 /// Names of an allocator's functions, inside whatever mangling.
 const ALLOCATOR: [&str; 5] =
     ["__rust_alloc", "__rust_realloc", "__rdl_alloc", "__rg_alloc", "GlobalAlloc"];
+
+/// Worst states in an image, three `f32` a cell each.
+const WORST_STATES: u64 = 2;
+/// Initial values that an image may have in RAM \[bytes\]: the kernel has none, so a body of any size
+/// lies in `.bss`.
+const DATA_BYTES_MAX: u64 = 64;
+
+/// A feature of the image, and the traces that it needs.
+#[derive(Clone, Copy)]
+pub struct With<'t> {
+    pub feature: &'static str,
+    pub traces: Option<&'t Traces>,
+}
 
 /// Which program compiles images, from the environment that `tests/firmware/run` sets.
 pub struct Workshop {
@@ -63,7 +77,8 @@ impl Workshop {
         cargo
     }
 
-    fn folder(&self) -> PathBuf {
+    /// Where images and what comes of them go.
+    pub fn folder(&self) -> PathBuf {
         self.workspace.join("target/images")
     }
 
@@ -74,29 +89,34 @@ impl Workshop {
         target: &Target,
         ready: &Ready,
         tier: Tier,
-        feature: Option<&str>,
+        with: Option<With<'_>>,
     ) -> Result<std::result::Result<Image, String>> {
         let mut cargo = self.cargo("build", target, ready, tier);
-        cargo.args(feature.map(|feature| format!("--features={feature}")));
+        let feature = with.map_or("", |with| with.feature);
+        cargo.args(with.map(|with| format!("--features={}", with.feature)));
+        if let Some(traces) = with.and_then(|with| with.traces) {
+            cargo.envs(traces.environment());
+        }
         let built = cargo.output().context("cargo")?;
         if !built.status.success() {
             return Ok(Err(String::from_utf8_lossy(&built.stderr).into_owned()));
         }
         let from = self.folder().join(target.triple).join("image/chaincell-firmware");
         let (core, scene, tier) = (target.name, ready.case.name, tier.name());
-        let name = format!("{core}-{scene}-{tier}{}", feature.unwrap_or(""));
+        let name = format!("{core}-{scene}-{tier}{feature}");
         let to = self.folder().join(name).with_extension("elf");
         std::fs::copy(&from, &to).with_context(|| format!("{}", from.display()))?;
         Ok(Ok(Image::read(&to, target, ready)?))
     }
 
     /// Holds the image's source against the lints; `false` where the compiler has none.
-    pub fn lint(&self, target: &Target, ready: &Ready) -> Result<bool> {
+    pub fn lint(&self, target: &Target, ready: &Ready, traces: &Traces) -> Result<bool> {
         if self.packages.is_some() {
             return Ok(false);
         }
         let mut cargo = self.cargo("clippy", target, ready, Tier::F32);
-        cargo.args(["--features=canary-panic", "--", "-Dwarnings"]);
+        cargo.envs(traces.environment());
+        cargo.args(["--features=canary-panic,checks", "--", "-Dwarnings"]);
         ensure!(cargo.status().context("cargo")?.success(), "{}: lints", target.triple);
         Ok(true)
     }
@@ -127,7 +147,7 @@ fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 9] {
 /// A linked image.
 pub struct Image {
     pub path: PathBuf,
-    /// Code, constants, model and initial values, without the measurement's own worst state.
+    /// Code, constants, model and initial values, without the measurement's own worst states.
     pub flash_bytes: u64,
     /// Statics.
     pub ram_bytes: u64,
@@ -139,7 +159,7 @@ impl Image {
     fn read(path: &Path, target: &Target, ready: &Ready) -> Result<Self> {
         let bytes = std::fs::read(path)?;
         let file = object::File::parse(&*bytes)?;
-        let (mut flash_bytes, mut ram_bytes) = (0, 0);
+        let (mut flash_bytes, mut ram_bytes, mut data_bytes) = (0, 0, 0);
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
             // What is left for stack and heap takes up all the rest of the RAM.
@@ -149,12 +169,20 @@ impl Image {
             }
             let in_ram = section.address() >= target.ram;
             ram_bytes += if in_ram { section.size() } else { 0 };
+            if in_ram && section.kind() != SectionKind::UninitializedData {
+                data_bytes += section.size();
+            }
             flash_bytes += section.file_range().map_or(0, |(_, size)| size);
         }
-        let worst = 12 * ready.model.cells() as u64;
-        ensure!(flash_bytes > worst, "{}: no code in it", path.display());
+        let states = WORST_STATES * 12 * ready.model.cells() as u64;
+        ensure!(flash_bytes > states, "{}: no code in it", path.display());
+        ensure!(
+            data_bytes <= DATA_BYTES_MAX,
+            "{}: {data_bytes} bytes of initial values in RAM, at most {DATA_BYTES_MAX}",
+            path.display()
+        );
         let allocators = allocators(path)?;
-        Ok(Self { path: path.into(), flash_bytes: flash_bytes - worst, ram_bytes, allocators })
+        Ok(Self { path: path.into(), flash_bytes: flash_bytes - states, ram_bytes, allocators })
     }
 }
 

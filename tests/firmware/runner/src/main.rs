@@ -3,6 +3,7 @@
 
 mod budget;
 mod case;
+mod checks;
 mod emulate;
 mod figures;
 mod fit;
@@ -10,6 +11,7 @@ mod host;
 mod image;
 mod target;
 mod tier;
+mod trace;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -24,7 +26,7 @@ use budget::Budgets;
 use case::{CASES, Case, FIT, Ready};
 use figures::Figures;
 use host::Answer;
-use image::{Image, Workshop, allocators};
+use image::{Image, With, Workshop, allocators};
 use target::{TARGETS, Target};
 use tier::tiers;
 
@@ -59,8 +61,22 @@ struct Args {
     chaincell: PathBuf,
 }
 
-/// An image with the scene it plays and this machine's answer.
-type Built = (&'static Target, Arc<Ready>, Tier, Answer, Image);
+/// An image with the scene it plays.
+struct Built {
+    target: &'static Target,
+    ready: Arc<Ready>,
+    tier: Tier,
+    image: Image,
+    kind: Kind,
+}
+
+/// What an image is for.
+enum Kind {
+    /// To be measured; with this machine's answer.
+    Measured(Answer),
+    /// To be tried, see [`checks`].
+    Checked,
+}
 
 /// What a run works with.
 struct Bench {
@@ -167,8 +183,11 @@ impl Bench {
                 }
             });
             for built in built {
-                let (target, ready, tier, host, image) = built?;
-                take(self.emulate(target, &ready, tier, &image, host)?)?;
+                let built = built?;
+                match built.kind {
+                    Kind::Measured(host) => take(self.emulate(&built, host)?)?,
+                    Kind::Checked => self.check(&built)?,
+                }
             }
             Ok(())
         })
@@ -187,9 +206,18 @@ impl Bench {
             }
             let ready = Arc::new(self.prepare(case)?);
             for (target, tier) in wanted {
-                let host = host::play(&ready, tier)?;
-                let image = self.build(target, &ready, tier)?;
-                if !send((target, Arc::clone(&ready), tier, host, image)) {
+                let kind = Kind::Measured(host::play(&ready, tier)?);
+                let image = self.build(target, &ready, tier, None)?;
+                if !send(Built { target, ready: Arc::clone(&ready), tier, image, kind }) {
+                    return Ok(());
+                }
+                if !checks::wanted(target, &ready, tier) {
+                    continue;
+                }
+                let traces = trace::record(&ready, tier, &self.args.chaincell, &self.models)?;
+                let with = With { feature: "checks", traces: Some(&traces) };
+                let (image, kind) = (self.build(target, &ready, tier, Some(with))?, Kind::Checked);
+                if !send(Built { target, ready: Arc::clone(&ready), tier, image, kind }) {
                     return Ok(());
                 }
             }
@@ -200,33 +228,47 @@ impl Bench {
     fn wants(&self, target: &Target, case: &Case, tier: Tier) -> bool {
         let name = format!("{}-{}-{}", target.name, case.name, tier.name());
         let named = |part: &String| name.contains(&**part);
-        let quick = target.fpu || !case.slow_without_fpu || self.slow;
-        quick && (self.args.only.is_empty() || self.args.only.iter().any(named))
+        let plays = target.fpu || !case.needs_fpu;
+        plays && (self.args.only.is_empty() || self.args.only.iter().any(named))
     }
 
     fn prepare(&self, case: Case) -> Result<Ready> {
         case::prepare(case, &self.args.chaincell, &self.models, self.ticks)
     }
 
-    fn build(&self, target: &Target, ready: &Ready, tier: Tier) -> Result<Image> {
-        self.workshop.build(target, ready, tier, None)?.map_err(|said| {
+    fn build(
+        &self,
+        target: &Target,
+        ready: &Ready,
+        tier: Tier,
+        with: Option<With<'_>>,
+    ) -> Result<Image> {
+        self.workshop.build(target, ready, tier, with)?.map_err(|said| {
             let panics = said.contains("a_panic_is_left_in_the_image");
             let why = if panics { "the kernel or the image can panic" } else { "the build fails" };
             anyhow!("{} {}: {why}:\n{said}", target.name, ready.case.name)
         })
     }
 
-    fn emulate(
-        &self,
-        target: &Target,
-        ready: &Ready,
-        tier: Tier,
-        image: &Image,
-        host: Answer,
-    ) -> Result<Figures> {
-        let seconds = if self.slow { SECONDS_SLOW } else { SECONDS };
-        let said = emulate::run(target, image, seconds)?;
-        Figures::new(target, ready, tier, image, &said, host)
+    fn emulate(&self, built: &Built, host: Answer) -> Result<Figures> {
+        let Built { target, ready, tier, image, .. } = built;
+        let said = emulate::run(target, image, self.seconds())?;
+        Figures::new(target, ready, *tier, image, &said, host)
+    }
+
+    fn seconds(&self) -> u32 {
+        if self.slow { SECONDS_SLOW } else { SECONDS }
+    }
+
+    /// Traces both ways, hard states and samples.
+    fn check(&self, built: &Built) -> Result<()> {
+        let Built { target, ready, tier, image, .. } = built;
+        let name = format!("{}-{}-{}", target.name, ready.case.name, tier.name());
+        let said = emulate::run(target, image, self.seconds())?;
+        let stem = self.workshop.folder().join(&name);
+        checks::hold(ready, *tier, &said, &self.args.chaincell, &stem).context(name.clone())?;
+        self.say(&format!("  checked: {name}: traces both ways, hard states and samples"));
+        Ok(())
     }
 
     /// Sees the gates fail: on an image that can panic, on one that links `alloc`, and on a program
@@ -237,7 +279,8 @@ impl Bench {
             ("canary-panic", "a_panic_is_left_in_the_image"),
             ("canary-alloc", "no global memory allocator found"),
         ] {
-            match self.workshop.build(&TARGETS[0], &ready, Tier::F32, Some(feature))? {
+            let with = With { feature, traces: None };
+            match self.workshop.build(&TARGETS[0], &ready, Tier::F32, Some(with))? {
                 Ok(_) => bail!("the image with {feature} links"),
                 Err(said) => ensure!(said.contains(refusal), "{feature}:\n{said}"),
             }
@@ -251,9 +294,10 @@ impl Bench {
 
     fn lint(&self) -> Result<()> {
         let ready = self.prepare(CASES[0])?;
+        let traces = trace::record(&ready, Tier::F32, &self.args.chaincell, &self.models)?;
         // Arm and RISC-V have files of their own; all else is the same source.
         for target in TARGETS.iter().filter(|target| ["m7", "rv32"].contains(&target.name)) {
-            if !self.workshop.lint(target, &ready)? {
+            if !self.workshop.lint(target, &ready, &traces)? {
                 self.say("SKIPPED lints of the images: the packages bring no clippy");
                 return Ok(());
             }
@@ -268,8 +312,10 @@ impl Bench {
             for case in cases {
                 let ready = self.prepare(case)?;
                 let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
-                let image = self.build(target, &ready, Tier::F32)?;
-                let figures = self.emulate(target, &ready, Tier::F32, &image, host)?;
+                let image = self.build(target, &ready, Tier::F32, None)?;
+                let (ready, tier) = (Arc::new(ready), Tier::F32);
+                let built = Built { target, ready, tier, image, kind: Kind::Measured(host) };
+                let figures = self.emulate(&built, host)?;
                 let (cells, hats) = (figures.cells, figures.hats);
                 let tick = figures.instructions_one_sweep_tick_worst;
                 let sweep = figures.instructions_per_sweep_worst;

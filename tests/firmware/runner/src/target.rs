@@ -54,7 +54,7 @@ pub const TARGETS: [Target; 4] = [
         triple: "riscv32imafc-unknown-none-elf",
         cpu: "generic-rv32",
         emulator: ["qemu-system-riscv32", "virt"],
-        ram: 0x8020_0000,
+        ram: 0x8040_0000,
         fpu: true,
     },
 ];
