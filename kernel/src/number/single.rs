@@ -130,7 +130,7 @@ impl Loops for f32 {
         if model.link_weights.is_some() || !links.closed && model.link_alphas.is_some() {
             return links.accumulate(awake, v, residual, |v| v);
         }
-        crate::simd::vfp::accumulate(model, Band::new(links.alpha(0)), awake, v, residual);
+        crate::simd::vfp::pass::accumulate(model, Band::new(links.alpha(0)), awake, v, residual);
     }
 
     fn pass(
@@ -172,6 +172,9 @@ impl Loops for f32 {
             Some(_) => {
                 run(links.vectors, track::Step { model: links.model, awake, points, factors })
             }
+            #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+            None => crate::simd::vfp::update::track(links.model, awake, points, factors),
+            #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
             None => scalar::track::step(links.model, awake, points, factors),
         }
     }
@@ -217,6 +220,9 @@ impl Loops for f32 {
         let model = links.model;
         match links.vectors {
             Some(_) => run(links.vectors, euler::Step { model, awake, state, residual, step }),
+            #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+            None => crate::simd::vfp::update::euler(model, awake, state, residual, step),
+            #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
             None => scalar::euler::step(model, awake, state, residual, step),
         }
     }

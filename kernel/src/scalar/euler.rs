@@ -1,5 +1,7 @@
 //! The loop of `euler` over the cells.
 
+use core::ops;
+
 use super::{Range, cells_of, part, part_mut};
 use crate::awake::Awake;
 use crate::cell::{Cell, add, scale};
@@ -15,25 +17,36 @@ pub(crate) fn step<N: Number>(
     residual: &[Cell<N>],
     step: f32,
 ) -> Moved {
-    let step = N::from_single(step);
     let mut moved = Moved::NOTHING;
-    let range = Range::new(model.saturation());
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
-        let watched = !awake.spread.contains(slice);
-        let mut changed = false;
-        let from = part(residual, &cells).zip(part(model.mobility, &cells));
-        for ((r, &mobility), v) in from.zip(part_mut(state, &cells)) {
-            if mobility > 0.0 {
-                let next = add(v.xyz(), scale(step, r.xyz()));
-                changed |= watched && next != v.xyz();
-                *v = Cell::at(next);
-            }
-            moved.beyond |= range.is_left(v.xyz(), v.xyz());
-        }
-        if changed {
+        let changed = update(model, &cells, state, residual, step, &mut moved.beyond);
+        if changed && !awake.spread.contains(slice) {
             moved.slices.insert(slice);
         }
     }
     moved
+}
+
+/// The update of some cells; whether one of them moved.
+pub(crate) fn update<N: Number>(
+    model: &Model<'_>,
+    cells: &ops::Range<usize>,
+    state: &mut [Cell<N>],
+    residual: &[Cell<N>],
+    step: f32,
+    beyond: &mut bool,
+) -> bool {
+    let (step, range) = (N::from_single(step), Range::new(model.saturation()));
+    let mut changed = false;
+    let from = part(residual, cells).zip(part(model.mobility, cells));
+    for ((r, &mobility), v) in from.zip(part_mut(state, cells)) {
+        if mobility > 0.0 {
+            let next = add(v.xyz(), scale(step, r.xyz()));
+            changed |= next != v.xyz();
+            *v = Cell::at(next);
+        }
+        *beyond |= range.is_left(v.xyz(), v.xyz());
+    }
+    changed
 }

@@ -12,14 +12,14 @@ use crate::number::Number;
 use crate::two_float::LANES;
 
 /// The linear range, |coordinate| at most K.
-struct Range<N: Number> {
+pub(crate) struct Range<N: Number> {
     k: N,
     /// Points whose coordinates' squares add up to less are within.
     near: N::Product,
 }
 
 impl<N: Number> Range<N> {
-    fn new(k: f32) -> Self {
+    pub fn new(k: f32) -> Self {
         // Room for the rounding of the sum of squares.
         const INWARD: f32 = 1.0 - 1.0 / 65_536.0;
         let [k, inner] = [k, INWARD * k].map(N::from_single);
@@ -28,7 +28,7 @@ impl<N: Number> Range<N> {
 
     /// Whether one of two points has a coordinate beyond K.
     #[inline(always)]
-    fn is_left(&self, a: [N; 3], b: [N; 3]) -> bool {
+    pub fn is_left(&self, a: [N; 3], b: [N; 3]) -> bool {
         let inside = |point: [N; 3]| N::inner(point, point) < self.near;
         !(inside(a) && inside(b)) && (peak(a) > self.k || peak(b) > self.k)
     }
@@ -36,7 +36,7 @@ impl<N: Number> Range<N> {
 
 /// The cells of a slice, as far as there are any.
 #[inline(always)]
-fn cells_of(slice: usize, cells: usize) -> ops::Range<usize> {
+pub(crate) fn cells_of(slice: usize, cells: usize) -> ops::Range<usize> {
     slice * LANES..cells.min((slice + 1) * LANES)
 }
 

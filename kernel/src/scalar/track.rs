@@ -1,5 +1,7 @@
 //! The loops of `track` over the cells: its inner products and its update.
 
+use core::ops;
+
 use super::{Range, cells_of, part, part_mut};
 use crate::awake::{Awake, SliceSet};
 use crate::cell::{Cell, add, scale, sub};
@@ -49,37 +51,52 @@ pub(crate) fn step<N: Number>(
     points: &mut Points<'_, N>,
     factors: [f32; 2],
 ) -> Moved {
-    let [alpha, beta] = factors.map(N::from_single);
     let mut moved = Moved::NOTHING;
-    let range = Range::new(model.saturation());
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
         // Whoever was under way has woken his neighbours.
-        let watched = !awake.spread.contains(slice);
-        let mut started = false;
-        let from = part(points.residual, &cells).zip(part(model.mobility, &cells));
-        let to = part_mut(points.published, &cells)
-            .zip(part_mut(points.at, &cells))
-            .zip(part_mut(points.before, &cells));
-        for ((r, &mobility), ((published, at), before)) in from.zip(to) {
-            let (y, last) = (at.xyz(), before.xyz());
-            let z = scale(N::from_single(mobility), r.xyz());
-            let way = sub(y, last);
-            let next = add(y, z);
-            let ahead = add(add(y, scale(alpha, z)), scale(beta, way));
-            if watched {
-                started |= starts(way, y, next, ahead);
-            }
-            moved.beyond |= range.is_left(next, ahead);
-            *published = Cell::at(next);
-            *before = Cell::at(y);
-            *at = Cell::at(ahead);
-        }
+        let started = if awake.spread.contains(slice) {
+            update::<N, false>(model, &cells, points, factors, &mut moved.beyond)
+        } else {
+            update::<N, true>(model, &cells, points, factors, &mut moved.beyond)
+        };
         if started {
             moved.slices.insert(slice);
         }
     }
     moved
+}
+
+/// The update of some cells; with `WATCHED` whether one of them started to move.
+pub(crate) fn update<N: Number, const WATCHED: bool>(
+    model: &Model<'_>,
+    cells: &ops::Range<usize>,
+    points: &mut Points<'_, N>,
+    factors: [f32; 2],
+    beyond: &mut bool,
+) -> bool {
+    let [alpha, beta] = factors.map(N::from_single);
+    let range = Range::new(model.saturation());
+    let mut started = false;
+    let from = part(points.residual, cells).zip(part(model.mobility, cells));
+    let to = part_mut(points.published, cells)
+        .zip(part_mut(points.at, cells))
+        .zip(part_mut(points.before, cells));
+    for ((r, &mobility), ((published, at), before)) in from.zip(to) {
+        let (y, last) = (at.xyz(), before.xyz());
+        let z = scale(N::from_single(mobility), r.xyz());
+        let way = sub(y, last);
+        let next = add(y, z);
+        let ahead = add(add(y, scale(alpha, z)), scale(beta, way));
+        if WATCHED {
+            started |= starts(way, y, next, ahead);
+        }
+        *beyond |= range.is_left(next, ahead);
+        *published = Cell::at(next);
+        *before = Cell::at(y);
+        *at = Cell::at(ahead);
+    }
+    started
 }
 
 /// Whether some coordinate that stood still moves.

@@ -14,6 +14,7 @@ use crate::cell::Cell;
 use crate::contact::Contact;
 use crate::link::rest_length;
 use crate::model::Model;
+use crate::number::Loops;
 use crate::number::sealed::Points;
 use crate::pass::Links;
 use crate::scalar;
@@ -74,8 +75,23 @@ impl Case {
         self.outcome(
             model,
             &|links, awake, points, held| scalar::track::pass(links, &awake.set, points, held),
-            &|awake, points| scalar::track::step(model, awake, points, FACTORS),
-            &|awake, state, residual| scalar::euler::step(model, awake, state, residual, 0.2),
+            &|awake, points| {
+                f32::track_step(
+                    Links { model, closed: self.closed, vectors: None },
+                    awake,
+                    points,
+                    FACTORS,
+                )
+            },
+            &|awake, state, residual| {
+                f32::euler_step(
+                    Links { model, closed: self.closed, vectors: None },
+                    awake,
+                    state,
+                    residual,
+                    0.2,
+                )
+            },
         )
     }
 

@@ -1,8 +1,4 @@
-//! The link pass for the floating-point unit of Armv7E-M, link by link with as few instructions
-//! as its registers allow: loads and stores of several registers, no way through the core's.
-//!
-//! Every operation is that of [`link::pull`](crate::link), in its order; VMLA and VMLS round the
-//! product and the sum, as two instructions would.
+//! The link pass, link by link. Every operation is that of [`link::pull`](crate::link), in its order.
 
 #![allow(unsafe_code)]
 
