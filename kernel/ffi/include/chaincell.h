@@ -659,8 +659,7 @@ size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, 
  * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
  *
  * `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
- * `chaincell_tissue_size` for the model; what stood there is lost, and may be where the call is
- * refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
+ * `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
  * settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
  *
  * Safety

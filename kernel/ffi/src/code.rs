@@ -185,7 +185,7 @@ impl Code {
             Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
             Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
             Self::ResetRange => {
-                c"the model leaves the range of fixed point: bake it with a smaller --k-m or --energy-max-j, or take another scheme"
+                c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme"
             }
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
             Self::ContactUnknown => c"a contact cell is not in the model",

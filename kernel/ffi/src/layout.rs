@@ -158,6 +158,9 @@ pub(crate) unsafe fn create<D: Dynamics>(
     unsafe { storage.cast::<Body<D>>().write(Body { front, head: Head::NEW }) };
 }
 
+/// Bytes that [`clear`] needs.
+pub(crate) const FRONT_BYTES: usize = size_of::<Front>();
+
 /// Makes sure that storage is taken for no tissue.
 ///
 /// # Safety

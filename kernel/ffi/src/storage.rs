@@ -52,6 +52,10 @@ struct Wish {
 /// As [`chaincell_tissue_init`].
 unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     memory::check_to(wish.storage, ALIGN)?;
+    if wish.bytes >= layout::FRONT_BYTES {
+        // SAFETY: aligned and large enough, and the caller says that the storage is ours.
+        unsafe { layout::clear(wish.storage) };
+    }
     // SAFETY: the caller's promises are handed on.
     let (model, settings) = unsafe { (load(wish.model)?, memory::read(wish.settings)?) };
     let scheme = Scheme::of(wish.scheme)?;
@@ -85,8 +89,7 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
 /// Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
 ///
 /// `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
-/// `chaincell_tissue_size` for the model; what stood there is lost, and may be where the call is
-/// refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
+/// `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
 /// settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
 ///
 /// # Safety

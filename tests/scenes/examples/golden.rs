@@ -15,6 +15,7 @@ const USAGE: &str = "usage:
   golden list
   golden emit SCENE|all [TICKS [CELLS_AFTER]] [--scalar] [--fault TICK CELL]
   golden check [FILE]          (standard input without FILE)
+  golden check FILE --all TICKS   (every scene in every number type to that tick)
   golden trace SCENE TICKS FILE
 CELLS_AFTER adds the state after that tick; --fault moves a cell's x by 2^-10 mean link lengths after a tick";
 
@@ -106,7 +107,8 @@ fn trace(mut args: impl Iterator<Item = String>) -> Result<(), String> {
     std::fs::write(&file, trace).map_err(|why| format!("cannot write {file}: {why}"))
 }
 
-fn check(file: Option<String>) -> Result<(), String> {
+/// Compares a report; with `all` it must play every scene in every number type to that tick.
+fn check(file: Option<String>, all: Option<u64>) -> Result<(), String> {
     let mut text = String::new();
     match &file {
         Some(file) => std::fs::File::open(file).and_then(|mut file| file.read_to_string(&mut text)),
@@ -114,6 +116,11 @@ fn check(file: Option<String>) -> Result<(), String> {
     }
     .map_err(|why| format!("cannot read {}: {why}", file.as_deref().unwrap_or("input")))?;
     let ticks = report::check(&text).map_err(|why| why.to_string())?;
+    let runs = SCENES.iter().map(|scene| scene.tiers.len() as u64).sum::<u64>();
+    if all.is_some_and(|all| ticks != runs * all) {
+        let expected = runs * all.unwrap_or_default();
+        return Err(format!("the report plays {ticks} ticks, all scenes take {expected}"));
+    }
     println!("{ticks} ticks agree");
     Ok(())
 }
@@ -127,7 +134,13 @@ fn main() -> ExitCode {
         }
         Some("emit") => emit(args),
         Some("trace") => trace(args),
-        Some("check") => check(args.next()),
+        Some("check") => match [args.next(), args.next(), args.next()] {
+            [file, None, None] => check(file, None),
+            [file, Some(all), Some(ticks)] if all == "--all" && ticks.parse::<u64>().is_ok() => {
+                check(file, ticks.parse().ok())
+            }
+            _ => Err(USAGE.to_owned()),
+        },
         _ => Err(USAGE.to_owned()),
     };
     match done {

@@ -4,7 +4,7 @@ use chaincell_kernel::{Dynamics, Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Tissue, 
 
 use super::{BOX, PLANE, call, info_of, make, model_of, settings_of, storage, try_make};
 use crate::{
-    ALIGN, Code, Detail, Scheme, TISSUE_BYTES, TISSUE_WORDS, chaincell_tissue_align,
+    ALIGN, Code, Detail, Scheme, Settings, TISSUE_BYTES, TISSUE_WORDS, chaincell_tissue_align,
     chaincell_tissue_size,
 };
 
@@ -133,4 +133,25 @@ fn storage_can_be_used_again() {
     ));
     assert_eq!(code, Code::Ok);
     assert_eq!(super::hash(made.tissue), super::hash(make(PLANE, Scheme::Track, 0).tissue));
+}
+
+/// A refused call leaves no body of before that could go on by mistake.
+#[test]
+fn a_refused_call_takes_the_storage_too() {
+    let mut made = make(BOX, Scheme::Track, 2);
+    let model = model_of(BOX);
+    let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
+    let code = call!(chaincell_tissue_init(
+        made.storage.as_mut_ptr().cast(),
+        made.storage.len() * 16,
+        &model,
+        Scheme::Track as i32,
+        2,
+        &settings,
+        &mut made.tissue,
+        &mut Detail::default(),
+    ));
+    assert_eq!((code, made.tissue.is_null()), (Code::SettingsSweeps, true));
+    let there = made.storage.as_mut_ptr().cast();
+    assert_eq!(call!(chaincell_tissue_reset(there, &mut Detail::default())), Code::NotInitialised);
 }
