@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::error::{Error, Result};
 use crate::output::Folder;
 use crate::report::collect::{Options, Report, collect, pieces};
+use crate::report::firmware;
 use crate::report::write::write;
 use crate::terminal;
 
@@ -26,6 +27,10 @@ pub struct Args {
     /// [default: CHAINCELL_REFERENCE; without it generated bodies]
     #[arg(long, value_name = "DIR")]
     reference: Option<PathBuf>,
+    /// Figures of emulated microcontrollers, written by `tests/firmware/run --json`, for the
+    /// report's table of number types
+    #[arg(long, value_name = "FILE")]
+    firmware: Option<PathBuf>,
     /// Folder for the report [default: report]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -41,10 +46,11 @@ pub fn execute(args: &Args) -> Result<()> {
     let given = args.reference.clone();
     let reference = given.or_else(|| std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from));
     let options = Options { quick: args.quick, reference };
+    let firmware = args.firmware.as_deref().map(firmware::read).transpose()?.unwrap_or_default();
     let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
     let bar = terminal::progress(pieces(&options), "measuring");
-    let mut report = Report::default();
+    let mut report = Report { firmware, ..Report::default() };
     let ended = collect(&options, &mut report, &bar);
     bar.finish_and_clear();
     if !matches!(ended, Ok(()) | Err(Error::Interrupted)) {

@@ -7,6 +7,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 use super::exact::{ExactPress, PRESS_TICKS};
+use super::firmware::FirmwareRow;
 use super::flow::{self, FlowRow};
 use super::growth::{self, Growth};
 use super::machine::Machine;
@@ -117,6 +118,8 @@ pub struct Report {
     pub settled_sources: Vec<String>,
     /// `euler` against the exact trajectory.
     pub flow: Vec<FlowRow>,
+    /// Emulated microcontrollers, where their figures were given.
+    pub firmware: Vec<FirmwareRow>,
     /// The number types.
     pub numbers: Vec<NumberRow>,
     /// Cost over size.

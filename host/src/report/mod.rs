@@ -2,6 +2,7 @@
 
 pub mod collect;
 pub mod exact;
+pub mod firmware;
 pub mod flow;
 pub mod growth;
 pub mod machine;

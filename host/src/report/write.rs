@@ -371,11 +371,40 @@ fn numbers(report: &Report) -> String {
         "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} sweeps a \
          tick, no hats (only f32 has them): against f64 under the same scheme. Field: largest \
          distance of a cell after the last tick, over the depth. `track` decides from sweep to sweep \
-         by the last bits, so its way differs more than its end.\n\n{}",
+         by the last bits, so its way differs more than its end.\n\n{}{}",
         first.ticks,
         first.sweeps,
-        table.markdown()
+        table.markdown(),
+        firmware(report)
     )
+}
+
+/// Emulated microcontrollers.
+fn firmware(report: &Report) -> String {
+    if report.firmware.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(&[
+        "target",
+        "scene",
+        "number",
+        "instructions a sweep",
+        "a link",
+        "a tick",
+        "sweeps",
+    ]);
+    for row in &report.firmware {
+        table.row(vec![
+            row.target.clone(),
+            row.scene.clone(),
+            row.tier.clone(),
+            row.instructions_per_sweep_worst.to_string(),
+            format!("{:.0}", row.per_link()),
+            row.instructions_per_tick_worst.to_string(),
+            row.sweeps.to_string(),
+        ]);
+    }
+    format!("On emulated microcontrollers, in their worst state:\n\n{}", table.markdown())
 }
 
 /// A name as the command line has it.
