@@ -11,6 +11,9 @@
 //! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`] or
 //!   [`GaussSeidel`].
 //! - [`trace`]: a session's samples and state hashes, to be played again bit for bit.
+//! - [`Number`]: what cells and links are computed in, a parameter of [`Track`] and [`Euler`]:
+//!   `f32`, fixed point ([`I8F24`]) or `f64`.
+//! - [`trace`]: recorded sessions, the same bytes on every target.
 //!
 //! ```
 //! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
