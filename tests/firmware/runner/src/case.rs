@@ -26,6 +26,8 @@ pub struct Case {
     pub ticks_max: u32,
     /// Too slow in software floating point.
     pub needs_fpu: bool,
+    /// A question of size, asked of the Cortex-M7; of other cores with `--slow` or `--only`.
+    pub of_size: bool,
 }
 
 /// All of them.
@@ -38,6 +40,7 @@ pub const CASES: [Case; 6] = [
         sweeps: 4,
         ticks_max: u32::MAX,
         needs_fpu: false,
+        of_size: false,
     },
     Case {
         name: "plane8_euler",
@@ -47,6 +50,7 @@ pub const CASES: [Case; 6] = [
         sweeps: 4,
         ticks_max: u32::MAX,
         needs_fpu: false,
+        of_size: false,
     },
     Case {
         name: "organ500_track",
@@ -56,6 +60,7 @@ pub const CASES: [Case; 6] = [
         sweeps: 4,
         ticks_max: u32::MAX,
         needs_fpu: false,
+        of_size: false,
     },
     Case {
         name: "organ1000_track",
@@ -65,6 +70,7 @@ pub const CASES: [Case; 6] = [
         sweeps: 1,
         ticks_max: u32::MAX,
         needs_fpu: false,
+        of_size: true,
     },
     Case {
         name: "organ1000_bare",
@@ -74,6 +80,7 @@ pub const CASES: [Case; 6] = [
         sweeps: 1,
         ticks_max: u32::MAX,
         needs_fpu: true,
+        of_size: true,
     },
     // As many cells as 1 MB of RAM carry.
     Case {
@@ -84,6 +91,7 @@ pub const CASES: [Case; 6] = [
         sweeps: 1,
         ticks_max: 10,
         needs_fpu: true,
+        of_size: true,
     },
 ];
 
@@ -111,7 +119,7 @@ pub const FIT: [(&str, [Case; 4]); 2] = [
 
 const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {
     let (scheme, golden, sweeps, ticks_max) = ("track", None, 1, 10);
-    Case { name, bake, scheme, golden, sweeps, ticks_max, needs_fpu: false }
+    Case { name, bake, scheme, golden, sweeps, ticks_max, needs_fpu: false, of_size: false }
 }
 
 /// A case ready to be built: its model and its scene.
