@@ -12,7 +12,7 @@ use crate::cell::Cell;
 use crate::link::Pull;
 use crate::model::Model;
 use crate::number::Number;
-use crate::two_float::LANES;
+use crate::slice::{cells_of, clear};
 
 /// Adds every link's pull to both its ends: `sum[i] += f`, `sum[j] -= f`, and w d^2 to both in
 /// the fourth lane. Starts from +0.0 in awake slices; the links of all others are slack, and are
@@ -34,13 +34,8 @@ pub(crate) fn accumulate<N: Number>(
         return;
     }
     let slices = model.slice_count();
-    for slice in awake.iter(slices) {
-        for sum in sum.iter_mut().skip(slice * LANES).take(LANES) {
-            *sum = Cell::ZERO;
-        }
-    }
-    let all = awake.iter(slices).flat_map(|slice| slice * LANES..cells.min((slice + 1) * LANES));
-    for i in all {
+    clear(sum, awake.iter(slices));
+    for i in awake.iter(slices).flat_map(|slice| cells_of(slice, cells)) {
         let row = model.row(i);
         // SAFETY: i < cells, and both slices hold at least that many; rows end at the number of
         // links, the length of both sections.

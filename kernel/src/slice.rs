@@ -1,10 +1,28 @@
 //! Slices of eight consecutive cells in the arrays: reading and writing them, the last one too.
 
+use core::ops::Range;
+
 use crate::awake::SliceSet;
 use crate::cell::Cell;
 use crate::number::Number;
 use crate::simd::octet::{Chunk, Octet};
 use crate::two_float::LANES;
+
+/// The cells of a slice, of so many in all.
+#[inline(always)]
+pub(crate) fn cells_of(slice: usize, cells: usize) -> Range<usize> {
+    slice * LANES..cells.min((slice + 1) * LANES)
+}
+
+/// +0.0 in the cells of these slices.
+#[inline(always)]
+pub(crate) fn clear<N: Number>(cells: &mut [Cell<N>], slices: impl Iterator<Item = usize>) {
+    for slice in slices {
+        for cell in cells.iter_mut().skip(slice * LANES).take(LANES) {
+            *cell = Cell::ZERO;
+        }
+    }
+}
 
 /// A slice of `cells`; beyond the end the last cell repeats, in `buffer`.
 #[inline(always)]
@@ -55,7 +73,7 @@ pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
 /// Copies a slice between arrays of the same length; nothing where they are shorter.
 #[inline(always)]
 pub(crate) fn copy_slice(to: &mut [Cell], from: &[Cell], slice: usize) {
-    let cells = slice * LANES..from.len().min((slice + 1) * LANES);
+    let cells = cells_of(slice, from.len());
     if let (Some(to), Some(from)) = (to.get_mut(cells.clone()), from.get(cells)) {
         copy(to, from);
     }

@@ -42,6 +42,7 @@ use crate::hats::Eight;
 use crate::link::{Band, pull};
 use crate::model::{Model, range};
 use crate::pass::Links;
+use crate::slice::cells_of;
 use crate::two_float::{LANES, Lanes, TwoFloat};
 
 /// Over-relaxation.
@@ -166,7 +167,7 @@ fn measure(body: &mut Body<'_, '_>) -> TwoFloat {
     let model = body.links.model;
     let (k, cells) = (model.saturation(), body.state.len());
     for slice in body.awake.set.iter(model.slice_count()) {
-        for cell in slice * LANES..cells.min((slice + 1) * LANES) {
+        for cell in cells_of(slice, cells) {
             let Some(here) = body.state.get(cell).map(|v| output(v.xyz(), k)) else { continue };
             let wd2 = pulls(body.links, body.state, cell, here).wd2;
             if let Some(Cell([_, _, _, mark])) = body.state.get_mut(cell) {

@@ -22,7 +22,8 @@ use crate::cell::{Cell, sub};
 use crate::link::Pull;
 use crate::model::Model;
 use crate::pass::Links;
-use crate::two_float::{LANES, TwoFloat};
+use crate::slice::cells_of;
+use crate::two_float::TwoFloat;
 
 /// Largest K.
 const K_MAX: f32 = 63.0;
@@ -299,7 +300,7 @@ impl Loops for I8F24 {
     ) {
         let cells = links.model.cells();
         for slice in awake.iter(links.model.slice_count()) {
-            for cell in slice * LANES..cells.min((slice + 1) * LANES) {
+            for cell in cells_of(slice, cells) {
                 if let Some(r) = residual.get_mut(cell)
                     && r.w() == Self::MAX
                 {

@@ -2,12 +2,12 @@
 
 use core::ops;
 
-use super::{Range, cells_of, part, part_mut};
+use super::{Range, part, part_mut};
 use crate::awake::Awake;
 use crate::cell::{Cell, add, scale};
 use crate::model::Model;
 use crate::number::Number;
-use crate::slice::Moved;
+use crate::slice::{Moved, cells_of};
 
 /// See `Loops::euler_step`.
 pub(crate) fn step<N: Number>(

@@ -9,13 +9,12 @@ use core::ops;
 
 use crate::cell::peak;
 use crate::number::Number;
-use crate::two_float::LANES;
 
 /// The linear range, |coordinate| at most K.
 pub(crate) struct Range<N: Number> {
     k: N,
     /// Points whose coordinates' squares add up to less are within.
-    near: N::Product,
+    pub near: N::Product,
 }
 
 impl<N: Number> Range<N> {
@@ -32,12 +31,6 @@ impl<N: Number> Range<N> {
         let inside = |point: [N; 3]| N::inner(point, point) < self.near;
         !(inside(a) && inside(b)) && (peak(a) > self.k || peak(b) > self.k)
     }
-}
-
-/// The cells of a slice, as far as there are any.
-#[inline(always)]
-pub(crate) fn cells_of(slice: usize, cells: usize) -> ops::Range<usize> {
-    slice * LANES..cells.min((slice + 1) * LANES)
 }
 
 /// Part of an array, empty where it is shorter.

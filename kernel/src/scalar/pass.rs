@@ -1,11 +1,12 @@
 //! The link pass link by link, and the energy.
 
-use super::{cells_of, part};
+use super::part;
 use crate::awake::SliceSet;
 use crate::cell::Cell;
 use crate::contact::Contact;
 use crate::number::{Number, Sum};
 use crate::pass::{Links, mask};
+use crate::slice::cells_of;
 use crate::two_float::TwoFloat;
 
 /// See `Loops::pass`.

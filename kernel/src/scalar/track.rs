@@ -2,7 +2,7 @@
 
 use core::ops;
 
-use super::{Range, cells_of, part, part_mut};
+use super::{Range, part, part_mut};
 use crate::awake::{Awake, SliceSet};
 use crate::cell::{Cell, add, scale, sub};
 use crate::contact::Contact;
@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::number::sealed::Points;
 use crate::number::{Number, Sum};
 use crate::pass::{Links, mask};
-use crate::slice::Moved;
+use crate::slice::{Moved, cells_of};
 use crate::two_float::TwoFloat;
 
 /// See `Loops::track_pass`.

@@ -8,6 +8,7 @@ use crate::awake::SliceSet;
 use crate::cell::{Cell, sub};
 use crate::link::{Band, COINCIDENT, pull};
 use crate::model::Model;
+use crate::slice::clear;
 use crate::two_float::LANES;
 
 /// What a row's links are compared with, in the order that [`run`] loads it.
@@ -34,11 +35,7 @@ pub(crate) fn accumulate(
         return;
     }
     let slices = model.slice_count();
-    for slice in awake.iter(slices) {
-        for sum in sum.iter_mut().skip(slice * LANES).take(LANES) {
-            *sum = Cell::ZERO;
-        }
-    }
+    clear(sum, awake.iter(slices));
     let limits = Limits {
         high: band.high,
         high_squared: band.high_squared,

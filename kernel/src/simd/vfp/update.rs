@@ -10,14 +10,9 @@ use crate::awake::Awake;
 use crate::cell::Cell;
 use crate::model::Model;
 use crate::number::sealed::Points;
-use crate::scalar::{self, cells_of};
-use crate::slice::Moved;
+use crate::scalar;
+use crate::slice::{Moved, cells_of};
 use crate::two_float::LANES;
-
-/// Squares of coordinates that add up to less than this are all within K.
-fn near(k: f32) -> f32 {
-    k * k * (1.0 - 1.0 / 65_536.0)
-}
 
 /// Hands the cells of awake slices to `update(watched, cells, beyond)`: those of each slice whose
 /// neighbours may be asleep, `watched`, alone, and it says whether one of them started to move; the
@@ -85,7 +80,7 @@ fn run_track(
     points: &mut Points<'_, f32>,
     [alpha, beta]: [f32; 2],
 ) -> bool {
-    let k = model.saturation();
+    let linear = scalar::Range::new(model.saturation());
     let (Some(published), Some(at), Some(before), Some(residual), Some(mobility)) = (
         points.published.get_mut(cells.clone()),
         points.at.get_mut(cells.clone()),
@@ -98,7 +93,7 @@ fn run_track(
     if cells.is_empty() {
         return false;
     }
-    let factors = [alpha, beta, near(k), 0.0];
+    let factors = [alpha, beta, linear.near, 0.0];
     let far: u32;
     // SAFETY: the five arrays have as many elements as there are cells, at least one; the code
     // reads and writes only them, and the stack not at all.
@@ -139,7 +134,6 @@ fn run_track(
             options(nostack),
         );
     }
-    let linear = scalar::Range::new(k);
     far != 0 && published.iter().zip(at).any(|(x, y)| linear.is_left(x.xyz(), y.xyz()))
 }
 
@@ -151,7 +145,7 @@ fn run_euler(
     residual: &[Cell],
     step: f32,
 ) -> bool {
-    let k = model.saturation();
+    let linear = scalar::Range::new(model.saturation());
     let (Some(state), Some(residual), Some(mobility)) = (
         state.get_mut(cells.clone()),
         residual.get(cells.clone()),
@@ -162,7 +156,7 @@ fn run_euler(
     if cells.is_empty() {
         return false;
     }
-    let factors = [step, near(k)];
+    let factors = [step, linear.near];
     let far: u32;
     // SAFETY: the three arrays have as many elements as there are cells, at least one; the code
     // reads and writes only them and reads the factors, and the stack not at all.
@@ -191,6 +185,5 @@ fn run_euler(
             options(nostack),
         );
     }
-    let linear = scalar::Range::new(k);
     far != 0 && state.iter().any(|v| linear.is_left(v.xyz(), v.xyz()))
 }
