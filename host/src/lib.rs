@@ -9,6 +9,7 @@ pub mod error;
 pub mod interrupt;
 pub mod mesh;
 pub mod output;
+pub mod paper;
 pub mod path;
 pub mod plot;
 pub mod recording;

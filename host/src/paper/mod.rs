@@ -1,0 +1,3 @@
+//! `chaincell paper`: every result of the paper computed here, beside the method it improves on.
+
+pub mod section;
