@@ -6,7 +6,7 @@
 
 use crate::access::accumulate;
 use crate::awake::SliceSet;
-use crate::cell::{Cell, dot, output, single, sub};
+use crate::cell::{Cell, add, dot, from_single, output, single, sub};
 use crate::contact::Contact;
 use crate::link::Pull;
 use crate::model::Model;
@@ -15,13 +15,16 @@ use crate::simd::VectorUnit;
 use crate::sqrt::sqrt;
 use crate::two_float::{LANES, TwoFloat};
 
-/// What a pass needs besides positions: the body and whether its bands are closed (unloading).
+/// What a pass needs besides positions: the body, whether its bands are closed (unloading), and how
+/// the tool acts on its contact cells.
 #[derive(Clone, Copy)]
 pub(crate) struct Links<'a, 'm> {
     pub model: &'a Model<'m>,
     pub closed: bool,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
+    /// The current into each contact cell; `None` where the tool holds them.
+    pub current: Option<[f32; 3]>,
 }
 
 impl Links<'_, '_> {
@@ -36,18 +39,18 @@ impl Links<'_, '_> {
         sub(self.model.rest_position(j), self.model.rest_position(i))
     }
 
-    /// Residuals and energy terms of the outputs of all states, held cells masked; every slice has
-    /// to be awake. Gives the sum of w d^2 over the cells.
+    /// Residuals and energy terms of the outputs of all states, contact cells driven; every slice
+    /// has to be awake. Gives the sum of w d^2 over the cells.
     pub fn saturated_pass<N: Number>(
         self,
         awake: &SliceSet,
         v: &[Cell<N>],
         residual: &mut [Cell<N>],
-        held: &[Contact<N>],
+        contacts: &[Contact<N>],
     ) -> TwoFloat {
         let k = N::from_single(self.model.saturation());
         let tally = self.accumulate(awake, v, residual, |v| output(v, k));
-        mask(residual, held);
+        self.drive(residual, contacts);
         let mut lanes = N::Energy::default();
         for (cell, r) in residual.iter().enumerate() {
             lanes.add(cell % LANES, N::energy_term(r.w()));
@@ -87,6 +90,20 @@ impl Links<'_, '_> {
         tally
     }
 
+    /// Takes held cells out of the residual, or adds the current to that of the contact cells;
+    /// energy terms stay.
+    pub fn drive<N: Number>(self, residual: &mut [Cell<N>], contacts: &[Contact<N>]) {
+        for contact in contacts {
+            if let Some(r) = residual.get_mut(contact.cell()) {
+                let [x, y, z] = match self.current {
+                    Some(current) => add(r.xyz(), from_single(current)),
+                    None => [N::ZERO; 3],
+                };
+                *r = Cell([x, y, z, r.w()]);
+            }
+        }
+    }
+
     /// Output of the state of one cell.
     fn published<N: Number>(&self, v: &[Cell<N>], cell: usize) -> [N; 3] {
         let k = N::from_single(self.model.saturation());
@@ -113,14 +130,5 @@ impl Links<'_, '_> {
         let (w, band) = (self.model.link_weight(link), N::band(self.alpha(link)));
         let pull = N::pull_single(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
         Some(if cell == i { pull } else { Pull { force: pull.force.map(|f| -f), ..pull } })
-    }
-}
-
-/// Takes the held cells out of the residual; their energy terms stay.
-pub(crate) fn mask<N: Number>(residual: &mut [Cell<N>], held: &[Contact<N>]) {
-    for contact in held {
-        if let Some(r) = residual.get_mut(contact.cell()) {
-            *r = Cell([N::ZERO, N::ZERO, N::ZERO, r.w()]);
-        }
     }
 }

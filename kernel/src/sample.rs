@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 pub struct ToolSample {
     /// Tool position in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
-    /// 1 while the tool holds the contact cells, else 0.
+    /// 1 while the tool holds or loads the contact cells, else 0.
     pub engaged: u32,
 }
 
@@ -26,11 +26,14 @@ impl ToolSample {
 /// What one tick answers. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickOutput {
-    /// Force of the tissue on the tool \[N\].
+    /// Force of the tissue on the tool: what the links exert on the contact cells \[N\].
     pub force_n: Vector3<f32>,
-    /// Certified level: an upper bound of the elastic energy of the published state \[J\].
+    /// Certified upper bound of the elastic energy E of the published state \[J\]. It never rises
+    /// while nothing outside acts; a current's work is part of what acts from outside
+    /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this is
+    /// that level plus the work, rounded up.
     pub energy_j: f32,
-    /// Number of cells the tool holds.
+    /// Number of cells the tool acts on.
     pub contacts: u32,
     /// What bit during this tick.
     pub flags: Flags,
@@ -42,7 +45,8 @@ pub struct TickOutput {
 pub struct Flags(pub u32);
 
 impl Flags {
-    /// The tool's motion was shortened, by the step limit or by the energy limit.
+    /// The tool's motion, or the change of its current, was shortened: by the step limit or by the
+    /// energy limit.
     pub const MOTION_CLAMPED: Self = Self(1);
     /// A bad sample: the last good one stands in, or the safe state is on.
     pub const BAD_SAMPLE: Self = Self(2);

@@ -15,6 +15,22 @@ pub enum Unloading {
     Retreat,
 }
 
+/// What the tool's displacement does to its contact cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Drive {
+    /// It prescribes their positions: they are held there.
+    #[default]
+    Position,
+    /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's
+    /// displacement since it took hold, a unit of network time, added to
+    /// the residual of each contact cell, none of which is held. As a force that is a load of
+    /// 2 `k_ref` I a cell \[N\]. At equilibrium the links exert its opposite; where they have settled
+    /// depends on their stiffness, and a body without fixed cells drifts up to K. On release I is 0
+    /// at once. The guarded quantity is E less the load's work; a current that might take the
+    /// energy beyond [`Model::energy_max`] is cut (flag 1).
+    Current,
+}
+
 /// Parameters of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -24,8 +40,10 @@ pub struct Settings {
     pub step: f32,
     /// Time that `rkl1` and `rkl2` advance a tick [dimensionless time].
     pub tick_time: f32,
-    /// Largest motion of the contact cells a tick \[m\].
+    /// Largest motion of the contact cells a tick, or largest change of the current a tick \[m\].
     pub max_tool_step_m: f32,
+    /// What the tool's displacement does; counts from the next time the tool takes hold.
+    pub drive: Drive,
     /// When the bands close.
     pub unloading: Unloading,
     /// Largest magnitude of the force; infinite means no limit \[N\].
@@ -68,7 +86,7 @@ impl core::error::Error for SettingsError {}
 
 impl Settings {
     /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one mean link length a
-    /// tick, unloading on release, no force limit.
+    /// tick, prescribed positions, unloading on release, no force limit.
     #[must_use]
     pub fn for_model(model: &Model<'_>) -> Self {
         Self {
@@ -76,6 +94,7 @@ impl Settings {
             step: 0.9 * model.step_max(),
             tick_time: model.step_max(),
             max_tool_step_m: model.unit_m(),
+            drive: Drive::Position,
             unloading: Unloading::Release,
             max_force_n: f32::INFINITY,
         }

@@ -1,5 +1,7 @@
 //! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs.
 
+mod current;
+
 use crate::cell::{Cell, add, dot, from_single, output, scale, sub};
 use crate::contact::{self, Contact, Touched};
 use crate::dynamics::{Body, Dynamics};
@@ -7,7 +9,7 @@ use crate::hats::Eight;
 use crate::number::Number;
 use crate::pass::Links;
 use crate::sample::{Flags, TickOutput, ToolSample};
-use crate::settings::{Network, Unloading};
+use crate::settings::{Drive, Network, Unloading};
 use crate::sqrt::sqrt;
 use crate::tissue::{Head, TissueMut};
 use crate::two_float::TwoFloat;
@@ -54,6 +56,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         tick.unload();
         tick.sweep();
+        tick.book();
         tick.settle();
         tick.output()
     }
@@ -65,7 +68,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         TickOutput {
             force_n: Vector3::zeros(),
-            energy_j: self.head.level.leading() * network.model().energy_unit_j(),
+            energy_j: self.head.level.published() * network.model().energy_unit_j(),
             contacts: if self.head.engaged { self.head.chosen as u32 } else { 0 },
             flags,
         }
@@ -103,7 +106,8 @@ struct Tick<'a, 'm, D: Dynamics> {
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     fn links(&self) -> Links<'_, '_> {
-        Links { model: self.network.model(), closed: self.head.closed, vectors: self.head.vectors }
+        let (model, current) = (self.network.model(), self.current());
+        Links { model, closed: self.head.closed, vectors: self.head.vectors, current }
     }
 
     /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
@@ -121,8 +125,16 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                     contact.origin = output(v.xyz(), k);
                 }
             }
-            self.head.outer_weight = contact::outer_weight(model, self.contacts);
-            self.place();
+            match self.network.settings().drive {
+                Drive::Position => {
+                    self.head.outer_weight = contact::outer_weight(model, self.contacts);
+                    self.place();
+                }
+                Drive::Current => self.head.level.begin_work(),
+            }
+        }
+        if !engaged && self.current().is_some() {
+            self.cut_off();
         }
         if engaged != self.head.engaged {
             self.head.released = !engaged;
@@ -130,7 +142,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.head.engaged = engaged;
     }
 
-    /// Moves the held cells towards the tool, as far as the limits allow.
+    /// Moves the held cells, or the current, towards the tool, as far as the limits allow.
     fn pull(&mut self, sample: &ToolSample) {
         let (model, settings) = (self.network.model(), self.network.settings());
         let wished = sub(sample.position_m.into(), self.head.tool_origin_m)
@@ -145,6 +157,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let (to, clamped) = contact::approach(from, wished, step);
         if clamped {
             self.flags.insert(Flags::MOTION_CLAMPED);
+        }
+        if self.current().is_some() {
+            return self.let_in(to);
         }
         if to == from {
             return;
@@ -215,15 +230,18 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// The bounded number of link passes.
     fn sweep(&mut self) {
-        let held: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
+        let current = self.current();
+        let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let mut body = Body {
             links: Links {
                 model: self.network.model(),
                 closed: self.head.closed,
                 vectors: self.head.vectors,
+                current,
             },
             settings: self.network.settings(),
-            held,
+            contacts,
+            held: if current.is_none() { contacts } else { &[] },
             applied: self.head.applied,
             state: self.state,
             residual: self.residual,
@@ -263,7 +281,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         TickOutput {
             force_n: force_n.into(),
-            energy_j: self.head.level.leading() * model.energy_unit_j(),
+            energy_j: self.head.level.published() * model.energy_unit_j(),
             contacts: if self.head.engaged { self.contacts.len() as u32 } else { 0 },
             flags: self.flags,
         }

@@ -107,7 +107,7 @@ pub struct Head<D> {
     pub(crate) engaged: bool,
     /// Tool position when it took hold \[m\].
     pub(crate) tool_origin_m: [f32; 3],
-    /// Displacement of the held cells [mean link lengths].
+    /// Displacement of the held cells, or the current into the contact cells [mean link lengths].
     pub(crate) applied: [f32; 3],
     /// Largest displacement since the tool took hold [mean link lengths].
     pub(crate) deepest: f32,

@@ -144,11 +144,25 @@ fn the_summary_says_what_was_run() {
     }
     assert_eq!(found["dynamics"], "euler");
     assert_eq!(found["unloading"], "release");
+    assert_eq!(found["drive"], "position");
     assert_eq!(found["contact_nodes"], serde_json::json!([40]));
     assert!(is_hash(&found["state_hash"]), "{}", found["state_hash"]);
     let step = |name: &str| found["step_ns"][name].as_u64().unwrap();
     assert!(step("p50") <= step("p99") && step("p99") <= step("p999"));
     assert!(step("p999") <= step("max"));
+}
+
+/// The drive reaches the kernel and the summary: a load needs a while to have its force.
+#[test]
+fn the_drive_is_what_was_asked_for() {
+    let place = Place::plane(&[]);
+    let [held, loaded] = ["position", "current"].map(|drive| {
+        let results = place.run(drive, &press(10, D), &["--drive", drive]);
+        let found = summary(&results.out);
+        assert_eq!(found["drive"], drive);
+        found["state_hash"].clone()
+    });
+    assert!(held != loaded);
 }
 
 /// A time constant is a step: of euler a sweep, of the others a tick.

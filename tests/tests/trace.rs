@@ -145,6 +145,18 @@ fn what_a_scene_dumps_is_replayed_to_the_same_bits() {
     }
 }
 
+/// The trace knows its drive: played under the other one its ticks would differ.
+#[test]
+fn a_current_is_replayed_as_a_current() {
+    let [held, loaded] = ["position", "current"].map(|drive| {
+        let session = session(&["--drive", drive]);
+        let ended = replay(&session.trace, &session.model).with(0);
+        assert_eq!(ended.json()["state_hash"], *session.state_hash);
+        session.state_hash
+    });
+    assert!(held != loaded);
+}
+
 #[test]
 fn an_altered_tick_is_named() {
     let session = session(&[]);

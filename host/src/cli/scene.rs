@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use chaincell_kernel::{Model, Network, Settings, SettingsError, Unloading};
+use chaincell_kernel::{Drive, Model, Network, Settings, SettingsError, Unloading};
 use clap::ValueEnum;
 use serde::Serialize;
 
@@ -40,7 +40,12 @@ pub struct SceneArgs {
     /// Sweeps a tick
     #[arg(long, default_value_t = 4, value_name = "N", allow_negative_numbers = true)]
     pub sweeps: u16,
-    /// Largest motion of the contact cells a tick [m] [default: one mean link length]
+    /// What the tool's displacement does to the contact cells: it prescribes their positions, or it is
+    /// the current into each of them (the paper's drive), a load of 2 k times the displacement [N]
+    #[arg(long, value_enum, default_value_t)]
+    pub drive: DriveArg,
+    /// Largest motion of the contact cells, or change of the current, a tick [m] [default: one mean
+    /// link length]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     pub max_tool_step_m: Option<f32>,
     /// When the links' bands close to their rest lengths
@@ -64,6 +69,17 @@ pub enum UnloadingArg {
     Retreat,
 }
 
+/// `--drive`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DriveArg {
+    /// The cells are held where the tool has them
+    #[default]
+    Position,
+    /// The cells are free and loaded; a body that nothing fixes drifts
+    Current,
+}
+
 /// Every parameter in force, for summaries.
 #[derive(Debug, Clone, Serialize)]
 pub struct SceneReport {
@@ -75,6 +91,7 @@ pub struct SceneReport {
     time_constant_s: Option<f32>,
     network_time_per_tick: Option<f32>,
     max_tool_step_m: f32,
+    drive: DriveArg,
     unloading: UnloadingArg,
     max_force_n: Option<f32>,
     contact_nodes: Vec<u32>,
@@ -100,6 +117,10 @@ impl SceneArgs {
             step,
             tick_time,
             max_tool_step_m: self.max_tool_step_m.unwrap_or(defaults.max_tool_step_m),
+            drive: match self.drive {
+                DriveArg::Position => Drive::Position,
+                DriveArg::Current => Drive::Current,
+            },
             unloading: match self.unloading {
                 UnloadingArg::Off => Unloading::Off,
                 UnloadingArg::Release => Unloading::Release,
@@ -217,6 +238,7 @@ impl SceneArgs {
         args.push(format!("--dynamics={}", name(self.dynamics.to_possible_value())));
         args.push(format!("--number={}", name(self.number.to_possible_value())));
         args.push(format!("--sweeps={}", self.sweeps));
+        args.push(format!("--drive={}", name(self.drive.to_possible_value())));
         args.push(format!("--unloading={}", name(self.unloading.to_possible_value())));
         for (option, value) in [
             ("--step", self.step),
@@ -249,6 +271,7 @@ impl SceneArgs {
                 _ => by_tick.then_some(settings.tick_time),
             },
             max_tool_step_m: settings.max_tool_step_m,
+            drive: self.drive,
             unloading: self.unloading,
             max_force_n: self.max_force_n,
             contact_nodes,

@@ -239,6 +239,10 @@ enum chaincell_code
      */
     CHAINCELL_CODE_SETTINGS_UNLOADING = -45,
     /**
+     * `drive` is neither of its two values.
+     */
+    CHAINCELL_CODE_SETTINGS_DRIVE = -46,
+    /**
      * The tissue has too few cells for the model: `needed`, `available`.
      */
     CHAINCELL_CODE_RESET_CAPACITY = -60,
@@ -515,13 +519,18 @@ typedef struct chaincell_settings {
      */
     float tick_time;
     /**
-     * Largest motion of the contact cells a tick [m].
+     * Largest motion of the contact cells, or change of the current, a tick [m].
      */
     float max_tool_step_m;
     /**
      * Largest magnitude of the force; infinite means no limit [N].
      */
     float max_force_n;
+    /**
+     * What the tool's displacement does, one of `chaincell_drive`; counts from the next time the
+     * tool takes hold.
+     */
+    int32_t drive;
 } chaincell_settings;
 
 /**
@@ -624,7 +633,7 @@ chaincell_code chaincell_model_input_id(const struct chaincell_model *model,
 /**
  * The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the
  * step bound, for rkl1 and rkl2 the time that 4 sweeps cover, one mean link length a tick,
- * unloading on release, no force limit.
+ * prescribed positions, unloading on release, no force limit.
  *
  * Safety
  * `model` is storage for a model, `settings` storage for the answer.

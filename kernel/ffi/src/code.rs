@@ -64,6 +64,8 @@ pub enum Code {
     SettingsMaxForce = -44,
     /// `unloading` is none of its three values.
     SettingsUnloading = -45,
+    /// `drive` is neither of its two values.
+    SettingsDrive = -46,
     /// The tissue has too few cells for the model: `needed`, `available`.
     ResetCapacity = -60,
     /// The tissue has too little room for the model's hats: `needed`, `available` octets.
@@ -100,7 +102,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 42] = [
+    pub(crate) const ALL: [Self; 43] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -127,6 +129,7 @@ impl Code {
         Self::SettingsMaxToolStep,
         Self::SettingsMaxForce,
         Self::SettingsUnloading,
+        Self::SettingsDrive,
         Self::ResetCapacity,
         Self::ResetHats,
         Self::ResetColours,
@@ -179,6 +182,7 @@ impl Code {
             Self::SettingsMaxToolStep => c"max_tool_step_m must be positive and finite",
             Self::SettingsMaxForce => c"max_force_n must be positive",
             Self::SettingsUnloading => c"unloading is none of chaincell_unloading",
+            Self::SettingsDrive => c"drive is none of chaincell_drive",
             Self::ResetCapacity => c"the model has more cells than the tissue",
             Self::ResetHats => c"too little room for the model's hats: bake with --hats none",
             Self::ResetColours => c"the model has no colours: bake it with --colours",

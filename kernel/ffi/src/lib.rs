@@ -50,7 +50,8 @@ pub use model::{
     chaincell_model_init, chaincell_model_input_id,
 };
 pub use settings::{
-    Scheme, Settings, UnloadingMode, chaincell_settings_check, chaincell_settings_default,
+    DriveMode, Scheme, Settings, UnloadingMode, chaincell_settings_check,
+    chaincell_settings_default,
 };
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_tissue_align,

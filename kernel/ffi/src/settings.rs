@@ -1,6 +1,6 @@
 //! Schemes and the parameters of a run.
 
-use chaincell_kernel::{Model, Network, Rkl1, Rkl2, Unloading};
+use chaincell_kernel::{Drive, Model, Network, Rkl1, Rkl2, Unloading};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::memory;
@@ -57,6 +57,17 @@ pub enum UnloadingMode {
     Retreat = 2,
 }
 
+/// What the tool's displacement does to its contact cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum DriveMode {
+    /// It prescribes their positions.
+    Position = 0,
+    /// It is the current into each of them, a load of 2 k times the displacement \[N\]: Eq. 2 of the
+    /// paper.
+    Current = 1,
+}
+
 /// Parameters of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
@@ -69,10 +80,13 @@ pub struct Settings {
     pub step: f32,
     /// Time that rkl1 and rkl2 advance a tick \[dimensionless time\].
     pub tick_time: f32,
-    /// Largest motion of the contact cells a tick \[m\].
+    /// Largest motion of the contact cells, or change of the current, a tick \[m\].
     pub max_tool_step_m: f32,
     /// Largest magnitude of the force; infinite means no limit \[N\].
     pub max_force_n: f32,
+    /// What the tool's displacement does, one of `chaincell_drive`; counts from the next time the
+    /// tool takes hold.
+    pub drive: i32,
 }
 
 impl Settings {
@@ -97,6 +111,10 @@ impl Settings {
             tick_time,
             max_tool_step_m: kernel.max_tool_step_m,
             max_force_n: kernel.max_force_n,
+            drive: match kernel.drive {
+                Drive::Position => DriveMode::Position,
+                Drive::Current => DriveMode::Current,
+            } as i32,
         }
     }
 
@@ -108,11 +126,17 @@ impl Settings {
             2 => Unloading::Retreat,
             _ => return Err(Code::SettingsUnloading.into()),
         };
+        let drive = match self.drive {
+            0 => Drive::Position,
+            1 => Drive::Current,
+            _ => return Err(Code::SettingsDrive.into()),
+        };
         let settings = chaincell_kernel::Settings {
             sweeps: u16::try_from(self.sweeps).map_err(|_| Code::SettingsSweeps)?,
             step: self.step,
             tick_time: self.tick_time,
             max_tool_step_m: self.max_tool_step_m,
+            drive,
             unloading,
             max_force_n: self.max_force_n,
         };
@@ -122,7 +146,7 @@ impl Settings {
 
 /// The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the
 /// step bound, for rkl1 and rkl2 the time that 4 sweeps cover, one mean link length a tick,
-/// unloading on release, no force limit.
+/// prescribed positions, unloading on release, no force limit.
 ///
 /// # Safety
 /// `model` is storage for a model, `settings` storage for the answer.

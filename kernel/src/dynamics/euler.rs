@@ -35,14 +35,16 @@ impl<N: Number> Dynamics for Euler<N> {
     type Room = [Eight; 0];
 }
 
-/// A step of the outputs, with the leak of states beyond K: the energy before it, in internal
-/// units, and whether some state is still beyond K. Held cells go back to where the tool has them.
+/// A step of the outputs, with the leak of states beyond K: what the guard watches before it, in
+/// internal units, and whether some state is still beyond K. Held cells go back to where the tool has them.
 pub(super) fn saturated_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
     let model = body.links.model;
     body.awake.wake_all(model);
     // The leak moves cells that no link pulls.
     body.awake.postpone_sleep();
-    let sum = body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
+    let sum = body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+    let energy = sum.times_power_of_two(0.125);
+    let potential = body.links.potential(energy, body.state, body.contacts);
     let step = step / model.capacitance();
     let leak = N::from_single(step / model.resistance());
     let (step, k) = (N::from_single(step), N::from_single(model.saturation()));
@@ -55,7 +57,7 @@ pub(super) fn saturated_step<N: Number>(body: &mut Body<'_, '_, N>, step: f32) -
         let here = peak(v.xyz());
         highest = if here > highest { here } else { highest };
     }
-    (sum.times_power_of_two(0.125), body.restore_held() | (highest > k))
+    (potential, body.restore_held() | (highest > k))
 }
 
 /// A step within K from residuals that are there; whether some state is beyond K after it.
@@ -76,13 +78,13 @@ impl<N: Number> Scheme for Euler<N> {
     fn sweep(&mut self, body: &mut Body<'_, '_, N>) -> bool {
         let step = body.settings.step;
         self.saturated = if self.saturated {
-            let (energy, beyond) = saturated_step(body, step);
-            body.level.set(energy);
+            let (potential, beyond) = saturated_step(body, step);
+            body.level.set(potential);
             beyond
         } else {
             let set = &body.awake.set;
-            let energy = N::pass(body.links, set, body.state, body.residual, body.held);
-            body.level.set(energy);
+            let energy = N::pass(body.links, set, body.state, body.residual, body.contacts);
+            body.level.set(body.links.potential(energy, body.state, body.contacts));
             linear_step(body, step)
         };
         false

@@ -77,6 +77,16 @@ struct Pulls {
     length: f32,
 }
 
+impl Pulls {
+    /// Adds the current into the cell.
+    fn let_in(&mut self, current: Option<[f32; 3]>) {
+        let Some([x, y, z]) = current else { return };
+        self.residual = add(self.residual, [x, y, z]);
+        // For the rounding of this sum.
+        self.length += 4.0 * (x.abs() + y.abs() + z.abs());
+    }
+}
+
 /// The links of a cell, in ascending order of their other ends.
 fn pulls(links: Links<'_, '_>, v: &[Cell], cell: usize, here: [f32; 3]) -> Pulls {
     let model = links.model;
@@ -117,11 +127,14 @@ fn relax_all(body: &mut Body<'_, '_>) -> (TwoFloat, SliceSet) {
     let (mut falls, mut moved) = (TwoFloat::ZERO, SliceSet::EMPTY);
     let Some(colours) = model.colours else { return (falls, moved) };
     for colour in 0..colours.rows.len().saturating_sub(1) {
-        let mut held = body.held.iter().map(Contact::cell).peekable();
+        let mut contacts = body.contacts.iter().map(Contact::cell).peekable();
         for &cell in colours.cells.get(range(colours.rows, colour)).unwrap_or(&[]) {
             let cell = usize::from(cell);
-            while held.next_if(|&held| held < cell).is_some() {}
-            if !body.awake.set.contains(cell / LANES) || held.peek() == Some(&cell) {
+            while contacts.next_if(|&contact| contact < cell).is_some() {}
+            let is_contact = contacts.peek() == Some(&cell);
+            let current = body.links.current.filter(|_| is_contact);
+            let is_held = is_contact && current.is_none();
+            if !body.awake.set.contains(cell / LANES) || is_held {
                 continue;
             }
             let (Some(v), Some(&mobility)) = (body.state.get(cell), model.mobility.get(cell))
@@ -129,8 +142,13 @@ fn relax_all(body: &mut Body<'_, '_>) -> (TwoFloat, SliceSet) {
                 continue;
             };
             let here = output(v.xyz(), k);
-            let pulls = pulls(body.links, body.state, cell, here);
-            let way = if pulls.wd2 > 0.0 { relax(here, &pulls, mobility, k) } else { None };
+            let mut pulls = pulls(body.links, body.state, cell, here);
+            pulls.let_in(current);
+            let way = if pulls.wd2 > 0.0 || current.is_some() {
+                relax(here, &pulls, mobility, k)
+            } else {
+                None
+            };
             if let Some((_, fall)) = way {
                 falls = falls.plus(fall.into());
                 // At once: a later colour of this sweep may feel it.
@@ -196,7 +214,7 @@ impl Scheme for GaussSeidel {
         }
         if body.level.forgotten || self.sweeps == 0 {
             let energy = measure(body);
-            body.level.certify(energy);
+            body.level.certify(body.links.potential(energy, body.state, body.contacts));
             return false;
         }
         let (falls, moved) = relax_all(body);
@@ -204,8 +222,10 @@ impl Scheme for GaussSeidel {
         body.level.certify(level);
         mark_held(body);
         let state = &*body.state;
-        if state.iter().all(|v| v.w() == 0.0) {
-            body.level.certify(TwoFloat::ZERO);
+        // Where a current flows, cells whose links were slack have moved.
+        if !body.links.is_loaded() && state.iter().all(|v| v.w() == 0.0) {
+            let potential = body.links.potential(TwoFloat::ZERO, state, body.contacts);
+            body.level.certify(potential);
         }
         let has_moved = |cell: usize| state.get(cell).is_some_and(|v| v.w() != 0.0);
         body.awake.wake_neighbours(model, &moved, has_moved);

@@ -1,6 +1,9 @@
 //! What the guarded schemes have in common: how far rounding may carry a computed energy.
 
+use super::Level;
+use crate::pass::Links;
 use crate::sqrt::sqrt;
+use crate::two_float::TwoFloat;
 
 /// Rounding allowance of an energy, 4 eps (E + sqrt(w E)) with w the smallest weight of a link: at
 /// most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the worst case, and
@@ -10,10 +13,16 @@ pub(super) fn tolerance(energy: f32, weight_min: f32) -> f32 {
     4.0 * f32::EPSILON * (energy + sqrt(weight_min * energy))
 }
 
+/// Up to where a pass that found the energy `energy` is accepted. Under a current the level is no
+/// measure of the energies that were summed.
+pub(super) fn allowed(links: Links<'_, '_>, level: &Level, energy: TwoFloat) -> TwoFloat {
+    let scale = if links.current.is_some() { energy.hi } else { level.leading() };
+    level.value().plus(tolerance(scale, links.model.weight_min).into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::two_float::TwoFloat;
 
     #[test]
     fn tolerance_is_far_below_the_energy() {

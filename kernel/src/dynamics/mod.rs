@@ -31,11 +31,14 @@ pub struct Level {
     value: TwoFloat,
     /// The next pass at the published state sets the level anew.
     forgotten: bool,
+    /// While the tool drives by a current: its work W at the published state, rounded up. The level
+    /// is then one of E - W, see [`current`](crate::current).
+    work: Option<TwoFloat>,
 }
 
 impl Level {
     /// The level of the rest shape.
-    pub(crate) const REST: Self = Self { value: TwoFloat::ZERO, forgotten: false };
+    pub(crate) const REST: Self = Self { value: TwoFloat::ZERO, forgotten: false, work: None };
 
     /// Leading part of the level.
     pub(crate) fn leading(&self) -> f32 {
@@ -44,6 +47,41 @@ impl Level {
 
     pub(crate) fn value(&self) -> TwoFloat {
         self.value
+    }
+
+    /// Whether the tool drives by a current.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.work.is_some()
+    }
+
+    /// The tool takes hold to drive by a current, which is 0 yet.
+    pub(crate) fn begin_work(&mut self) {
+        self.work = Some(TwoFloat::ZERO);
+    }
+
+    /// The current has done this work, up to the published state.
+    pub(crate) fn note_work(&mut self, work: TwoFloat) {
+        self.work = Some(work);
+    }
+
+    /// The current is 0 from here on: the level is one of E again.
+    pub(crate) fn end_work(&mut self) {
+        let energy = self.energy();
+        self.work = None;
+        self.set(energy);
+    }
+
+    /// Upper bound of the energy E of the published state.
+    pub(crate) fn energy(&self) -> TwoFloat {
+        let Some(work) = self.work else { return self.value };
+        let energy = self.value.plus(work);
+        if energy.hi > 0.0 { energy } else { TwoFloat::ZERO }
+    }
+
+    /// The same as it is published; rounded up where a current's work is part of it.
+    pub(crate) fn published(&self) -> f32 {
+        let energy = self.energy();
+        if self.is_driven() && energy.lo > 0.0 { energy.hi.next_up() } else { energy.hi }
     }
 
     /// The bands changed: the next pass at the published state sets the level anew.
@@ -65,7 +103,7 @@ impl Level {
 
     /// A pass found the energy itself.
     pub(crate) fn set(&mut self, level: TwoFloat) {
-        self.value = if level.hi > 0.0 { level } else { TwoFloat::ZERO };
+        self.value = if level.hi > 0.0 || self.is_driven() { level } else { TwoFloat::ZERO };
     }
 }
 
@@ -73,6 +111,8 @@ impl Level {
 pub(crate) struct Body<'a, 'm, N = f32> {
     pub links: Links<'a, 'm>,
     pub settings: &'a Settings,
+    /// Cells that the tool acts on: those it holds, or those that the links' current flows into.
+    pub contacts: &'a [Contact<N>],
     /// Cells the tool holds: they do not move in a sweep.
     pub held: &'a [Contact<N>],
     /// Where the tool holds them, relative to their origins.

@@ -26,7 +26,7 @@ use core::marker::PhantomData;
 
 use super::Body;
 use super::euler::{linear_step, saturated_step};
-use super::guard::tolerance;
+use super::guard::allowed;
 use super::scheme::Scheme;
 use crate::awake::Awake;
 use crate::cell::{Cell, peak};
@@ -86,8 +86,8 @@ pub struct SuperSteps<F> {
     done: u16,
     /// Sweeps of this tick to come.
     left: u16,
-    /// Cells that the tool held in the last sweep: it may let go without a move.
-    held: usize,
+    /// Cells that the tool acted on in the last sweep: it may let go without a move.
+    contacts: usize,
     /// Some state is beyond K.
     saturated: bool,
     formula: PhantomData<F>,
@@ -159,7 +159,7 @@ impl<F: Formula> SuperSteps<F> {
         stages: 0,
         done: 0,
         left: 0,
-        held: 0,
+        contacts: 0,
         saturated: false,
         formula: PhantomData,
     };
@@ -227,8 +227,8 @@ impl<F: Formula> SuperSteps<F> {
         let step = length * model.step_max();
         self.saturated = if self.saturated {
             Self::note(body);
-            let (energy, beyond) = saturated_step(body, step);
-            body.level.certify(energy);
+            let (potential, beyond) = saturated_step(body, step);
+            body.level.certify(potential);
             beyond
         } else {
             linear_step(body, step)
@@ -303,14 +303,15 @@ impl<F: Formula> SuperSteps<F> {
             Self::note(body);
         }
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let energy = f32::pass(body.links, &body.awake.set, at, body.residual, body.held);
+        let energy = f32::pass(body.links, &body.awake.set, at, body.residual, body.contacts);
         if self.done == 0 {
-            body.level.certify(energy);
+            let potential = body.links.potential(energy, at, body.contacts);
+            body.level.certify(potential);
         } else if self.done == self.stages && self.judge(body, energy) {
             return true;
         }
         // Where no link pulls, time passes by itself.
-        if self.done == 0 && energy.hi <= 0.0 {
+        if self.done == 0 && energy.hi <= 0.0 && !body.links.is_loaded() {
             (self.due, self.careful) = (0.0, 0.0);
         }
         false
@@ -320,11 +321,11 @@ impl<F: Formula> SuperSteps<F> {
     fn judge(&mut self, body: &mut Body<'_, '_>, energy: TwoFloat) -> bool {
         let model = body.links.model;
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let tolerance = tolerance(body.level.leading(), model.weight_min);
-        if energy.exceeds(body.level.value().plus(tolerance.into())) {
+        let potential = body.links.potential(energy, at, body.contacts);
+        if potential.exceeds(allowed(body.links, body.level, energy)) {
             return self.roll_back();
         }
-        body.level.certify(energy);
+        body.level.certify(potential);
         for slice in body.awake.set.iter(model.slice_count()) {
             copy_slice(body.state, at, slice);
         }
@@ -353,8 +354,8 @@ impl<F: Formula> Scheme for SuperSteps<F> {
             (self.due, self.careful) = (0.0, 0.0);
             return false;
         }
-        if self.held != body.held.len() {
-            (self.held, self.since) = (body.held.len(), 0.0);
+        if self.contacts != body.contacts.len() {
+            (self.contacts, self.since) = (body.contacts.len(), 0.0);
         }
         if (self.done > 0 || self.due > 0.0 && !self.saturated) && self.pass(body) {
             return true;

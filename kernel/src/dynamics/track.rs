@@ -36,7 +36,7 @@
 use core::marker::PhantomData;
 
 use super::conjugate::{Last, Products};
-use super::guard::tolerance;
+use super::guard::allowed;
 use super::scheme::Scheme;
 use super::{Body, Dynamics};
 use crate::cell::{Cell, add, output, peak, scale, sub};
@@ -84,11 +84,10 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
             self.last = Last::None;
         }
         let points = &mut Points { published, at, before, residual };
-        let sums = N::track_pass(body.links, &body.awake.set, points, body.held);
+        let sums = N::track_pass(body.links, &body.awake.set, points, body.contacts);
         let [energy, fine, way, direction] = sums;
-        let tolerance = tolerance(body.level.leading(), model.weight_min);
-        let allowed = body.level.value().plus(tolerance.into());
-        if self.going && energy.exceeds(allowed) {
+        let potential = body.links.potential(energy, points.at, body.contacts);
+        if self.going && potential.exceeds(allowed(body.links, body.level, energy)) {
             self.going = false;
             return true;
         }
@@ -103,7 +102,7 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
         // Only a product that bounds its move is worth that move.
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
         let level = *body.level;
-        body.level.certify(energy.minus(decrease(fine, coarse)));
+        body.level.certify(potential.minus(decrease(fine, coarse)));
         let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
         let factors = self.last.choose(products);
         let beyond = if coarse.hi > 0.0 {
@@ -124,7 +123,7 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
             return false;
         }
         *body.level = level;
-        body.level.certify(energy);
+        body.level.certify(potential);
         self.stay(body);
         true
     }
@@ -157,7 +156,9 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
         body.awake.wake_all(model);
         body.awake.postpone_sleep();
         let energy =
-            body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.held);
+            body.links.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+        let energy = energy.times_power_of_two(0.125);
+        let potential = body.links.potential(energy, body.state, body.contacts);
         let next = |v: [N; 3], r: Cell<N>, mobility: f32| {
             let leak = mobility / model.resistance();
             let leak = N::from_single(if leak < 1.0 { leak } else { 1.0 });
@@ -181,7 +182,7 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
             let here = peak(v.xyz());
             highest = if here > highest { here } else { highest };
         }
-        body.level.certify(energy.times_power_of_two(0.125).minus(sure(falls.total())));
+        body.level.certify(potential.minus(sure(falls.total())));
         self.saturated = body.restore_held() | (highest > k);
         self.going = false;
     }

@@ -233,19 +233,19 @@ pub(crate) mod sealed {
             let _ = (links, awake, v, residual, y);
         }
 
-        /// One link pass at the states `v`: residuals of awake slices, held cells masked; gives the
-        /// energy in internal units.
+        /// One link pass at the states `v`: residuals of awake slices, contact cells driven; gives
+        /// the energy in internal units.
         fn pass(
             links: Links<'_, '_>,
             awake: &SliceSet,
             v: &[Cell<Self>],
             residual: &mut [Cell<Self>],
-            held: &[Contact<Self>],
+            contacts: &[Contact<Self>],
         ) -> TwoFloat
         where
             Self: Number,
         {
-            scalar::pass::energy(links, awake, v, residual, held)
+            scalar::pass::energy(links, awake, v, residual, contacts)
         }
 
         /// One link pass of `track` at y: energy, r . r / W, r . s and r . `z_last`.
@@ -253,12 +253,12 @@ pub(crate) mod sealed {
             links: Links<'_, '_>,
             awake: &SliceSet,
             points: &mut Points<'_, Self>,
-            held: &[Contact<Self>],
+            contacts: &[Contact<Self>],
         ) -> [TwoFloat; 4]
         where
             Self: Number,
         {
-            scalar::track::pass(links, awake, points, held)
+            scalar::track::pass(links, awake, points, contacts)
         }
 
         /// The update of `track` without hats.

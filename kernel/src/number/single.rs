@@ -138,13 +138,13 @@ impl Loops for f32 {
         awake: &SliceSet,
         v: &[Cell],
         residual: &mut [Cell],
-        held: &[Contact],
+        contacts: &[Contact],
     ) -> TwoFloat {
         let mut energy = Energy::default();
-        if sliced::pass(links, awake, v, residual, held, &mut energy) {
+        if sliced::pass(links, awake, v, residual, contacts, &mut energy) {
             energy.total()
         } else {
-            scalar::pass::energy(links, awake, v, residual, held)
+            scalar::pass::energy(links, awake, v, residual, contacts)
         }
     }
 
@@ -152,13 +152,13 @@ impl Loops for f32 {
         links: Links<'_, '_>,
         awake: &SliceSet,
         points: &mut Points<'_, f32>,
-        held: &[Contact],
+        contacts: &[Contact],
     ) -> [TwoFloat; 4] {
         let mut sums = track::Sums::new(links.model, points.published, points.before);
-        if sliced::pass(links, awake, points.at, points.residual, held, &mut sums) {
+        if sliced::pass(links, awake, points.at, points.residual, contacts, &mut sums) {
             sums.totals()
         } else {
-            scalar::track::pass(links, awake, points, held)
+            scalar::track::pass(links, awake, points, contacts)
         }
     }
 

@@ -5,7 +5,7 @@ use crate::awake::SliceSet;
 use crate::cell::Cell;
 use crate::contact::Contact;
 use crate::number::{Number, Sum};
-use crate::pass::{Links, mask};
+use crate::pass::Links;
 use crate::slice::cells_of;
 use crate::two_float::TwoFloat;
 
@@ -15,10 +15,10 @@ pub(crate) fn energy<N: Number>(
     awake: &SliceSet,
     v: &[Cell<N>],
     residual: &mut [Cell<N>],
-    held: &[Contact<N>],
+    contacts: &[Contact<N>],
 ) -> TwoFloat {
     let tally = N::accumulate(links, awake, v, residual);
-    mask(residual, held);
+    links.drive(residual, contacts);
     let mut lanes = N::Energy::default();
     for slice in awake.iter(links.model.slice_count()) {
         for (lane, r) in part(residual, &cells_of(slice, links.model.cells())).enumerate() {

@@ -9,7 +9,7 @@ use crate::contact::Contact;
 use crate::model::Model;
 use crate::number::sealed::Points;
 use crate::number::{Number, Sum};
-use crate::pass::{Links, mask};
+use crate::pass::Links;
 use crate::slice::{Moved, cells_of};
 use crate::two_float::TwoFloat;
 
@@ -18,11 +18,11 @@ pub(crate) fn pass<N: Number>(
     links: Links<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, N>,
-    held: &[Contact<N>],
+    contacts: &[Contact<N>],
 ) -> [TwoFloat; 4] {
     let model = links.model;
     let tally = N::accumulate(links, awake, points.at, points.residual);
-    mask(points.residual, held);
+    links.drive(points.residual, contacts);
     let mut energy = N::Energy::default();
     let (mut squared, mut way, mut direction) =
         (N::Sum::default(), N::Sum::default(), N::Sum::default());

@@ -19,7 +19,7 @@ use crate::two_float::{LANES, Lanes, TwoFloat};
 
 /// What a pass sums over the cells beside their residuals, eight cells at a time.
 pub(crate) trait Reduce {
-    /// Adds the terms of a slice: where its cells are, and their residuals with held cells masked.
+    /// Adds the terms of a slice: where its cells are, and their residuals with contact cells driven.
     fn slice<V: Octet>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]);
 }
 
@@ -41,33 +41,33 @@ impl Energy {
     }
 }
 
-/// Held cells, ascending, met slice by slice.
-pub(crate) struct Held<'a> {
+/// Contact cells, ascending, met slice by slice.
+pub(crate) struct Contacts<'a> {
     contacts: &'a [Contact],
     /// Those before this one lie in earlier slices.
     next: usize,
 }
 
-impl<'a> Held<'a> {
+impl<'a> Contacts<'a> {
     pub fn new(contacts: &'a [Contact]) -> Self {
         Self { contacts, next: 0 }
     }
 
-    /// Which cells of a slice are free, where some are held. Slices are to be asked for ascending.
+    /// Which cells of a slice are none, where some are. Slices are to be asked for ascending.
     #[inline(always)]
-    pub fn mask<V: Octet>(&mut self, slice: usize) -> Option<V::Mask> {
-        let (first, mut held, mut any) = (slice * LANES, [0.0; LANES], false);
+    pub fn others<V: Octet>(&mut self, slice: usize) -> Option<V::Mask> {
+        let (first, mut chosen, mut any) = (slice * LANES, [0.0; LANES], false);
         while let Some(contact) = self.contacts.get(self.next) {
             if contact.cell() >= first + LANES {
                 break;
             }
-            if let Some(lane) = held.get_mut(contact.cell().wrapping_sub(first)) {
+            if let Some(lane) = chosen.get_mut(contact.cell().wrapping_sub(first)) {
                 *lane = 1.0;
                 any = true;
             }
             self.next += 1;
         }
-        if any { Some(V::load(&held).below(V::splat(0.5))) } else { None }
+        if any { Some(V::load(&chosen).below(V::splat(0.5))) } else { None }
     }
 }
 
@@ -78,12 +78,12 @@ pub(crate) fn pass(
     awake: &SliceSet,
     at: &[Cell],
     residual: &mut [Cell],
-    held: &[Contact],
+    contacts: &[Contact],
     reduce: &mut impl Reduce,
 ) -> bool {
     let (Some(_), Some(slices)) = (links.vectors, links.model.slices) else { return false };
-    let held = Held::new(held);
-    run(links.vectors, SlicedPass { links, slices, awake, at, residual, held, reduce });
+    let contacts = Contacts::new(contacts);
+    run(links.vectors, SlicedPass { links, slices, awake, at, residual, contacts, reduce });
     true
 }
 
@@ -94,7 +94,7 @@ pub(crate) struct SlicedPass<'a, 'm, R> {
     pub awake: &'a SliceSet,
     pub at: &'a [Cell],
     pub residual: &'a mut [Cell],
-    pub held: Held<'a>,
+    pub contacts: Contacts<'a>,
     pub reduce: &'a mut R,
 }
 
@@ -183,9 +183,8 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
                 *sum = V::load(lanes);
             }
         }
-        if let Some(free) = self.held.mask::<V>(slice) {
-            let [x, y, z, wd2] = sum;
-            sum = [x.keep(free), y.keep(free), z.keep(free), wd2];
+        if let Some(others) = self.contacts.others::<V>(slice) {
+            sum = driven(sum, self.links.current, others);
         }
         self.reduce.slice(slice, here, sum);
         put_lanes(self.residual, slice, sum);
@@ -223,6 +222,16 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
         }
         lanes
     }
+}
+
+/// Residuals of a slice with those of contact cells taken out, or with the current added to them.
+#[inline(always)]
+fn driven<V: Octet>([x, y, z, wd2]: [V; 4], current: Option<[f32; 3]>, others: V::Mask) -> [V; 4] {
+    let Some([a, b, c]) = current else {
+        return [x.keep(others), y.keep(others), z.keep(others), wd2];
+    };
+    let add = |sum: V, current: f32| V::select(others, sum, sum.plus(V::splat(current)));
+    [add(x, a), add(y, b), add(z, c), wd2]
 }
 
 /// The values of a group, or one for all where they are not stored.

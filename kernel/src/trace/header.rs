@@ -6,7 +6,7 @@ use super::{CRC, FORMAT_VERSION, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES, put};
 use crate::dynamics::{Dynamics, NumberOf};
 use crate::model::Model;
 use crate::number::Number;
-use crate::settings::{Network, Settings, SettingsError, Unloading};
+use crate::settings::{Drive, Network, Settings, SettingsError, Unloading};
 
 /// Words of the fixed part.
 const WORDS: usize = HEADER_BYTES / 4;
@@ -166,7 +166,10 @@ impl Header {
             settings.max_tool_step_m.to_bits(),
             settings.max_force_n.to_bits(),
             contacts.len() as u32,
-            0,
+            match settings.drive {
+                Drive::Position => 0,
+                Drive::Current => 1,
+            },
             0,
             0,
         ];
@@ -188,7 +191,7 @@ impl Header {
         let fixed: &[u8; HEADER_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
         let words: [u32; WORDS] = bytemuck::cast(*fixed);
         let [_, _, version, bytes, model, kind, unloading, sweeps, rest @ ..] = words;
-        let [step, tick_time, max_tool_step, max_force, contacts, zero, zeros, stored] = rest;
+        let [step, tick_time, max_tool_step, max_force, contacts, drive, zero, stored] = rest;
         if version != FORMAT_VERSION {
             return Err(TraceError::Version(version));
         }
@@ -206,6 +209,11 @@ impl Header {
             step: f32::from_bits(step),
             tick_time: f32::from_bits(tick_time),
             max_tool_step_m: f32::from_bits(max_tool_step),
+            drive: match drive {
+                0 => Drive::Position,
+                1 => Drive::Current,
+                _ => return Err(TraceError::Layout),
+            },
             unloading: match unloading {
                 0 => Unloading::Off,
                 1 => Unloading::Release,
@@ -214,7 +222,7 @@ impl Header {
             },
             max_force_n: f32::from_bits(max_force),
         };
-        if (zero, zeros) != (0, 0) {
+        if zero != 0 {
             return Err(TraceError::Layout);
         }
         let ids = header.get(HEADER_BYTES..HEADER_BYTES + 4 * contacts);

@@ -18,7 +18,8 @@
 //!     40      4  largest motion a tick [m]
 //!     44      4  largest force [N]
 //!     48      4  n = number of contact cells
-//!     52      8  zero
+//!     52      4  drive: 0 position, 1 current
+//!     56      4  zero
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
 //! record r = 0, 1, ... of 40 bytes

@@ -64,6 +64,7 @@ fn settings_of(model: &ModelStorage, scheme: Scheme) -> Settings {
         tick_time: 0.0,
         max_tool_step_m: 0.0,
         max_force_n: 0.0,
+        drive: 1,
     };
     let code = call!(chaincell_settings_default(model, scheme as i32, &mut settings));
     assert_eq!(code, Code::Ok);

@@ -3,7 +3,7 @@
 use chaincell_kernel::{Dynamics, Model, Rkl1, Rkl2};
 
 use super::{BOX, call, choose, hash, make, model_of, sample, settings_of, tick, try_make};
-use crate::{Code, Detail, Scheme, Settings, UnloadingMode};
+use crate::{Code, Detail, DriveMode, Scheme, Settings, UnloadingMode};
 
 #[test]
 fn the_defaults_are_the_kernels() {
@@ -22,6 +22,7 @@ fn the_defaults_are_the_kernels() {
             tick_time,
             max_tool_step_m: model.unit_m(),
             max_force_n: f32::INFINITY,
+            drive: DriveMode::Position as i32,
         };
         let settings = settings_of(&storage, scheme);
         assert_eq!(settings, wanted);
@@ -55,6 +56,8 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.sweeps = 65_537, Code::SettingsSweeps);
     refused(|s| s.unloading = 3, Code::SettingsUnloading);
     refused(|s| s.unloading = -1, Code::SettingsUnloading);
+    refused(|s| s.drive = 2, Code::SettingsDrive);
+    refused(|s| s.drive = -1, Code::SettingsDrive);
     refused(|s| s.step = 0.12, Code::SettingsStep);
     refused(|s| s.step = f32::NAN, Code::SettingsStep);
     refused(|s| s.tick_time = 0.0, Code::SettingsTickTime);
@@ -98,4 +101,23 @@ fn unloading_is_what_was_asked_for() {
     assert_eq!(flags[0], [false; 7]);
     assert_eq!(flags[1], [false, false, false, false, false, false, true]);
     assert_eq!(flags[2], [false, false, false, false, false, true, true]);
+}
+
+/// Both drives reach the kernel: a held cell feels a force at once, a loaded one moves first.
+#[test]
+fn the_drive_is_what_was_asked_for() {
+    let forces = [DriveMode::Position, DriveMode::Current].map(|drive| {
+        let (code, _, made) = try_make(BOX, 0, 1, |s| {
+            s.drive = drive as i32;
+            s.sweeps = 200;
+        });
+        assert_eq!((code, choose(made.tissue, &[64]).0), (Code::Ok, Code::Ok));
+        (0..40).map(|at| tick(made.tissue, sample(at)).force_n).last().unwrap()
+    });
+    // At equilibrium the links balance the load, 2 k times the displacement.
+    let stiffness = Model::from_bytes(BOX).unwrap().stiffness_n_per_m();
+    for (force, at) in forces[1].iter().zip(sample(39).position_m) {
+        assert!((force + 2.0 * stiffness * at).abs() < 0.02 * stiffness * 0.01, "{forces:?}");
+    }
+    assert!(forces[0] != forces[1]);
 }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
-use super::super::sliced::{Held, SlicedPass};
+use super::super::sliced::{Contacts, SlicedPass};
 use super::super::{VectorUnit, euler, run, track};
 use super::body::{Body, Link, Varied};
 use super::unit;
@@ -77,7 +77,7 @@ impl Case {
             &|links, awake, points, held| scalar::track::pass(links, &awake.set, points, held),
             &|awake, points| {
                 f32::track_step(
-                    Links { model, closed: self.closed, vectors: None },
+                    Links { model, closed: self.closed, vectors: None, current: None },
                     awake,
                     points,
                     FACTORS,
@@ -85,7 +85,7 @@ impl Case {
             },
             &|awake, state, residual| {
                 f32::euler_step(
-                    Links { model, closed: self.closed, vectors: None },
+                    Links { model, closed: self.closed, vectors: None, current: None },
                     awake,
                     state,
                     residual,
@@ -103,8 +103,8 @@ impl Case {
                 let mut sums = track::Sums::new(model, points.published, points.before);
                 let slices = model.slices.unwrap();
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
-                let (held, reduce) = (Held::new(held), &mut sums);
-                run(unit, SlicedPass { links, slices, awake, at, residual, held, reduce });
+                let (contacts, reduce) = (Contacts::new(held), &mut sums);
+                run(unit, SlicedPass { links, slices, awake, at, residual, contacts, reduce });
                 sums.totals()
             },
             &|awake, points| run(unit, track::Step { model, awake, points, factors: FACTORS }),
@@ -121,7 +121,7 @@ impl Case {
         step: &Step<'_>,
         euler: &EulerStep<'_>,
     ) -> Outcome {
-        let links = Links { model, closed: self.closed, vectors: None };
+        let links = Links { model, closed: self.closed, vectors: None, current: None };
         let (mut at, held) = self.arrays();
         let mut residual = vec![Cell([9.0; 4]); at.len()];
         // Some cells stand still, some do not.
