@@ -47,6 +47,9 @@ pub struct BodyArgs {
     /// Link both diagonals of each square of a plane
     #[arg(long)]
     diagonals: bool,
+    /// Link nodes at most R edges apart: the neighbourhood of the paper's Eq. 1
+    #[arg(long, default_value_t = 1, value_name = "R")]
+    rings: u32,
     /// Unit of a mesh file's coordinates
     #[arg(long, value_enum, default_value_t = Units::M)]
     units: Units,
@@ -118,6 +121,7 @@ impl BodyArgs {
             diagonals: self.diagonals,
             drop_unused: self.drop_unused,
             allow_parts: self.allow_parts,
+            rings: self.rings,
         };
         let mesh = mesh::load(spec, &options)?;
         let fixed = match self.fix.as_deref() {

@@ -11,6 +11,7 @@ mod geometry;
 mod gmsh;
 mod organ;
 mod plane;
+mod rings;
 mod selector;
 mod size;
 mod surface;
@@ -88,11 +89,13 @@ pub struct MeshOptions {
     pub drop_unused: bool,
     /// `--allow-parts`: accept a body of several unconnected parts.
     pub allow_parts: bool,
+    /// `--rings`: nodes at most so many edges apart are linked, 1 or more.
+    pub rings: u32,
 }
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        Self { unit_m: 1.0, diagonals: false, drop_unused: false, allow_parts: false }
+        Self { unit_m: 1.0, diagonals: false, drop_unused: false, allow_parts: false, rings: 1 }
     }
 }
 
@@ -143,6 +146,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
             Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups)
         }
     };
+    rings::widen(&mut mesh, options.rings)?;
     mesh.unused = check::check(spec, &mesh, options)?;
     Ok(mesh)
 }
