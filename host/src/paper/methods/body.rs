@@ -98,10 +98,10 @@ impl Body {
         Model::from_bytes(self.image.as_bytes()).map_err(Error::check)
     }
 
-    /// How far the contact node has been moved in the ticks so far \[m\].
+    /// How far the contact node has been moved after some ticks of a press of `ticks` \[m\].
     #[must_use]
-    pub fn way_m(&self, ticks: usize) -> [f64; 3] {
-        let part = (ticks as f64 / PRESS_TICKS as f64).min(1.0);
+    pub fn way_m(&self, after: usize, ticks: usize) -> [f64; 3] {
+        let part = after as f64 / ticks as f64;
         self.travel_m.map(|x| part * x)
     }
 

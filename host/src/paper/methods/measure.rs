@@ -31,6 +31,8 @@ pub struct Row {
     pub at_most_once: bool,
     /// Largest rise of the links' energy in a tick of the hold, over the energy at its start.
     pub energy_rise: f64,
+    /// The same in the hold after the whole move in one tick.
+    pub energy_rise_sudden: f64,
     /// Largest distance of a node when body and push are turned, over the depth.
     pub turned: f64,
     /// Whether a second run ends in the same bits.
@@ -54,11 +56,12 @@ struct Run {
     energy_rise: f64,
 }
 
-fn run(body: &Body, kind: Kind) -> Result<Run> {
+/// The move in so many ticks, then the hold.
+fn run(body: &Body, kind: Kind, press_ticks: usize) -> Result<Run> {
     let mut method = kind.start(body)?;
     let mut visited = 0;
-    for tick in 1..=PRESS_TICKS {
-        visited = visited.max(method.tick(body.way_m(tick))?);
+    for tick in 1..=press_ticks {
+        visited = visited.max(method.tick(body.way_m(tick, press_ticks))?);
     }
     let start = body.links.energy(&method.positions_m());
     let (mut before, mut rise) = (start, 0.0_f64);
@@ -95,7 +98,8 @@ pub fn rows(body: &Body, exact: &[[f64; 3]], rounds: usize) -> Result<Vec<Row>> 
         if interrupt::asked() {
             return Err(Error::Interrupted);
         }
-        let (once, again, round) = (run(body, method)?, run(body, method)?, run(&other, method)?);
+        let [once, again] = [run(body, method, PRESS_TICKS)?, run(body, method, PRESS_TICKS)?];
+        let round = run(&other, method, PRESS_TICKS)?;
         let back: Vec<[f64; 3]> =
             round.positions_m.iter().map(|&p| turned(p, -TURN_DEGREES)).collect();
         rows.push(Row {
@@ -106,6 +110,7 @@ pub fn rows(body: &Body, exact: &[[f64; 3]], rounds: usize) -> Result<Vec<Row>> 
             visited_per_tick: once.visited,
             at_most_once: once.visited < exact.len(),
             energy_rise: once.energy_rise,
+            energy_rise_sudden: run(body, method, 1)?.energy_rise,
             turned: farthest(&once.positions_m, &back) / depth_m,
             repeats: same_bits(&once.positions_m, &again.positions_m),
             portable: method.portable(),
@@ -131,13 +136,13 @@ pub fn of_plane(body: &Body, positions_m: &[[f64; 3]]) -> Result<Option<f64>> {
 }
 
 /// Times the ticks of the press.
-fn time(body: &Body, rows: &mut [Row], rounds: usize) -> Result<()> {
+pub(super) fn time(body: &Body, rows: &mut [Row], rounds: usize) -> Result<()> {
     let mut times = rows.iter().map(|_| Latencies::new()).collect::<Result<Vec<_>>>()?;
     for _ in 0..rounds {
         for (row, times) in rows.iter().zip(&mut times) {
             let mut method = row.method.start(body)?;
             for tick in 1..=PRESS_TICKS {
-                let way_m = body.way_m(tick);
+                let way_m = body.way_m(tick, PRESS_TICKS);
                 let start = Instant::now();
                 method.tick(way_m)?;
                 times.record(start.elapsed().as_nanos() as u64);

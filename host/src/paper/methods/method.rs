@@ -79,11 +79,11 @@ impl Kind {
             Self::Track => Box::new(Cells::new(body, Scheme::Track)?),
             Self::Lattice => {
                 let chain = Lattice::new(body.nodes, nodes_m, fixed, limits()?)?;
-                Box::new(Linked { body, chain, sweeps: 0 })
+                Box::new(Linked { body, chain, sweeps: 0, last: None })
             }
             Self::Graph => {
                 let chain = Graph::new(nodes_m, &body.mesh.links, fixed, limits()?)?;
-                Box::new(Linked { body, chain, sweeps: SWEEPS })
+                Box::new(Linked { body, chain, sweeps: SWEEPS, last: None })
             }
             Self::MassSpring => Box::new(Plain::<MassSpring>::new(body)?),
             Self::PositionBased => Box::new(Plain::<Xpbd>::new(body)?),
@@ -160,12 +160,17 @@ struct Linked<'b, C> {
     body: &'b Body,
     chain: C,
     sweeps: u16,
+    /// Where the contact node was put last: a node at rest starts no front.
+    last: Option<[f64; 3]>,
 }
 
 impl<C: Chain> Method for Linked<'_, C> {
     fn tick(&mut self, way_m: [f64; 3]) -> Result<usize> {
-        let held = [(self.body.contact, self.body.contact_m(way_m))];
-        let mut visited = self.chain.move_to(&held)?.visited;
+        let to = self.body.contact_m(way_m);
+        let mut visited = 0;
+        if self.last.replace(to) != Some(to) {
+            visited = self.chain.move_to(&[(self.body.contact, to)])?.visited;
+        }
         for _ in 0..self.sweeps {
             visited += self.chain.relax(&Limits::RIGID).visited;
         }
