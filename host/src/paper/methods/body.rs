@@ -13,7 +13,7 @@ pub const PRESS_TICKS: usize = 30;
 pub const HOLD_TICKS: usize = 100;
 /// Stiffness of a link [N/m].
 pub const STIFFNESS_N_PER_M: f64 = 20.0;
-/// Residual of the exact minimum [spacings].
+/// Residual of the exact minimum \[spacings\].
 const RESIDUAL: f64 = 1e-10;
 /// Stages in which the exact minimum follows the press, so that it stays in the same valley.
 const STAGES: usize = 10;

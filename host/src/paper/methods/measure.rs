@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::paper::profile::{middle_row, nonlinearity};
 
-/// How far body and push are turned [degrees].
+/// How far body and push are turned \[degrees\].
 pub const TURN_DEGREES: f64 = 30.0;
 
 /// A method on a body after the press and the hold.
