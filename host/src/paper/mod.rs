@@ -1,3 +1,5 @@
 //! `chaincell paper`: every result of the paper computed here, beside the method it improves on.
 
+pub mod body;
+pub mod mechanics;
 pub mod section;
