@@ -17,11 +17,13 @@ use crate::report::press::field;
 /// Sweeps between two looks at the residual.
 const SWEEPS: u16 = 16;
 /// Looks at most: what has not settled then is told by its residual.
-const LOOKS_MAX: usize = 60;
+const LOOKS_MAX: usize = 150;
 /// Largest residual of a free cell at which a press counts as settled [force on the tool].
 const RESIDUAL: f64 = 1e-4;
-/// The same where the tool feels next to nothing: a few roundings [mean link lengths].
+/// The same where the tool feels next to nothing: a few roundings [mean link lengths]; the force
+/// must then stay the same to this part from look to look.
 const RESIDUAL_MIN: f64 = 2e-6;
+const FORCE_STAYS: f64 = 1e-2;
 /// Centre of the paper's plane.
 const CENTRE: u32 = 220;
 
@@ -243,10 +245,12 @@ impl Tool<'_> {
             let (energy, residual) = self.residual(closed);
             let force: [f32; 3] = answer.force_n.into();
             let force = norm(&[force.map(f64::from)]) / f64::from(model.force_unit_n());
+            let before = felt.force_n;
             felt.force_n = self.push_n(&answer);
+            let stays = (felt.force_n - before).abs() <= FORCE_STAYS * felt.force_n.abs();
             felt.energy_j = energy * f64::from(model.energy_unit_j());
             felt.residual = if force > 0.0 { residual / force } else { 0.0 };
-            if residual <= RESIDUAL_MIN || felt.residual <= RESIDUAL {
+            if (residual <= RESIDUAL_MIN && stays) || felt.residual <= RESIDUAL {
                 break;
             }
         }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::paper::body::Felt;
 
 /// Part of the range over which the stiffness at its start and end is taken.
-const END: f64 = 0.1;
+const END: f64 = 0.2;
 
 /// How a force grows with the displacement.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -21,9 +21,9 @@ pub struct Shape {
     pub nonlinearity_exponent: f64,
     /// The same over the displacement beyond the slack.
     pub exponent_beyond_slack: f64,
-    /// Slope of the curve over the first tenth from the slack to the largest force [N/m].
+    /// Slope of the curve over the first fifth from the slack to the largest force [N/m].
     pub stiffness_start_n_per_m: f64,
-    /// Slope over the last tenth before the largest force [N/m].
+    /// Slope over the last fifth before the largest force [N/m].
     pub stiffness_end_n_per_m: f64,
     /// Forces that fall from one point to the next by more than a fifth of the largest: snaps.
     pub snaps: usize,
@@ -106,7 +106,7 @@ mod tests {
         assert!((line.stiffness_start_n_per_m - 20.0).abs() < 1e-9);
         let cubic = shape(&curve(|d| d.powi(3)), 1e-12);
         assert!((cubic.nonlinearity_exponent - 3.0).abs() < 1e-12);
-        assert!(cubic.stiffness_end_n_per_m > 100.0 * cubic.stiffness_start_n_per_m);
+        assert!(cubic.stiffness_end_n_per_m > 30.0 * cubic.stiffness_start_n_per_m);
         let slack = shape(&curve(|d| 5.0 * (d - 0.0205).max(0.0)), 1e-9);
         assert!((slack.slack_m - 0.020).abs() < 1e-12);
         assert!(slack.nonlinearity_exponent > 1.5 && slack.snaps == 0);

@@ -26,8 +26,10 @@ pub const TIME_CONSTANT_S: f64 = 0.02;
 pub const ALPHAS: [f64; 4] = [0.0, 0.02, 0.05, 0.1];
 /// Depth of the plane's loop and of its relaxation, of its compression.
 const PLANE_LOOP: f64 = 0.5;
-/// Depth of the organ's loop and relaxation, of the depth at its largest force.
+/// Depth of the organ's loop, of the depth at its largest force, and of its relaxation [mean link
+/// lengths]: a jump by more would push the patch through the cells behind it.
 const ORGAN_LOOP: f64 = 0.9;
+const ORGAN_JUMP: f64 = 0.5;
 /// Depths of compression: the plane \[m\], the organ [mean link lengths].
 const PLANE_M: f64 = 0.1;
 const ORGAN_LINKS: f64 = 2.4;
@@ -52,10 +54,10 @@ struct Speed {
 struct Results {
     name: &'static str,
     words: String,
-    unit_m: f64,
-    /// Depth of compression, of loops and relaxation \[m\].
+    /// Depth of compression, of loops, of relaxation \[m\].
     deepest_m: f64,
     loop_m: f64,
+    held_m: f64,
     cases: Vec<Case>,
     /// The loop over the whole compression at alpha 0.
     deep: Loop,
@@ -82,6 +84,7 @@ impl Results {
             true => PLANE_LOOP * deepest_m,
             false => ORGAN_LOOP * first.shape.depth_at_max_m,
         };
+        let held_m = if is_plane { loop_m } else { ORGAN_JUMP * unit_m };
         let mut first = Some(first);
         let mut cases = Vec::new();
         for alpha in ALPHAS {
@@ -93,14 +96,14 @@ impl Results {
                     None => compress(&body, deepest_m, effort.steps)?,
                 },
                 turn: there_and_back(&body, loop_m, effort.steps)?,
-                relaxation: relax(&body, loop_m, effort.seconds, TIME_CONSTANT_S)?,
+                relaxation: relax(&body, held_m, effort.seconds, TIME_CONSTANT_S)?,
             });
         }
         let deep = there_and_back(&elastic, deepest_m, effort.steps)?;
-        let exact = exact(&elastic, loop_m, effort.seconds, TIME_CONSTANT_S)?;
+        let exact = exact(&elastic, held_m, effort.seconds, TIME_CONSTANT_S)?;
         let speeds = speeds(&elastic, loop_m, effort.speeds)?;
         let (name, words) = (source.name, source.words.clone());
-        Ok(Self { name, words, unit_m, deepest_m, loop_m, cases, deep, speeds, exact })
+        Ok(Self { name, words, deepest_m, loop_m, held_m, cases, deep, speeds, exact })
     }
 
     /// The case without slack.
@@ -188,7 +191,8 @@ fn json_of(body: &Results) -> Value {
     json!({
         "body": body.name,
         "compression_m": body.deepest_m,
-        "held_m": body.loop_m,
+        "loop_m": body.loop_m,
+        "held_m": body.held_m,
         "cases": cases.collect::<Vec<Value>>(),
         "whole_loop_at_alpha_0": {
             "loading_work_j": body.deep.loading_work_j,

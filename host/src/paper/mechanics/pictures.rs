@@ -60,8 +60,9 @@ fn turns(body: &Results) -> (&'static str, String, Chart) {
         }
     }
     let caption = format!(
-        "Loading and unloading of the {}, settled at every step; a tenth of a mean link length \
-         after the turn the links are restored to their initial lengths.",
+        "Loading and unloading of the {}, settled at every step. A tenth of a mean link length \
+         after the turn the links are restored to their initial lengths: from there on every path \
+         is that of alpha 0.",
         body.words
     );
     ("fig5b", caption, chart)
@@ -95,7 +96,7 @@ fn thin(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 
 fn relaxation(body: &Results) -> (&'static str, String, Chart) {
     let axes = (Axis::log10("time [s]"), Axis::linear("force [N]"));
-    let title = format!("5c: held at {:.3} mm ({})", 1e3 * body.loop_m, body.words);
+    let title = format!("5c: held at {:.3} mm ({})", 1e3 * body.held_m, body.words);
     let mut chart = Chart::new(&title, axes.0, axes.1);
     for case in &body.cases {
         let label = format!("alpha {}", case.alpha);
@@ -108,7 +109,7 @@ fn relaxation(body: &Results) -> (&'static str, String, Chart) {
     let caption = format!(
         "Stress relaxation of the {}: the force after a jump to {:.3} mm that is held.",
         body.words,
-        1e3 * body.loop_m
+        1e3 * body.held_m
     );
     ("fig5c", caption, chart)
 }
