@@ -226,7 +226,10 @@ impl Tool<'_> {
         if interrupt::asked() {
             Err(Error::Interrupted)
         } else if answer.flags.contains(Flags::MOTION_CLAMPED) {
-            Err(Error::check(format!("{}: the tool was stopped before {depth_m} m", self.body.name)))
+            Err(Error::check(format!(
+                "{}: the tool was stopped before {depth_m} m",
+                self.body.name
+            )))
         } else {
             Ok(answer)
         }

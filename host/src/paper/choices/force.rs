@@ -40,7 +40,11 @@ pub fn readings(plane: &Body, depth_m: f64, step: f64) -> Result<Vec<Readings>> 
     Ok(vec![
         settled(plane, "plane, one contact cell, settled", depth_m)?,
         under_way(plane, "plane, at the end of a press in network time 30", depth_m, step)?,
-        settled(&body, &format!("{}, {} contact cells, settled", organ.words, body.contacts.len()), shallow_m)?,
+        settled(
+            &body,
+            &format!("{}, {} contact cells, settled", organ.words, body.contacts.len()),
+            shallow_m,
+        )?,
     ])
 }
 

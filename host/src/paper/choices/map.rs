@@ -52,8 +52,8 @@ pub fn alpha_for(all: &[Softness], depth_m: f64, ratio: f64) -> Option<f64> {
     let pair = at_depth
         .windows(2)
         .find(|w| w[0].stiffness_ratio >= ratio && w[1].stiffness_ratio < ratio)?;
-    let part = (pair[0].stiffness_ratio - ratio)
-        / (pair[0].stiffness_ratio - pair[1].stiffness_ratio);
+    let part =
+        (pair[0].stiffness_ratio - ratio) / (pair[0].stiffness_ratio - pair[1].stiffness_ratio);
     Some(pair[0].alpha + part * (pair[1].alpha - pair[0].alpha))
 }
 

@@ -32,7 +32,7 @@ const LARGEST_M: f64 = 0.1;
 /// The least K that the bake takes is twice that as stored: a hair more passes.
 const HAIR: f64 = 1e-6;
 const RESISTANCES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// A depth beyond the smallest K, with half its depth before it \[m\].
+/// A depth beyond the smallest K \[m\].
 const BEYOND_M: f64 = 0.25;
 /// Half-widths of the map from stiffness to alpha.
 const MAP: [f64; 11] = [0.0, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2];
@@ -90,8 +90,12 @@ impl Results {
         }
         let both = |depth_m: f64| -> Result<Vec<Range>> {
             let ks = SATURATIONS.map(|k| (k, RESISTANCES[1]));
-            let rs = RESISTANCES.map(|r_x| (if depth_m > DEPTH_M { SATURATIONS[0] } else { SATURATIONS[2] }, r_x));
-            ks.into_iter().chain(rs).map(|(k, r_x)| range(&plane, k, r_x, depth_m, default)).collect()
+            let rs = RESISTANCES
+                .map(|r_x| (if depth_m > DEPTH_M { SATURATIONS[0] } else { SATURATIONS[2] }, r_x));
+            ks.into_iter()
+                .chain(rs)
+                .map(|(k, r_x)| range(&plane, k, r_x, depth_m, default))
+                .collect()
         };
         Ok(Self {
             tried,
@@ -147,16 +151,22 @@ pub fn section(_: &Context) -> Result<Section> {
 }
 
 fn figures(found: &Results) -> Result<Vec<Figure>> {
-    let axes = (Axis::linear("alpha"), Axis::linear("stiffness that gives the same force [of k]"));
+    let axes = (
+        Axis::linear("alpha [rest lengths]"),
+        Axis::linear("stiffness that gives the same force [k]"),
+    );
     let mut map = Chart::new("Which alpha feels like which stiffness (plane)", axes.0, axes.1);
     for depth_m in map::depths(&found.softness) {
         let at_depth = found.softness.iter().filter(|at| at.depth_m == depth_m);
         let points: Vec<[f64; 2]> = at_depth.map(|at| [at.alpha, at.stiffness_ratio]).collect();
         map = map.series(&format!("at {:.0} mm", 1e3 * depth_m), Style::MarkedLine, &points);
     }
-    let axes = (Axis::log10("input displacement [mm]"), Axis::log10("displacement of the cell [mm]"));
-    let mut current = Chart::new("The input as current source and as position (plane)", axes.0, axes.1);
-    for (alpha, label) in [(0.0, "current, alpha 0, any stiffness"), (0.05, "current, alpha 0.05")] {
+    let axes =
+        (Axis::log10("input displacement [mm]"), Axis::log10("displacement of the cell [mm]"));
+    let mut current =
+        Chart::new("The input as current source and as position (plane)", axes.0, axes.1);
+    for (alpha, label) in [(0.0, "current, alpha 0, any stiffness"), (0.05, "current, alpha 0.05")]
+    {
         let of = found.yields.iter().filter(|at| at.alpha == alpha && at.stiffness_n_per_m == 20.0);
         let points: Vec<[f64; 2]> =
             of.map(|at| [1e3 * at.input_m, 1e3 * at.displacement_m]).collect();
@@ -167,9 +177,10 @@ fn figures(found: &Results) -> Result<Vec<Figure>> {
     Ok(vec![
         Figure {
             name: "paper_choices_softness".into(),
-            caption: "The stiffness of links without a band that gives the same settled force as a \
+            caption:
+                "The stiffness of links without a band that gives the same settled force as a \
                       band of alpha, over the stiffness in use: another curve for every depth."
-                .into(),
+                    .into(),
             picture: map.draw()?,
         },
         Figure {

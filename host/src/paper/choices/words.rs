@@ -2,7 +2,7 @@
 
 use super::map::{alpha_for, depths};
 use super::measure::change;
-use super::{DEPTH_M, Range, Results, Tried};
+use super::{DEPTH_M, Range, Results, SATURATIONS, Tried};
 use crate::report::tables::{Table, percent};
 
 fn signed(fraction: f64) -> String {
@@ -47,6 +47,8 @@ fn sensitivity(found: &Results) -> String {
             changes.iter().fold(largest, |largest, change| largest.max(change.abs()))
         })
     };
+    let leaks: Vec<Range> =
+        found.beyond.iter().filter(|range| range.k_of_largest == SATURATIONS[0]).cloned().collect();
     let same = match hashes(&found.within) {
         1 => "the state hash is the same for all of them, so is every bit".to_owned(),
         count => format!("there are {count} different state hashes"),
@@ -55,14 +57,16 @@ fn sensitivity(found: &Results) -> String {
         "The plane with 8 neighbours, alpha 0, its centre pressed by {} mm in network time 30. The \
          step h changes nothing by more than {} %: below the proven bound it is a matter of \
          accuracy alone. alpha changes most, up to {} %. K from 2 to 8 times the largest coordinate \
-         and R_x from 0.5 to 4: in the linear range {same}. Pressed beyond K they count: at {} mm \
-         the forces differ by up to {} %, with {} different state hashes.",
+         and R_x from 0.5 to 4: in the linear range {same}. Pressed to {} mm, beyond the smallest K, \
+         the output of the held cell stays at K and the force differs by up to {} %. R_x gives {} \
+         state hash(es) there: its leak pulls on free cells beyond K, and the press takes {} there.",
         1e3 * DEPTH_M,
         percent(largest("step")),
         percent(largest("alpha")),
         found.beyond.first().map_or(0.0, |range| 1e3 * range.depth_m),
         percent(spread(&found.beyond)),
-        hashes(&found.beyond),
+        hashes(&leaks),
+        if hashes(&leaks) == 1 { "none" } else { "some" },
     )
 }
 
@@ -110,16 +114,18 @@ fn map(found: &Results) -> String {
 
 fn current(found: &Results) -> String {
     let of = |k: f64, alpha: f64| {
-        let rows = found.yields.iter().filter(move |at| at.stiffness_n_per_m == k && at.alpha == alpha);
+        let rows =
+            found.yields.iter().filter(move |at| at.stiffness_n_per_m == k && at.alpha == alpha);
         let each: Vec<String> = rows
-            .map(|at| format!("{:.3} -> {:.1} mm", 1e3 * at.input_m, 1e3 * at.displacement_m))
+            .map(|at| format!("{:.0} -> {:.1} mm", 1e3 * at.input_m, 1e3 * at.displacement_m))
             .collect();
         each.join(", ")
     };
     format!(
         "The paper sets the current source I to the input displacement. Taken by the letter of Eq. \
-         2 that is a rate, a load of 2 k I on the contact cell, and where the cell settles is \
-         another thing than the input: {} at alpha 0, {} at alpha 0.05. The displacement is the \
+         2 that is a rate, a length a unit of network time, and acts as a load of 2 k I on the \
+         contact cell. Where the cell settles then is another thing than the input: {} at alpha 0, \
+         {} at alpha 0.05 (read from the settled curve of force over displacement). The displacement is the \
          same for every stiffness that all links share, the force proportional to it, for the \
          input enters in lengths. Here the input is a prescribed position: the cell is where the \
          tool is.",
@@ -173,8 +179,13 @@ fn tried(found: &Results) -> Table {
 }
 
 fn ranges(found: &Results) -> Table {
-    let mut table =
-        Table::new(&["depth [mm]", "K [of the largest coordinate]", "R_x", "force [N]", "state hash"]);
+    let mut table = Table::new(&[
+        "depth [mm]",
+        "K [of the largest coordinate]",
+        "R_x",
+        "force [N]",
+        "state hash",
+    ]);
     for range in found.within.iter().chain(&found.beyond) {
         table.row(vec![
             format!("{:.0}", 1e3 * range.depth_m),
@@ -197,13 +208,8 @@ fn readings(found: &Results) -> Table {
         "dE/dd by differences",
     ]);
     for row in &found.readings {
-        let forces = [
-            row.published_n,
-            row.adjustments_n,
-            row.one_cell_n,
-            row.fixed_n,
-            row.energy_slope_n,
-        ];
+        let forces =
+            [row.published_n, row.adjustments_n, row.one_cell_n, row.fixed_n, row.energy_slope_n];
         let cells = forces.map(|force_n| format!("{force_n:.5}"));
         table.row([row.state.clone()].into_iter().chain(cells).collect());
     }

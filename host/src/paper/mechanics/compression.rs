@@ -73,7 +73,8 @@ pub fn there_and_back(body: &Body, deepest_m: f64, steps: u32) -> Result<Loop> {
     let mut tool = body.quasi_static(Unloading::Retreat)?;
     let depth = |step: u32| deepest_m * f64::from(step) / f64::from(steps);
     let way_in: Vec<Felt> = (1..=steps).map(|at| tool.settle(depth(at))).collect::<Result<_>>()?;
-    let back: Vec<Felt> = (0..steps).rev().map(|at| tool.settle(depth(at))).collect::<Result<_>>()?;
+    let back: Vec<Felt> =
+        (0..steps).rev().map(|at| tool.settle(depth(at))).collect::<Result<_>>()?;
     let point = |at: &Felt| [at.depth_m, at.force_n];
     let loading: Vec<[f64; 2]> = [[0.0; 2]].into_iter().chain(way_in.iter().map(point)).collect();
     let turn = way_in.last().map(point);

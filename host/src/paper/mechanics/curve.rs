@@ -95,7 +95,8 @@ mod tests {
 
     fn curve(force: impl Fn(f64) -> f64) -> Vec<Felt> {
         let depths = (1..=100).map(|i| f64::from(i) * 1e-3);
-        let felt = |depth_m| Felt { depth_m, force_n: force(depth_m), energy_j: 0.0, residual: 0.0 };
+        let felt =
+            |depth_m| Felt { depth_m, force_n: force(depth_m), energy_j: 0.0, residual: 0.0 };
         depths.map(felt).collect()
     }
 

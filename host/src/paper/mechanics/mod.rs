@@ -114,9 +114,10 @@ impl Results {
     /// Largest difference of the relaxation from the exact trajectory at alpha 0, as a fraction.
     fn error(&self) -> f64 {
         let curve = &self.elastic().relaxation.curve;
-        let errors = self.exact.iter().filter_map(|&[t_s, force_n]| {
-            Some((interpolate(curve, t_s)? / force_n - 1.0).abs())
-        });
+        let errors = self
+            .exact
+            .iter()
+            .filter_map(|&[t_s, force_n]| Some((interpolate(curve, t_s)? / force_n - 1.0).abs()));
         errors.fold(0.0, f64::max)
     }
 }

@@ -1,5 +1,6 @@
 //! The charts of Fig. 5 and the numbers behind them.
 
+use super::words::mm as mm_of;
 use super::{Case, Results};
 use crate::error::Result;
 use crate::paper::section::{Figure, Numbers};
@@ -96,20 +97,19 @@ fn thin(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 
 fn relaxation(body: &Results) -> (&'static str, String, Chart) {
     let axes = (Axis::log10("time [s]"), Axis::linear("force [N]"));
-    let title = format!("5c: held at {:.3} mm ({})", 1e3 * body.held_m, body.words);
+    let title = format!("5c: held at {} mm ({})", mm_of(body.held_m), body.words);
     let mut chart = Chart::new(&title, axes.0, axes.1);
     for case in &body.cases {
         let label = format!("alpha {}", case.alpha);
         chart = chart.series(&label, Style::Line, &case.relaxation.curve);
     }
-    let chart = chart.series("alpha 0, exact trajectory", Style::Markers, &body.exact).horizontal(
-        body.elastic().relaxation.minimum_n,
-        "alpha 0, settled",
-    );
+    let chart = chart
+        .series("alpha 0, exact trajectory", Style::Markers, &body.exact)
+        .horizontal(body.elastic().relaxation.minimum_n, "alpha 0, settled");
     let caption = format!(
-        "Stress relaxation of the {}: the force after a jump to {:.3} mm that is held.",
+        "Stress relaxation of the {}: the force after a jump to {} mm that is held.",
         body.words,
-        1e3 * body.held_m
+        mm_of(body.held_m)
     );
     ("fig5c", caption, chart)
 }
@@ -173,11 +173,16 @@ pub fn numbers(bodies: &[Results]) -> Vec<Numbers> {
         let speeds = body.speeds.iter().flat_map(|speed| {
             let points = speed.turn.loading.iter().chain(&speed.turn.unloading).copied().collect();
             let press_s = speed.press_s;
-            thin(points).into_iter().map(move |[depth_m, force_n]| AtSpeed { press_s, depth_m, force_n })
+            thin(points).into_iter().map(move |[depth_m, force_n]| AtSpeed {
+                press_s,
+                depth_m,
+                force_n,
+            })
         });
         put("fig5b_speed", csv(&speeds.collect::<Vec<AtSpeed>>()));
         let times = body.cases.iter().flat_map(|case| {
-            let point = |&[time_s, force_n]: &[f64; 2]| InTime { alpha: case.alpha, time_s, force_n };
+            let point =
+                |&[time_s, force_n]: &[f64; 2]| InTime { alpha: case.alpha, time_s, force_n };
             case.relaxation.curve.iter().map(point).collect::<Vec<InTime>>()
         });
         put("fig5c", csv(&times.collect::<Vec<InTime>>()));

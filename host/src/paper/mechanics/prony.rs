@@ -105,7 +105,8 @@ impl CostFunction for Samples<'_> {
 pub fn fit(samples: &[[f64; 2]], terms: usize) -> Result<Prony> {
     let ends = samples.first().zip(samples.last()).map(|(a, b)| [a[0], b[0]]);
     let enough = samples.len() > 2 * (terms + 1) && (1..=TERMS_MAX).contains(&terms);
-    let Some(window_s) = ends.filter(|_| enough && samples.iter().all(|s| s[0] > 0.0 && s[1] > 0.0))
+    let Some(window_s) =
+        ends.filter(|_| enough && samples.iter().all(|s| s[0] > 0.0 && s[1] > 0.0))
     else {
         return Err(Error::check(format!(
             "a Prony series of {terms} terms: {} samples, not enough or not positive",
@@ -121,7 +122,13 @@ pub fn fit(samples: &[[f64; 2]], terms: usize) -> Result<Prony> {
     best.sort_by(f64::total_cmp);
     let tau_s: Vec<f64> = best.iter().map(|ln| ln.exp()).collect();
     let (f, residual) = Samples(samples).amplitudes(&tau_s);
-    Ok(Prony { f_inf_n: f[0], f_n: f.iter().skip(1).take(terms).copied().collect(), tau_s, residual, window_s })
+    Ok(Prony {
+        f_inf_n: f[0],
+        f_n: f.iter().skip(1).take(terms).copied().collect(),
+        tau_s,
+        residual,
+        window_s,
+    })
 }
 
 /// The simplex from a start; the times found.
@@ -173,7 +180,9 @@ mod tests {
         let samples: Vec<[f64; 2]> = times().map(|t| [t, 0.1 + (t / 1e-3).powf(-0.5)]).collect();
         let fits = [1, 2, 3].map(|terms| fit(&samples, terms).unwrap());
         assert!(fits[0].residual > 0.1 && fits[2].residual < 0.03, "{fits:?}");
-        assert!(fits[0].residual > 2.0 * fits[1].residual && fits[1].residual > 2.0 * fits[2].residual);
+        assert!(
+            fits[0].residual > 2.0 * fits[1].residual && fits[1].residual > 2.0 * fits[2].residual
+        );
         assert!(fits.iter().all(|fit| fit.f_inf_n >= 0.0 && fit.f_n.iter().all(|&f| f >= 0.0)));
         let one = Prony { f_n: vec![1.0], tau_s: vec![0.01], ..fits[0].clone() };
         let samples: Vec<[f64; 2]> = times().map(|t| [t, one.at(t)]).collect();

@@ -7,7 +7,7 @@ use crate::report::tables::{Table, percent};
 const HALF_M: f64 = 0.1;
 
 /// Four significant digits of a quantity that spans decades.
-fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
         size if (1e-2..1e4).contains(&size) => {
@@ -18,13 +18,14 @@ fn short(value: f64) -> String {
     }
 }
 
-fn mm(metres: f64) -> String {
+pub fn mm(metres: f64) -> String {
     short(1e3 * metres)
 }
 
 /// A list of one figure a case: `0.02: 20 mm, ...`.
 fn by_alpha<'a>(cases: impl Iterator<Item = &'a Case>, of: impl Fn(&Case) -> String) -> String {
-    let all: Vec<String> = cases.map(|case| format!("alpha {}: {}", case.alpha, of(case))).collect();
+    let all: Vec<String> =
+        cases.map(|case| format!("alpha {}: {}", case.alpha, of(case))).collect();
     all.join(", ")
 }
 
@@ -48,6 +49,13 @@ pub fn text(bodies: &[Results]) -> Vec<String> {
         text.push(turns(body));
         text.push(relaxation(body));
     }
+    text.push(
+        "Beside the paper's Fig. 5: the non-linear force is there, by geometry and by slack, and on \
+         a solid body it softens where the figure of a tissue would stiffen; the two paths are \
+         there, in the sense of tissue only at speed; the force that relaxes towards a minimum is \
+         there, with a spectrum of times."
+            .into(),
+    );
     text
 }
 
@@ -65,9 +73,9 @@ fn compression(body: &Results) -> String {
     let snaps = match shape.snaps {
         0 => String::new(),
         count => format!(
-            " Beyond {} mm the force falls {count} time(s) by more than a fifth of the largest \
-             within a step: the body snaps to another equilibrium.",
-            mm(shape.depth_at_max_m)
+            " Deeper in, the force falls within a step by more than a fifth of the largest, in {count} \
+             place{}: the body snaps to another equilibrium.",
+            if count == 1 { "" } else { "s" }
         ),
     };
     format!(
@@ -101,11 +109,11 @@ fn slack(body: &Results) -> String {
     };
     format!(
         "5a, {}, with a band: no force at all, up to {slack}{chain}, to within a step of {} mm. \
-         Measured from the first contact the exponent rises with it ({exponents}). So the model is \
-         the more non-linear the wider the band, but because it is slack first: alpha is no \
-         stiffness.",
+         Measured from the first contact the exponent is {exponents} instead of {:.1}. So the curve \
+         is more bent with a band, but because it is slack first: alpha is no stiffness.",
         body.words,
-        mm(body.deepest_m / body.elastic().compression.curve.len() as f64)
+        mm(body.deepest_m / body.elastic().compression.curve.len() as f64),
+        body.elastic().compression.shape.nonlinearity_exponent
     )
 }
 
@@ -154,7 +162,7 @@ fn relaxation(body: &Results) -> String {
     let elastic = &body.elastic().relaxation;
     let time = |left: f64| match elastic.time_to_s(left) {
         Some(time_s) => format!("{} s", short(time_s)),
-        None => "longer than the window".to_owned(),
+        None => "a time beyond the window".to_owned(),
     };
     let fits: Vec<String> =
         elastic.series.iter().map(|fit| format!("{} %", percent(fit.residual))).collect();
@@ -174,7 +182,7 @@ fn relaxation(body: &Results) -> String {
     };
     format!(
         "5c, {}, held at {} mm, alpha 0: the force falls from {} N as the tool jumps towards {} N, \
-         asymptotically as in the paper; half of the difference is left after {}, a tenth after {}. \
+         asymptotically as in the paper; half of the difference is left at {}, a tenth at {}. \
          It is within {} % of the exact trajectory of Eq. 4 in double precision. One exponential \
          does not describe it: Prony series of 1, 2 and 3 terms miss by {} (relative, root mean \
          square, over {} to {} s), and the time constants found spread over the window, because \
@@ -198,7 +206,10 @@ fn relaxation(body: &Results) -> String {
 pub fn tables(bodies: &[Results]) -> Vec<(String, Table)> {
     vec![
         ("5a: the settled force in compression".into(), compressions(bodies)),
-        ("5b: loops, links restored at the turn; negative: the tool got back more".into(), loops(bodies)),
+        (
+            "5b: loops, links restored at the turn; negative: the tool got back more".into(),
+            loops(bodies),
+        ),
         ("5c: Prony series through the relaxation".into(), prony(bodies)),
     ]
 }
@@ -247,9 +258,10 @@ fn loops(bodies: &[Results]) -> Table {
         "of the work given",
     ]);
     for body in bodies {
-        let cases = body.cases.iter().map(|case| {
-            (format!("settled, alpha {}", case.alpha), body.loop_m, &case.turn)
-        });
+        let cases = body
+            .cases
+            .iter()
+            .map(|case| (format!("settled, alpha {}", case.alpha), body.loop_m, &case.turn));
         let deep = [("settled, alpha 0, whole way".to_owned(), body.deepest_m, &body.deep)];
         let speeds = body.speeds.iter().map(|speed| {
             let name = format!("alpha 0, {} s each way", speed.press_s);
@@ -285,7 +297,8 @@ fn prony(bodies: &[Results]) -> Table {
     for body in bodies {
         for case in &body.cases {
             for fit in &case.relaxation.series {
-                let list = |all: &[f64]| all.iter().map(|&x| short(x)).collect::<Vec<_>>().join(", ");
+                let list =
+                    |all: &[f64]| all.iter().map(|&x| short(x)).collect::<Vec<_>>().join(", ");
                 table.row(vec![
                     body.name.into(),
                     case.alpha.to_string(),
