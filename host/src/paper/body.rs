@@ -17,13 +17,15 @@ use crate::report::press::field;
 /// Sweeps between two looks at the residual.
 const SWEEPS: u16 = 16;
 /// Looks at most: what has not settled then is told by its residual.
-const LOOKS_MAX: usize = 150;
+const LOOKS_MAX: usize = 60;
 /// Largest residual of a free cell at which a press counts as settled [force on the tool].
 const RESIDUAL: f64 = 1e-4;
 /// The same where the tool feels next to nothing: a few roundings [mean link lengths]; the force
 /// must then stay the same to this part from look to look.
 const RESIDUAL_MIN: f64 = 2e-6;
 const FORCE_STAYS: f64 = 1e-2;
+/// A force that is none: a link so far outside its band [mean link lengths].
+const NO_FORCE: f64 = 1e-5;
 /// Centre of the paper's plane.
 const CENTRE: u32 = 220;
 
@@ -123,12 +125,12 @@ impl Body {
         parse(&self.image)
     }
 
-    /// A force that is none: a link a hundred-thousandth of the mean length outside its band \[N\].
+    /// A force that is none: a link a few roundings outside its band \[N\].
     ///
     /// # Errors
     /// As [`Self::model`].
     pub fn no_force_n(&self) -> Result<f64> {
-        Ok(1e-5 * f64::from(self.model()?.force_unit_n()))
+        Ok(NO_FORCE * f64::from(self.model()?.force_unit_n()))
     }
 
     /// A tool that follows equilibria, with `track`.
@@ -250,7 +252,8 @@ impl Tool<'_> {
             let force = norm(&[force.map(f64::from)]) / f64::from(model.force_unit_n());
             let before = felt.force_n;
             felt.force_n = self.push_n(&answer);
-            let stays = (felt.force_n - before).abs() <= FORCE_STAYS * felt.force_n.abs();
+            let stays = (felt.force_n - before).abs() <= FORCE_STAYS * felt.force_n.abs()
+                || force <= NO_FORCE;
             felt.energy_j = energy * f64::from(model.energy_unit_j());
             felt.residual = if force > 0.0 { residual / force } else { 0.0 };
             if (residual <= RESIDUAL_MIN && stays) || felt.residual <= RESIDUAL {

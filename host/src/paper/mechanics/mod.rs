@@ -141,7 +141,7 @@ pub fn section(context: &Context) -> Result<Section> {
     let effort = if context.quick {
         Effort { steps: 25, seconds: 2.0, speeds: 2 }
     } else {
-        Effort { steps: 60, seconds: 20.0, speeds: 3 }
+        Effort { steps: 50, seconds: 10.0, speeds: 3 }
     };
     let sources = [Source::plane()?, Source::organ(context.quick)?];
     let bodies: Vec<Results> =

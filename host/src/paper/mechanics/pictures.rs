@@ -116,7 +116,7 @@ fn relaxation(body: &Results) -> (&'static str, String, Chart) {
 
 fn series(body: &Results) -> (&'static str, String, Chart) {
     let relaxation = &body.elastic().relaxation;
-    let axes = (Axis::log10("time [s]"), Axis::log10("force [N]"));
+    let axes = (Axis::log10("time [s]"), Axis::linear("force [N]"));
     let title = format!("5c: Prony series, alpha 0 ({})", body.words);
     let mut chart = Chart::new(&title, axes.0, axes.1);
     for prony in &relaxation.series {

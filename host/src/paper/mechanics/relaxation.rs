@@ -77,8 +77,8 @@ pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> R
         minimum_n = still.settle(depth_m * f64::from(step) / f64::from(STEPS))?.force_n;
     }
     let alive = curve.iter().all(|&[_, force_n]| force_n > body.no_force_n().unwrap_or(0.0));
-    let terms = if alive { 1..=TERMS_MAX } else { 1..=0 };
-    let series = terms.map(|terms| fit(&curve, terms)).collect::<Result<_>>()?;
+    let terms = if alive { TERMS_MAX } else { 0 };
+    let series = (1..=terms).map(|terms| fit(&curve, terms)).collect::<Result<_>>()?;
     Ok(Relaxation { first_n: jump_n(body, depth_m)?, curve, minimum_n, series })
 }
 

@@ -94,11 +94,13 @@ fn compression(body: &Results) -> String {
 
 fn slack(body: &Results) -> String {
     let slack = by_alpha(body.cases.iter().skip(1), |case| {
-        format!("{} mm", mm(case.compression.shape.slack_m))
+        let shape = &case.compression.shape;
+        let throughout = if shape.force_max_n > 0.0 { "" } else { ", as far as it was pressed" };
+        format!("{} mm{throughout}", mm(shape.slack_m))
     });
-    let exponents = by_alpha(body.cases.iter().skip(1), |case| {
-        format!("{:.1}", case.compression.shape.nonlinearity_exponent)
-    });
+    let felt = body.cases.iter().skip(1).filter(|case| case.compression.shape.force_max_n > 0.0);
+    let exponents =
+        by_alpha(felt, |case| format!("{:.1}", case.compression.shape.nonlinearity_exponent));
     let chain = if body.name == "plane" {
         let taut = by_alpha(body.cases.iter().skip(1), |case| {
             format!("{} mm", mm(HALF_M * (case.alpha * (2.0 + case.alpha)).sqrt()))
@@ -148,8 +150,8 @@ fn turns(body: &Results) -> String {
          and the tool gets back more than it gave ({areas}): the loop runs against that of tissue, \
          which keeps work. At alpha 0 there is none: {} J, {} % of the work, which is how well the \
          points have settled. A loop in the sense of tissue comes from the network's own time: at \
-         alpha 0 and constant speed the area is {} of the work; it is viscous, depends on the speed \
-         and vanishes with it.{deep}",
+         alpha 0 and constant speed the area is {} of the work; it is viscous, and its area \
+         falls with the speed.{deep}",
         body.words,
         mm(body.loop_m),
         short(none.turn.area_j()),
@@ -187,7 +189,7 @@ fn relaxation(body: &Results) -> String {
          does not describe it: Prony series of 1, 2 and 3 terms miss by {} (relative, root mean \
          square, over {} to {} s), and the time constants found spread over the window, because \
          what relaxes is diffusion from cell to cell, with a time for every length. What the three \
-         terms leave at infinity, {} N, is a figure of the window, not the settled force.{to_none}",
+         terms leave at infinity, {} N, is {} % off the settled force.{to_none}",
         body.words,
         mm(body.held_m),
         short(elastic.first_n),
@@ -199,6 +201,7 @@ fn relaxation(body: &Results) -> String {
         elastic.curve.first().map_or_else(String::new, |at| short(at[0])),
         elastic.curve.last().map_or_else(String::new, |at| short(at[0])),
         short(last),
+        percent(last / elastic.minimum_n - 1.0),
     )
 }
 
@@ -228,20 +231,20 @@ fn compressions(bodies: &[Results]) -> Table {
     ]);
     for (body, case) in bodies.iter().flat_map(|body| body.cases.iter().map(move |c| (body, c))) {
         let shape = &case.compression.shape;
+        let felt = shape.force_max_n > 0.0;
+        let told = |text: String| if felt { text } else { "-".into() };
+        let of_max = format!("{} at {}", short(shape.force_max_n), mm(shape.depth_at_max_m));
+        let stiffness = [shape.stiffness_start_n_per_m, shape.stiffness_end_n_per_m].map(short);
         table.row(vec![
             body.name.into(),
             case.alpha.to_string(),
             mm(shape.slack_m),
-            format!("{} at {}", short(shape.force_max_n), mm(shape.depth_at_max_m)),
-            format!("{:.2}", shape.nonlinearity_exponent),
-            format!("{:.2}", shape.exponent_beyond_slack),
-            format!(
-                "{}, {}",
-                short(shape.stiffness_start_n_per_m),
-                short(shape.stiffness_end_n_per_m)
-            ),
+            if felt { of_max } else { "none".into() },
+            told(format!("{:.2}", shape.nonlinearity_exponent)),
+            told(format!("{:.2}", shape.exponent_beyond_slack)),
+            told(format!("{}, {}", stiffness[0], stiffness[1])),
             shape.snaps.to_string(),
-            format!("{:.0e}", shape.residual),
+            told(format!("{:.0e}", shape.residual)),
         ]);
     }
     table
