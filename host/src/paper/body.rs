@@ -18,6 +18,8 @@ use crate::report::press::field;
 const SWEEPS: u16 = 16;
 /// Looks at most: what has not settled then is told by its residual.
 const LOOKS_MAX: usize = 60;
+/// Sweeps at most until a press counts as settled.
+pub const SETTLE_SWEEPS: usize = LOOKS_MAX * SWEEPS as usize;
 /// Largest residual of a free cell at which a press counts as settled [force on the tool].
 const RESIDUAL: f64 = 1e-4;
 /// The same where the tool feels next to nothing: a few roundings [mean link lengths]; the force

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::paper::body::{Body, Tool};
 use crate::paper::mechanics::{TIME_CONSTANT_S, jump_n};
 
-/// Network time of the press [dimensionless].
+/// Network time of the press [dimensionless time].
 pub const PRESS_TIME: f64 = 30.0;
 /// Longest relaxation that is followed [dimensionless time].
 const RELAX_TIME: f64 = 100.0;

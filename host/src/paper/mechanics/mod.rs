@@ -54,6 +54,7 @@ struct Speed {
 struct Results {
     name: &'static str,
     words: String,
+    stiffness_n_per_m: f64,
     /// Depth of compression, of loops, of relaxation \[m\].
     deepest_m: f64,
     loop_m: f64,
@@ -77,6 +78,7 @@ impl Results {
     fn run(source: &Source, effort: &Effort) -> Result<Self> {
         let elastic = source.with_alpha(0.0)?;
         let unit_m = f64::from(elastic.model()?.unit_m());
+        let stiffness_n_per_m = f64::from(elastic.model()?.stiffness_n_per_m());
         let is_plane = source.name == "plane";
         let deepest_m = if is_plane { PLANE_M } else { ORGAN_LINKS * unit_m };
         let first = compress(&elastic, deepest_m, effort.steps)?;
@@ -103,7 +105,18 @@ impl Results {
         let exact = exact(&elastic, held_m, effort.seconds, TIME_CONSTANT_S)?;
         let speeds = speeds(&elastic, loop_m, effort.speeds)?;
         let (name, words) = (source.name, source.words.clone());
-        Ok(Self { name, words, deepest_m, loop_m, held_m, cases, deep, speeds, exact })
+        Ok(Self {
+            name,
+            words,
+            stiffness_n_per_m,
+            deepest_m,
+            loop_m,
+            held_m,
+            cases,
+            deep,
+            speeds,
+            exact,
+        })
     }
 
     /// The case without slack.

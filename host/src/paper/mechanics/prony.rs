@@ -97,7 +97,7 @@ impl CostFunction for Samples<'_> {
     }
 }
 
-/// Fits a series of `terms` exponentials (1 to [`TERMS_MAX`]) to `samples` \[s, N\], ascending in
+/// Fits a series of `terms` exponentials (1 to `TERMS_MAX`) to `samples` \[s, N\], ascending in
 /// time, forces positive.
 ///
 /// # Errors

@@ -1,6 +1,7 @@
 //! What the experiments of Fig. 5 say, in sentences and tables.
 
 use super::{Case, Results, TIME_CONSTANT_S};
+use crate::paper::body::SETTLE_SWEEPS;
 use crate::report::tables::{Table, percent};
 
 /// Half the width of the paper's plane \[m\].
@@ -34,13 +35,15 @@ pub fn text(bodies: &[Results]) -> Vec<String> {
     let mut text = vec![format!(
         "The paper shows a force that grows non-linearly with the displacement, two distinct paths \
          of loading and unloading, and a force that falls asymptotically towards a minimum; it \
-         gives no numbers, scales or parameters. Here the bodies are {}, links of 20 N/m. Settled \
+         gives no numbers, scales or parameters. Here the bodies are {}, links of {} N/m. Settled \
          forces come from `track`, as many sweeps a step as it takes until no free cell's residual \
-         exceeds 1e-4 of the force on the tool (the largest that was left stands in the table). \
-         What runs in time takes one Euler step of Eq. 4 a millisecond with a time constant of {} \
+         exceeds 1e-4 of the force on the tool, at most {} (the largest residual left stands in the \
+         table). What runs in time takes one Euler step of Eq. 4 a millisecond with a time constant of {} \
          s, which the paper leaves open: another one stretches the time axis and changes nothing \
          else.",
         bodies.iter().map(|body| format!("the {}", body.words)).collect::<Vec<_>>().join(" and "),
+        bodies.first().map_or(0.0, |body| body.stiffness_n_per_m),
+        SETTLE_SWEEPS,
         TIME_CONSTANT_S
     )];
     for body in bodies {
@@ -52,8 +55,8 @@ pub fn text(bodies: &[Results]) -> Vec<String> {
     text.push(
         "Beside the paper's Fig. 5: the non-linear force is there, by geometry and by slack, and on \
          a solid body it softens where the figure of a tissue would stiffen; the two paths are \
-         there, in the sense of tissue only at speed; the force that relaxes towards a minimum is \
-         there, with a spectrum of times."
+         there, in the sense of tissue only at speed or where it snaps; the force that relaxes \
+         towards a minimum is there, with a spectrum of times."
             .into(),
     );
     text
