@@ -1,5 +1,8 @@
 //! `chaincell paper`: every result of the paper computed here, beside the method it improves on.
 
+pub mod body;
+pub mod choices;
+pub mod mechanics;
 pub mod methods;
 pub mod profile;
 pub mod section;

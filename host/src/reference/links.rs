@@ -105,6 +105,12 @@ impl Links {
         Ok(self)
     }
 
+    /// The same links with their bands closed to the rest lengths (the paper's unloading).
+    #[must_use]
+    pub fn closed(&self) -> Self {
+        Self { alpha: vec![0.0; self.alpha.len()], ..self.clone() }
+    }
+
     /// Rest positions.
     #[must_use]
     pub fn rest(&self) -> &[[f64; 3]] {
