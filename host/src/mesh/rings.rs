@@ -31,10 +31,9 @@ pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
         reached.clear();
         reached.push(start);
         reached_by[start as usize] = start;
-        let mut front = 0;
+        let mut front = 0..1;
         for _ in 0..rings {
-            for at in front..reached.len() {
-                front = at + 1;
+            for at in front.clone() {
                 for &next in &neighbours[reached[at] as usize] {
                     if reached_by[next as usize] != start {
                         reached_by[next as usize] = start;
@@ -42,6 +41,7 @@ pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
                     }
                 }
             }
+            front = front.end..reached.len();
         }
         links.extend(reached.iter().filter(|&&end| end > start).map(|&end| [start, end]));
         if links.len() > LINKS_MAX {
