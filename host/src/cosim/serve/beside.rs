@@ -77,7 +77,7 @@ impl Run<'_> {
         reply
     }
 
-    fn obey(&mut self, command: &Command) -> std::result::Result<Command, Refusal> {
+    fn obey(&mut self, command: &Command) -> Result<Command, Refusal> {
         if !self.recorder.has_room_for_command() {
             return Err(Refusal::Recording);
         }
