@@ -83,7 +83,7 @@ impl StatePublisher {
             period_ns: SECOND_NS / u64::from(hz),
             due_ns: 0,
             readers: 0,
-            new: false,
+            new: true,
             failed: 0,
             cost: Latencies::new()?,
         })
@@ -101,18 +101,22 @@ impl StatePublisher {
         if now_ns < due_ns {
             return false;
         }
+        let service = self.topic.dynamic_config();
+        if service.number_of_subscribers() == 0 {
+            self.readers = 0;
+            self.due_ns = now_ns + LOOK_NS.min(self.period_ns);
+            return false;
+        }
         let mut readers = 0_u128;
-        self.topic.dynamic_config().list_subscribers(|details| {
+        service.list_subscribers(|details| {
             readers = readers.wrapping_add(details.subscriber_id.value());
             CallbackProgression::Continue
         });
         self.new |= readers != self.readers;
         self.readers = readers;
-        let due = self.new && readers != 0;
-        if !due {
-            self.due_ns = now_ns + LOOK_NS.min(self.period_ns);
-        }
-        due
+        // The list costs iceoryx2 an allocation: with readers there is a look a period.
+        self.due_ns = now_ns + self.period_ns;
+        self.new
     }
 
     /// Sends the state. Allocates nothing of its own.
@@ -130,7 +134,6 @@ impl StatePublisher {
             Err(why) => complain(&mut self.failed, "cannot take memory for a state", why),
         }
         self.new = false;
-        self.due_ns = start_ns + self.period_ns;
         self.cost.record(now_ns() - start_ns);
     }
 
