@@ -32,7 +32,7 @@ impl Place {
     fn serve(&self, options: &[&str]) -> Running {
         let args = ["serve", text(&self.model), "--scene", &self.scene, "--contact", "40"];
         let mut serve =
-            Running::chaincell([&args, &["--watchdog-ms", "0", "--json"], options].concat());
+            Running::chaincell([&args[..], &["--watchdog-ms", "0", "--json"], options].concat());
         serve.wait_for_line("ready");
         serve
     }

@@ -11,6 +11,16 @@ fn mesh(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(name)
 }
 
+/// What the model consists of.
+#[track_caller]
+fn size(mesh: &Path, options: &[&str]) -> [serde_json::Value; 4] {
+    let folder = scratch();
+    let model = folder.path().join("model.chaincell");
+    run([&["bake", text(mesh), "-o", text(&model)], options].concat()).with(0);
+    let info = run(["info", text(&model), "--json"]).with(0).json();
+    ["cells", "links", "fixed", "surface"].map(|key| info[key].clone())
+}
+
 /// The model's bytes.
 #[track_caller]
 fn baked(mesh: &Path, options: &[&str]) -> Vec<u8> {
@@ -22,7 +32,7 @@ fn baked(mesh: &Path, options: &[&str]) -> Vec<u8> {
 
 #[test]
 fn every_msh_file_gives_the_same_model_with_its_groups() {
-    let fix = ["--fix", "group:held below", "--units", "cm"];
+    let fix = ["--fix", "group:held below", "--units", "mm"];
     let wanted = baked(&mesh("box.msh41.ascii.msh"), &fix);
     for name in [
         "box.msh22.ascii.msh",
@@ -32,17 +42,21 @@ fn every_msh_file_gives_the_same_model_with_its_groups() {
     ] {
         assert!(baked(&mesh(name), &fix) == wanted, "{name}");
     }
-    let unfixed = baked(&mesh("box.msh41.binary.msh"), &["--units", "cm"]);
+    let unfixed = baked(&mesh("box.msh41.binary.msh"), &["--units", "mm"]);
     assert!(unfixed != wanted, "the group fixes nothing");
 }
 
 #[test]
-fn every_vtk_file_gives_the_model_of_the_msh_file() {
+fn every_vtk_file_gives_the_body_of_the_msh_file() {
     let fix = ["--fix", "box:-1,1,-1,1,-0.001,0.001"];
-    let wanted = baked(&mesh("box.msh41.ascii.msh"), &fix);
-    for name in ["box.ascii.vtk", "box.binary.vtk", "box51.ascii.vtk", "box51.binary.vtk"] {
+    let wanted = baked(&mesh("box.ascii.vtk"), &fix);
+    for name in ["box.binary.vtk", "box51.ascii.vtk", "box51.binary.vtk"] {
         assert!(baked(&mesh(name), &fix) == wanted, "{name}");
     }
+    // The image of the .msh file has its groups besides.
+    let sizes = size(&mesh("box.binary.vtk"), &fix);
+    assert_eq!(sizes, size(&mesh("box.msh41.binary.msh"), &fix));
+    assert_eq!((sizes[0].as_u64(), sizes[2].as_u64()), (Some(32), Some(12)));
     let ended = run(["bake", text(&mesh("box.binary.vtk")), "-o", "x", "--fix", "group:body"]);
     assert!(ended.with(2).err.contains("group"), "a group of a format without groups");
 }
