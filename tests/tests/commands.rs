@@ -50,9 +50,8 @@ fn assert_is(rows: &[Row], cells: &Table) {
     let ids: Vec<u64> = rows.iter().map(|row| u64::from(row.node)).collect();
     assert_eq!(ids, cells.whole("node"));
     for (row, at) in rows.iter().zip(cells.vectors("x_m")) {
-        for axis in 0..3 {
-            // Nine digits of a number that f32 holds exactly.
-            let (here, there) = (f64::from(row.position_m[axis]), at[axis]);
+        for (here, there) in row.position_m.map(f64::from).into_iter().zip(at) {
+            // The table has nine digits, the state a float.
             assert!((here - there).abs() <= 1e-7 * there.abs(), "node {}", row.node);
         }
     }
