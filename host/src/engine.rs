@@ -2,6 +2,7 @@
 
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::{Contact, ContactError};
+use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
     Settings, TickOutput, TissueMut, ToolSample, Track,
@@ -9,6 +10,8 @@ use chaincell_kernel::{
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::cosim::command::Refusal;
+use crate::cosim::payload::NodePosition;
 use crate::error::{Error, Result};
 
 /// `--dynamics`: the scheme that moves the network.
@@ -108,6 +111,7 @@ trait AnyTissue {
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
+    fn nodes(&mut self, model: &Model<'_>, cells: &[u16], to: &mut [NodePosition]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
     fn forbid_sleep(&mut self, model: &Model<'_>);
@@ -142,6 +146,15 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
     }
 
+    fn nodes(&mut self, model: &Model<'_>, cells: &[u16], to: &mut [NodePosition]) {
+        let ids = model.input_id();
+        for (place, &cell) in to.iter_mut().zip(cells) {
+            let at = to_m(model, self.position(model, cell.into()));
+            let node = ids.get(usize::from(cell)).copied().unwrap_or(u32::MAX);
+            *place = NodePosition { node, position_m: at.map(|x| x as f32) };
+        }
+    }
+
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()> {
         self.view().set_positions(network, positions).map_err(Error::check)
     }
@@ -169,6 +182,9 @@ pub struct Engine<'m> {
     network: Network<'m>,
     tissue: Box<dyn AnyTissue>,
     contacts: Vec<u16>,
+    scheme: Scheme,
+    /// All cells by ascending input id.
+    by_id: Vec<u16>,
 }
 
 impl<'m> Engine<'m> {
@@ -219,7 +235,11 @@ impl<'m> Engine<'m> {
                 Box::new(Memory::<GaussSeidel>::new(model, held))
             }
         };
-        let mut engine = Self { network, tissue, contacts: contacts.to_vec() };
+        let ids = network.model().input_id();
+        let mut by_id: Vec<u16> = (0..=u16::MAX).take(model.cells()).collect();
+        by_id.sort_unstable_by_key(|&cell| ids.get(usize::from(cell)));
+        let contacts = contacts.to_vec();
+        let mut engine = Self { network, tissue, contacts, scheme, by_id };
         engine.reset()?;
         Ok(engine)
     }
@@ -248,6 +268,32 @@ impl<'m> Engine<'m> {
     /// One tick, see [`TissueMut::tick`].
     pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
         self.tissue.tick(&self.network, sample)
+    }
+
+    /// Carries out a command other than pause and resume, which are the loop's own. Allocates
+    /// nothing. A reset costs what choosing the contact cells costs, for models with hats some
+    /// ticks.
+    ///
+    /// # Errors
+    /// Why nothing was done.
+    pub fn obey(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
+        match command {
+            Command::Pause | Command::Resume => Err(Refusal::Unsupported),
+            Command::Reset => self.reset().map_err(|_| Refusal::Reset),
+            // Their sweeps and the time a tick belong together.
+            Command::Sweeps(_) if self.scheme.goes_by_tick() => Err(Refusal::Fixed),
+            _ => {
+                let settings = command.settings(*self.network.settings());
+                let network = Network::new(*self.network.model(), settings);
+                self.network = network.map_err(|_| Refusal::Value)?;
+                Ok(())
+            }
+        }
+    }
+
+    /// Published positions by ascending input id, as far as there is room. Allocates nothing.
+    pub fn read_nodes(&mut self, to: &mut [NodePosition]) {
+        self.tissue.nodes(self.network.model(), &self.by_id, to);
     }
 
     /// The state hash, see [`chaincell_kernel::hash`].

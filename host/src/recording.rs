@@ -5,12 +5,15 @@ use std::io::Read;
 use std::path::Path;
 
 use chaincell_kernel::Model;
-use chaincell_kernel::trace::{Header, MAGIC, Reader, Record, TraceError, Writer, header_bytes};
+use chaincell_kernel::trace::{
+    Command, CommandRecord, End, Entry, Header, MAGIC, Reader, Record, ReplayError, TraceError,
+    Writer, header_bytes,
+};
 use clap::ValueEnum;
 
 use crate::engine::{Arithmetic, Engine, Scheme};
 use crate::error::{Error, Result};
-use crate::output;
+use crate::{interrupt, output};
 
 /// Largest trace that is read: half a day at 1 kHz.
 const BYTES_MAX: u64 = 1 << 31;
@@ -52,11 +55,75 @@ impl Recording {
         self.bytes.extend(self.writer.record(record));
     }
 
+    /// Adds a command that took effect.
+    pub fn add_command(&mut self, record: &CommandRecord) {
+        self.bytes.extend(self.writer.command(record));
+    }
+
     /// The trace so far.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
+}
+
+/// Why playing stopped before the end of a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// An entry came out otherwise.
+    Differs(ReplayError),
+    /// The command of this record cannot be carried out.
+    Command(u32),
+    /// The user asked to stop.
+    Interrupted,
+}
+
+/// What was played.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Played {
+    /// Ticks, those answered while paused included.
+    pub ticks: u32,
+    /// Commands.
+    pub commands: u32,
+    /// Entries whose hash was compared.
+    pub compared: u32,
+}
+
+/// Plays a trace in an engine that stands as its own began, commands and pauses included, and
+/// compares the states.
+///
+/// # Errors
+/// Why it stopped; `played` then holds what came before.
+pub fn play(
+    trace: &Reader<'_>,
+    engine: &mut Engine<'_>,
+    played: &mut Played,
+) -> std::result::Result<End, Stop> {
+    let mut paused = false;
+    trace.entries(|index, entry| {
+        if interrupt::asked() {
+            return Err(Stop::Interrupted);
+        }
+        match entry {
+            Entry::Tick(record) => {
+                if !paused {
+                    engine.tick(&record.sample);
+                }
+                played.ticks += 1;
+            }
+            Entry::Command(record) => {
+                match record.command {
+                    Command::Pause => paused = true,
+                    Command::Resume => paused = false,
+                    command => engine.obey(&command).map_err(|_| Stop::Command(index))?,
+                }
+                played.commands += 1;
+            }
+        }
+        let found = entry.compare(index, engine.state_hash()).map_err(Stop::Differs)?;
+        played.compared += u32::from(found);
+        Ok(())
+    })
 }
 
 /// Refuses a place for a new trace that holds something: with `force` an earlier trace may go,

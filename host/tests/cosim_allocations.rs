@@ -7,10 +7,11 @@ use std::cell::Cell;
 
 use chaincell_host::cosim::control::{ControlOptions, control};
 use chaincell_host::cosim::names::unique_scene;
-use chaincell_host::cosim::payload::ToolPose;
+use chaincell_host::cosim::payload::{NodePosition, ToolPose};
 use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{ServeOptions, Server};
-use chaincell_host::cosim::services::Domain;
+use chaincell_host::cosim::services::{Domain, Scene};
+use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::tissue::TissueEngine;
 use chaincell_kernel::sample::{Flags, TickOutput, ToolSample};
 use nalgebra::Vector3;
@@ -48,10 +49,15 @@ const COUNTED_TICKS: u64 = 500;
 /// What iceoryx2 allocates for each sample that is sent.
 const BYTES_PER_SEND: u64 = 48;
 
+/// What iceoryx2 allocates to list the readers of a service.
+const BYTES_PER_LIST: u64 = 544;
+
 /// Reads the counters of the thread that ticks it.
 #[derive(Default)]
 struct Counter {
     ticks: u64,
+    states: u64,
+    counted_states: (u64, u64),
     start: (u64, u64),
     end: (u64, u64),
 }
@@ -62,8 +68,10 @@ impl TissueEngine for Counter {
         let now = (COUNT.get(), BYTES.get());
         if self.ticks == WARM_UP_TICKS {
             self.start = now;
+            self.counted_states.0 = self.states;
         }
         self.end = now;
+        self.counted_states.1 = self.states;
         TickOutput {
             force_n: Vector3::zeros(),
             energy_j: 0.0,
@@ -75,10 +83,32 @@ impl TissueEngine for Counter {
     fn state_hash(&mut self) -> u64 {
         self.ticks
     }
+
+    fn read_nodes(&mut self, _to: &mut [NodePosition]) {
+        self.states += 1;
+    }
 }
 
 #[test]
-fn one_small_allocation_of_iceoryx2_a_tick_and_none_of_ours() {
+fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
+    for viewed in [false, true] {
+        let counter = served(viewed);
+        let count = counter.end.0 - counter.start.0;
+        let bytes = counter.end.1 - counter.start.1;
+        let states = counter.counted_states.1 - counter.counted_states.0;
+        assert_eq!(counter.ticks, WARM_UP_TICKS + COUNTED_TICKS);
+        assert!(states > 0 || !viewed, "no state was sent");
+        assert!(states == 0 || viewed, "a state that nobody reads");
+        let messages = COUNTED_TICKS + states;
+        // With readers, iceoryx2 lists them before each state; a pause of the controller adds one.
+        let lists = count - messages;
+        assert!(if viewed { lists >= states } else { lists == 0 }, "{lists} for {states} states");
+        assert_eq!(bytes, messages * BYTES_PER_SEND + lists * BYTES_PER_LIST, "viewed: {viewed}");
+    }
+}
+
+/// The counts of a session, with a reader of states or without one.
+fn served(viewed: bool) -> Counter {
     let root = tempfile::tempdir().unwrap();
     let options = ServeOptions {
         scene: Some(unique_scene("test")),
@@ -99,16 +129,17 @@ fn one_small_allocation_of_iceoryx2_a_tick_and_none_of_ours() {
         let mut counter = Counter::default();
         let mut recorder = Recorder::with_capacity(1000);
         let server = Server::open(&options).unwrap();
+        let server = server.with_state(1000, 200).unwrap().with_commands().unwrap();
         server.run(&mut counter, &mut recorder).unwrap();
         counter
     });
+    let scene = Scene::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
+    let viewer = viewed.then(|| StateReader::open(&scene).unwrap());
     let poses: Vec<ToolPose> = (0..WARM_UP_TICKS + COUNTED_TICKS)
         .map(|tick| ToolPose { tick, ..ToolPose::default() })
         .collect();
     control(&poses, &control_options).unwrap();
     let counter = server.join().unwrap();
-    let count = counter.end.0 - counter.start.0;
-    let bytes = counter.end.1 - counter.start.1;
-    assert_eq!(counter.ticks, WARM_UP_TICKS + COUNTED_TICKS);
-    assert_eq!((count, bytes), (COUNTED_TICKS, COUNTED_TICKS * BYTES_PER_SEND));
+    drop(viewer);
+    counter
 }

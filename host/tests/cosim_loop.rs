@@ -4,13 +4,15 @@
 
 mod common;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use chaincell_host::cosim::control::{ControlOptions, control};
 use chaincell_host::cosim::floor;
 use chaincell_host::cosim::payload::{ToolForce, ToolPose};
-use chaincell_host::cosim::serve::{Ending, Server};
+use chaincell_host::cosim::record::Recorder;
+use chaincell_host::cosim::serve::{Ending, ServeOptions, Server};
 use chaincell_host::cosim::services::Scene;
+use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::wait::Wait;
 use chaincell_kernel::sample::Flags;
 use iceoryx2::port::publisher::Publisher;
@@ -178,6 +180,33 @@ fn poses_of_a_second_live_publisher_are_not_executed() {
     let (report, _) = server.join().unwrap();
     assert_eq!((report.ticks_executed, report.publishers), (30, 2));
     assert!(report.poses_refused >= 1, "{report:?}");
+}
+
+#[test]
+fn states_are_sent_no_more_often_than_asked() {
+    let (_root, options) = options();
+    let hz = 20;
+    let begun = Instant::now();
+    let server = Server::open(&options).unwrap().with_state(3, hz).unwrap();
+    let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let reader = StateReader::open(&scene).unwrap();
+    let served_options = ServeOptions { ticks: Some(300), ..options.clone() };
+    drop(server);
+    let server = std::thread::spawn(move || {
+        let server = Server::open(&served_options).unwrap().with_state(3, hz).unwrap();
+        server.run(&mut Spring::default(), &mut Recorder::default()).unwrap()
+    });
+    let run = control(&poses(0..300), &control_options(&options)).unwrap();
+    let report = server.join().unwrap();
+    assert_eq!(run.report.ticks_answered, 300);
+    let most = begun.elapsed().as_secs_f64() * f64::from(hz) + 1.0;
+    let sent = report.states_sent;
+    assert!(sent >= 2 && sent as f64 <= most, "{sent} states, at most {most}");
+    assert!(report.state_ns.max > 0);
+    let details = reader.topic().static_config().message_type_details();
+    assert_eq!(details.payload.type_name().to_string(), "chaincell.NodePosition.v1");
+    assert_eq!(details.user_header.type_name().to_string(), "chaincell.State.v1");
+    assert_eq!((details.payload.size(), details.user_header.size()), (16, 32));
 }
 
 #[test]

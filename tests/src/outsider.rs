@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant};
 
 use iceoryx2::node::Node;
+use iceoryx2::port::client::Client;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
@@ -47,6 +48,146 @@ pub struct Force {
     pub state_hash: u64,
 }
 
+/// A row of a state: 16 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.NodePosition.v1")]
+#[repr(C)]
+pub struct Row {
+    /// Input id.
+    pub node: u32,
+    /// Its position \[m\].
+    pub position_m: [f32; 3],
+}
+
+/// What a state belongs to: 32 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.State.v1")]
+#[repr(C)]
+pub struct Stamp {
+    /// Number of the last answered tick.
+    pub tick: u64,
+    /// Ticks answered.
+    pub ticks_answered: u64,
+    /// Hash of the state.
+    pub state_hash: u64,
+    /// Rows.
+    pub nodes: u32,
+    /// Flags of the last answer.
+    pub flags: u32,
+}
+
+/// A command: 16 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.Command.v1")]
+#[repr(C)]
+pub struct Order {
+    /// 1 reset, 2 pause, 3 resume, 4 set.
+    pub kind: u32,
+    /// 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading.
+    pub parameter: u32,
+    /// What to set.
+    pub value: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The reply to a command: 32 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("chaincell.Reply.v1")]
+#[repr(C)]
+pub struct Reply {
+    /// Last tick before the command.
+    pub tick: u64,
+    /// Ticks answered before it.
+    pub ticks_answered: u64,
+    /// Hash after it.
+    pub state_hash: u64,
+    /// 0 done, 1 refused.
+    pub result: u32,
+    /// Why refused.
+    pub reason: u32,
+}
+
+/// A viewer of somebody else.
+#[derive(Debug)]
+pub struct Viewer {
+    subscriber: Subscriber<ipc::Service, [Row], Stamp>,
+    _node: Node<ipc::Service>,
+}
+
+impl Viewer {
+    /// Joins a scene's viewers.
+    #[track_caller]
+    #[must_use]
+    pub fn join(scene: &str) -> Self {
+        let node = node();
+        let name = service(scene, "state");
+        let state = eventually(|| {
+            let service = node.service_builder(&name).publish_subscribe::<[Row]>();
+            service.user_header::<Stamp>().open().ok()
+        });
+        let subscriber = state.subscriber_builder().create().unwrap();
+        Self { subscriber, _node: node }
+    }
+
+    /// A state that has arrived.
+    #[must_use]
+    pub fn try_receive(&self) -> Option<(Stamp, Vec<Row>)> {
+        let sample = self.subscriber.receive().unwrap()?;
+        Some((*sample.user_header(), sample.payload().to_vec()))
+    }
+
+    /// The first state of at least so many answered ticks.
+    #[track_caller]
+    #[must_use]
+    pub fn after(&self, ticks_answered: u64) -> (Stamp, Vec<Row>) {
+        eventually(|| self.try_receive().filter(|state| state.0.ticks_answered >= ticks_answered))
+    }
+}
+
+/// A program of somebody else that commands.
+#[derive(Debug)]
+pub struct Commander {
+    client: Client<ipc::Service, Order, (), Reply, ()>,
+    _node: Node<ipc::Service>,
+}
+
+impl Commander {
+    /// Joins a scene.
+    #[track_caller]
+    #[must_use]
+    pub fn join(scene: &str) -> Self {
+        let node = node();
+        let name = service(scene, "command");
+        let command = eventually(|| {
+            node.service_builder(&name).request_response::<Order, Reply>().open().ok()
+        });
+        let client = command.client_builder().create().unwrap();
+        Self { client, _node: node }
+    }
+
+    /// The reply to a command.
+    #[track_caller]
+    #[must_use]
+    pub fn order(&self, order: Order) -> Reply {
+        let pending = self.client.send_copy(order).unwrap();
+        eventually(|| pending.receive().unwrap().map(|reply| *reply))
+    }
+}
+
+fn node() -> Node<ipc::Service> {
+    set_log_level(LogLevel::Fatal);
+    NodeBuilder::new()
+        .config(&Config::default())
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<ipc::Service>()
+        .unwrap()
+}
+
+fn service(scene: &str, topic: &str) -> ServiceName {
+    format!("chaincell/{scene}/{topic}").as_str().try_into().unwrap()
+}
+
 /// The outside program, on one scene.
 #[derive(Debug)]
 pub struct Outsider {
@@ -62,15 +203,8 @@ impl Outsider {
     #[track_caller]
     #[must_use]
     pub fn join(scene: &str, sends: bool) -> Self {
-        set_log_level(LogLevel::Fatal);
-        let node = NodeBuilder::new()
-            .config(&Config::default())
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
-            .unwrap();
-        let name = |topic: &str| -> ServiceName {
-            format!("chaincell/{scene}/{topic}").as_str().try_into().unwrap()
-        };
+        let node = node();
+        let name = |topic: &str| service(scene, topic);
         let force = eventually(|| {
             node.service_builder(&name("force")).publish_subscribe::<Force>().open().ok()
         });

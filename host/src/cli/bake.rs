@@ -16,8 +16,9 @@ use crate::{interrupt, output, terminal};
 #[command(after_help = "Example:\n  chaincell bake liver.msh -o liver.chaincell \
     --fix file:liver.sets.json#fixed --alpha 0.05")]
 pub struct Args {
-    /// A Gmsh .msh file (2.2 or 4.1 ASCII, first-order tetrahedra), plane:NXxNYxD (nodes along x
-    /// and y, spacing in m), box:NXxNYxNZxD, or organ[:CELLS], a generated liver-like body
+    /// A Gmsh .msh file (2.2 or 4.1) or a legacy VTK .vtk file (unstructured grid), ASCII or
+    /// binary, first-order tetrahedra; plane:NXxNYxD (nodes along x and y, spacing in m),
+    /// box:NXxNYxNZxD, or organ[:CELLS], a generated liver-like body
     mesh: String,
     /// Model file to write
     #[arg(short, long, value_name = "MODEL")]

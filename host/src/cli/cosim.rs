@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use chaincell_kernel::trace::Reader;
 use serde::Serialize;
 
 use super::control::ticks;
@@ -17,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{self, MeshOptions};
 use crate::output::{self, Folder};
 use crate::path::{self, Rules};
+use crate::recording::{self, Played, Stop};
 use crate::{interrupt, terminal};
 
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
@@ -96,7 +98,11 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
     let session = session::run(&files, &poses, &args.scene, &args.common)?;
-    let replay_state_hash = replay(&mut engine, &folder.file("path.csv"))?;
+    let replay_state_hash = if session.reports.serve.commands_done == 0 {
+        replay(&mut engine, &folder.file("path.csv"))?
+    } else {
+        replay_trace(&mut engine, &folder.file("session.trace"))?
+    };
     let summary = summary(args, &engine, session, replay_state_hash);
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
@@ -119,6 +125,20 @@ fn replay(engine: &mut Engine<'_>, received: &Path) -> Result<String> {
         interrupt::ignoring(|| play(engine, &poses, |_, _| Ok(())))?;
     }
     Ok(format!("{:016x}", engine.state_hash()))
+}
+
+/// As [`replay`], of a session that took commands, which only the trace has.
+fn replay_trace(engine: &mut Engine<'_>, path: &Path) -> Result<String> {
+    let bytes = recording::read(path)?;
+    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
+    let played = interrupt::ignoring(|| recording::play(&trace, engine, &mut Played::default()));
+    match played {
+        Ok(_) => Ok(format!("{:016x}", engine.state_hash())),
+        Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
+        Err(why @ (Stop::Command(_) | Stop::Interrupted)) => {
+            Err(Error::check(format!("{}: {why:?}", path.display())))
+        }
+    }
 }
 
 fn summary(

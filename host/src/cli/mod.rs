@@ -1,6 +1,7 @@
 //! The command line: one file a command, shared arguments beside them.
 
 mod bake;
+mod command;
 mod control;
 mod cosim;
 mod info;
@@ -13,6 +14,7 @@ mod run;
 mod scene;
 mod serve;
 mod session;
+mod state;
 
 pub(crate) use scene::automatic;
 pub(crate) use session::inward;
@@ -26,17 +28,19 @@ use crate::error::Result;
 #[command(name = "chaincell", version, max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
-    command: Command,
+    command: Work,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum Work {
     Bake(bake::Args),
     Info(info::Args),
     Run(run::Args),
     Replay(replay::Args),
     Serve(serve::Args),
     Control(control::Args),
+    State(state::Args),
+    Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
     Report(report::Args),
@@ -49,15 +53,17 @@ impl Cli {
     /// What went wrong, with the exit code it stands for.
     pub fn execute(self) -> Result<()> {
         match self.command {
-            Command::Bake(args) => bake::execute(&args),
-            Command::Info(args) => info::execute(&args),
-            Command::Run(args) => run::execute(&args),
-            Command::Replay(args) => replay::execute(&args),
-            Command::Serve(args) => serve::execute(&args),
-            Command::Control(args) => control::execute(&args),
-            Command::Cosim(args) => cosim::execute(&args),
-            Command::Latency(args) => latency::execute(&args),
-            Command::Report(args) => report::execute(&args),
+            Work::Bake(args) => bake::execute(&args),
+            Work::Info(args) => info::execute(&args),
+            Work::Run(args) => run::execute(&args),
+            Work::Replay(args) => replay::execute(&args),
+            Work::Serve(args) => serve::execute(&args),
+            Work::Control(args) => control::execute(&args),
+            Work::State(args) => state::execute(&args),
+            Work::Command(args) => command::execute(&args),
+            Work::Cosim(args) => cosim::execute(&args),
+            Work::Latency(args) => latency::execute(&args),
+            Work::Report(args) => report::execute(&args),
         }
     }
 }

@@ -8,7 +8,8 @@ use serde::Serialize;
 use super::model_file;
 use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
-use crate::{interrupt, recording, terminal};
+use crate::recording::{self, Played, Stop};
+use crate::terminal;
 
 /// Play a recorded trace again and compare the state after every tick, bit for bit.
 #[derive(Debug, clap::Args)]
@@ -36,6 +37,7 @@ struct ReplayReport {
     number: Arithmetic,
     model_checksum: String,
     ticks: u32,
+    commands: u32,
     hashes_compared: u32,
     state_hash: String,
     end: String,
@@ -51,34 +53,26 @@ struct Difference {
     replayed_state_hash: String,
 }
 
-/// Why playing stopped.
-enum Stop {
-    Differs(ReplayError),
-    Interrupted,
-}
-
 pub fn execute(args: &Args) -> Result<()> {
     let bytes = recording::read(&args.trace)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", &args.trace, why))?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let (mut engine, scheme, numbers) = recording::engine(&trace, &args.trace, model)?;
-    let (mut ticks, mut compared) = (0, 0);
-    let outcome = trace.records(|index, record| {
-        if interrupt::asked() {
-            return Err(Stop::Interrupted);
-        }
-        engine.tick(&record.sample);
-        ticks += 1;
-        let found = record.compare(index, engine.state_hash()).map_err(Stop::Differs)?;
-        compared += u32::from(found);
-        Ok(())
-    });
-    let (end, differs) = match outcome {
+    let mut played = Played::default();
+    let (end, differs) = match recording::play(&trace, &mut engine, &mut played) {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
         Err(Stop::Interrupted) => return Err(Error::Interrupted),
+        Err(Stop::Command(record)) => {
+            let why = format_args!(
+                "the command of record {record} does not fit the model: take the model and the \
+                 release that it was recorded with"
+            );
+            return Err(Error::file("replay", &args.trace, why));
+        }
     };
+    let Played { ticks, commands, compared } = played;
     let report = ReplayReport {
         cells: model.cells(),
         links: model.links(),
@@ -86,6 +80,7 @@ pub fn execute(args: &Args) -> Result<()> {
         number: numbers,
         model_checksum: format!("{:08x}", model.checksum()),
         ticks,
+        commands,
         hashes_compared: compared,
         state_hash: format!("{:016x}", engine.state_hash()),
         end: end.map_or("not reached".into(), |end| end.to_string()),
@@ -106,6 +101,9 @@ pub fn execute(args: &Args) -> Result<()> {
     terminal::say(format_args!(
         "{ticks} ticks replayed to the same bits, {compared} state hashes compared"
     ))?;
+    if commands > 0 {
+        terminal::say(format_args!("  {:<14}{commands}", "commands"))?;
+    }
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::trace::Record;
+use chaincell_kernel::trace::{Command, Record};
 use chaincell_kernel::{Flags, TickOutput, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -10,7 +10,8 @@ use serde::Serialize;
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
-use crate::cosim::payload::{ToolForce, ToolPose};
+use crate::cosim::command::Refusal;
+use crate::cosim::payload::{NodePosition, ToolForce};
 use crate::cosim::record::Recorder;
 use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
 use crate::cosim::tissue::TissueEngine;
@@ -26,7 +27,8 @@ const RECORD_TICKS: usize = 600_000;
 /// Serve a model over shared memory: each pose is one tick and one answer.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  chaincell serve liver.chaincell --scene left\n\n\
-    Prints `ready` once chaincell/left/pose and chaincell/left/force exist; ends on Ctrl-C.")]
+    Prints `ready` once chaincell/left/pose and chaincell/left/force exist; ends on Ctrl-C.\n  \
+    `chaincell state` reads its states, `chaincell command` resets, pauses and sets it.")]
 pub struct Args {
     /// Model file from `chaincell bake`
     model: PathBuf,
@@ -40,6 +42,9 @@ pub struct Args {
     /// Send the state hash with every so many ticks; 0 for none but the last
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     hash_every: u64,
+    /// Send the positions of all nodes to viewers so many times a second at most, 0 for never [Hz]
+    #[arg(long, default_value_t = 60, value_name = "HZ", allow_negative_numbers = true)]
+    state_hz: u32,
     /// End after so many ticks
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     ticks: Option<u64>,
@@ -79,6 +84,14 @@ impl TissueEngine for Engine<'_> {
     fn state_hash(&mut self) -> u64 {
         Engine::state_hash(self)
     }
+
+    fn read_nodes(&mut self, to: &mut [NodePosition]) {
+        Engine::read_nodes(self, to);
+    }
+
+    fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
+        self.obey(command)
+    }
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -103,18 +116,20 @@ pub fn execute(args: &Args) -> Result<()> {
         ..ServeOptions::default()
     };
     // A scene that is refused leaves the folder as it was.
-    let server = Server::open(&options)?;
+    let server =
+        Server::open(&options)?.with_state(model.cells(), args.state_hz)?.with_commands()?;
     let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
+    // Commands may set parameters: what is written is what the session began with.
+    let scene = args.scene.report(&engine);
+    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number)?;
     terminal::say("ready")?;
     let report = server.run(&mut engine, &mut recorder)?;
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
-        let scene = args.scene.report(&engine);
         folder.write("model.chaincell", image.as_bytes())?;
         folder
             .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
-        let trace = trace(&engine, &args.scene, recorder.rows())?;
-        folder.write("session.trace", trace.bytes())?;
+        folder.write("session.trace", trace(begun, &recorder).bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         folder
@@ -125,17 +140,19 @@ pub fn execute(args: &Args) -> Result<()> {
 }
 
 /// The session as a trace, for `chaincell replay`.
-fn trace(
-    engine: &Engine<'_>,
-    scene: &SceneArgs,
-    rows: &[(ToolPose, ToolForce)],
-) -> Result<Recording> {
-    let mut recording = Recording::begin(engine, scene.dynamics, scene.number)?;
-    for (pose, force) in rows {
-        let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-        recording.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash });
+fn trace(mut recording: Recording, recorder: &Recorder) -> Recording {
+    let mut commands = recorder.commands().iter().peekable();
+    let rows = recorder.rows();
+    for at in 0..=rows.len() {
+        while let Some((_, command)) = commands.next_if(|(before, _)| *before == at) {
+            recording.add_command(command);
+        }
+        if let Some((pose, force)) = rows.get(at) {
+            let state_hash = (force.state_hash != 0).then_some(force.state_hash);
+            recording.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash });
+        }
     }
-    Ok(recording)
+    recording
 }
 
 /// The kernel's answer in a published message.
@@ -165,6 +182,19 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
         report.peers.leaves,
         report.peers.longest_ns() as f64 * 1e-3
     ))?;
+    if report.states_sent > 0 {
+        terminal::say(format_args!(
+            "  states      {} sent, {}",
+            report.states_sent,
+            report.state_ns.in_us()
+        ))?;
+    }
+    if report.commands_done + report.commands_refused > 0 {
+        terminal::say(format_args!(
+            "  commands    {} done, {} refused; {} ticks while paused",
+            report.commands_done, report.commands_refused, report.ticks_paused
+        ))?;
+    }
     if report.ticks_unrecorded > 0 {
         terminal::note(format_args!(
             "note: {} ticks were not recorded; raise --record-ticks",

@@ -9,6 +9,7 @@
 //! - [`control`](mod@control): sends poses on an absolute 1 kHz schedule and times the answers.
 //! - [`orchestra`]: both as child processes, with their reports collected.
 //! - [`floor`]: what the machine itself costs, measured with the same loops and no tissue.
+//! - [`state`]: node positions for viewers. [`command`]: what another program may tell `serve`.
 //! - [`motion`]: the built-in press.
 //! - [`payload`], [`names`], [`services`]: what goes over shared memory, and under which names.
 //! - [`tissue`]: what the loop needs of a tissue. [`record`]: poses as received, with answers.
@@ -17,6 +18,7 @@
 
 pub mod clock;
 pub mod cold;
+pub mod command;
 mod complain;
 pub mod control;
 pub mod floor;
@@ -30,5 +32,6 @@ pub mod realtime;
 pub mod record;
 pub mod serve;
 pub mod services;
+pub mod state;
 pub mod tissue;
 pub mod wait;

@@ -19,6 +19,10 @@ pub struct SceneNames {
     pub pose: ServiceName,
     /// Answers from the tissue to the controller, and the event that announces them.
     pub force: ServiceName,
+    /// States for viewers.
+    pub state: ServiceName,
+    /// Commands to the tissue's process.
+    pub command: ServiceName,
     /// What a message calls the scene.
     pub label: String,
 }
@@ -36,6 +40,8 @@ impl SceneNames {
         Ok(Self {
             pose: service(&format!("{prefix}/pose"), scene)?,
             force: service(&format!("{prefix}/force"), scene)?,
+            state: service(&format!("{prefix}/state"), scene)?,
+            command: service(&format!("{prefix}/command"), scene)?,
             label,
         })
     }
@@ -91,6 +97,8 @@ mod tests {
         let named = SceneNames::new(Some("left-hand")).unwrap();
         assert_eq!(named.pose.as_str(), "chaincell/left-hand/pose");
         assert_eq!(named.force.as_str(), "chaincell/left-hand/force");
+        assert_eq!(named.state.as_str(), "chaincell/left-hand/state");
+        assert_eq!(named.command.as_str(), "chaincell/left-hand/command");
         assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());
     }
 

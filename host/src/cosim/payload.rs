@@ -42,6 +42,66 @@ pub struct ToolForce {
     pub state_hash: u64,
 }
 
+/// One node of a published state: 16 bytes. A state has a node for every cell, by ascending id.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.NodePosition.v1")]
+#[repr(C)]
+pub struct NodePosition {
+    /// Id of the node in the input mesh.
+    pub node: u32,
+    /// Its position in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+}
+
+/// What a published state belongs to: 32 bytes, the user header of a slice of [`NodePosition`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.State.v1")]
+#[repr(C)]
+pub struct StateHeader {
+    /// Number of the last answered tick, 0 before the first.
+    pub tick: u64,
+    /// Ticks answered since the server began.
+    pub ticks_answered: u64,
+    /// Hash of the state.
+    pub state_hash: u64,
+    /// Number of nodes in the slice.
+    pub nodes: u32,
+    /// Flags of the last answer.
+    pub flags: u32,
+}
+
+/// A command to the server: 16 bytes; numbers as in [`chaincell_kernel::trace::Command::words`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.Command.v1")]
+#[repr(C)]
+pub struct CommandMessage {
+    /// 1 reset, 2 pause, 3 resume, 4 set.
+    pub kind: u32,
+    /// 0 none; of set: 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading.
+    pub parameter: u32,
+    /// Of set: the value; of unloading 0 off, 1 release, 2 retreat.
+    pub value: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The reply to a command: 32 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("chaincell.Reply.v1")]
+#[repr(C)]
+pub struct ReplyMessage {
+    /// Number of the last tick answered before the command, 0 before the first.
+    pub tick: u64,
+    /// Ticks answered before the command since the server began.
+    pub ticks_answered: u64,
+    /// Hash of the state after the command.
+    pub state_hash: u64,
+    /// 0 done, 1 refused: nothing has changed.
+    pub result: u32,
+    /// Why it was refused, see [`super::command::Refusal`]; 0 when done.
+    pub reason: u32,
+}
+
 impl From<ToolPose> for ToolSample {
     fn from(pose: ToolPose) -> Self {
         Self { position_m: Vector3::from(pose.position_m), engaged: pose.engaged }
@@ -62,4 +122,24 @@ const _: () = {
     assert!(offset_of!(ToolForce, step_ns) == 32);
     assert!(offset_of!(ToolForce, reserved) == 36);
     assert!(offset_of!(ToolForce, state_hash) == 40);
+    assert!(size_of::<NodePosition>() == 16);
+    assert!(offset_of!(NodePosition, node) == 0);
+    assert!(offset_of!(NodePosition, position_m) == 4);
+    assert!(size_of::<StateHeader>() == 32);
+    assert!(offset_of!(StateHeader, tick) == 0);
+    assert!(offset_of!(StateHeader, ticks_answered) == 8);
+    assert!(offset_of!(StateHeader, state_hash) == 16);
+    assert!(offset_of!(StateHeader, nodes) == 24);
+    assert!(offset_of!(StateHeader, flags) == 28);
+    assert!(size_of::<CommandMessage>() == 16);
+    assert!(offset_of!(CommandMessage, kind) == 0);
+    assert!(offset_of!(CommandMessage, parameter) == 4);
+    assert!(offset_of!(CommandMessage, value) == 8);
+    assert!(offset_of!(CommandMessage, reserved) == 12);
+    assert!(size_of::<ReplyMessage>() == 32);
+    assert!(offset_of!(ReplyMessage, tick) == 0);
+    assert!(offset_of!(ReplyMessage, ticks_answered) == 8);
+    assert!(offset_of!(ReplyMessage, state_hash) == 16);
+    assert!(offset_of!(ReplyMessage, result) == 24);
+    assert!(offset_of!(ReplyMessage, reason) == 28);
 };

@@ -1,11 +1,17 @@
 //! Keeps poses as received and their answers, in memory taken beforehand.
 
+use chaincell_kernel::trace::CommandRecord;
+
 use super::payload::{ToolForce, ToolPose};
+
+/// Commands that a recorder keeps.
+const COMMANDS_MAX: usize = 4096;
 
 /// Ticks of a session, up to a capacity.
 #[derive(Debug, Clone, Default)]
 pub struct Recorder {
     rows: Vec<(ToolPose, ToolForce)>,
+    commands: Vec<(usize, CommandRecord)>,
     capacity_ticks: usize,
     left_out_ticks: u64,
 }
@@ -18,7 +24,8 @@ impl Recorder {
         // Writing every row now keeps page faults out of the loop.
         rows.resize(capacity_ticks, (ToolPose::default(), ToolForce::default()));
         rows.clear();
-        Self { rows, capacity_ticks, left_out_ticks: 0 }
+        let commands = Vec::with_capacity(if capacity_ticks == 0 { 0 } else { COMMANDS_MAX });
+        Self { rows, commands, capacity_ticks, left_out_ticks: 0 }
     }
 
     /// Keeps one tick, or counts it as left out when full. Allocates nothing.
@@ -34,6 +41,26 @@ impl Recorder {
     #[must_use]
     pub fn rows(&self) -> &[(ToolPose, ToolForce)] {
         &self.rows
+    }
+
+    /// Whether a command may be carried out without a gap in what is kept: there is a place for
+    /// it, or none is needed since no further tick is kept.
+    #[must_use]
+    pub fn has_room_for_command(&self) -> bool {
+        self.rows.len() == self.capacity_ticks || self.commands.len() < COMMANDS_MAX
+    }
+
+    /// Keeps a command behind the ticks so far. Allocates nothing.
+    pub fn command(&mut self, record: CommandRecord) {
+        if self.rows.len() < self.capacity_ticks && self.commands.len() < COMMANDS_MAX {
+            self.commands.push((self.rows.len(), record));
+        }
+    }
+
+    /// Commands that took effect, each with the number of rows before it, in order.
+    #[must_use]
+    pub fn commands(&self) -> &[(usize, CommandRecord)] {
+        &self.commands
     }
 
     /// Ticks that came after the last free row.

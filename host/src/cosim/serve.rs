@@ -2,7 +2,10 @@
 //!
 //! One thread receives, ticks and sends. A second thread for shared memory would stand between
 //! each pose and its answer all the same; instead, new readers are connected while no pose waits,
-//! so that only one that joins during a tick delays that tick's answer (see [`PeerCost`]).
+//! so that only one that joins during a tick delays that tick's answer (see [`PeerCost`]). States
+//! for viewers and commands have their turn while no pose waits too.
+
+mod beside;
 
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -11,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use chaincell_kernel::sample::{Flags, ToolSample};
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
+use super::command::CommandServer;
 use super::complain::complain;
 use super::histogram::{Latencies, Summary};
 use super::payload::{ToolForce, ToolPose};
@@ -18,6 +22,7 @@ use super::peers::{Call, PeerCost, PeerWatch};
 use super::realtime::{self, Role};
 use super::record::Recorder;
 use super::services::{Domain, Ports, Scene};
+use super::state::StatePublisher;
 use super::tissue::TissueEngine;
 use super::wait::{Wait, Waiter};
 use crate::error::Result;
@@ -100,6 +105,16 @@ pub struct ServeReport {
     pub ticks_recorded: u64,
     /// Executed ticks that found the recorder full.
     pub ticks_unrecorded: u64,
+    /// Poses answered with force 0 while paused; they count as executed.
+    pub ticks_paused: u64,
+    /// Commands carried out.
+    pub commands_done: u64,
+    /// Commands refused.
+    pub commands_refused: u64,
+    /// States sent to viewers.
+    pub states_sent: u64,
+    /// Time to send a state, between ticks \[ns\].
+    pub state_ns: Summary,
     /// Time of a tick \[ns\].
     pub step_ns: Summary,
     /// Cost of peers that joined and left.
@@ -119,6 +134,8 @@ pub struct Server {
     scene: Scene,
     ports: Ports<ToolPose, ToolForce>,
     length_ns: u64,
+    state: Option<StatePublisher>,
+    commands: Option<CommandServer>,
 }
 
 /// Serves a scene until its end, after printing `ready`.
@@ -144,12 +161,33 @@ impl Server {
         }
         let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
         let ports = scene.serve_ports(options.wait == Wait::Event)?;
-        Ok(Self { options: options.clone(), scene, ports, length_ns })
+        let options = options.clone();
+        Ok(Self { options, scene, ports, length_ns, state: None, commands: None })
+    }
+
+    /// Sends states of `nodes` nodes at most `hz` times a second, 0 for none.
+    ///
+    /// # Errors
+    /// A rate out of range; a service with other types or limits.
+    pub fn with_state(mut self, nodes: usize, hz: u32) -> Result<Self> {
+        if hz > 0 {
+            self.state = Some(StatePublisher::open(&self.scene, nodes, hz)?);
+        }
+        Ok(self)
+    }
+
+    /// Takes commands.
+    ///
+    /// # Errors
+    /// A service with other types or limits.
+    pub fn with_commands(mut self) -> Result<Self> {
+        self.commands = Some(CommandServer::open(&self.scene)?);
+        Ok(self)
     }
 
     /// Serves until the end of the run. Allocates nothing of its own from the first pose on.
     pub fn run(
-        &self,
+        mut self,
         engine: &mut dyn TissueEngine,
         recorder: &mut Recorder,
     ) -> Result<ServeReport> {
@@ -158,7 +196,8 @@ impl Server {
         } else {
             Vec::new()
         };
-        let mut run = Run::new(self, engine, recorder)?;
+        let beside = (self.state.take(), self.commands.take());
+        let mut run = Run::new(&self, beside, engine, recorder)?;
         let ended_by = run.until_the_end();
         // A reader that has only just joined loses what a publisher sends right before its end.
         sleep_until_ns(now_ns() + LINGER_NS);
@@ -175,8 +214,11 @@ struct InCharge {
 
 struct Run<'a> {
     server: &'a Server,
+    state: Option<StatePublisher>,
+    commands: Option<CommandServer>,
     engine: &'a mut dyn TissueEngine,
     recorder: &'a mut Recorder,
+    paused: bool,
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
@@ -192,11 +234,15 @@ struct Run<'a> {
     refused: u64,
     failed: u64,
     fired: u64,
+    paused_ticks: u64,
+    obeyed: u64,
+    disobeyed: u64,
 }
 
 impl<'a> Run<'a> {
     fn new(
         server: &'a Server,
+        (state, commands): (Option<StatePublisher>, Option<CommandServer>),
         engine: &'a mut dyn TissueEngine,
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
@@ -205,8 +251,11 @@ impl<'a> Run<'a> {
         waiter.expect_after(start_ns);
         Ok(Self {
             server,
+            state,
+            commands,
             engine,
             recorder,
+            paused: false,
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
@@ -222,6 +271,9 @@ impl<'a> Run<'a> {
             refused: 0,
             failed: 0,
             fired: 0,
+            paused_ticks: 0,
+            obeyed: 0,
+            disobeyed: 0,
         })
     }
 
@@ -239,10 +291,14 @@ impl<'a> Run<'a> {
             match self.receive() {
                 Some((pose, publisher)) if self.accepts(pose, publisher) => {
                     self.execute(pose);
+                    self.beside(false);
                     continue;
                 }
                 Some(_) => {}
-                None => self.wait(),
+                None => {
+                    self.beside(true);
+                    self.wait();
+                }
             }
             self.watch(now_ns());
         }
@@ -313,7 +369,7 @@ impl<'a> Run<'a> {
     fn execute(&mut self, pose: ToolPose) {
         let sample = ToolSample::from(pose);
         let start_ns = now_ns();
-        let output = self.engine.tick(&sample);
+        let output = if self.paused { self.rest() } else { self.engine.tick(&sample) };
         let step_ns = now_ns() - start_ns;
         self.executed += 1;
         let every = self.server.options.hash_every;
@@ -329,7 +385,14 @@ impl<'a> Run<'a> {
             state_hash: if hashed { self.engine.state_hash() } else { 0 },
         };
         self.send(force);
-        self.step.record(step_ns);
+        if self.paused {
+            self.paused_ticks += 1;
+        } else {
+            self.step.record(step_ns);
+            if let Some(state) = &mut self.state {
+                state.changed();
+            }
+        }
         self.recorder.record(pose, force);
         self.answer = Some(force);
     }
@@ -375,6 +438,8 @@ impl<'a> Run<'a> {
     }
 
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
+        let (states_sent, state_ns) =
+            self.state.as_ref().map_or_else(Default::default, StatePublisher::cost);
         ServeReport {
             ticks_executed: self.executed,
             poses_repeated: self.repeated,
@@ -384,6 +449,11 @@ impl<'a> Run<'a> {
             watchdog_fired: self.fired,
             ticks_recorded: self.recorder.rows().len() as u64,
             ticks_unrecorded: self.recorder.left_out_ticks(),
+            ticks_paused: self.paused_ticks,
+            commands_done: self.obeyed,
+            commands_refused: self.disobeyed,
+            states_sent,
+            state_ns,
             step_ns: self.step.summary(),
             peers: self.peers.cost(),
             state_hash: format!("{:016x}", self.engine.state_hash()),

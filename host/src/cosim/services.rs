@@ -18,11 +18,11 @@ use crate::error::{Error, Result};
 /// Messages that a reader may leave unread before the oldest is lost.
 pub const QUEUE_MESSAGES: usize = 1024;
 /// One program of ours, and a free place for a bridge to another machine.
-const PUBLISHERS_MAX: usize = 2;
+pub(super) const PUBLISHERS_MAX: usize = 2;
 /// Our own reader, viewers, recorders, bridges.
-const SUBSCRIBERS_MAX: usize = 8;
+pub(super) const SUBSCRIBERS_MAX: usize = 8;
 /// Processes that may have a service open.
-const NODES_MAX: usize = 20;
+pub(super) const NODES_MAX: usize = 20;
 /// Longest wait for another process that is clearing up after a killed one.
 const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
 
@@ -68,8 +68,10 @@ impl Domain {
 /// One scene's services, open in this process.
 #[derive(Debug)]
 pub struct Scene {
-    node: Node<ipc::Service>,
+    pub(super) node: Node<ipc::Service>,
     label: String,
+    pub(super) state_name: ServiceName,
+    pub(super) command_name: ServiceName,
     /// Poses, from the controller to the tissue.
     pub pose: Topic<super::payload::ToolPose>,
     /// Answers, from the tissue to the controller.
@@ -138,6 +140,8 @@ impl Scene {
             pose_wake: wake_topic(&node, &names.pose)?,
             force_wake: wake_topic(&node, &names.force)?,
             label: names.label,
+            state_name: names.state,
+            command_name: names.command,
             node,
         })
     }
@@ -335,7 +339,7 @@ fn port_name(name: &str) -> Result<PortName> {
     PortName::new(name).map_err(|why| Error::check(format!("port name {name}: {why:?}")))
 }
 
-fn service_error(name: &ServiceName, why: impl Debug) -> Error {
+pub(super) fn service_error(name: &ServiceName, why: impl Debug) -> Error {
     Error::input(format!(
         "cannot open service {name} ({why:?}); a program that created it with other limits or \
          types is still running: end it and start chaincell serve first, or take another scene \
@@ -343,7 +347,7 @@ fn service_error(name: &ServiceName, why: impl Debug) -> Error {
     ))
 }
 
-fn port_error(name: &ServiceName, why: impl Debug) -> Error {
+pub(super) fn port_error(name: &ServiceName, why: impl Debug) -> Error {
     Error::input(format!(
         "cannot connect to service {name} ({why:?}); end programs that use it, or take another \
          scene with --scene NAME"

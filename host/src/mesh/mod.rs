@@ -5,6 +5,7 @@
 //! spacing in metres; a cube of a box has five tetrahedra. A new format is one file with a
 //! `MeshReader` and one row in `READERS`.
 
+mod bytes;
 mod check;
 mod cuboid;
 mod geometry;
@@ -15,6 +16,7 @@ mod rings;
 mod selector;
 mod size;
 mod surface;
+mod vtk;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -121,7 +123,7 @@ trait MeshReader: Sync {
 }
 
 /// The formats, tried in this order.
-const READERS: &[&dyn MeshReader] = &[&gmsh::Gmsh];
+const READERS: &[&dyn MeshReader] = &[&gmsh::Gmsh, &vtk::Vtk];
 
 /// Reads or generates the body of `spec` and checks it.
 pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
@@ -229,7 +231,7 @@ mod tests {
         );
     }
 
-    /// The reference liver, the same from both formats.
+    /// The reference liver, the same from all formats.
     #[test]
     fn reference_liver() {
         let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE") else {
@@ -243,6 +245,12 @@ mod tests {
         };
         let old = read("liver_5762.msh22.msh", 1.0);
         assert_eq!(old, read("liver_5762.msh41.msh", 1.0));
+        let vtk = read("liver_5762.vtk", 1.0);
+        assert_eq!(vtk.tetrahedra, old.tetrahedra);
+        // The text of the .msh files has 16 digits, that of the .vtk up to 17.
+        let pairs = vtk.nodes_m.iter().flatten().zip(old.nodes_m.iter().flatten());
+        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= 1e-15 * a.abs()));
+        assert_eq!((&vtk.links, &vtk.triangles), (&old.links, &old.triangles));
         assert_eq!((old.nodes_m.len(), old.tetrahedra.len()), (5_773, 20_268));
         assert_eq!((old.links.len(), old.triangles.len()), (30_358, 8_636));
         assert_eq!((old.unused.len(), old.flat_tetrahedra), (0, 0));

@@ -27,22 +27,24 @@
 //!      8     12  tool position [m] (f32 bits x 3)
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
-//!     32      2  kind: 1 = sample; 2 is reserved for commands
+//!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`]
 //!     34      2  bit 0: a hash was taken
 //!     36      4  CRC-32 of: the header's CRC, r (u32), the 36 bytes before
 //! ```
 //!
-//! A record is one executed tick; numbers of ticks are those of the session, and need not be
+//! A record is one executed tick or one command between two; numbers of ticks are those of the session, and need not be
 //! consecutive. The trace ends with its bytes, with an incomplete record (it was cut), or where
 //! nothing but zeros follow (memory taken beforehand). A record's checksum holds for its place in
 //! its own trace alone, so remains of an earlier trace in the same memory are not taken for
 //! records. Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
 
+mod command;
 mod header;
 mod record;
 #[cfg(test)]
 mod tests;
 
+pub use command::{Command, CommandError, CommandRecord, Entry};
 pub use header::{Header, TraceError, header_bytes};
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
@@ -67,7 +69,7 @@ pub const HEADER_BYTES: usize = 64;
 pub const RECORD_BYTES: usize = 40;
 /// Kind of a record that holds a tool sample.
 pub const KIND_SAMPLE: u16 = 1;
-/// Kind reserved for commands beside samples; refused by this release.
+/// Kind of a record that holds a command; read by [`Reader::entries`] alone.
 pub const KIND_COMMAND: u16 = 2;
 /// Number types by the names of `--number`, with their codes.
 pub const NUMBERS: [(&str, u16); 3] = [("f32", 1), ("fixed", 2), ("f64", 3)];

@@ -4,7 +4,10 @@ use core::fmt;
 
 use nalgebra::Vector3;
 
-use super::{CRC, Header, KIND_SAMPLE, RECORD_BYTES, TraceError, put};
+use super::{
+    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, RECORD_BYTES,
+    TraceError, put,
+};
 use crate::model::Model;
 use crate::sample::ToolSample;
 
@@ -31,12 +34,20 @@ impl Record {
     /// # Errors
     /// Another hash.
     pub fn compare(&self, index: u32, here: u64) -> Result<bool, ReplayError> {
-        match self.state_hash {
-            Some(recorded) if recorded != here => {
-                Err(ReplayError { record: index, tick: self.tick, recorded, here })
-            }
-            recorded => Ok(recorded.is_some()),
-        }
+        compare(index, self.tick, self.state_hash, here)
+    }
+}
+
+/// See [`Record::compare`].
+pub(super) fn compare(
+    record: u32,
+    tick: u64,
+    state_hash: Option<u64>,
+    here: u64,
+) -> Result<bool, ReplayError> {
+    match state_hash {
+        Some(recorded) if recorded != here => Err(ReplayError { record, tick, recorded, here }),
+        recorded => Ok(recorded.is_some()),
     }
 }
 
@@ -69,12 +80,28 @@ impl Writer {
     /// The bytes of the next record.
     pub fn record(&mut self, record: &Record) -> [u8; RECORD_BYTES] {
         let Record { tick, sample, state_hash } = record;
-        let low_high = |value: u64| [value as u32, (value >> 32) as u32];
-        let [tick, hash] = [low_high(*tick), low_high(state_hash.unwrap_or(0))];
         let [x, y, z] = sample.position_m.data.0[0].map(f32::to_bits);
+        self.encode(*tick, [x, y, z, sample.engaged], *state_hash, KIND_SAMPLE)
+    }
+
+    /// The bytes of the next record, for a command.
+    pub fn command(&mut self, record: &CommandRecord) -> [u8; RECORD_BYTES] {
+        let [command, parameter, value] = record.command.words();
+        self.encode(record.tick, [command, parameter, value, 0], record.state_hash, KIND_COMMAND)
+    }
+
+    fn encode(
+        &mut self,
+        tick: u64,
+        [a, b, c, d]: [u32; 4],
+        state_hash: Option<u64>,
+        kind: u16,
+    ) -> [u8; RECORD_BYTES] {
+        let low_high = |value: u64| [value as u32, (value >> 32) as u32];
+        let [tick, hash] = [low_high(tick), low_high(state_hash.unwrap_or(0))];
         let bits = if state_hash.is_some() { WITH_HASH } else { 0 };
-        let kind = u32::from(KIND_SAMPLE) | u32::from(bits) << 16;
-        let mut words = [tick[0], tick[1], x, y, z, sample.engaged, hash[0], hash[1], kind, 0];
+        let kind = u32::from(kind) | u32::from(bits) << 16;
+        let mut words = [tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, 0];
         words[WORDS - 1] = checksum(self.seed, self.next, &words);
         self.next = self.next.wrapping_add(1);
         let mut bytes = [0; RECORD_BYTES];
@@ -202,13 +229,37 @@ impl<'t> Reader<'t> {
     }
 
     /// Reads the sound records from the first on, each told to `each` with its place, which may
-    /// stop with an error; gives how they end.
+    /// stop with an error; gives how they end. A command ends them: see [`Self::entries`].
     ///
     /// # Errors
     /// That of `each`.
     pub fn records<E>(
         &self,
         mut each: impl FnMut(u32, &Record) -> Result<(), E>,
+    ) -> Result<End, E> {
+        self.walk(|index, bytes| match self.sound(index, bytes)? {
+            (KIND_SAMPLE, words) => Ok(each(index, &sample(&words))),
+            (kind, _) => Err(End::Kind(index, kind)),
+        })
+    }
+
+    /// As [`Self::records`], with the commands between the ticks.
+    ///
+    /// # Errors
+    /// That of `each`.
+    pub fn entries<E>(&self, mut each: impl FnMut(u32, &Entry) -> Result<(), E>) -> Result<End, E> {
+        self.walk(|index, bytes| {
+            let entry = match self.sound(index, bytes)? {
+                (KIND_SAMPLE, words) => Entry::Tick(sample(&words)),
+                (kind, words) => Entry::Command(command(&words).ok_or(End::Kind(index, kind))?),
+            };
+            Ok(each(index, &entry))
+        })
+    }
+
+    fn walk<E>(
+        &self,
+        mut each: impl FnMut(u32, &[u8; RECORD_BYTES]) -> Result<Result<(), E>, End>,
     ) -> Result<End, E> {
         let mut rest = self.records;
         for index in 0_u32.. {
@@ -218,8 +269,8 @@ impl<'t> Reader<'t> {
             let Some((bytes, behind)) = rest.split_first_chunk::<RECORD_BYTES>() else {
                 return Ok(End::Cut(index));
             };
-            match self.record(index, bytes) {
-                Ok(record) => each(index, &record)?,
+            match each(index, bytes) {
+                Ok(told) => told?,
                 Err(end) => return Ok(end),
             }
             rest = behind;
@@ -227,23 +278,19 @@ impl<'t> Reader<'t> {
         Ok(End::Complete)
     }
 
-    fn record(&self, index: u32, bytes: &[u8; RECORD_BYTES]) -> Result<Record, End> {
+    /// Kind and words of a record whose checksum holds.
+    fn sound(&self, index: u32, bytes: &[u8; RECORD_BYTES]) -> Result<(u16, [u32; WORDS]), End> {
         let mut words = [0; WORDS];
         for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
             *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
         }
-        let [t0, t1, x, y, z, engaged, h0, h1, kind, stored] = words;
+        let [.., kind, stored] = words;
         if checksum(self.seed, index, &words) != stored {
             return Err(End::Damaged(index));
         }
         let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        if kind != KIND_SAMPLE || bits > WITH_HASH {
-            return Err(End::Kind(index, kind));
-        }
-        let long = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
-        let position_m = Vector3::from([x, y, z].map(f32::from_bits));
-        let state_hash = (bits == WITH_HASH).then_some(long(h0, h1));
-        Ok(Record { tick: long(t0, t1), sample: ToolSample { position_m, engaged }, state_hash })
+        let known = kind == KIND_SAMPLE || kind == KIND_COMMAND;
+        if known && bits <= WITH_HASH { Ok((kind, words)) } else { Err(End::Kind(index, kind)) }
     }
 
     /// Plays the trace: `tick` plays each sample in a tissue that begins as the recording's did,
@@ -278,4 +325,28 @@ impl<'t> Reader<'t> {
         })?;
         Ok(Played { ticks, compared, end })
     }
+}
+
+/// The number in two words, the lower first.
+fn long(low: u32, high: u32) -> u64 {
+    u64::from(low) | u64::from(high) << 32
+}
+
+fn state_hash([.., h0, h1, kind, _]: &[u32; WORDS]) -> Option<u64> {
+    (*kind >> 16 == u32::from(WITH_HASH)).then_some(long(*h0, *h1))
+}
+
+fn sample(words: &[u32; WORDS]) -> Record {
+    let [t0, t1, x, y, z, engaged, ..] = *words;
+    let position_m = Vector3::from([x, y, z].map(f32::from_bits));
+    let sample = ToolSample { position_m, engaged };
+    Record { tick: long(t0, t1), sample, state_hash: state_hash(words) }
+}
+
+/// `None` where the words mean no command.
+fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
+    let [t0, t1, kind, parameter, value, zero, ..] = *words;
+    let command = Command::from_words([kind, parameter, value]).ok()?;
+    let record = CommandRecord { tick: long(t0, t1), command, state_hash: state_hash(words) };
+    (zero == 0).then_some(record)
 }

@@ -288,6 +288,47 @@ fn a_command_is_not_taken_for_a_sample() {
     assert_eq!((records.len(), end), (3, End::Kind(3, KIND_COMMAND)));
 }
 
+/// Everything in a trace, ticks by their numbers.
+fn entries(trace: &[u8]) -> (Vec<Result<u64, CommandRecord>>, End) {
+    let mut found = Vec::new();
+    let end = Reader::open(trace).unwrap().entries(|index, entry| {
+        assert_eq!(index as usize, found.len());
+        found.push(match entry {
+            Entry::Tick(record) => Ok(record.tick),
+            Entry::Command(command) => Err(*command),
+        });
+        Ok::<(), ()>(())
+    });
+    (found, end.unwrap())
+}
+
+#[test]
+fn commands_stand_between_the_ticks() {
+    let mut trace = vec![0; header_bytes(HELD.len())];
+    let (mut writer, _) = Writer::begin(&header(), &held().0, &mut trace).unwrap();
+    let (pause, step) = (Command::Pause, Command::MaxToolStepM(0.002));
+    let commands = [
+        CommandRecord { tick: 1000, command: pause, state_hash: Some(u64::MAX - 1) },
+        CommandRecord { tick: 1000, command: step, state_hash: None },
+    ];
+    trace.extend(writer.record(&session()[0]));
+    commands.iter().for_each(|command| trace.extend(writer.command(command)));
+    trace.extend(writer.record(&session()[1]));
+    let wanted = vec![Ok(1000), Err(commands[0]), Err(commands[1]), Ok(1007)];
+    assert_eq!(entries(&trace), (wanted, End::Complete));
+    let words = [20, 24, 28].map(|by| header_bytes(HELD.len()) + 2 * RECORD_BYTES + by - 12);
+    let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
+    assert_eq!(words.map(word), [4, 3, 0.002_f32.to_bits()]);
+    // A reader of samples alone stops there, and one of all at what it does not know.
+    assert_eq!(read(&trace).unwrap().1, End::Kind(1, KIND_COMMAND));
+    let at = header_bytes(HELD.len()) + RECORD_BYTES;
+    trace[at + 8] = 77;
+    let place = [&trace[60..64], &1_u32.to_le_bytes(), &trace[at..at + 36]].concat();
+    let crc = CRC.checksum(&place);
+    trace[at + 36..at + 40].copy_from_slice(&crc.to_le_bytes());
+    assert_eq!(entries(&trace), (vec![Ok(1000)], End::Kind(1, KIND_COMMAND)));
+}
+
 #[test]
 fn every_scheme_and_number_has_a_code_of_its_own() {
     use crate::{Euler, GaussSeidel, Rkl1, Rkl2};

@@ -1,9 +1,10 @@
-//! What both formats collect from a file.
+//! What all formats collect from a file.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::lines::{Fields, Lines};
-use crate::error::Result;
+use super::lines::Lines;
+use super::source::{Place, Source};
+use crate::error::{Error, Result};
 use crate::mesh::RawMesh;
 
 /// Nodes, tetrahedra and groups as far as the file has been read.
@@ -50,33 +51,33 @@ impl Content {
     }
 
     /// Refuses nodes or elements out of order, which no save produces.
-    pub(super) fn begin_nodes(&self, lines: &Lines) -> Result<()> {
+    pub(super) fn begin_nodes(&self, at: &impl Place) -> Result<()> {
         if self.nodes_m.is_empty() {
             return Ok(());
         }
-        Err(lines.error("a second $Nodes section; save the mesh as one file"))
+        Err(at.refuse("a second $Nodes section; save the mesh as one file"))
     }
 
     /// See [`Content::begin_nodes`].
-    pub(super) fn begin_elements(&self, lines: &Lines) -> Result<()> {
+    pub(super) fn begin_elements(&self, at: &impl Place) -> Result<()> {
         if self.nodes_m.is_empty() {
-            return Err(lines.error(
+            return Err(at.refuse(
                 "there is no node before $Elements; mesh the geometry (gmsh -3) and save it",
             ));
         }
         if self.others + self.tetrahedra.len() > 0 {
-            return Err(lines.error("a second $Elements section; save the mesh as one file"));
+            return Err(at.refuse("a second $Elements section; save the mesh as one file"));
         }
         Ok(())
     }
 
-    /// Gives the next position to a node's tag; `fields` is the tag's line.
-    pub(super) fn tag(&mut self, tag: u64, fields: &Fields) -> Result<()> {
+    /// Gives the next position to a node's tag, which stands at `at`.
+    pub(super) fn tag(&mut self, tag: u64, at: &impl Place) -> Result<()> {
         let place = u32::try_from(self.places.len())
-            .map_err(|_| fields.error("more than 4294967295 nodes, the limit; mesh it coarser"))?;
+            .map_err(|_| at.refuse("more than 4294967295 nodes, the limit; mesh it coarser"))?;
         match self.places.insert(tag, place) {
             None => Ok(()),
-            Some(_) => Err(fields.error(format!(
+            Some(_) => Err(at.refuse(&format!(
                 "node tag {tag} is given twice; give each node a tag of its \
                  own and save the mesh again"
             ))),
@@ -84,22 +85,22 @@ impl Content {
     }
 
     /// Takes the coordinates of the next position.
-    pub(super) fn position(&mut self, fields: &mut Fields) -> Result<()> {
-        self.nodes_m.push(fields.position_m(self.unit_m)?);
+    pub(super) fn position(&mut self, from: &mut impl Source) -> Result<()> {
+        self.nodes_m.push(from.position_m(self.unit_m)?);
         Ok(())
     }
 
-    /// Takes the nodes of an element, the next `N` fields.
+    /// Takes the nodes of an element, the next `N` node tags.
     pub(super) fn corners<const N: usize>(
         &self,
         element: u64,
-        fields: &mut Fields,
+        from: &mut impl Source,
     ) -> Result<[u32; N]> {
         let mut ids = [0; N];
         for id in &mut ids {
-            let tag = fields.whole("node tag")?;
+            let tag = from.node_tag()?;
             *id = *self.places.get(&tag).ok_or_else(|| {
-                fields.error(format!(
+                from.refuse(&format!(
                     "element {element} refers to node tag {tag}, which $Nodes does not have; save \
                      the mesh again"
                 ))
@@ -113,10 +114,10 @@ impl Content {
         &mut self,
         element: u64,
         ids: [u32; 4],
-        fields: &Fields,
+        at: &impl Place,
     ) -> Result<()> {
         if (1..4).any(|corner| ids[..corner].contains(&ids[corner])) {
-            return Err(fields.error(format!(
+            return Err(at.refuse(&format!(
                 "element {element} is a tetrahedron that has a node twice; delete it or mesh again"
             )));
         }
@@ -134,8 +135,8 @@ impl Content {
         self.members.entry((dimension, number)).or_default().extend(ids);
     }
 
-    /// The body, or why there is none.
-    pub(super) fn finish(self, lines: &Lines) -> Result<RawMesh> {
+    /// The body, or why there is none; `refuse` makes an error of the file as a whole.
+    pub(super) fn finish(self, refuse: impl FnOnce(&str) -> Error) -> Result<RawMesh> {
         let why = match (self.nodes_m.len(), self.tetrahedra.len(), self.others) {
             (0, _, _) => "it has no nodes; mesh the geometry (gmsh -3) and save it".to_string(),
             (_, 0, 0) => "it has no elements; mesh the volume (gmsh -3) and save all elements \
@@ -147,7 +148,7 @@ impl Content {
             ),
             _ => return Ok(self.body()),
         };
-        Err(lines.error_of_file(why))
+        Err(refuse(&why))
     }
 
     fn body(mut self) -> RawMesh {

@@ -1,14 +1,14 @@
 //! The element types of Gmsh: what is read, what is refused and why.
 
 use super::content::Content;
-use super::lines::Fields;
+use super::source::{Place, Source};
 use crate::error::Result;
 
 /// Dimension of the elements of `kind`, or the refusal.
 pub(super) fn dimension(
     kind: u64,
     element: &dyn std::fmt::Display,
-    fields: &Fields,
+    at: &impl Place,
 ) -> Result<u64> {
     let (name, remedy) = match kind {
         15 => return Ok(0),
@@ -32,31 +32,31 @@ pub(super) fn dimension(
         19 => ("13-node pyramid", SECOND_ORDER),
         _ => ("element of another kind", SECOND_ORDER),
     };
-    Err(fields.error(format!("{element} is a {name} (type {kind}); {remedy}")))
+    Err(at.refuse(&format!("{element} is a {name} (type {kind}); {remedy}")))
 }
 
 const RECOMBINED: &str = "only tetrahedra are read: mesh it without recombination, extruded or \
                           transfinite layers (Mesh.RecombineAll = 0, Mesh.SubdivisionAlgorithm = 0)";
 const SECOND_ORDER: &str = "only first-order meshes are read: save it with Mesh.ElementOrder = 1";
 
-/// Takes the nodes of element `tag` from its line and adds them to `number`, a group in 2.2 and
+/// Takes the nodes of element `tag` and adds them to `number`, a group in 2.2 and
 /// an entity in 4.1. `dimension` is that of the element.
 pub(super) fn take(
     content: &mut Content,
-    fields: &mut Fields,
+    from: &mut impl Source,
     dimension: u64,
     tag: u64,
     number: i64,
 ) -> Result<()> {
     match dimension {
         3 => {
-            let ids = content.corners::<4>(tag, fields)?;
-            content.tetrahedron(tag, ids, fields)?;
+            let ids = content.corners::<4>(tag, from)?;
+            content.tetrahedron(tag, ids, from)?;
             content.member(3, number, &ids);
         }
-        2 => other(content, content.corners::<3>(tag, fields)?, 2, number),
-        1 => other(content, content.corners::<2>(tag, fields)?, 1, number),
-        _ => other(content, content.corners::<1>(tag, fields)?, 0, number),
+        2 => other(content, content.corners::<3>(tag, from)?, 2, number),
+        1 => other(content, content.corners::<2>(tag, from)?, 1, number),
+        _ => other(content, content.corners::<1>(tag, from)?, 0, number),
     }
     Ok(())
 }

@@ -3,10 +3,9 @@
 use std::path::Path;
 use std::str::SplitAsciiWhitespace;
 
+use super::source::{Place, Source};
 use crate::error::{Error, Result};
-
-/// Characters of the file that an error shows at most.
-const SHOWN: usize = 40;
+use crate::mesh::bytes::shown;
 
 /// The lines of a file, counted from 1, and the section they are in.
 pub(super) struct Lines<'a> {
@@ -17,8 +16,14 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    pub(super) fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
-        Self { path, rest: bytes, number: 0, section: "" }
+    /// Lines from the front of `rest`; `before` are the file's lines in front of them.
+    pub(super) fn new(path: &'a Path, rest: &'a [u8], before: usize) -> Self {
+        Self { path, rest, number: before, section: "" }
+    }
+
+    /// What follows the line read last.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.rest
     }
 
     /// The next line, trimmed; none at the end of the file.
@@ -121,8 +126,42 @@ fn at(path: &Path, line: usize, why: impl std::fmt::Display) -> Error {
     Error::input(format!("{}:{line}: {why}", path.display()))
 }
 
-fn shown(text: &str) -> String {
-    text.chars().take(SHOWN).flat_map(char::escape_default).collect()
+impl Place for Lines<'_> {
+    fn refuse(&self, why: &str) -> Error {
+        self.error(why)
+    }
+}
+
+impl Place for Fields<'_> {
+    fn refuse(&self, why: &str) -> Error {
+        self.error(why)
+    }
+}
+
+impl Source for Fields<'_> {
+    fn node_tag(&mut self) -> Result<u64> {
+        self.whole("node tag")
+    }
+
+    fn position_m(&mut self, unit_m: f64) -> Result<[f64; 3]> {
+        let mut position = [0.0; 3];
+        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
+            let word = self.word(name)?;
+            let metres = word.parse::<f64>().map(|x| x * unit_m);
+            *value = match metres {
+                Ok(x) if x.abs() <= f64::from(f32::MAX) => x,
+                _ => {
+                    return Err(self.error(format!(
+                        "the {name} is '{}'; it must be a finite number of at most {:e} m: mend \
+                         the node or check --units",
+                        shown(word),
+                        f32::MAX
+                    )));
+                }
+            };
+        }
+        Ok(position)
+    }
 }
 
 /// The fields of one line.
@@ -183,27 +222,6 @@ impl<'a> Fields<'a> {
                 shown(word)
             ))
         })
-    }
-
-    /// A position in the file's unit, returned in metres.
-    pub(super) fn position_m(&mut self, unit_m: f64) -> Result<[f64; 3]> {
-        let mut position = [0.0; 3];
-        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
-            let word = self.word(name)?;
-            let metres = word.parse::<f64>().map(|x| x * unit_m);
-            *value = match metres {
-                Ok(x) if x.abs() <= f64::from(f32::MAX) => x,
-                _ => {
-                    return Err(self.error(format!(
-                        "the {name} is '{}'; it must be a finite number of at most {:e} m: mend \
-                         the node or check --units",
-                        shown(word),
-                        f32::MAX
-                    )));
-                }
-            };
-        }
-        Ok(position)
     }
 
     /// The rest of the line between double quotes.

@@ -1,12 +1,16 @@
-//! Gmsh meshes, ASCII, formats 2.2 and 4.1.
+//! Gmsh meshes, formats 2.2 and 4.1, ASCII and binary.
 //!
 //! Read are nodes, first-order tetrahedra and, for the groups, triangles, lines and points, with
 //! the physical groups and their names. Node ids are positions in the file; tags may be sparse
 //! and in any order. Sections that the body does not need are skipped.
 
+mod binary;
+mod binary_v2;
+mod binary_v4;
 mod content;
 mod elements;
 mod lines;
+mod source;
 mod v2;
 mod v4;
 
@@ -16,6 +20,7 @@ use std::path::Path;
 use content::Content;
 use lines::Lines;
 
+use super::bytes::Bytes;
 use super::{MeshReader, RawMesh};
 use crate::error::Result;
 
@@ -24,7 +29,7 @@ pub(super) struct Gmsh;
 
 impl MeshReader for Gmsh {
     fn name(&self) -> &'static str {
-        "Gmsh .msh 2.2 and 4.1 (ASCII)"
+        "Gmsh .msh 2.2 and 4.1 (ASCII and binary)"
     }
 
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
@@ -33,7 +38,7 @@ impl MeshReader for Gmsh {
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
-        let mut lines = Lines::new(path, bytes);
+        let mut lines = Lines::new(path, bytes, 0);
         let mut content = Content::new(unit_m);
         let mut version = None;
         while let Some(line) = lines.next()? {
@@ -42,9 +47,13 @@ impl MeshReader for Gmsh {
             lines.enter(section);
             match (section, version) {
                 ("MeshFormat", None) => {
-                    let found = format(&mut lines)?;
+                    let (found, coding) = format(&mut lines)?;
                     // In 4.1 an element has no group but through its entity.
                     content.physicals = matches!(found, Version::V4).then(BTreeMap::new);
+                    if matches!(coding, Coding::Binary) {
+                        let at = bytes.len() - lines.rest().len();
+                        return binary::read(Bytes::new(path, bytes, at), path, found, content);
+                    }
                     version = Some(found);
                 }
                 ("MeshFormat", Some(_)) => {
@@ -74,7 +83,7 @@ impl MeshReader for Gmsh {
         if version.is_none() {
             return Err(lines.error(format!("there is no $MeshFormat section; {SAVE}")));
         }
-        content.finish(&lines)
+        content.finish(|why| lines.error_of_file(why))
     }
 }
 
@@ -88,10 +97,16 @@ enum Version {
     V4,
 }
 
-fn format(lines: &mut Lines) -> Result<Version> {
+#[derive(Clone, Copy)]
+enum Coding {
+    Ascii,
+    Binary,
+}
+
+fn format(lines: &mut Lines) -> Result<(Version, Coding)> {
     let mut fields = lines.record("the format")?;
     let number = fields.word("version")?;
-    let binary = fields.whole("file type")? != 0;
+    let kind = fields.whole("file type")?;
     let version = match number {
         "2" | "2.0" | "2.1" | "2.2" => Version::V2,
         "4.1" => Version::V4,
@@ -99,11 +114,22 @@ fn format(lines: &mut Lines) -> Result<Version> {
             return Err(fields.error(format!("Gmsh format {number}; 2.2 and 4.1 are read: {SAVE}")));
         }
     };
-    if binary {
-        return Err(fields.error(format!("a binary file; ASCII is read (Mesh.Binary = 0): {SAVE}")));
+    match kind {
+        0 => Ok((version, Coding::Ascii)),
+        1 => match fields.whole("data size")? {
+            8 => Ok((version, Coding::Binary)),
+            size => {
+                Err(fields.error(format!("numbers of {size} bytes; those of 8 are read: {SAVE}")))
+            }
+        },
+        _ => {
+            Err(fields
+                .error(format!("file type {kind}; 0 (ASCII) and 1 (binary) are read: {SAVE}")))
+        }
     }
-    Ok(version)
 }
 
+#[cfg(test)]
+mod binary_tests;
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use crate::mesh::check::check;
 use crate::mesh::{Mesh, MeshOptions};
 
 /// Two tetrahedra over one face, tags sparse and out of order, a tetrahedron in two groups.
-const OLD: &str = "$Comments
+pub(super) const OLD: &str = "$Comments
 made by hand
 $EndComments
 $MeshFormat
@@ -39,7 +39,7 @@ $EndNodeData
 ";
 
 /// The same body.
-const NEW: &str = "$MeshFormat
+pub(super) const NEW: &str = "$MeshFormat
 4.1 0 8
 $EndMeshFormat
 $PhysicalNames
@@ -166,7 +166,9 @@ fn bodies_without_volume() {
 
 #[test]
 fn formats_that_are_not_read() {
-    refused(&with(NEW, "4.1 0 8", "4.1 1 8"), &["a.msh:2: a binary file", "Mesh.Binary = 0"]);
+    refused(&with(NEW, "4.1 0 8", "4.1 1 8"), &["a.msh: byte 20: the bytes", "byte order"]);
+    refused(&with(NEW, "4.1 0 8", "4.1 1 4"), &["a.msh:2: numbers of 4 bytes"]);
+    refused(&with(NEW, "4.1 0 8", "4.1 2 8"), &["a.msh:2: file type 2"]);
     refused(&with(NEW, "4.1 0 8", "4 0 8"), &["a.msh:2: Gmsh format 4;", "msh41"]);
     refused(&with(OLD, "$MeshFormat", "$Other"), &["cut off"]);
     let bytes = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 \xff 0 0\n";

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::content::Content;
 use super::elements;
 use super::lines::Lines;
+use super::source::Place;
 use crate::error::Result;
 
 /// `$Entities`: points, curves, surfaces and volumes with their physical groups.
@@ -88,11 +89,11 @@ pub(super) fn elements(lines: &mut Lines, content: &mut Content) -> Result<()> {
 }
 
 /// Refuses a header that promises another number than its blocks hold.
-fn same(lines: &Lines, what: &str, promised: u64, total: u64) -> Result<()> {
+pub(super) fn same(at: &impl Place, what: &str, promised: u64, total: u64) -> Result<()> {
     if promised == total {
         return Ok(());
     }
-    Err(lines.error(format!(
+    Err(at.refuse(&format!(
         "the section's first line says {promised} {what}, its blocks have {total}; save the mesh \
          again"
     )))

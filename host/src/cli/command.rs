@@ -1,0 +1,150 @@
+//! `chaincell command`: tells a running `serve` what to do.
+
+use chaincell_kernel::Unloading;
+use chaincell_kernel::trace::Command;
+use serde::Serialize;
+
+use crate::cosim::clock::SECOND_NS;
+use crate::cosim::command::{CommandClient, Refusal, SWEEPS_MAX};
+use crate::cosim::payload::CommandMessage;
+use crate::cosim::services::{Domain, Scene};
+use crate::error::{Error, Result};
+use crate::terminal;
+
+/// Longest wait for the reply \[ns\].
+const REPLY_NS: u64 = 5 * SECOND_NS;
+
+/// Reset, pause or set a running `serve`, between two of its ticks.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  chaincell command --scene left reset\n  \
+    chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n\n\
+    Exit code 0 when it was done, 1 when no reply came, 2 when it was refused.")]
+pub struct Args {
+    /// Name of the scene that `serve` was started with
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// Print the reply as one JSON object
+    #[arg(long)]
+    json: bool,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// Back to rest, the tool released
+    Reset,
+    /// Answer poses with force 0 and let no cell move
+    Pause,
+    /// Go on after a pause
+    Resume,
+    /// Set sweeps, max_force_n (a number or off), max_tool_step_m or unloading (off, release,
+    /// retreat) as NAME=VALUE
+    Set {
+        /// The parameter and its value
+        #[arg(value_name = "NAME=VALUE")]
+        assignment: String,
+    },
+}
+
+/// What is printed.
+#[derive(Debug, Serialize)]
+struct Report {
+    tick: u64,
+    ticks_answered: u64,
+    state_hash: String,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let command = match &args.action {
+        Action::Reset => Command::Reset,
+        Action::Pause => Command::Pause,
+        Action::Resume => Command::Resume,
+        Action::Set { assignment } => set(assignment)?,
+    };
+    let scene = Scene::open(args.scene.as_deref(), &Domain::default())?;
+    let client = CommandClient::open(&scene)?;
+    if !client.is_served() {
+        return Err(Error::input(format!(
+            "no server on {}; start chaincell serve with the same --scene",
+            scene.label()
+        )));
+    }
+    let reply = client.send(CommandMessage::new(&command), REPLY_NS)?;
+    if reply.result != 0 {
+        return Err(Error::input(format!(
+            "refused (reason {}): {}",
+            reply.reason,
+            Refusal::text(reply.reason)
+        )));
+    }
+    let report = Report {
+        tick: reply.tick,
+        ticks_answered: reply.ticks_answered,
+        state_hash: format!("{:016x}", reply.state_hash),
+    };
+    if args.json {
+        return terminal::say_json(&report);
+    }
+    terminal::say(format_args!(
+        "done after tick {}, {} ticks answered; state hash {}",
+        report.tick, report.ticks_answered, report.state_hash
+    ))
+}
+
+/// The command of `NAME=VALUE`.
+fn set(assignment: &str) -> Result<Command> {
+    let refused = |why: &str| Error::input(format!("set {assignment}: {why}"));
+    let Some((name, value)) = assignment.split_once('=') else {
+        return Err(refused("name and value are wanted, as in sweeps=6"));
+    };
+    let length = || {
+        let number = value.parse::<f32>().ok().filter(|x| *x > 0.0 && x.is_finite());
+        number.ok_or_else(|| refused("the value must be a finite number above 0"))
+    };
+    match name {
+        "sweeps" => match value.parse() {
+            Ok(sweeps @ 1..=SWEEPS_MAX) => Ok(Command::Sweeps(sweeps)),
+            _ => Err(refused(&format!("the value must be a whole number from 1 to {SWEEPS_MAX}"))),
+        },
+        "max_force_n" if value == "off" => Ok(Command::MaxForceN(f32::INFINITY)),
+        "max_force_n" => length().map(Command::MaxForceN),
+        "max_tool_step_m" => length().map(Command::MaxToolStepM),
+        "unloading" => match value {
+            "off" => Ok(Command::Unloading(Unloading::Off)),
+            "release" => Ok(Command::Unloading(Unloading::Release)),
+            "retreat" => Ok(Command::Unloading(Unloading::Retreat)),
+            _ => Err(refused("the value must be off, release or retreat")),
+        },
+        _ => Err(refused(
+            "sweeps, max_force_n, max_tool_step_m and unloading may be set while serve runs; for \
+             others start it again",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn assignments_become_commands_or_name_the_remedy() {
+        assert_eq!(set("sweeps=6"), Ok(Command::Sweeps(6)));
+        assert_eq!(set("max_force_n=off"), Ok(Command::MaxForceN(f32::INFINITY)));
+        assert_eq!(set("max_tool_step_m=2e-3"), Ok(Command::MaxToolStepM(0.002)));
+        assert_eq!(set("unloading=retreat"), Ok(Command::Unloading(Unloading::Retreat)));
+        for (bad, part) in [
+            ("sweeps", "sweeps=6"),
+            ("sweeps=0", "1 to 1000"),
+            ("sweeps=1001", "1 to 1000"),
+            ("max_force_n=nan", "above 0"),
+            ("max_tool_step_m=inf", "above 0"),
+            ("unloading=on", "retreat"),
+            ("step=0.1", "start it again"),
+            ("model=other.chaincell", "start it again"),
+        ] {
+            let error = set(bad).unwrap_err();
+            assert!(error.exit_code() == 2 && error.to_string().contains(part), "{error}");
+        }
+    }
+}

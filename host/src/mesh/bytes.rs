@@ -1,0 +1,172 @@
+//! A file read byte by byte: lines and words of text, and binary numbers of either byte order;
+//! every error names the file, the byte or line, and the part of the file it is in.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// Bytes of a text that an error shows at most.
+const SHOWN: usize = 40;
+
+/// A place in a file that has been read into memory. Nothing is copied.
+pub(super) struct Bytes<'a> {
+    path: &'a Path,
+    all: &'a [u8],
+    at: usize,
+    /// Where the item read last begins: the place that errors name.
+    item: usize,
+    part: &'a str,
+    /// Whether binary numbers have their lowest byte first.
+    pub(super) little: bool,
+    /// Whether errors count lines instead of bytes.
+    pub(super) lines: bool,
+}
+
+/// Text as an error shows it.
+pub(super) fn shown(text: &str) -> String {
+    text.chars().take(SHOWN).flat_map(char::escape_default).collect()
+}
+
+impl<'a> Bytes<'a> {
+    pub(super) fn new(path: &'a Path, all: &'a [u8], at: usize) -> Self {
+        let at = at.min(all.len());
+        Self { path, all, at, item: at, part: "the file", little: true, lines: false }
+    }
+
+    /// What has not been read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.all.get(self.at..).unwrap_or_default()
+    }
+
+    /// Passes over bytes, at most to the file's end.
+    pub(super) fn skip(&mut self, count: usize) {
+        self.at = self.at.saturating_add(count).min(self.all.len());
+    }
+
+    /// Notes the part of the file that begins here, for errors.
+    pub(super) fn enter(&mut self, part: &'a str) {
+        self.part = part;
+    }
+
+    /// The number of the line that holds the place.
+    pub(super) fn line_number(&self) -> usize {
+        line_number(self.all, self.at)
+    }
+
+    /// An error at the item read last.
+    pub(super) fn error(&self, why: impl Display) -> Error {
+        let path = self.path.display();
+        if self.lines {
+            Error::input(format!("{path}:{}: {why}", line_number(self.all, self.item)))
+        } else {
+            Error::input(format!("{path}: byte {}: {why}", self.item))
+        }
+    }
+
+    /// An error of the file as a whole.
+    pub(super) fn error_of_file(&self, why: impl Display) -> Error {
+        Error::input(format!("{}: {why}", self.path.display()))
+    }
+
+    /// The file ends before `what`.
+    pub(super) fn truncated(&mut self, what: impl Display) -> Error {
+        self.item = self.all.len();
+        self.error(format!(
+            "the file ends in {} before {what}; it is cut off: save or copy it again",
+            shown(self.part)
+        ))
+    }
+
+    /// Refuses a count whose items the rest of the file cannot hold, before any is read.
+    pub(super) fn fits(&self, count: u64, bytes_each: u64, what: &str) -> Result<()> {
+        let left = self.rest().len() as u64;
+        if count.checked_mul(bytes_each).is_some_and(|bytes| bytes <= left) {
+            return Ok(());
+        }
+        Err(self.error(format!(
+            "{count} {what} of at least {bytes_each} bytes each where {left} bytes are left; the \
+             file is cut off or the count is wrong: save or copy it again"
+        )))
+    }
+
+    /// The next bytes of a binary item.
+    pub(super) fn take<const N: usize>(&mut self, what: &str) -> Result<[u8; N]> {
+        let Some(bytes) = self.rest().first_chunk::<N>() else {
+            return Err(self.truncated(what));
+        };
+        self.item = self.at;
+        self.at += N;
+        let mut bytes = *bytes;
+        if !self.little {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    pub(super) fn i32(&mut self, what: &str) -> Result<i32> {
+        self.take(what).map(i32::from_le_bytes)
+    }
+
+    pub(super) fn i64(&mut self, what: &str) -> Result<i64> {
+        self.take(what).map(i64::from_le_bytes)
+    }
+
+    pub(super) fn u64(&mut self, what: &str) -> Result<u64> {
+        self.take(what).map(u64::from_le_bytes)
+    }
+
+    pub(super) fn f32(&mut self, what: &str) -> Result<f32> {
+        self.take(what).map(f32::from_le_bytes)
+    }
+
+    pub(super) fn f64(&mut self, what: &str) -> Result<f64> {
+        self.take(what).map(f64::from_le_bytes)
+    }
+
+    /// The next line without its end; none at the end of the file.
+    pub(super) fn line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.rest();
+        if rest.is_empty() {
+            return None;
+        }
+        self.item = self.at;
+        let end = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
+        self.skip(end + 1);
+        Some(&rest[..end])
+    }
+
+    /// The next word of text; none at the end of the file.
+    pub(super) fn word(&mut self) -> Option<&'a str> {
+        self.skip_blank();
+        let rest = self.rest();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.item = self.at;
+        self.skip(end);
+        // What is no text shows as no word that anyone expects.
+        (end > 0).then(|| std::str::from_utf8(&rest[..end]).unwrap_or("?"))
+    }
+
+    /// Passes over blanks and ends of lines.
+    pub(super) fn skip_blank(&mut self) {
+        let rest = self.rest();
+        self.skip(rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len()));
+    }
+
+    /// A coordinate in the file's unit, returned in metres; `name` is its axis.
+    pub(super) fn metres(&self, value: f64, unit_m: f64, name: &str) -> Result<f64> {
+        let metres = value * unit_m;
+        if metres.abs() <= f64::from(f32::MAX) {
+            return Ok(metres);
+        }
+        Err(self.error(format!(
+            "the {name} is {value:?}; it must be a finite number of at most {:e} m: mend the node or \
+             check --units",
+            f32::MAX
+        )))
+    }
+}
+
+fn line_number(all: &[u8], at: usize) -> usize {
+    1 + all.iter().take(at).filter(|byte| **byte == b'\n').count()
+}

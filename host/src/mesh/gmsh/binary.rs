@@ -1,0 +1,160 @@
+//! Binary files: sections between lines of text, the numbers in between of either byte order.
+//!
+//! The names of physical groups and, in 2.2, the counts are text in binary files too. Counts are
+//! held against the bytes that are left before anything is read.
+
+use std::path::Path;
+
+use super::content::Content;
+use super::lines::Lines;
+use super::source::{Place, Source};
+use super::{SAVE, Version, binary_v2, binary_v4};
+use crate::error::{Error, Result};
+use crate::mesh::RawMesh;
+use crate::mesh::bytes::{Bytes, shown};
+
+/// A binary file and the width of its node tags.
+pub(super) struct Binary<'a> {
+    pub(super) bytes: Bytes<'a>,
+    version: Version,
+}
+
+impl Place for Binary<'_> {
+    fn refuse(&self, why: &str) -> Error {
+        self.bytes.error(why)
+    }
+}
+
+impl Source for Binary<'_> {
+    fn node_tag(&mut self) -> Result<u64> {
+        match self.version {
+            Version::V2 => self.whole("node tag"),
+            Version::V4 => self.bytes.u64("a node tag"),
+        }
+    }
+
+    fn position_m(&mut self, unit_m: f64) -> Result<[f64; 3]> {
+        let mut position = [0.0; 3];
+        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
+            let coordinate = self.bytes.f64(name)?;
+            *value = self.bytes.metres(coordinate, unit_m, name)?;
+        }
+        Ok(position)
+    }
+}
+
+impl Binary<'_> {
+    /// A number of 32 bits that is not negative: a count, a type or a tag.
+    pub(super) fn whole(&mut self, name: &str) -> Result<u64> {
+        let value = self.bytes.i32(name)?;
+        u64::try_from(value).map_err(|_| {
+            self.bytes.error(format!(
+                "the {name} is {value}; it must be a whole number from 0; save the mesh again"
+            ))
+        })
+    }
+
+    /// The whole number of a line of text.
+    pub(super) fn count_line(&mut self, name: &str) -> Result<u64> {
+        let Some(line) = self.bytes.line() else { return Err(self.bytes.truncated(name)) };
+        let text = String::from_utf8_lossy(line);
+        text.trim().parse().map_err(|_| {
+            self.bytes.error(format!(
+                "the {name} is '{}'; it must be a whole number from 0; save the mesh again",
+                shown(&text)
+            ))
+        })
+    }
+
+    /// The probe of the byte order: the number 1.
+    fn probe(&mut self) -> Result<()> {
+        match self.bytes.take("the number 1 that tells the byte order")? {
+            [1, 0, 0, 0] => Ok(()),
+            [0, 0, 0, 1] => {
+                self.bytes.little = false;
+                Ok(())
+            }
+            other => Err(self.bytes.error(format!(
+                "the bytes {other:?} where the number 1 should tell the byte order; the file was \
+                 changed on its way, as by a transfer in text mode: copy it again"
+            ))),
+        }
+    }
+
+    /// The line that ends a section.
+    fn end(&mut self, section: &str) -> Result<()> {
+        self.bytes.skip_blank();
+        let Some(line) = self.bytes.line() else { return Err(self.bytes.truncated("its end")) };
+        let text = String::from_utf8_lossy(line);
+        if text.trim().strip_prefix("$End") == Some(section) {
+            return Ok(());
+        }
+        Err(self.bytes.error(format!(
+            "'{}' where $End{} should be: the section has another length than it says; save or \
+             copy the mesh again",
+            shown(&text),
+            shown(section)
+        )))
+    }
+
+    /// Passes over a section of unknown length up to the text that ends it.
+    fn skip_section(&mut self, section: &str) -> Result<()> {
+        let end = [b"$End", section.as_bytes()].concat();
+        match self.bytes.rest().windows(end.len()).position(|bytes| bytes == end) {
+            Some(at) => {
+                self.bytes.skip(at);
+                self.end(section)
+            }
+            None => Err(self.bytes.truncated("its end")),
+        }
+    }
+}
+
+/// Reads the file from behind the line that names its format.
+pub(super) fn read<'a>(
+    bytes: Bytes<'a>,
+    path: &'a Path,
+    version: Version,
+    mut content: Content,
+) -> Result<RawMesh> {
+    let mut file = Binary { bytes, version };
+    file.bytes.enter("section $MeshFormat");
+    file.probe()?;
+    file.end("MeshFormat")?;
+    while let Some(line) = file.bytes.line() {
+        let Some(header) = line.trim_ascii().strip_prefix(b"$") else { continue };
+        let Ok(section) = std::str::from_utf8(header) else {
+            return Err(file.bytes.error(format!("a section without a readable name; {SAVE}")));
+        };
+        file.bytes.enter(section);
+        match (section, version) {
+            ("MeshFormat", _) => {
+                return Err(file.bytes.error("a second $MeshFormat; keep one"));
+            }
+            ("PhysicalNames", _) => {
+                let before = file.bytes.line_number() - 1;
+                let mut lines = Lines::new(path, file.bytes.rest(), before);
+                lines.enter(section);
+                content.names(&mut lines)?;
+                file.bytes.skip(file.bytes.rest().len() - lines.rest().len());
+            }
+            ("Entities", Version::V4) => binary_v4::entities(&mut file, &mut content)?,
+            ("PartitionedEntities", _) => {
+                return Err(file.bytes.error(
+                    "a partitioned mesh; unpartition it in Gmsh (Mesh, Unpartition) and save it \
+                     again",
+                ));
+            }
+            ("Nodes", Version::V2) => binary_v2::nodes(&mut file, &mut content)?,
+            ("Nodes", Version::V4) => binary_v4::nodes(&mut file, &mut content)?,
+            ("Elements", Version::V2) => binary_v2::elements(&mut file, &mut content)?,
+            ("Elements", Version::V4) => binary_v4::elements(&mut file, &mut content)?,
+            _ => {
+                file.skip_section(section)?;
+                continue;
+            }
+        }
+        file.end(section)?;
+    }
+    content.finish(|why| file.bytes.error_of_file(why))
+}

@@ -1,0 +1,235 @@
+use std::path::Path;
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// Two tetrahedra over one face, a triangle and a vertex, with data behind.
+const TEXT: &str = "# vtk DataFile Version 3.0
+a title of any kind: \u{fc}
+ASCII
+DATASET UNSTRUCTURED_GRID
+FIELD FieldData 2
+TIME 1 1 double
+0.5
+NOTE 2 3 int
+1 2 3
+4 5 6
+POINTS 5 float
+0 0 0 1 0 0 0 1 0
+0 0 1
+1 1 1
+METADATA
+INFORMATION 0
+
+CELLS 4 16
+1 0
+3 0 1 3
+4 0 1 2 3
+4 1 2 3 4
+CELL_TYPES 4
+1 5 10 10
+CELL_DATA 4
+SCALARS anything float 1
+";
+
+const TETRAHEDRA: [[u32; 4]; 2] = [[0, 1, 2, 3], [1, 2, 3, 4]];
+
+fn be_ints(numbers: &[i32]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_be_bytes()).collect()
+}
+
+fn be_longs(numbers: &[i64]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_be_bytes()).collect()
+}
+
+fn be_floats(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_be_bytes()).collect()
+}
+
+const POINTS: [f32; 15] = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 1., 1., 1.];
+
+fn head(version: &str) -> Vec<u8> {
+    let head = format!(
+        "# vtk DataFile Version {version}\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\n\
+         FIELD FieldData 1\nTIME 1 1 float\n"
+    );
+    [head.as_bytes(), &be_floats(&[0.5]), b"\nPOINTS 5 float\n", &be_floats(&POINTS)].concat()
+}
+
+/// The same body, binary; without an end of line behind the numbers, which some writers leave out.
+fn lists() -> Vec<u8> {
+    let cells = be_ints(&[1, 0, 3, 0, 1, 3, 4, 0, 1, 2, 3, 4, 1, 2, 3, 4]);
+    let types = be_ints(&[1, 5, 10, 10]);
+    [&head("3.0")[..], b"CELLS 4 16\n", &cells, b"\nCELL_TYPES 4\n", &types].concat()
+}
+
+/// The same with offsets and connectivity.
+fn offsets() -> Vec<u8> {
+    let nodes = be_longs(&[0, 0, 1, 3, 0, 1, 2, 3, 1, 2, 3, 4]);
+    [
+        &head("5.1")[..],
+        b"\nCELLS 5 12\nOFFSETS vtktypeint64\n",
+        &be_longs(&[0, 1, 4, 8, 12]),
+        b"\nCONNECTIVITY vtktypeint64\n",
+        &nodes,
+        b"\nCELL_TYPES 4\n",
+        &be_ints(&[1, 5, 10, 10]),
+        b"\n\nPOINT_DATA 5\n",
+    ]
+    .concat()
+}
+
+fn read(bytes: &[u8]) -> Result<RawMesh> {
+    Vtk.read(Path::new("a.vtk"), bytes, 1.0)
+}
+
+#[track_caller]
+fn refused(bytes: &[u8], parts: &[&str]) {
+    let error = read(bytes).unwrap_err().to_string();
+    for part in parts {
+        assert!(error.contains(part), "{part} is not in: {error}");
+    }
+}
+
+#[track_caller]
+fn with(from: &str, to: &str) -> Vec<u8> {
+    assert!(TEXT.contains(from), "{from} is not in the text");
+    TEXT.replacen(from, to, 1).into_bytes()
+}
+
+/// The place right behind a text that stands in the file.
+fn behind(bytes: &[u8], text: &str) -> usize {
+    bytes.windows(text.len()).position(|window| window == text.as_bytes()).unwrap() + text.len()
+}
+
+#[test]
+fn all_codings_give_the_same_body() {
+    let text = read(TEXT.as_bytes()).unwrap();
+    assert_eq!((text.nodes_m.len(), &text.tetrahedra[..]), (5, &TETRAHEDRA[..]));
+    assert_eq!(text.nodes_m[4], [1.0; 3]);
+    assert!(text.groups.is_empty());
+    assert_eq!(read(&lists()).unwrap(), text);
+    assert_eq!(read(&offsets()).unwrap(), text);
+    let mm = Vtk.read(Path::new("a.vtk"), &offsets(), 0.001).unwrap();
+    assert_eq!(mm.nodes_m[4], [0.001; 3]);
+}
+
+/// The box that Gmsh meshed, as Gmsh and meshio write it.
+#[test]
+fn what_other_programs_write() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/meshes");
+    let load = |name: &str| {
+        let path = folder.join(name);
+        super::super::parse(&path, &std::fs::read(&path).unwrap(), 1.0).unwrap()
+    };
+    let gmsh = load("box.msh41.ascii.msh");
+    for name in ["box.ascii.vtk", "box.binary.vtk", "box51.ascii.vtk", "box51.binary.vtk"] {
+        let vtk = load(name);
+        assert_eq!((&vtk.nodes_m, &vtk.tetrahedra), (&gmsh.nodes_m, &gmsh.tetrahedra), "{name}");
+    }
+}
+
+#[test]
+fn headers_that_are_not_read() {
+    refused(&with("# vtk", "# VTK"), &["a.vtk:1:", "its first line"]);
+    refused(&with("Version 3.0", "Version 6.0"), &["version '6.0'"]);
+    refused(&with("ASCII", "ASCI"), &["a.vtk:3: 'ASCI'"]);
+    refused(&with("UNSTRUCTURED_GRID", "POLYDATA"), &["a.vtk:4:", "UNSTRUCTURED_GRID"]);
+    refused(&with("POINTS 5 float", "POINTS 5 int"), &["a.vtk:11: points of type 'int'"]);
+    refused(&with("TIME 1 1 double", "TIME 1 1 string"), &["a.vtk:6:", "'string'"]);
+}
+
+#[test]
+fn cells_that_are_not_read() {
+    for (number, name) in [("12", "hexahedron"), ("24", "10-node tetrahedron"), ("99", "another")] {
+        refused(&with("1 5 10 10", &format!("1 5 {number} 10")), &["cell 2 is a", name]);
+    }
+    refused(&with("1 5 10 10", "1 9 10 10"), &["cell 1 of type 9 has 3 nodes"]);
+    refused(&with("1 5 10 10", "1 7 7 7"), &["4 cells but no tetrahedra"]);
+    refused(&with("4 0 1 2 3", "4 0 1 2 5"), &["cell 2 refers to point 5"]);
+    refused(&with("4 0 1 2 3", "4 0 1 1 3"), &["cell 2", "a node twice"]);
+    refused(&with("4 0 1 2 3", "4 0 1 -2 3"), &["a.vtk:21:", "is '-2'"]);
+    refused(&with("CELL_TYPES 4\n1 5 10 10", "CELL_TYPES 2\n10 10"), &["4 CELLS and 2"]);
+    for bad in ["nan", "inf", "1e39"] {
+        refused(&with("0 0 1\n", &format!("0 0 {bad}\n")), &["a.vtk:13: the z is", "--units"]);
+    }
+    refused(&with("0 0 1\n", "0 0 x\n"), &["a.vtk:13: z is 'x'; it must be a number"]);
+}
+
+#[test]
+fn counts_that_lie_are_refused_before_anything_is_read() {
+    for name in ["POINTS 5", "CELLS 4 16", "CELL_TYPES 4", "NOTE 2 3"] {
+        let (front, _) = name.rsplit_once(' ').unwrap();
+        for count in ["4000000000000", "18446744073709551615"] {
+            let text = with(name, &format!("{front} {count}"));
+            refused(&text, &["bytes are left"]);
+        }
+        refused(&with(name, &format!("{front} -1")), &["is '-1'", "whole number"]);
+    }
+    refused(&with("CELLS 4 16", "CELLS 4 15"), &["size is 15, too little for cell 3"]);
+    refused(&with("CELLS 4 16", "CELLS 4000000000000 16"), &["too little for cell 4"]);
+    refused(&with("CELLS 4 16", "CELLS 3 16"), &["5 more than the 3 cells have"]);
+    refused(&with("POINTS 5", "POINTS 4"), &["'1' where a section should begin"]);
+    let mut file = offsets();
+    let at = behind(&file, "OFFSETS vtktypeint64\n");
+    file[at + 15] = 9;
+    refused(&file, &["the offset 4 behind 9"]);
+    file[at + 15] = 1;
+    file[at + 39] = 11;
+    refused(&file, &["do not run from 0 to 12"]);
+    let point = behind(&lists(), "POINTS 5 float\n");
+    let mut file = lists();
+    file[point..point + 4].copy_from_slice(&f32::NAN.to_be_bytes());
+    refused(&file, &[&format!("a.vtk: byte {point}: the x is NaN"), "--units"]);
+}
+
+#[test]
+fn every_truncation_is_named() {
+    let text = TEXT.as_bytes().to_vec();
+    for (bytes, end) in [
+        (text.clone(), behind(&text, "1 5 10 1")),
+        (lists(), lists().len()),
+        (offsets(), behind(&offsets(), "CELL_TYPES 4\n") + 16),
+    ] {
+        for end in 0..end {
+            let error = read(&bytes[..end]).unwrap_err().to_string();
+            assert!(error.starts_with("a.vtk"), "{error}");
+        }
+        let inside = behind(&bytes, "POINTS 5 float\n") + 9;
+        refused(&bytes[..inside], &["5 points", "bytes are left", "cut off"]);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1_000))]
+
+    #[test]
+    fn mutated_bytes_never_panic(
+        which in 0..3_u8,
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+        digits in any::<bool>(),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let mut bytes = match which {
+            0 => TEXT.as_bytes().to_vec(),
+            1 => lists(),
+            _ => offsets(),
+        };
+        for (at, value) in edits {
+            let at = at.index(bytes.len());
+            bytes[at] = if digits { b"0123456789-. \n"[value as usize % 14] } else { value };
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        match read(&bytes) {
+            Ok(raw) => {
+                let nodes = raw.nodes_m.len() as u32;
+                prop_assert!(raw.tetrahedra.iter().flatten().all(|id| *id < nodes));
+                prop_assert!(raw.nodes_m.iter().flatten().all(|x| x.is_finite()));
+            }
+            Err(error) => prop_assert!(error.to_string().starts_with("a.vtk")),
+        }
+    }
+}

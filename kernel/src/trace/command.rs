@@ -1,0 +1,210 @@
+//! Commands beside the ticks: what may change a run between two of them.
+//!
+//! In a record of kind 2 the eight bytes from 0 hold the number of the last tick before the
+//! command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero; the hash, the flag
+//! for it and the checksum stand as in a sample's record.
+
+use core::fmt;
+
+use crate::settings::{Settings, Unloading};
+
+/// What may change a run between two ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Command {
+    /// Back to rest, the tool released, with the settings in force.
+    Reset,
+    /// Samples are answered without a tick from here on: no cell moves.
+    Pause,
+    /// Ticks go on.
+    Resume,
+    /// Another [`Settings::sweeps`].
+    Sweeps(u16),
+    /// Another [`Settings::max_force_n`]; infinite means no limit \[N\].
+    MaxForceN(f32),
+    /// Another [`Settings::max_tool_step_m`] \[m\].
+    MaxToolStepM(f32),
+    /// Another [`Settings::unloading`].
+    Unloading(Unloading),
+}
+
+/// Why numbers are no command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommandError {
+    /// No command has this number.
+    Kind,
+    /// No parameter has this number, or one is named where none belongs.
+    Parameter,
+    /// The parameter is fixed for a run.
+    Fixed,
+    /// The value is none that the parameter takes.
+    Value,
+}
+
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Kind => "unknown command: reset, pause, resume and set are known",
+            Self::Parameter => {
+                "unknown parameter: sweeps, max_force_n, max_tool_step_m and unloading may be set"
+            }
+            Self::Fixed => "this parameter is fixed for a run: start another one",
+            Self::Value => "the value is out of the parameter's range",
+        })
+    }
+}
+
+impl core::error::Error for CommandError {}
+
+/// Numbers of the parameters; 5 (step) and 6 (time a tick) are fixed for a run.
+const SWEEPS: u32 = 1;
+const MAX_FORCE: u32 = 2;
+const MAX_TOOL_STEP: u32 = 3;
+const UNLOADING: u32 = 4;
+
+impl Command {
+    /// Number of the command (1 reset, 2 pause, 3 resume, 4 set), of the parameter (0 none,
+    /// 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading) and the value's bits.
+    #[must_use]
+    pub fn words(&self) -> [u32; 3] {
+        let (parameter, value) = match *self {
+            Self::Reset => return [1, 0, 0],
+            Self::Pause => return [2, 0, 0],
+            Self::Resume => return [3, 0, 0],
+            Self::Sweeps(sweeps) => (SWEEPS, f32::from(sweeps)),
+            Self::MaxForceN(force_n) => (MAX_FORCE, force_n),
+            Self::MaxToolStepM(step_m) => (MAX_TOOL_STEP, step_m),
+            Self::Unloading(Unloading::Off) => (UNLOADING, 0.0),
+            Self::Unloading(Unloading::Release) => (UNLOADING, 1.0),
+            Self::Unloading(Unloading::Retreat) => (UNLOADING, 2.0),
+        };
+        [4, parameter, value.to_bits()]
+    }
+
+    /// The command of these numbers; whether the value fits the model is the network's question.
+    ///
+    /// # Errors
+    /// Which of the numbers means nothing.
+    pub fn from_words([kind, parameter, value]: [u32; 3]) -> Result<Self, CommandError> {
+        let plain = |command| match (parameter, value) {
+            (0, 0) => Ok(command),
+            (0, _) => Err(CommandError::Value),
+            _ => Err(CommandError::Parameter),
+        };
+        match kind {
+            1 => plain(Self::Reset),
+            2 => plain(Self::Pause),
+            3 => plain(Self::Resume),
+            4 => Self::set(parameter, f32::from_bits(value)),
+            _ => Err(CommandError::Kind),
+        }
+    }
+
+    fn set(parameter: u32, value: f32) -> Result<Self, CommandError> {
+        match parameter {
+            SWEEPS => {
+                let sweeps = value as u16;
+                let whole = f32::from(sweeps) == value;
+                if whole { Ok(Self::Sweeps(sweeps)) } else { Err(CommandError::Value) }
+            }
+            MAX_FORCE => Ok(Self::MaxForceN(value)),
+            MAX_TOOL_STEP => Ok(Self::MaxToolStepM(value)),
+            UNLOADING if value == 0.0 => Ok(Self::Unloading(Unloading::Off)),
+            UNLOADING if value == 1.0 => Ok(Self::Unloading(Unloading::Release)),
+            UNLOADING if value == 2.0 => Ok(Self::Unloading(Unloading::Retreat)),
+            UNLOADING => Err(CommandError::Value),
+            5 | 6 => Err(CommandError::Fixed),
+            _ => Err(CommandError::Parameter),
+        }
+    }
+
+    /// The settings after the command.
+    #[must_use]
+    pub fn settings(&self, before: Settings) -> Settings {
+        match *self {
+            Self::Reset | Self::Pause | Self::Resume => before,
+            Self::Sweeps(sweeps) => Settings { sweeps, ..before },
+            Self::MaxForceN(max_force_n) => Settings { max_force_n, ..before },
+            Self::MaxToolStepM(max_tool_step_m) => Settings { max_tool_step_m, ..before },
+            Self::Unloading(unloading) => Settings { unloading, ..before },
+        }
+    }
+}
+
+/// A command that took effect, at its place between the ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommandRecord {
+    /// Number of the last tick before it, 0 before the first.
+    pub tick: u64,
+    /// What was done.
+    pub command: Command,
+    /// Hash of the state after it, where one was taken.
+    pub state_hash: Option<u64>,
+}
+
+/// What stands in a trace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Entry {
+    /// An executed tick.
+    Tick(super::Record),
+    /// A command between two ticks.
+    Command(CommandRecord),
+}
+
+impl Entry {
+    /// As [`Record::compare`](super::Record::compare).
+    ///
+    /// # Errors
+    /// Another hash.
+    pub fn compare(&self, index: u32, here: u64) -> Result<bool, super::ReplayError> {
+        match self {
+            Self::Tick(record) => record.compare(index, here),
+            Self::Command(record) => {
+                super::record::compare(index, record.tick, record.state_hash, here)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_mean_commands_and_back() {
+        for command in [
+            Command::Reset,
+            Command::Pause,
+            Command::Resume,
+            Command::Sweeps(0),
+            Command::Sweeps(65_535),
+            Command::MaxForceN(f32::INFINITY),
+            Command::MaxToolStepM(0.002),
+            Command::Unloading(Unloading::Off),
+            Command::Unloading(Unloading::Release),
+            Command::Unloading(Unloading::Retreat),
+        ] {
+            assert_eq!(Command::from_words(command.words()), Ok(command));
+        }
+    }
+
+    #[test]
+    fn other_numbers_are_refused_by_what_is_wrong_with_them() {
+        let bits = f32::to_bits;
+        for (words, why) in [
+            ([0, 0, 0], CommandError::Kind),
+            ([5, 0, 0], CommandError::Kind),
+            ([1, 1, 0], CommandError::Parameter),
+            ([2, 0, 1], CommandError::Value),
+            ([4, 0, 0], CommandError::Parameter),
+            ([4, 7, 0], CommandError::Parameter),
+            ([4, 5, bits(0.1)], CommandError::Fixed),
+            ([4, 1, bits(2.5)], CommandError::Value),
+            ([4, 1, bits(-1.0)], CommandError::Value),
+            ([4, 1, bits(65_536.0)], CommandError::Value),
+            ([4, 1, bits(f32::NAN)], CommandError::Value),
+            ([4, 4, bits(3.0)], CommandError::Value),
+        ] {
+            assert_eq!(Command::from_words(words), Err(why), "{words:?}");
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! States and commands of `serve` as processes and outside programs see them.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use chaincell_tests::files::{Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Row, Viewer};
+use chaincell_tests::{Running, run, scene, turn};
+
+/// Longest life of a server that has got its last pose.
+const SOON: Duration = Duration::from_secs(20);
+/// Flag of the safe state.
+const SAFE_STATE: u32 = 16;
+
+/// A small model and a scene of its own.
+struct Place {
+    folder: tempfile::TempDir,
+    model: PathBuf,
+    scene: String,
+}
+
+impl Place {
+    fn new(test: &str) -> Self {
+        let folder = scratch();
+        let model = bake(folder.path(), "plane:9x9x0.01", &["--alpha", "0.02"]);
+        Self { folder, model, scene: scene(test) }
+    }
+
+    /// A server that has said that it is ready; no silence counts as one.
+    fn serve(&self, options: &[&str]) -> Running {
+        let args = ["serve", text(&self.model), "--scene", &self.scene, "--contact", "40"];
+        let mut serve =
+            Running::chaincell([&args[..], &["--watchdog-ms", "0", "--json"], options].concat());
+        serve.wait_for_line("ready");
+        serve
+    }
+
+    fn command(&self, action: &[&str]) -> chaincell_tests::Ended {
+        run([&["command", "--scene", &self.scene, "--json"], action].concat())
+    }
+}
+
+fn pose(tick: u64) -> Pose {
+    Pose { tick, position_m: [0.0, 0.001, -0.0003 * tick as f32], engaged: 1 }
+}
+
+fn assert_is(rows: &[Row], cells: &Table) {
+    let ids: Vec<u64> = rows.iter().map(|row| u64::from(row.node)).collect();
+    assert_eq!(ids, cells.whole("node"));
+    for (row, at) in rows.iter().zip(cells.vectors("x_m")) {
+        for (here, there) in row.position_m.map(f64::from).into_iter().zip(at) {
+            // The table has nine digits, the state a float.
+            assert!((here - there).abs() <= 1e-7 * there.abs(), "node {}", row.node);
+        }
+    }
+}
+
+#[test]
+fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
+    let _turn = turn();
+    let place = Place::new("viewers");
+    let serve = place.serve(&["--ticks", "61"]);
+    let viewers = [Viewer::join(&place.scene), Viewer::join(&place.scene)];
+    for viewer in &viewers {
+        // A viewer that joins sees the state at once, without any pose.
+        let (stamp, rows) = viewer.after(0);
+        assert_eq!((stamp.tick, stamp.ticks_answered, stamp.nodes, rows.len()), (0, 0, 81, 81));
+        assert_eq!(rows[80].position_m, [0.04, 0.04, 0.0]);
+    }
+    let outsider = Outsider::join(&place.scene, true);
+    let mut hash = 0;
+    for tick in 0..60 {
+        outsider.send(pose(tick));
+        hash = outsider.receive().state_hash;
+    }
+    let path = place.folder.path().join("path.csv");
+    write_path(&path, (0..60).map(|tick| (tick, pose(tick).position_m, 1)));
+    let offline = place.folder.path().join("offline");
+    let args = ["run", text(&place.model), "--path", text(&path), "--contact", "40", "--out"];
+    run([&args[..], &[text(&offline)]].concat()).with(0);
+    let cells = Table::read(&offline.join("cells_final.csv"));
+    for viewer in &viewers {
+        let (stamp, rows) = viewer.after(60);
+        assert_eq!((stamp.tick, stamp.state_hash), (59, hash));
+        assert_is(&rows, &cells);
+        assert!(viewer.try_receive().is_none(), "a state that nothing has changed");
+    }
+    // The command of users sees the same.
+    let csv = place.folder.path().join("now.csv");
+    let args = ["state", "--scene", &place.scene, "--once", "--json", "--csv", text(&csv)];
+    let seen = run(args).with(0).json();
+    assert_eq!(seen["state_hash"], summary(&offline)["state_hash"]);
+    assert_eq!((&seen["nodes"], &seen["ticks_answered"]), (&81.into(), &60.into()));
+    let found = Table::read(&csv);
+    assert_eq!(found.header, cells.header);
+    assert_eq!(found.whole("node"), cells.whole("node"));
+    outsider.send(pose(60));
+    let served = serve.end(SOON).with(0).json();
+    assert!(served["states_sent"].as_u64().unwrap() >= 3, "{served}");
+}
+
+#[test]
+fn a_session_with_commands_is_replayed_to_the_same_bits() {
+    let _turn = turn();
+    let place = Place::new("commands");
+    let out = place.folder.path().join("out");
+    let serve = place.serve(&["--ticks", "120", "--out", text(&out)]);
+    let rest = place.command(&["reset"]).with(0).json();
+    assert_eq!((&rest["tick"], &rest["ticks_answered"]), (&0.into(), &0.into()));
+    let outsider = Outsider::join(&place.scene, true);
+    let press = |from: u64, to: u64| {
+        let answers = (from..to).map(|tick| {
+            outsider.send(pose(tick));
+            outsider.receive()
+        });
+        answers.collect::<Vec<_>>()
+    };
+    let pressed = press(0, 40);
+    assert!(pressed[39].force_n[2].abs() > 0.0);
+    place.command(&["pause"]).with(0);
+    let paused = press(40, 50);
+    for answer in &paused {
+        assert_eq!((answer.force_n, answer.flags), ([0.0; 3], SAFE_STATE));
+        assert_eq!(answer.state_hash, pressed[39].state_hash, "a cell has moved");
+    }
+    for set in ["sweeps=9", "max_tool_step_m=0.002", "unloading=retreat", "max_force_n=0.05"] {
+        place.command(&["set", set]).with(0);
+    }
+    let resumed = place.command(&["resume"]).with(0).json();
+    assert_eq!((&resumed["tick"], &resumed["ticks_answered"]), (&49.into(), &50.into()));
+    let limited = press(50, 80);
+    assert!(limited.iter().all(|answer| answer.force_n[2].abs() <= 0.0501));
+    assert!(
+        limited[29].flags & SAFE_STATE == 0 && limited[29].state_hash != pressed[39].state_hash
+    );
+    let reset = place.command(&["reset"]).with(0).json();
+    assert_eq!(reset["state_hash"], rest["state_hash"]);
+    let last = press(80, 120).last().unwrap().state_hash;
+    let served = serve.end(SOON).with(0).json();
+    assert_eq!((&served["commands_done"], &served["ticks_paused"]), (&8.into(), &10.into()));
+    assert_eq!(served["state_hash"], format!("{last:016x}"));
+    let trace = out.join("session.trace");
+    let args = ["replay", text(&trace), "--model", text(&place.model), "--json"];
+    let replayed = run(args).with(0).json();
+    assert_eq!(replayed["state_hash"], served["state_hash"]);
+    assert_eq!((&replayed["ticks"], &replayed["commands"]), (&120.into(), &8.into()));
+    assert_eq!(replayed["hashes_compared"], 128);
+    assert_eq!(summary(&out)["sweeps_per_tick"], 4, "what the session began with");
+}
+
+#[test]
+fn commands_that_mean_nothing_change_nothing_and_say_why() {
+    let _turn = turn();
+    let place = Place::new("refused");
+    let serve = place.serve(&["--ticks", "2"]);
+    let commander = Commander::join(&place.scene);
+    let rest = commander.order(Order { kind: 1, ..Order::default() });
+    assert_eq!((rest.result, rest.reason), (0, 0));
+    let set = |parameter, value| Order { kind: 4, parameter, value, reserved: 0 };
+    for (order, reason) in [
+        (Order::default(), 1),
+        (Order { kind: 77, ..Order::default() }, 1),
+        (Order { kind: 2, reserved: 1, ..Order::default() }, 1),
+        (Order { kind: 1, parameter: 1, ..Order::default() }, 2),
+        (set(9, 1.0), 2),
+        (set(1, 0.0), 3),
+        (set(1, 1001.0), 3),
+        (set(1, 2.5), 3),
+        (set(2, f32::NAN), 3),
+        (set(3, f32::INFINITY), 3),
+        (set(4, 3.0), 3),
+        (set(5, 0.1), 4),
+    ] {
+        let wanted = Reply { result: 1, reason, ..rest };
+        assert_eq!(commander.order(order), wanted, "{order:?}");
+    }
+    let refused = place.command(&["set", "step=0.1"]).with(2);
+    assert!(refused.err.contains("start it again"), "{}", refused.err);
+    let outsider = Outsider::join(&place.scene, true);
+    outsider.send(pose(0));
+    assert_eq!(outsider.receive().flags & SAFE_STATE, 0);
+    outsider.send(pose(1));
+    let served = serve.end(SOON).with(0).json();
+    assert_eq!((&served["commands_done"], &served["commands_refused"]), (&1.into(), &12.into()));
+}
+
+#[test]
+fn a_viewer_that_was_killed_disturbs_nobody() {
+    let _turn = turn();
+    let place = Place::new("killed");
+    let serve = place.serve(&["--ticks", "40"]);
+    let mut viewer = Running::chaincell(["state", "--scene", &place.scene, "--json"]);
+    let outsider = Outsider::join(&place.scene, true);
+    let press = |from: u64, to: u64| {
+        for tick in from..to {
+            outsider.send(pose(tick));
+            assert_eq!(outsider.receive().tick, tick);
+        }
+    };
+    press(0, 20);
+    assert!(viewer.is_running());
+    drop(viewer);
+    press(20, 39);
+    let (stamp, rows) = Viewer::join(&place.scene).after(39);
+    assert_eq!((stamp.tick, rows.len()), (38, 81));
+    press(39, 40);
+    let served = serve.end(SOON).with(0).json();
+    assert_eq!((&served["ticks_executed"], &served["sends_failed"]), (&40.into(), &0.into()));
+}
+
+#[test]
+fn sweeps_stay_where_time_depends_on_them() {
+    let _turn = turn();
+    let place = Place::new("fixed");
+    let serve = place.serve(&["--dynamics", "rkl2"]);
+    let refused = place.command(&["set", "sweeps=9"]).with(2);
+    assert!(refused.err.contains("reason 4"), "{}", refused.err);
+    place.command(&["set", "max_force_n=off"]).with(0);
+    serve.interrupt().with(130);
+}
+
+#[test]
+fn without_a_server_both_say_what_to_start() {
+    let place = Place::new("nobody");
+    let refused = place.command(&["reset"]).with(2);
+    assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
+    let refused = run(["state", "--scene", &place.scene, "--once"]).with(2);
+    assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
+    let refused = run(["serve", text(&place.model), "--state-hz", "1001"]).with(2);
+    assert!(refused.err.contains("--state-hz 1001"), "{}", refused.err);
+}
+
+#[test]
+fn states_that_are_off_are_not_sent() {
+    let _turn = turn();
+    let place = Place::new("off");
+    let serve = place.serve(&["--state-hz", "0"]);
+    let refused = run(["state", "--scene", &place.scene]).with(2);
+    assert!(refused.err.contains("--state-hz above 0"), "{}", refused.err);
+    serve.interrupt().with(130);
+}
