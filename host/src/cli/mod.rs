@@ -3,6 +3,7 @@
 mod bake;
 mod control;
 mod cosim;
+mod identify;
 mod info;
 mod latency;
 mod model_file;
@@ -14,7 +15,7 @@ mod scene;
 mod serve;
 mod session;
 
-pub(crate) use scene::automatic;
+pub(crate) use scene::{automatic, contact_cells};
 pub(crate) use session::inward;
 
 use clap::{Parser, Subcommand};
@@ -40,6 +41,7 @@ enum Command {
     Cosim(cosim::Args),
     Latency(latency::Args),
     Report(report::Args),
+    Identify(identify::Args),
 }
 
 impl Cli {
@@ -58,6 +60,7 @@ impl Cli {
             Command::Cosim(args) => cosim::execute(&args),
             Command::Latency(args) => latency::execute(&args),
             Command::Report(args) => report::execute(&args),
+            Command::Identify(args) => identify::execute(&args),
         }
     }
 }
