@@ -22,7 +22,7 @@ impl Block {
         let options = BakeOptions::default();
         let image = crate::bake::bake(&mesh, &mesh.default_fixed, &options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let middle = "box:-0.011,0.011,-0.011,0.011,0.03,0.03";
+        let middle = "box:-0.011,0.011,-0.011,0.011,0.029,0.031";
         let contacts = crate::cli::contact_cells(middle, &model).unwrap();
         let texts: Vec<String> = groups.iter().map(ToString::to_string).collect();
         let groups = super::groups(&texts, &mesh).unwrap();
