@@ -57,8 +57,14 @@ fn a_curve_gives_back_the_model_it_came_from() {
     let (k, alpha) = (real(&found, "/parameters/0/value"), real(&found, "/parameters/1/value"));
     assert!((k / 42.0 - 1.0).abs() < 0.05 && (alpha / 0.05 - 1.0).abs() < 0.05, "{found}");
     assert_eq!(found["parameters"][0]["determined"], true);
-    assert_eq!((real(&found, "/targets/0/rows"), real(&found, "/targets/0/rows_held_out")), (19.0, 5.0));
-    assert!(real(&found, "/targets/0/rms_residual_held_out") > 0.0 && real(&found, "/evaluations") > 10.0);
+    assert_eq!(
+        (real(&found, "/targets/0/rows"), real(&found, "/targets/0/rows_held_out")),
+        (19.0, 5.0)
+    );
+    assert!(
+        real(&found, "/targets/0/rms_residual_held_out") > 0.0
+            && real(&found, "/evaluations") > 10.0
+    );
     // The model holds what was found.
     let model = place.path().join("found.chaincell");
     let info = run(["info", files::text(&model), "--json"]).with(0).json();

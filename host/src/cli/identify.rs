@@ -1,6 +1,6 @@
 //! `chaincell identify`: material parameters from measurements.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use chaincell_kernel::Model;
 use serde::Serialize;
@@ -9,7 +9,7 @@ use super::bake::BodyArgs;
 use super::{contact_cells, inward, model_file};
 use crate::error::{Error, Result};
 use crate::identify::target::{self, Holding, Target};
-use crate::identify::{Bench, Bounds, Identified, forward, groups, identify, write};
+use crate::identify::{Bench, Bounds, Identified, check, forward, groups, identify, write};
 use crate::output::{self, Folder};
 use crate::{bake, terminal};
 
@@ -121,6 +121,8 @@ pub fn execute(args: &Args) -> Result<()> {
         alpha_max: args.alpha_max,
         time_constant_s: pair("--time-constant-bounds-s", &args.time_constant_bounds_s)?,
     };
+    check(&bench, &bounds, args.hold_out)?;
+    check_place(&args.output)?;
     let folder = Folder::open(&args.out, args.force)?;
     let found = identify(&bench, &bounds, args.hold_out)?;
     let image = forward::image(&bench, &found.parameters)?;
@@ -156,6 +158,16 @@ fn refuse_model(spec: &str) -> Result<()> {
         return Err(Error::input(format!(
             "{spec}: a baked model; give the mesh that it was baked from, with the same --fix"
         )));
+    }
+    Ok(())
+}
+
+/// A place that cannot be written is told before the fit, not after it.
+fn check_place(path: &Path) -> Result<()> {
+    let failed = |why: std::io::Error| Error::file("write", path, why);
+    tempfile::tempfile_in(output::folder_of(path)).map_err(failed)?;
+    if path.is_dir() {
+        return Err(Error::file("write", path, "it is a folder; name a file"));
     }
     Ok(())
 }

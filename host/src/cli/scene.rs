@@ -111,7 +111,12 @@ impl SceneArgs {
         if self.max_force_n.is_some_and(f32::is_infinite) {
             return Err(self.refuse(SettingsError::MaxForce));
         }
-        Engine::in_numbers(network, self.dynamics, self.number, &contact_cells(&self.contact, &model)?)
+        Engine::in_numbers(
+            network,
+            self.dynamics,
+            self.number,
+            &contact_cells(&self.contact, &model)?,
+        )
     }
 
     /// Step a sweep, and time a tick for the schemes that go by it.

@@ -15,7 +15,7 @@ use nalgebra_034::{DMatrix, DVector, Dyn};
 use serde::Serialize;
 
 use super::forward::{Predicted, predict};
-use super::target::{Target, rms};
+use super::target::{Data, Target, rms};
 use super::uncertainty::{self, Estimate};
 use super::{Bench, Bounds, Parameters};
 use crate::bake::PerCell;
@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::terminal;
 
 /// Starts that are followed to their end.
-const STARTS: usize = 3;
+const STARTS: usize = 2;
 /// Alphas that starts are tried at, in parts of the bound.
 const START_ALPHAS: [f64; 3] = [0.04, 0.15, 0.4];
 /// A group's stiffness in starts, times that of the others.
@@ -39,9 +39,9 @@ const NOISE_MIN: f64 = 1e-3;
 /// Fewest rows that tell their own noise.
 const ROWS_FOR_NOISE: usize = 5;
 /// Most evaluations of a descent, for every coordinate and one more.
-const PATIENCE: usize = 12;
+const PATIENCE: usize = 8;
 /// Relative decrease that ends a descent.
-const TOLERANCE: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-4;
 
 /// One unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -202,7 +202,8 @@ impl Fit<'_> {
         let share = places.len().div_ceil(threads).max(1);
         std::thread::scope(|scope| {
             let work = |part| move || -> Result<Vec<_>> { self.predict_part(part) };
-            let running: Vec<_> = places.chunks(share).map(|part| scope.spawn(work(part))).collect();
+            let running: Vec<_> =
+                places.chunks(share).map(|part| scope.spawn(work(part))).collect();
             let mut found = Vec::with_capacity(places.len());
             for thread in running {
                 let part = thread.join().map_err(|_| Error::check("a thread of the fit died"))?;
@@ -324,24 +325,13 @@ fn difference(target: &Target, fit: &[f64], held_out: &[bool], held: bool) -> Ve
 /// unknowns, Ctrl-C.
 pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Identified> {
     let start = Instant::now();
-    bench.check()?;
-    check(bounds, hold_out)?;
+    check(bench, bounds, hold_out)?;
     let unknowns = Unknown::of(bench);
     let counter = Counter { bar: terminal::progress(60 * unknowns.len() as u64, "identify") };
     let held_out: Vec<Vec<bool>> =
         bench.targets.iter().map(|target| spread(target.rows(), hold_out)).collect();
     let noise: Vec<f64> = bench.targets.iter().map(|target| NOISE * target.scale()).collect();
     let mut fit = Fit { bench, bounds, unknowns, held_out, noise, counter: &counter };
-    let numbers: usize = (bench.targets.iter().zip(&fit.held_out))
-        .map(|(target, held)| target.width() * held.iter().filter(|held| !**held).count())
-        .sum();
-    if numbers <= fit.unknowns.len() {
-        return Err(Error::input(format!(
-            "--target: {numbers} numbers to fit {} parameters; give more rows, hold out fewer, or \
-             name fewer groups",
-            fit.unknowns.len()
-        )));
-    }
     let mut best: Option<(Parameters, f64)> = None;
     for start in starts(&fit)? {
         let end = fit.descend(&start)?;
@@ -369,7 +359,30 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     })
 }
 
-fn check(bounds: &Bounds, hold_out: f64) -> Result<()> {
+/// Refuses what [`identify`] would, before anything is computed.
+///
+/// # Errors
+/// Targets that the body cannot meet in principle, bounds out of range, fewer numbers than
+/// unknowns.
+pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
+    bench.check()?;
+    check_bounds(bounds, hold_out)?;
+    let fitted = |target: &Target| {
+        let held_out = spread(target.rows(), hold_out).iter().filter(|held| **held).count();
+        target.width() * (target.rows() - held_out)
+    };
+    let numbers: usize = bench.targets.iter().map(fitted).sum();
+    let unknowns = Unknown::of(bench).len();
+    if numbers <= unknowns {
+        return Err(Error::input(format!(
+            "--target: {numbers} numbers to fit {unknowns} parameters; give more rows, hold out \
+             fewer, or name fewer groups"
+        )));
+    }
+    Ok(())
+}
+
+fn check_bounds(bounds: &Bounds, hold_out: f64) -> Result<()> {
     for (option, [low, high]) in [
         ("--stiffness-bounds-n-per-m", bounds.stiffness_n_per_m),
         ("--time-constant-bounds-s", bounds.time_constant_s),
@@ -457,15 +470,12 @@ fn places(fit: &Fit<'_>) -> Vec<Parameters> {
     }
     let longest_s = (fit.bench.targets.iter())
         .filter_map(|target| match &target.data {
-            super::target::Data::Relaxation { time_s, .. } => time_s.last().copied(),
+            Data::Relaxation { time_s, .. } => time_s.last().copied(),
             _ => None,
         })
         .fold(0.0, f64::max);
-    let times: Vec<f64> = if longest_s > 0.0 {
-        START_TIMES.map(|part| part * longest_s).to_vec()
-    } else {
-        vec![1.0]
-    };
+    let times: Vec<f64> =
+        if longest_s > 0.0 { START_TIMES.map(|part| part * longest_s).to_vec() } else { vec![1.0] };
     let mut all = Vec::new();
     for part in START_ALPHAS {
         for stiffness_n_per_m in &ratios {
@@ -554,7 +564,7 @@ mod tests {
     fn bad_bounds_are_named() {
         let good = Bounds::default();
         let named = |bounds: &Bounds, hold_out: f64, part: &str| {
-            let error = check(bounds, hold_out).unwrap_err().to_string();
+            let error = check_bounds(bounds, hold_out).unwrap_err().to_string();
             assert!(error.contains(part), "{error}");
         };
         named(&Bounds { stiffness_n_per_m: [2.0, 1.0], ..good }, 0.2, "--stiffness-bounds-n-per-m");

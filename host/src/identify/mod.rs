@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{self, Mesh};
 use target::{Data, Target};
 
-pub use fit::{Identified, identify};
+pub use fit::{Identified, check, identify};
 
 /// Nodes of one material.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,11 +53,7 @@ pub struct Bounds {
 
 impl Default for Bounds {
     fn default() -> Self {
-        Self {
-            stiffness_n_per_m: [0.01, 1e5],
-            alpha_max: 0.5,
-            time_constant_s: [1e-4, 1e4],
-        }
+        Self { stiffness_n_per_m: [0.01, 1e5], alpha_max: 0.5, time_constant_s: [1e-4, 1e4] }
     }
 }
 

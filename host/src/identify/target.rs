@@ -213,9 +213,10 @@ impl Rows<'_> {
         }
         let names = self.header.split(',');
         let numbers = fields.iter().zip(names).map(|(text, name)| {
-            text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
-                refuse(format!("field {name} `{text}`: must be a finite number"))
-            })
+            text.parse()
+                .ok()
+                .filter(|x: &f64| x.is_finite())
+                .ok_or_else(|| refuse(format!("field {name} `{text}`: must be a finite number")))
         });
         numbers.collect()
     }

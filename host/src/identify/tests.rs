@@ -70,15 +70,17 @@ fn curve() -> Target {
 
 fn relaxation() -> Target {
     let time_s: Vec<f64> = (0..40).map(|at| 0.02 * f64::from(at)).collect();
-    let data =
-        Data::Relaxation { displacement_m: 0.01, force_n: vec![0.0; time_s.len()], time_s };
+    let data = Data::Relaxation { displacement_m: 0.01, force_n: vec![0.0; time_s.len()], time_s };
     Target { name: "relaxation".into(), data }
 }
 
 fn field(block: &Block) -> Target {
     let nodes: Vec<u32> = (0..block.mesh.nodes_m.len() as u32).collect();
     let displacements_m = vec![[0.0; 3]; nodes.len()];
-    Target { name: "field".into(), data: Data::Field { displacement_m: 0.01, nodes, displacements_m } }
+    Target {
+        name: "field".into(),
+        data: Data::Field { displacement_m: 0.01, nodes, displacements_m },
+    }
 }
 
 fn truth(stiffness_n_per_m: &[f64], alpha: &[f64]) -> Parameters {

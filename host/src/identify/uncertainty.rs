@@ -3,7 +3,7 @@
 //! With the Jacobian J of the weighted residuals in the coordinates ln k, alpha / 0.1 and
 //! ln tau, the covariance is s^2 (J'J)^-1 = s^2 V S^-2 V' with J = U S V', s^2 the sum of squares
 //! per degree of freedom (Seber and Wild, Nonlinear Regression, 1989, section 5.1). A singular
-//! value so small that its direction may vary by half and more is an open direction: the data
+//! value so small that its direction may vary by [`FACTOR`] and more is an open direction: the data
 //! determines no parameter that it moves.
 
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -21,9 +21,9 @@ const STEP_ALPHA: f64 = 2e-3;
 /// Alpha that counts as much as a factor of e in the others.
 const ALPHA_UNIT: f64 = 0.1;
 /// A parameter is determined if its interval is narrower than this factor either way.
-pub const FACTOR: f64 = 1.5;
+pub const FACTOR: f64 = 1.15;
 /// An alpha is determined also if its interval is narrower than this either way.
-pub const ALPHA_WIDTH: f64 = 0.01;
+pub const ALPHA_WIDTH: f64 = 0.002;
 /// An alpha moves noticeably with an open direction from this part of it on.
 const TAKES_PART: f64 = 0.2;
 /// Least part of the sum of squares that a direction needs to be more than rounding.

@@ -62,12 +62,15 @@ pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Drawn>> {
             continue;
         }
         let (kind, _) = target.kind();
-        let both = if target.width() == 3 { field(target, fit, held) } else { curve(target, fit, held) };
+        let both =
+            if target.width() == 3 { field(target, fit, held) } else { curve(target, fit, held) };
         for (chart, what) in both.into_iter().zip(["fit", "residuals"]) {
             let shows = if what == "fit" { "measured and fitted" } else { "fit less measured" };
             drawn.push(Drawn {
                 name: format!("target{number}_{}_{what}", kind.replace('-', "_")),
-                caption: format!("Target {number}, {kind}: {shows}; rings of another colour were held out of the fit."),
+                caption: format!(
+                    "Target {number}, {kind}: {shows}; markers of another colour were held out."
+                ),
                 picture: chart.draw()?,
             });
         }
@@ -87,9 +90,7 @@ fn curve(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
         _ => ("Force against displacement", "displacement [mm]", 1e3),
     };
     let x: Vec<f64> = places(target).iter().map(|x| factor * x).collect();
-    let points = |y: &[f64]| -> Vec<[f64; 2]> {
-        x.iter().zip(y).map(|(&x, &y)| [x, y]).collect()
-    };
+    let points = |y: &[f64]| -> Vec<[f64; 2]> { x.iter().zip(y).map(|(&x, &y)| [x, y]).collect() };
     let measured = points(&target.observed());
     let off: Vec<f64> = fit.iter().zip(target.observed()).map(|(f, o)| f - o).collect();
     let off = points(&off);
@@ -111,17 +112,21 @@ fn curve(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
 fn field(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
     let measured: Vec<f64> = target.observed().iter().map(|u| 1e3 * u).collect();
     let pairs: Vec<[f64; 2]> = measured.iter().zip(fit).map(|(&m, f)| [m, 1e3 * f]).collect();
-    let off: Vec<[f64; 2]> = pairs.iter().map(|&[m, f]| [m, f - m]).collect();
+    // Over the fit: noise in the abscissa would slant the cloud.
+    let off: Vec<[f64; 2]> = pairs.iter().map(|&[m, f]| [f, f - m]).collect();
     let low = measured.iter().copied().fold(f64::INFINITY, f64::min);
     let high = measured.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let x = || Axis::linear("measured displacement, each axis [mm]");
-    let fitted = Chart::new("Displacement field", x(), Axis::linear("fitted displacement [mm]"))
-        .series("equal", Style::Line, &[[low, low], [high, high]])
-        .series("nodes fitted", Style::Markers, &part(&pairs, held, 3, false))
-        .series("nodes held out", Style::Markers, &part(&pairs, held, 3, true));
+    let fitted = Chart::new(
+        "Displacement field",
+        Axis::linear("measured displacement, each axis [mm]"),
+        Axis::linear("fitted displacement [mm]"),
+    )
+    .series("equal", Style::Line, &[[low, low], [high, high]])
+    .series("nodes fitted", Style::Markers, &part(&pairs, held, 3, false))
+    .series("nodes held out", Style::Markers, &part(&pairs, held, 3, true));
     let residuals = Chart::new(
         "Displacement field: residuals",
-        x(),
+        Axis::linear("fitted displacement, each axis [mm]"),
         Axis::linear("fit less measured [mm]"),
     )
     .series("nodes fitted", Style::Markers, &part(&off, held, 3, false))

@@ -211,12 +211,7 @@ fn table(found: &Identified, truth: &Parameters) -> Table {
     table
 }
 
-fn text(
-    organ: &Organ,
-    curves: &Identified,
-    all: &Identified,
-    truth: &Parameters,
-) -> Vec<String> {
+fn text(organ: &Organ, curves: &Identified, all: &Identified, truth: &Parameters) -> Vec<String> {
     let held = all.targets.iter().map(|target| {
         let off = |rms: Option<f64>| percent(rms.unwrap_or(f64::NAN) / target.rms_measured);
         format!(
