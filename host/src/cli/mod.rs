@@ -41,7 +41,7 @@ enum Command {
     Cosim(cosim::Args),
     Latency(latency::Args),
     Report(report::Args),
-    Identify(identify::Args),
+    Identify(Box<identify::Args>),
 }
 
 impl Cli {
