@@ -45,8 +45,13 @@ fn identify(place: &Path, target: &str, options: &[&str]) -> Ended {
     std::fs::write(&file, target).unwrap();
     let (model, out) = (place.join("found.chaincell"), place.join("out"));
     let args = ["identify", MESH, "--target", files::text(&file), "-o", files::text(&model)];
-    let rest = ["--out", files::text(&out), "--contact", CONTACT, "--direction", "0,0,1"];
-    run([&args[..], &rest[..], options].concat())
+    let mut all = [&args[..], &["--out", files::text(&out)], options].concat();
+    for (option, otherwise) in [("--contact", CONTACT), ("--direction", "0,0,1")] {
+        if !options.contains(&option) {
+            all.extend([option, otherwise]);
+        }
+    }
+    run(all)
 }
 
 #[test]

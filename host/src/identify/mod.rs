@@ -9,6 +9,7 @@
 
 pub mod fit;
 pub mod forward;
+mod start;
 pub mod target;
 pub mod uncertainty;
 pub mod write;
