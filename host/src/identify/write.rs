@@ -105,7 +105,7 @@ fn curve(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
     )
     .series("fitted", Style::Markers, &part(&off, held, 1, false))
     .series("held out", Style::Markers, &part(&off, held, 1, true))
-    .horizontal(0.0, "");
+    .horizontal(0.0, "no residual");
     [fitted, residuals]
 }
 
@@ -131,6 +131,6 @@ fn field(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
     )
     .series("nodes fitted", Style::Markers, &part(&off, held, 3, false))
     .series("nodes held out", Style::Markers, &part(&off, held, 3, true))
-    .horizontal(0.0, "");
+    .horizontal(0.0, "no residual");
     [fitted, residuals]
 }
