@@ -265,6 +265,15 @@ impl<'m> Engine<'m> {
         })
     }
 
+    /// Goes on under other settings from the next tick on, from the state it is in.
+    ///
+    /// # Errors
+    /// Settings that do not fit the model.
+    pub fn choose(&mut self, settings: Settings) -> Result<()> {
+        self.network = Network::new(*self.network.model(), settings).map_err(Error::check)?;
+        Ok(())
+    }
+
     /// One tick, see [`TissueMut::tick`].
     pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
         self.tissue.tick(&self.network, sample)

@@ -6,6 +6,7 @@ pub mod cli;
 pub mod cosim;
 pub mod engine;
 pub mod error;
+pub mod identify;
 pub mod interrupt;
 pub mod mesh;
 pub mod output;

@@ -117,6 +117,16 @@ pub fn execute(args: &Args) -> Result<()> {
 impl BodyArgs {
     /// Reads or generates the mesh and bakes it.
     pub fn bake(&self, spec: &str) -> Result<(Mesh, crate::bake::ImageBytes)> {
+        let (mesh, fixed, options) = self.parts(spec)?;
+        let image = bake(&mesh, &fixed, &options)?;
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        Ok((mesh, image))
+    }
+
+    /// Reads or generates the mesh; with its fixed nodes and what the bake may choose.
+    pub fn parts(&self, spec: &str) -> Result<(Mesh, Vec<u32>, BakeOptions)> {
         let options = MeshOptions {
             unit_m: if self.units == Units::Mm { 0.001 } else { 1.0 },
             diagonals: self.diagonals,
@@ -141,11 +151,7 @@ impl BodyArgs {
             colours: self.colours,
             lean: self.lean,
         };
-        let image = bake(&mesh, &fixed, &options)?;
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
-        Ok((mesh, image))
+        Ok((mesh, fixed, options))
     }
 }
 

@@ -4,6 +4,7 @@ mod bake;
 mod command;
 mod control;
 mod cosim;
+mod identify;
 mod info;
 mod latency;
 mod model_file;
@@ -16,7 +17,7 @@ mod serve;
 mod session;
 mod state;
 
-pub(crate) use scene::automatic;
+pub(crate) use scene::{automatic, contact_cells};
 pub(crate) use session::inward;
 
 use clap::{Parser, Subcommand};
@@ -44,6 +45,7 @@ enum Work {
     Cosim(cosim::Args),
     Latency(latency::Args),
     Report(report::Args),
+    Identify(Box<identify::Args>),
 }
 
 impl Cli {
@@ -64,6 +66,7 @@ impl Cli {
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
             Work::Report(args) => report::execute(&args),
+            Work::Identify(args) => identify::execute(&args),
         }
     }
 }

@@ -132,7 +132,12 @@ impl SceneArgs {
         if self.max_force_n.is_some_and(f32::is_infinite) {
             return Err(self.refuse(SettingsError::MaxForce));
         }
-        Engine::in_numbers(network, self.dynamics, self.number, &self.contacts(&model)?)
+        Engine::in_numbers(
+            network,
+            self.dynamics,
+            self.number,
+            &contact_cells(&self.contact, &model)?,
+        )
     }
 
     /// Step a sweep, and time a tick for the schemes that go by it.
@@ -195,40 +200,6 @@ impl SceneArgs {
         })
     }
 
-    /// Contact cells, ascending.
-    fn contacts(&self, model: &Model<'_>) -> Result<Vec<u16>> {
-        if self.contact == "auto" {
-            return automatic(model);
-        }
-        let selector = self.contact.strip_prefix("cells:").unwrap_or(&self.contact);
-        if selector.starts_with("probe:") {
-            return Err(Error::input(format!(
-                "--contact {}: probes are not supported; name cells with cells:SELECTOR",
-                self.contact
-            )));
-        }
-        let mut cell_of = vec![None; model.input_nodes() as usize];
-        let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
-        for (cell, &id) in model.input_id().iter().enumerate() {
-            cell_of[id as usize] = Some(cell as u16);
-            nodes_m[id as usize] = to_m(model, model.rest_position(cell).map(f64::from));
-        }
-        let notes = Notes::read(model);
-        let nodes = mesh::select(selector, &nodes_m, &notes.groups, &notes.border, "--contact")?;
-        let cells: Result<Vec<u16>> = nodes
-            .iter()
-            .map(|&node| {
-                let cell = cell_of.get(node as usize).copied().flatten();
-                cell.ok_or_else(|| {
-                    Error::input(format!("--contact: node {node} is no cell of the model"))
-                })
-            })
-            .collect();
-        let mut cells = cells?;
-        cells.sort_unstable();
-        Ok(cells)
-    }
-
     /// The same arguments for a child process.
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args = vec![format!("--contact={}", self.contact)];
@@ -287,6 +258,39 @@ impl SceneArgs {
             model_checksum: format!("{:08x}", model.checksum()),
         }
     }
+}
+
+/// Contact cells of `--contact`, ascending.
+pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
+    if contact == "auto" {
+        return automatic(model);
+    }
+    let selector = contact.strip_prefix("cells:").unwrap_or(contact);
+    if selector.starts_with("probe:") {
+        return Err(Error::input(format!(
+            "--contact {contact}: probes are not supported; name cells with cells:SELECTOR"
+        )));
+    }
+    let mut cell_of = vec![None; model.input_nodes() as usize];
+    let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
+    for (cell, &id) in model.input_id().iter().enumerate() {
+        cell_of[id as usize] = Some(cell as u16);
+        nodes_m[id as usize] = to_m(model, model.rest_position(cell).map(f64::from));
+    }
+    let notes = Notes::read(model);
+    let nodes = mesh::select(selector, &nodes_m, &notes.groups, &notes.border, "--contact")?;
+    let cells: Result<Vec<u16>> = nodes
+        .iter()
+        .map(|&node| {
+            let cell = cell_of.get(node as usize).copied().flatten();
+            cell.ok_or_else(|| {
+                Error::input(format!("--contact: node {node} is no cell of the model"))
+            })
+        })
+        .collect();
+    let mut cells = cells?;
+    cells.sort_unstable();
+    Ok(cells)
 }
 
 /// The free surface cell farthest from the fixed cells (from the centre where none is fixed),

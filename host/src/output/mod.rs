@@ -114,9 +114,18 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 fn is_ours(name: &str) -> bool {
     let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
     let report = name == "REPORT.md" || name.starts_with("report_");
-    let fixed =
-        ["force.csv", "path.csv", "session.trace", "final.vtu", "summary.json", "model.chaincell"];
-    snapshot || report || fixed.contains(&name)
+    let chart = name.starts_with("target") && (name.ends_with(".svg") || name.ends_with(".png"));
+    let fixed = [
+        "force.csv",
+        "path.csv",
+        "session.trace",
+        "final.vtu",
+        "summary.json",
+        "model.chaincell",
+        "identified.json",
+        "residuals.csv",
+    ];
+    snapshot || report || chart || fixed.contains(&name)
 }
 
 #[cfg(test)]

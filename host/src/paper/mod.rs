@@ -2,6 +2,7 @@
 
 pub mod body;
 pub mod choices;
+pub mod identified;
 pub mod mechanics;
 pub mod methods;
 pub mod profile;

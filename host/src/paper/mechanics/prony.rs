@@ -3,22 +3,22 @@
 //!
 //! For given times the amplitudes are a linear least-squares problem, solved over every subset of
 //! the terms so that none is negative; what is left, the logarithms of the times, is searched by
-//! Nelder and Mead's simplex (variable projection: Golub and Pereyra 1973). The residual that is
-//! minimised is relative, F(t) / F - 1, so that every decade of a decaying force counts.
+//! Levenberg and Marquardt's method (variable projection: Golub and Pereyra 1973), Jacobian by
+//! differences. The residual that is minimised is relative, F(t) / F - 1, so that every decade of
+//! a decaying force counts.
 
-use argmin::core::{CostFunction, Executor, State};
-use argmin::solver::neldermead::NelderMead;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{Matrix4, Vector4};
+use nalgebra_034::storage::Owned;
+use nalgebra_034::{DMatrix, DVector, Dyn};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 
 /// Most exponential terms: with the constant they fill the matrices.
 pub const TERMS_MAX: usize = 3;
-const ROUNDS: usize = 3;
-const ITERATIONS: u64 = 300;
-/// How far the first simplex reaches, in the logarithm of a time.
-const REACH: f64 = 0.7;
+/// Step of a time's logarithm for differences.
+const STEP: f64 = 1e-4;
 
 /// A fitted series.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -48,8 +48,8 @@ impl Prony {
 struct Samples<'a>(&'a [[f64; 2]]);
 
 impl Samples<'_> {
-    /// The best amplitudes for times, none negative, `F_inf` first; and the residual.
-    fn amplitudes(&self, tau_s: &[f64]) -> (Vector4<f64>, f64) {
+    /// The best amplitudes for times, none negative, `F_inf` first; and the residuals.
+    fn amplitudes(&self, tau_s: &[f64]) -> (Vector4<f64>, Vec<f64>) {
         let used = 1 + tau_s.len().min(TERMS_MAX);
         let basis = |t: f64, f: f64| {
             Vector4::from_fn(|at, _| match at.checked_sub(1).map(|term| tau_s.get(term)) {
@@ -82,18 +82,53 @@ impl Samples<'_> {
             }
         }
         // Once more sample by sample: the expanded square cancels where the fit is good.
-        let square = self.0.iter().map(|&[t, f]| (basis(t, f).dot(&best.0) - 1.0).powi(2));
-        (best.0, (square.sum::<f64>() / count).sqrt())
+        let residuals = self.0.iter().map(|&[t, f]| basis(t, f).dot(&best.0) - 1.0);
+        (best.0, residuals.collect())
     }
 }
 
-impl CostFunction for Samples<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
+/// A search under way.
+struct Search<'a> {
+    samples: Samples<'a>,
+    ln_tau: DVector<f64>,
+}
 
-    fn cost(&self, ln_tau: &Vec<f64>) -> std::result::Result<f64, argmin::core::Error> {
+impl Search<'_> {
+    fn residuals_at(&self, ln_tau: &DVector<f64>) -> DVector<f64> {
         let tau_s: Vec<f64> = ln_tau.iter().map(|ln| ln.exp()).collect();
-        Ok(self.amplitudes(&tau_s).1)
+        DVector::from_vec(self.samples.amplitudes(&tau_s).1)
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, ln_tau: &DVector<f64>) {
+        self.ln_tau.copy_from(ln_tau);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.ln_tau.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.residuals_at(&self.ln_tau))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let columns: Vec<DVector<f64>> = (0..self.ln_tau.len())
+            .map(|term| {
+                let [low, high] = [-STEP, STEP].map(|step| {
+                    let mut there = self.ln_tau.clone();
+                    there[term] += step;
+                    self.residuals_at(&there)
+                });
+                (high - low) / (2.0 * STEP)
+            })
+            .collect();
+        Some(DMatrix::from_columns(&columns))
     }
 }
 
@@ -101,7 +136,7 @@ impl CostFunction for Samples<'_> {
 /// time, forces positive.
 ///
 /// # Errors
-/// Samples that are too few or not positive, too many terms, an optimiser that refuses.
+/// Samples that are too few or not positive, too many terms.
 pub fn fit(samples: &[[f64; 2]], terms: usize) -> Result<Prony> {
     let ends = samples.first().zip(samples.last()).map(|(a, b)| [a[0], b[0]]);
     let enough = samples.len() > 2 * (terms + 1) && (1..=TERMS_MAX).contains(&terms);
@@ -115,37 +150,20 @@ pub fn fit(samples: &[[f64; 2]], terms: usize) -> Result<Prony> {
     };
     let [from, to] = window_s.map(f64::ln);
     let spread = (to - from) / (terms + 1) as f64;
-    let mut best: Vec<f64> = (1..=terms).map(|term| from + spread * term as f64).collect();
-    for _ in 0..ROUNDS {
-        best = search(samples, best).map_err(Error::check)?;
-    }
-    best.sort_by(f64::total_cmp);
-    let tau_s: Vec<f64> = best.iter().map(|ln| ln.exp()).collect();
-    let (f, residual) = Samples(samples).amplitudes(&tau_s);
+    let start = (1..=terms).map(|term| from + spread * term as f64);
+    let search = Search { samples: Samples(samples), ln_tau: DVector::from_iterator(terms, start) };
+    let (found, _) = LevenbergMarquardt::new().minimize(search);
+    let mut tau_s: Vec<f64> = found.ln_tau.iter().map(|ln| ln.exp()).collect();
+    tau_s.sort_by(f64::total_cmp);
+    let (f, residuals) = Samples(samples).amplitudes(&tau_s);
+    let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();
     Ok(Prony {
         f_inf_n: f[0],
         f_n: f.iter().skip(1).take(terms).copied().collect(),
         tau_s,
-        residual,
+        residual: (squares / samples.len() as f64).sqrt(),
         window_s,
     })
-}
-
-/// The simplex from a start; the times found.
-fn search(
-    samples: &[[f64; 2]],
-    start: Vec<f64>,
-) -> std::result::Result<Vec<f64>, argmin::core::Error> {
-    let corner = |at: usize| {
-        let mut corner = start.clone();
-        corner[at] += REACH;
-        corner
-    };
-    let simplex: Vec<Vec<f64>> = (0..start.len()).map(corner).chain([start.clone()]).collect();
-    let solver = NelderMead::new(simplex).with_sd_tolerance(1e-12)?;
-    let executor = Executor::new(Samples(samples), solver);
-    let found = executor.configure(|state| state.max_iters(ITERATIONS)).run()?;
-    Ok(found.state().get_best_param().cloned().unwrap_or(start))
 }
 
 #[cfg(test)]
