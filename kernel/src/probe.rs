@@ -7,9 +7,9 @@
 //! - the contacts of the last tick that the links hold against it: those on the sphere which their
 //!   links do not pull away from the centre, and those beyond it which they pull towards it.
 //!
-//! They are put on the sphere radially, a cell at the centre along its normal at rest, and held
-//! there during the sweeps. Fixed cells and cells without links are left alone. Over the capacity
-//! the lowest ids are kept.
+//! They are put on the sphere radially but within K, a cell at the centre along its normal at rest,
+//! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
+//! capacity the lowest ids are kept.
 //!
 //! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
@@ -207,9 +207,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
-        contacts.retain(|cell| {
-            at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell)))
-        });
+        contacts
+            .retain(|cell| at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell))));
         for &id in model.surface {
             let cell = usize::from(id);
             let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
@@ -269,9 +268,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             let from = single(contact.origin);
             let place = sphere.place(from, || normal(model, cell)).filter(|_| share > 0.0);
             let position = place.map_or(contact.origin, |to| {
+                let to = output(to, k);
                 let to = if share < 1.0 { add(from, scale(share, sub(to, from))) } else { to };
                 // There is one zero in the state.
-                from_single(output(to, k).map(|x| x + 0.0))
+                from_single(to.map(|x| x + 0.0))
             });
             let Some(v) = self.state.get_mut(cell) else { continue };
             if v.xyz() != position {

@@ -131,9 +131,8 @@ impl<'a> Taken<'a> {
             let inverse = row.get(at).copied().unwrap_or(0.0);
             let known = self.sums.iter().zip(row).take(count).skip(at + 1);
             let own = self.sums.get(at).copied().unwrap_or([0.0; 3]);
-            let own = known.fold(own, |own, (y, u)| {
-                [own[0] - u * y[0], own[1] - u * y[1], own[2] - u * y[2]]
-            });
+            let own = known
+                .fold(own, |own, (y, u)| [own[0] - u * y[0], own[1] - u * y[1], own[2] - u * y[2]]);
             if let Some(slot) = self.sums.get_mut(at) {
                 *slot = own.map(|x| x * inverse);
             }
@@ -256,9 +255,8 @@ mod tests {
         let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(taken) };
         let product = run(vectors, solve);
         let side = |from: usize| {
-            let at = |hat: usize, axis: usize| {
-                room[(from + axis) * octets + hat / LANES][hat % LANES]
-            };
+            let at =
+                |hat: usize, axis: usize| room[(from + axis) * octets + hat / LANES][hat % LANES];
             (0..hats.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
         };
         (side(0), side(3), product.hi)

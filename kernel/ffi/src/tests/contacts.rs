@@ -1,6 +1,6 @@
 //! Contact cells by input ids.
 
-use super::{BOX, choose, hash, make, sample, tick};
+use super::{BOX, call, choose, hash, make, sample, tick};
 use crate::{Code, Scheme};
 
 /// A body that holds these ids, after a few ticks of a press.
@@ -75,8 +75,7 @@ fn press(at: u16) -> crate::Sample {
 
 #[test]
 fn a_probe_touches_cells_and_lets_go() {
-    let schemes = crate::Scheme::ALL;
-    for scheme in schemes {
+    for scheme in Scheme::ALL {
         let made = make(BOX, scheme, 34);
         assert_eq!(probe(made.tissue, 0.015).0, Code::Ok);
         let mut most = 0;
