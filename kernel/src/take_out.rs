@@ -280,7 +280,7 @@ mod tests {
                 }
             }
             let out = is_out.iter().filter(|&&out| out).count();
-            assert!((out > 0) == !cells.is_empty() && out < hats.count, "{out}");
+            assert!((out > 0) != cells.is_empty() && out < hats.count, "{out}");
             let (mut curved, mut exact) = (0.0, 0.0);
             for hat in 0..hats.count {
                 for axis in 0..3 {
