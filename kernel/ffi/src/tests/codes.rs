@@ -116,6 +116,11 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(ContactError::Model, Code::ContactModel, none);
     becomes(ContactError::Hats { needed: 9, room: 8 }, Code::ContactHats, sizes(9, 8));
     becomes(ContactError::Engaged, Code::ContactEngaged, none);
+    let radius = Detail { limit: 2.5, ..Detail::default() };
+    becomes(ContactError::Radius { max_m: 2.5 }, Code::ContactRadius, radius);
+    becomes(ContactError::NoSurface, Code::ContactSurface, none);
+    let hats = ContactError::ProbeHats { needed: 7, room: 6 };
+    becomes(hats, Code::ContactProbeHats, sizes(7, 6));
     becomes(StateError::Model, Code::StateModel, none);
     becomes(StateError::Count { needed: 81, given: 8 }, Code::StateCount, sizes(81, 8));
     becomes(StateError::Position(80), Code::StatePosition, at(0, 80));
