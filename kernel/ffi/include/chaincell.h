@@ -125,6 +125,12 @@
 #define CHAINCELL_FLAG_ROLLED_BACK 64
 
 /**
+ * More cells in the probe than the tissue was initialised for: those with the highest numbers are
+ * free.
+ */
+#define CHAINCELL_FLAG_CONTACT_CAPACITY 128
+
+/**
  * What a call came to: 0 when all is well, negative when it was refused.
  *
  * A number never changes its meaning; `chaincell_code_text` says it in words.
@@ -295,6 +301,19 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_ENGAGED = -86,
     /**
+     * The probe's radius is not above 0 and at most `limit` [m].
+     */
+    CHAINCELL_CODE_CONTACT_RADIUS = -87,
+    /**
+     * The model has no surface that a probe could touch.
+     */
+    CHAINCELL_CODE_CONTACT_SURFACE = -88,
+    /**
+     * Too little room for a probe and the model's hats: `needed`, `available` octets; 34 contact
+     * cells make enough for every model.
+     */
+    CHAINCELL_CODE_CONTACT_PROBE_HATS = -89,
+    /**
      * The tissue belongs to another model.
      */
     CHAINCELL_CODE_STATE_MODEL = -100,
@@ -430,8 +449,8 @@ typedef struct chaincell_detail {
      */
     size_t available;
     /**
-     * Largest admitted value, in the code's own unit: a step [dimensionless time], or the number
-     * that the model leaves.
+     * Largest admitted value, in the code's own unit: a step [dimensionless time], the number
+     * that the model leaves, or a radius [m].
      */
     float limit;
 } chaincell_detail;
@@ -545,7 +564,7 @@ typedef struct chaincell_sample {
      */
     float position_m[3];
     /**
-     * 1 while the tool holds the contact cells, else 0.
+     * 1 while the tool holds the contact cells, or its probe touches, else 0.
      */
     uint32_t engaged;
 } chaincell_sample;
@@ -723,6 +742,23 @@ chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
                                          const uint32_t *input_ids,
                                          size_t count,
                                          struct chaincell_detail *detail);
+
+/**
+ * Gives the tool a sphere that pushes surface cells out while it is engaged, in place of chosen
+ * cells; `radius_m` is above 0 [m]. The sphere's centre is at the tool.
+ *
+ * It touches at most as many cells as the tissue was initialised for, those with the lowest
+ * numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with hats under track the
+ * tissue must have been initialised for enough contacts: 34 suffice for every model. A refused
+ * choice leaves the old one. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
+ * storage.
+ */
+chaincell_code chaincell_choose_probe(struct chaincell_tissue *tissue,
+                                      float radius_m,
+                                      struct chaincell_detail *detail);
 
 /**
  * One tick: infallible with good pointers, and with a constant number of link passes whatever the

@@ -11,15 +11,16 @@
 //!     16      4  checksum of the model image
 //!     20      2  scheme, see SCHEMES
 //!     22      2  number type, see NUMBERS
-//!     24      4  unloading: 0 off, 1 release, 2 retreat
+//!     24      2  unloading: 0 off, 1 release, 2 retreat
+//!     26      2  drive: 0 position, 1 current
 //!     28      4  sweeps a tick
 //!     32      4  step (f32 bits, as the next three)
 //!     36      4  time a tick
 //!     40      4  largest motion a tick [m]
 //!     44      4  largest force [N]
 //!     48      4  n = number of contact cells
-//!     52      4  drive: 0 position, 1 current
-//!     56      4  zero
+//!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells
+//!     56      4  contacts that a probe has room for, 0 with contact cells
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
 //! record r = 0, 1, ... of 40 bytes
@@ -45,7 +46,7 @@ mod record;
 mod tests;
 
 pub use command::{Command, CommandError, CommandRecord, Entry};
-pub use header::{Header, TraceError, header_bytes};
+pub use header::{Header, RecordedProbe, TraceError, header_bytes};
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
