@@ -49,6 +49,7 @@ mod awake;
 pub mod cell;
 pub mod contact;
 pub mod dynamics;
+mod fine;
 pub mod float_env;
 pub mod handover;
 pub mod hash;
