@@ -292,11 +292,39 @@ impl<'m> Engine<'m> {
         self.tissue.ram_bytes()
     }
 
+    /// Every node of the input with its published position: the cells in the model's order, or the
+    /// nodes that they carry along, in the input's.
+    pub fn nodes(&mut self) -> Nodes {
+        let model = *self.network.model();
+        if model.fine_nodes() == 0 {
+            return Nodes { ids: model.input_id().to_vec(), positions_m: self.positions_m() };
+        }
+        let cells: Vec<[f32; 3]> = (0..model.cells())
+            .map(|cell| self.tissue.position(&model, cell).map(|x| x as f32))
+            .collect();
+        let (ids, positions_m) = (0..model.fine_nodes())
+            .filter_map(|node| {
+                let place = model.fine_position(node, |cell| cells.get(cell).copied())?;
+                Some((node as u32, to_m(&model, place.map(f64::from))))
+            })
+            .unzip();
+        Nodes { ids, positions_m }
+    }
+
     /// Published positions of all cells \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
         let model = self.network.model();
         (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
     }
+}
+
+/// Nodes of the input with their positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nodes {
+    /// Input ids.
+    pub ids: Vec<u32>,
+    /// Positions \[m\], in the order of the ids.
+    pub positions_m: Vec<[f64; 3]>,
 }
 
 /// An internal position in the frame of the input mesh \[m\].

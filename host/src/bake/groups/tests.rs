@@ -63,6 +63,52 @@ fn energy(nodes: &[[f64; 3]], links: &[[u32; 2]], stiffness: &[f64], rows: &Rows
     links.iter().zip(stiffness).map(of).sum()
 }
 
+/// Force of the held top against a move of it, of a model of the mesh.
+fn plate(mesh: &Mesh, cells: Option<usize>, move_m: [f64; 3]) -> [f64; 3] {
+    use crate::reference::{Links, minimum};
+    let options = crate::bake::BakeOptions {
+        cells,
+        hats: crate::bake::HatSpacing::None,
+        ..Default::default()
+    };
+    let image = crate::bake::bake(mesh, &mesh.default_fixed, &options).unwrap();
+    let model = chaincell_kernel::Model::from_bytes(image.as_bytes()).unwrap();
+    let top = mesh.nodes_m.iter().map(|p| p[2]).fold(0.0, f64::max);
+    let nodes: Vec<u32> = (0..mesh.nodes_m.len() as u32)
+        .filter(|&n| mesh.nodes_m[n as usize][2] > top - 1e-9)
+        .collect();
+    let held = crate::contact::held(&model, &nodes).unwrap();
+    let links = Links::of_model(&model);
+    let at = |cell: u16| {
+        let r = links.rest()[usize::from(cell)];
+        std::array::from_fn(|x| r[x] + move_m[x] / f64::from(model.unit_m()))
+    };
+    let places: Vec<(usize, [f64; 3])> = held.iter().map(|&c| (c.into(), at(c))).collect();
+    let found = minimum(&links, &places, &links.rest().to_vec(), 1e-9);
+    let of: Vec<usize> = held.iter().map(|&c| c.into()).collect();
+    links.force(&found.positions, &of).map(|f| f * f64::from(model.force_unit_n()))
+}
+
+#[test]
+fn probe_plate() {
+    for (spec, cells) in [
+        ("box:21x21x11x0.005", vec![1000, 500, 300, 100]),
+        ("box:13x13x13x0.005", vec![700, 300, 100]),
+    ] {
+        let mesh = load(spec, &MeshOptions::default()).unwrap();
+        for move_m in [[0.0, 0.0, -0.001], [0.001, 0.0, 0.0], [0.0, 0.0, 0.002]] {
+            let fine = plate(&mesh, None, move_m);
+            let axis = if move_m[0] != 0.0 { 0 } else { 2 };
+            print!("{spec} {move_m:?} fine {:.3} N:", fine[axis]);
+            for &cells in &cells {
+                let c = plate(&mesh, Some(cells), move_m);
+                print!(" {cells}: {:.4}", c[axis] / fine[axis]);
+            }
+            println!();
+        }
+    }
+}
+
 #[test]
 fn probe() {
     for (spec, cells) in [
