@@ -2,7 +2,6 @@
 
 use chaincell_kernel::image::{FINE_CELLS, NO_CELL, kind};
 
-use super::groups::carry;
 use super::image::Sections;
 use super::network::Plan;
 use super::{Body, internal};
@@ -11,10 +10,7 @@ use super::{Body, internal};
 pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &Body) {
     let Some(coarse) = plan.coarse() else { return };
     let mesh = plan.mesh();
-    let carried = carry(mesh, &coarse.groups, &coarse.net.links);
-    if carried.rough > 0 {
-        log::info!("{} nodes follow linear fields only roughly", carried.rough);
-    }
+    let carried = &coarse.carried;
     let rest: Vec<[f32; 3]> = (mesh.nodes_m.iter().zip(&carried.groups))
         .map(|(&at, groups)| match groups[0] {
             // A node that is left out may be anywhere.

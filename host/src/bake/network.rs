@@ -1,6 +1,6 @@
 //! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's.
 
-use super::groups::{CoarseLinks, Groups, couple, partition};
+use super::groups::{Carried, CoarseLinks, Groups, carry, couple, partition, stiffening};
 use super::{BakeOptions, Body, Link, PerCell};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -26,6 +26,8 @@ pub struct Coarse {
     pub groups: Groups,
     /// Nodes are groups.
     pub net: Mesh,
+    /// How groups carry the nodes.
+    pub carried: Carried,
     fixed: Vec<u32>,
     links: CoarseLinks,
 }
@@ -114,18 +116,23 @@ impl Coarse {
         let each = |value: &PerCell| -> Vec<f64> {
             mesh.links.iter().map(|&link| value.of_link(link)).collect()
         };
-        let links = couple(mesh, &groups, &each(&options.stiffness_n_per_m), &each(&options.alpha));
+        let stiffness = each(&options.stiffness_n_per_m);
+        let mut links = couple(mesh, &groups, &stiffness, &each(&options.alpha));
         if links.links.is_empty() {
             return Err(Error::input(format!(
                 "--cells {cells}: each part of the body would be one cell; take more cells"
             )));
         }
-        let net = Mesh {
-            nodes_m: groups.node.iter().map(|&node| mesh.nodes_m[node as usize]).collect(),
-            links: links.links.clone(),
-            ..Mesh::default()
-        };
+        let mut carried = carry(mesh, &groups, &links.links);
+        let cells_m: Vec<[f64; 3]> =
+            groups.node.iter().map(|&node| mesh.nodes_m[node as usize]).collect();
+        let k = &mut links.stiffness_n_per_m;
+        let factor = stiffening(mesh, &stiffness, &cells_m, &links.links, k, &carried);
+        k.iter_mut().for_each(|k| *k *= factor);
+        log::info!("links of groups stiffened by {factor}, {} nodes rough", carried.rough);
+        carried.pin(&groups);
+        let net = Mesh { nodes_m: cells_m, links: links.links.clone(), ..Mesh::default() };
         let fixed = (0_u32..).zip(&groups.fixed).filter(|entry| *entry.1).map(|entry| entry.0);
-        Ok(Self { fixed: fixed.collect(), groups, net, links })
+        Ok(Self { fixed: fixed.collect(), groups, net, carried, links })
     }
 }

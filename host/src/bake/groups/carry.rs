@@ -36,7 +36,7 @@ pub struct Carried {
 }
 
 /// Carries every used node of the mesh by the cells of its group and of those linked to it, twice
-/// over. A fixed node goes with its own cell alone, which never moves.
+/// over.
 pub fn carry(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Carried {
     let mut linked = vec![Vec::new(); groups.node.len()];
     for &[a, b] in links {
@@ -58,8 +58,7 @@ pub fn carry(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Carried {
     for (own, members) in members.iter().enumerate() {
         let around = around(own as u32, &linked);
         for &node in members {
-            let alone = groups.fixed[own] || groups.node[own] as usize == node;
-            let found = if alone {
+            let found = if groups.node[own] as usize == node {
                 Weights { of: vec![(own as u32, 1.0)], exact: true }
             } else {
                 weights(mesh, groups, node, own as u32, &around)
@@ -73,6 +72,20 @@ pub fn carry(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Carried {
         }
     }
     carried
+}
+
+impl Carried {
+    /// Lets the nodes of fixed groups go with their own cells alone, which never move.
+    pub fn pin(&mut self, groups: &Groups) {
+        let slots = self.groups.iter_mut().zip(&mut self.weights);
+        for (&own, (cells, weights)) in groups.of.iter().zip(slots) {
+            if own != NONE && groups.fixed[own as usize] {
+                *cells = [own as u16; FINE_CELLS];
+                *weights = [0.0; FINE_CELLS];
+                weights[0] = 1.0;
+            }
+        }
+    }
 }
 
 /// A group with those linked to it, and those linked to them.

@@ -9,11 +9,13 @@ mod carry;
 mod graph;
 mod links;
 mod moments;
+mod response;
 
-pub use carry::carry;
+pub use carry::{Carried, carry};
 pub use graph::NONE;
 use graph::{Graph, mean, squared};
 pub use links::{CoarseLinks, couple};
+pub use response::stiffening;
 
 use crate::error::{Error, Result};
 use crate::interrupt;
