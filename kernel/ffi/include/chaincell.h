@@ -752,6 +752,19 @@ chaincell_code chaincell_position(const struct chaincell_tissue *tissue,
                                   float (*position_m)[3]);
 
 /**
+ * Place of a node of the mesh, by input id, carried along by the published positions of the cells
+ * around it, in the frame of the input mesh [m]. Only for a model baked with --cells, its fine
+ * nodes kept; cost: the node's weights.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
+ * storage for the answer.
+ */
+chaincell_code chaincell_fine_position(const struct chaincell_tissue *tissue,
+                                       uint32_t node,
+                                       float (*position_m)[3]);
+
+/**
  * Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)
  * [mean link lengths from the body's centre]: bit by bit what `chaincell_set_positions` takes.
  *
