@@ -36,9 +36,10 @@ const LOOKS_MAX: usize = 16;
 /// The body has settled when it moved less than this share of its displacement between two looks.
 const SETTLED: f64 = 1e-4;
 
-/// One network.
+/// One network at one site; errors as fractions.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
+    site: &'static str,
     cells: usize,
     links: usize,
     held_cells: usize,
@@ -57,8 +58,9 @@ struct Row {
 }
 
 /// What is pressed, and how.
-struct Press {
-    mesh: Mesh,
+struct Press<'a> {
+    site: Site,
+    mesh: &'a Mesh,
     /// Nodes that the tool holds.
     patch: Vec<u32>,
     /// Nodes of the surface around them.
@@ -75,6 +77,24 @@ struct Settled {
     force_n: [f64; 3],
 }
 
+/// Where the body is pressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Site {
+    /// The highest point, over the thick of the body.
+    Dome,
+    /// The point farthest from the fixed nodes, the end of a thin lobe.
+    Tip,
+}
+
+impl Site {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Dome => "dome",
+            Self::Tip => "tip",
+        }
+    }
+}
+
 /// The press over numbers of cells.
 ///
 /// # Errors
@@ -85,61 +105,80 @@ pub fn section(context: &Context) -> Result<Section> {
     } else {
         (20_000, &[5000, 2000, 1000, 500, 200])
     };
-    let (press, image) = prepare(size)?;
-    let full = settle(&press, &image)?;
-    let mut rows = vec![full.row.clone()];
-    for &cells in numbers {
-        let options = BakeOptions { cells: Some(cells), ..BakeOptions::default() };
-        let image = bake(&press.mesh, &press.mesh.default_fixed, &options)?;
-        let coarse = settle(&press, &image)?;
-        rows.push(compared(&press, &full, coarse));
+    let depth_m = DEPTH_LINKS * mean_link_m(&mesh::load("organ", &MeshOptions::default())?);
+    let mesh = mesh::load(&format!("organ:{size}"), &MeshOptions::default())?;
+    let baked = |cells: Option<usize>| {
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        bake(&mesh, &mesh.default_fixed, &BakeOptions { cells, ..BakeOptions::default() })
+    };
+    let image = baked(None)?;
+    let images: Result<Vec<ImageBytes>> = numbers.iter().map(|&cells| baked(Some(cells))).collect();
+    let (images, mut rows, mut patch_nodes) = (images?, Vec::new(), Vec::new());
+    for site in [Site::Dome, Site::Tip] {
+        let press = Press::at(site, &mesh, &parse(&image)?, depth_m)?;
+        let full = settle(&press, &image)?;
+        rows.push(full.row.clone());
+        for image in &images {
+            rows.push(compared(&press, &full, settle(&press, image)?));
+        }
+        patch_nodes.push(press.patch.len());
     }
+    let nodes = mesh.nodes_m.len();
     Ok(Section {
         key: "scaling",
         title: "Many chain elements to one cell".to_owned(),
-        text: text(&press, &rows),
+        text: text(nodes, &rows),
         figures: figures(&rows)?,
-        tables: vec![(caption(&press), table(&rows))],
+        tables: vec![(caption(nodes, depth_m, &patch_nodes), table(&rows))],
         numbers: vec![Numbers { name: "scaling".to_owned(), csv: csv(&rows) }],
         json: serde_json::json!({
-            "nodes": press.mesh.nodes_m.len(),
-            "depth_m": press.depth_m,
+            "nodes": nodes,
+            "depth_m": depth_m,
             "patch_radius_m": PATCH_M,
-            "patch_nodes": press.patch.len(),
+            "patch_nodes": patch_nodes,
             "sweeps_per_tick": SWEEPS,
             "networks": rows,
         }),
     })
 }
 
-/// The organ with its patch, and the model in which every node is a cell.
-fn prepare(size: usize) -> Result<(Press, ImageBytes)> {
-    let depth_m = DEPTH_LINKS * mean_link_m(&mesh::load("organ", &MeshOptions::default())?);
-    let mesh = mesh::load(&format!("organ:{size}"), &MeshOptions::default())?;
-    let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default())?;
-    let model = parse(&image)?;
-    let around = automatic(&model)?;
-    let normal = inward(&model, &around);
-    let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let centre =
-        around.iter().map(|&cell| mesh.nodes_m[model.input_id()[usize::from(cell)] as usize]);
-    let centre = centre.fold([0.0; 3], |sum: [f64; 3], p| std::array::from_fn(|x| sum[x] + p[x]));
-    let centre = centre.map(|x| x / around.len() as f64);
-    let mut surface: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
-    surface.sort_unstable();
-    surface.dedup();
-    surface.retain(|node| mesh.default_fixed.binary_search(node).is_err());
-    let within = |radius: f64| -> Vec<u32> {
-        let near = |node: &&u32| norm(&[minus(mesh.nodes_m[**node as usize], centre)]) <= radius;
-        surface.iter().filter(near).copied().collect()
-    };
-    let (patch, profile) = (within(PATCH_M), within(PROFILE_RADII * PATCH_M));
-    let way_m = normal.map(|x| depth_m * x / length);
-    Ok((Press { patch, profile, mesh, way_m, depth_m }, image))
+impl<'a> Press<'a> {
+    /// A patch of the surface around a site, pressed inwards; `model` has every node as a cell.
+    fn at(site: Site, mesh: &'a Mesh, model: &Model<'_>, depth_m: f64) -> Result<Self> {
+        let mut surface: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+        surface.sort_unstable();
+        surface.dedup();
+        surface.retain(|node| mesh.default_fixed.binary_search(node).is_err());
+        let place = |node: u32| mesh.nodes_m[node as usize];
+        let middle = match site {
+            Site::Dome => surface
+                .iter()
+                .copied()
+                .max_by(|&a, &b| place(a)[2].total_cmp(&place(b)[2]).then(b.cmp(&a)))
+                .map_or([0.0; 3], place),
+            Site::Tip => {
+                let cells = automatic(model)?;
+                let at = cells.iter().map(|&cell| place(model.input_id()[usize::from(cell)]));
+                let sum =
+                    at.fold([0.0; 3], |sum: [f64; 3], p| std::array::from_fn(|x| sum[x] + p[x]));
+                sum.map(|x| x / cells.len() as f64)
+            }
+        };
+        let within = |radius: f64| -> Vec<u32> {
+            let near = |node: &&u32| norm(&[minus(place(**node), middle)]) <= radius;
+            surface.iter().filter(near).copied().collect()
+        };
+        let (patch, profile) = (within(PATCH_M), within(PROFILE_RADII * PATCH_M));
+        let normal = inward(model, &held(model, &patch)?);
+        let way_m = normal.map(|x| depth_m * x / norm(&[normal]));
+        Ok(Self { site, mesh, patch, profile, way_m, depth_m })
+    }
 }
 
 /// Presses a network and waits until it has settled.
-fn settle(press: &Press, image: &ImageBytes) -> Result<Settled> {
+fn settle(press: &Press<'_>, image: &ImageBytes) -> Result<Settled> {
     let model = parse(image)?;
     let contacts = held(&model, &press.patch)?;
     let settings = Settings {
@@ -172,6 +211,7 @@ fn settle(press: &Press, image: &ImageBytes) -> Result<Settled> {
     }
     let force_n = force_n.map(f64::from);
     let row = Row {
+        site: press.site.name(),
         cells: model.cells(),
         links: model.links(),
         held_cells: contacts.len(),
@@ -191,7 +231,7 @@ fn settle(press: &Press, image: &ImageBytes) -> Result<Settled> {
 }
 
 /// A network's row, with its errors against the full one.
-fn compared(press: &Press, full: &Settled, coarse: Settled) -> Row {
+fn compared(press: &Press<'_>, full: &Settled, coarse: Settled) -> Row {
     let of = |field: &[[f64; 3]], nodes: &[u32]| -> Vec<[f64; 3]> {
         nodes.iter().map(|&node| field[node as usize]).collect()
     };
@@ -211,13 +251,13 @@ fn compared(press: &Press, full: &Settled, coarse: Settled) -> Row {
     }
 }
 
-fn sample(press: &Press, share: f64) -> ToolSample {
+fn sample(press: &Press<'_>, share: f64) -> ToolSample {
     let position_m = Vector3::from(press.way_m.map(|x| (share * x) as f32));
     ToolSample { position_m, engaged: 1 }
 }
 
 /// Displacement of every node, by input id \[m\].
-fn field(press: &Press, engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
+fn field(press: &Press<'_>, engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
     let mut field = vec![[0.0; 3]; press.mesh.nodes_m.len()];
     let nodes = engine.nodes();
     for (&id, &at) in nodes.ids.iter().zip(&nodes.positions_m) {
@@ -249,19 +289,21 @@ fn mean_link_m(mesh: &Mesh) -> f64 {
     lengths.sum::<f64>() / mesh.links.len() as f64
 }
 
-fn caption(press: &Press) -> String {
+fn caption(nodes: usize, depth_m: f64, patch_nodes: &[usize]) -> String {
+    let patches: Vec<String> = patch_nodes.iter().map(ToString::to_string).collect();
     format!(
-        "A press of {:.1} mm on a patch of {} nodes ({:.0} mm around) of the generated organ of {} \
-         nodes, settled; errors against the network in which every node is a cell.",
-        1e3 * press.depth_m,
-        press.patch.len(),
+        "A press of {:.1} mm on all surface nodes within {:.0} mm ({}) of the generated organ's \
+         highest point and of its thin lobe's tip, {nodes} nodes, settled; errors against the \
+         network in which every node is a cell.",
+        1e3 * depth_m,
         1e3 * PATCH_M,
-        press.mesh.nodes_m.len()
+        patches.join(" and ")
     )
 }
 
 fn table(rows: &[Row]) -> Table {
     let mut table = Table::new(&[
+        "site",
         "cells",
         "links",
         "cells held",
@@ -275,9 +317,12 @@ fn table(rows: &[Row]) -> Table {
         "sweeps to settle",
         "image [kB]",
     ]);
-    for (at, row) in rows.iter().enumerate() {
-        let error = |error: f64| if at == 0 { "-".to_owned() } else { percent(error) };
+    let all = rows.iter().map(|row| row.cells).max();
+    for row in rows {
+        let is_full = Some(row.cells) == all;
+        let error = |error: f64| if is_full { "-".to_owned() } else { percent(error) };
         table.row(vec![
+            row.site.to_owned(),
             row.cells.to_string(),
             row.links.to_string(),
             row.held_cells.to_string(),
@@ -295,79 +340,80 @@ fn table(rows: &[Row]) -> Table {
     table
 }
 
-fn text(press: &Press, rows: &[Row]) -> Vec<String> {
+fn text(nodes: usize, rows: &[Row]) -> Vec<String> {
     let mut text = vec![format!(
-        "The paper leaves open how many elements of the chain one cell may stand for. Here the {} \
-         nodes of an organ are put into groups: connected, about equally far apart, fixed and free \
-         ones apart, those of the surface by themselves. Each group is a cell at one of its nodes; \
-         links between neighbouring groups are as stiff as what they stand for; every node follows \
-         the cells around it by weights that reproduce linear fields. The weights are no part of a \
-         tick: its cost goes with the cells alone.",
-        press.mesh.nodes_m.len()
+        "The paper leaves open how many elements of the chain one cell may stand for. Here the \
+         {nodes} nodes of an organ are put into groups: connected, about equally far apart, fixed \
+         and free ones apart, those of the surface by themselves. Each group is a cell at one of \
+         its nodes; links between neighbouring groups are as stiff as what they stand for; every \
+         node follows the cells around it by weights that reproduce linear fields. The weights are \
+         no part of a tick: its cost goes with the cells alone."
     )];
-    if let [full, coarse @ ..] = rows
-        && let (Some(finest), Some(coarsest)) = (coarse.first(), coarse.last())
-    {
+    for site in rows.chunk_by(|a, b| a.site == b.site) {
+        let [full, coarse @ ..] = site else { continue };
         let line = |row: &Row| {
             format!(
-                "with {} cells the force is off by {} %, the field by {} %, the surface around the \
-                 press by {} % of its depth, in {} % of the time a tick",
+                "{} cells: force {:+.0} %, field {} %, surface around the press {} % of its depth, \
+                 {} % of the time a tick",
                 row.cells,
-                percent(row.force_error),
+                100.0 * row.force_error,
                 percent(row.field_error),
                 percent(row.profile_error),
                 percent(row.tick_share)
             )
         };
+        let lines: Vec<String> = coarse.iter().map(line).collect();
         text.push(format!(
-            "Against the full network ({:.3} N, {} us a tick of {SWEEPS} sweeps): {}; {}.",
+            "Errors at the {} against the full network ({:.3} N, {} us a tick of {SWEEPS} sweeps): {}.",
+            full.site,
             full.force_n,
             us(full.tick_median_ns),
-            line(finest),
-            line(coarsest)
-        ));
-        let unsettled = rows.iter().map(|row| row.unsettled).fold(0.0, f64::max);
-        text.push(format!(
-            "Two things do not come for free. A patch is held through the cells of whose groups it \
-             has half or more, or the one that has most of it: where groups are larger than the \
-             patch, the tool's size is theirs (its nodes then miss the tool by {} % of the depth \
-             with {} cells). And an irregular network yields more than its links one by one: a \
-             factor from a patch test at rest makes up for it, the same everywhere and at every \
-             depth. Between the last two looks, {LOOK_TICKS} ticks apart, no network moved by more \
-             than {} % of its displacement.",
-            percent(coarsest.patch_error),
-            coarsest.cells,
-            percent(unsettled)
+            lines.join("; ")
         ));
     }
+    let worst = |of: fn(&Row) -> f64| 100.0 * rows.iter().map(of).fold(0.0, f64::max);
+    text.push(format!(
+        "Cells cost accuracy in three ways. A patch is held through the cells of whose groups it \
+         has half or more, or the one that has most of it: where groups are as large as the patch, \
+         the tool's size is theirs, and its nodes miss the tool by up to {:.0} % of the depth. A thin \
+         lobe keeps few cells across, so it bends too easily and folds elsewhere. And an irregular \
+         network yields more than its links one by one: one factor from a patch test at rest makes \
+         up for it on the whole, not at each place and depth. Between the last two looks, \
+         {LOOK_TICKS} ticks apart, no network moved by more than {:.1e} % of its displacement.",
+        worst(|row| row.patch_error),
+        worst(|row| row.unsettled)
+    ));
     text
 }
 
 fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
-    let coarse = || rows.iter().skip(1);
-    let points = |of: fn(&Row) -> f64| -> Vec<[f64; 2]> {
-        coarse().map(|row| [row.cells as f64, 100.0 * of(row)]).collect()
+    let mut error = Chart::new("Error over cells", Axis::log10("cells"), Axis::log10("error [%]"));
+    let mut time =
+        Chart::new("Time over cells", Axis::log10("cells"), Axis::log10("time a tick [us]"))
+            .horizontal(1000.0, "1 ms");
+    for site in rows.chunk_by(|a, b| a.site == b.site) {
+        let Some(full) = site.first() else { continue };
+        let points = |of: fn(&Row) -> f64| -> Vec<[f64; 2]> {
+            site.iter().skip(1).map(|row| [row.cells as f64, 100.0 * of(row)]).collect()
+        };
+        for (name, of) in [
+            ("force", (|row: &Row| row.force_error.abs()) as fn(&Row) -> f64),
+            ("field", |row: &Row| row.field_error),
+            ("profile", |row: &Row| row.profile_error),
+        ] {
+            error = error.series(&format!("{name}, {}", full.site), Style::MarkedLine, &points(of));
+        }
+        let times = |row: &Row| [row.cells as f64, row.tick_median_ns as f64 * 1e-3];
+        let times: Vec<[f64; 2]> = site.iter().map(times).collect();
+        time = time.series(&format!("track, {}", full.site), Style::MarkedLine, &times);
+    }
+    let figure = |name: &str, caption: &str, chart: &Chart| -> Result<Figure> {
+        Ok(Figure { name: name.to_owned(), caption: caption.to_owned(), picture: chart.draw()? })
     };
-    let error = Chart::new("Error over cells", Axis::log10("cells"), Axis::log10("error [%]"))
-        .series("force", Style::MarkedLine, &points(|row| row.force_error.abs()))
-        .series("field, all nodes", Style::MarkedLine, &points(|row| row.field_error))
-        .series("profile, of the depth", Style::MarkedLine, &points(|row| row.profile_error));
-    let times: Vec<[f64; 2]> =
-        rows.iter().map(|row| [row.cells as f64, row.tick_median_ns as f64 * 1e-3]).collect();
-    let time = Chart::new("Time over cells", Axis::log10("cells"), Axis::log10("time a tick [us]"))
-        .series("track, 4 sweeps", Style::MarkedLine, &times)
-        .horizontal(1000.0, "1 ms");
+    let of_error = "Errors of a press against the network of all nodes; profile: of the depth.";
     Ok(vec![
-        Figure {
-            name: "scaling_error".to_owned(),
-            caption: "Errors of a press against the network of all nodes.".to_owned(),
-            picture: error.draw()?,
-        },
-        Figure {
-            name: "scaling_time".to_owned(),
-            caption: "Median time a tick of the press, measured in one run.".to_owned(),
-            picture: time.draw()?,
-        },
+        figure("scaling_error", of_error, &error)?,
+        figure("scaling_time", "Median time a tick of the press, measured in one run.", &time)?,
     ])
 }
 
@@ -380,18 +426,18 @@ mod tests {
         let section = section(&Context { quick: true, ..Context::default() }).unwrap();
         println!("{}\n{}", section.text.join("\n"), section.tables[0].1.markdown());
         let rows = section.json["networks"].as_array().unwrap();
-        assert_eq!(rows.len(), 4);
+        assert_eq!(rows.len(), 8);
         let of = |row: usize, name: &str| rows[row][name].as_f64().unwrap();
-        for row in 1..rows.len() {
-            assert!(
-                of(row, "cells") < of(row - 1, "cells") && of(row, "links") < of(row - 1, "links")
-            );
-            assert!(of(row, "field_error") < 0.35 && of(row, "force_error").abs() < 0.5, "{row}");
-            assert!(of(row, "ram_bytes") < of(row - 1, "ram_bytes"));
+        for row in [1, 2, 3, 5, 6, 7] {
+            for name in ["cells", "links", "ram_bytes"] {
+                assert!(of(row, name) < of(row - 1, name), "{row}: {name}");
+            }
         }
-        assert!(of(1, "field_error") < of(3, "field_error"));
+        // Over the thick of the body; a thin lobe folds.
+        assert!(of(1, "field_error") < 0.25 && of(1, "force_error").abs() < 0.25);
+        assert!(of(1, "profile_error") < 0.1 && of(1, "patch_error") < 0.2);
         assert_eq!((section.figures.len(), section.numbers.len()), (2, 1));
-        assert_eq!(section.numbers[0].csv.lines().count(), 5);
+        assert_eq!(section.numbers[0].csv.lines().count(), 9);
         assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
     }
 }
