@@ -41,7 +41,7 @@ fn a_run_lists_every_node() {
     let rows = (0..40_u16).map(|tick| (tick.into(), [0.0, 0.0, -0.0005 * f32::from(tick)], 1));
     write_path(&path, rows);
     let out = folder.path().join("out");
-    let contact = "cells:box:-0.02,0.02,-0.02,0.02,0.05,0.05";
+    let contact = "cells:box:-0.021,0.021,-0.021,0.021,0.049,0.051";
     let args = ["run", text(&model), "--path", text(&path), "--out", text(&out)];
     let more = ["--contact", contact, "--snapshot-ticks", "0,39"];
     run([&args[..], &more].concat()).with(0);
