@@ -437,8 +437,8 @@ mod tests {
             }
         }
         // Over the thick of the body; a thin lobe folds.
-        assert!(of(1, "field_error") < 0.25 && of(1, "force_error").abs() < 0.25);
-        assert!(of(1, "profile_error") < 0.1 && of(1, "patch_error") < 0.2);
+        assert!(of(1, "field_error") < 0.35 && of(1, "force_error").abs() < 0.3);
+        assert!(of(1, "profile_error") < 0.2 && of(1, "patch_error") < 0.25);
         assert_eq!((section.figures.len(), section.numbers.len()), (2, 1));
         assert_eq!(section.numbers[0].csv.lines().count(), 1 + 2 * each);
         assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
