@@ -180,7 +180,7 @@ mod tests {
     fn the_lower_seed_takes_a_node_halfway() {
         let (_, graph) = line();
         assert_eq!(graph.nearest(&[6, 2]), [1, 1, 1, 1, 0, 0, 0, 0, 0]);
-        let cut = Graph::new(&vec![[0.0; 3]; 4], &[[0, 1], [2, 3]]);
+        let cut = Graph::new(&[[0.0; 3]; 4], &[[0, 1], [2, 3]]);
         assert_eq!(cut.nearest(&[1]), [0, 0, NONE, NONE]);
         assert_eq!(cut.parts(&[0, 1, 2, 3]), [[0, 1], [2, 3]]);
     }
