@@ -139,7 +139,7 @@ trait AnyTissue {
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
-    fn nodes(&mut self, model: &Model<'_>, cells: &[u16], to: &mut [NodePosition]);
+    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [NodePosition]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
     fn forbid_sleep(&mut self, model: &Model<'_>);
@@ -177,12 +177,19 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
     }
 
-    fn nodes(&mut self, model: &Model<'_>, cells: &[u16], to: &mut [NodePosition]) {
+    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [NodePosition]) {
         let ids = model.input_id();
-        for (place, &cell) in to.iter_mut().zip(cells) {
-            let at = to_m(model, self.position(model, cell.into()));
-            let node = ids.get(usize::from(cell)).copied().unwrap_or(u32::MAX);
-            *place = NodePosition { node, position_m: at.map(|x| x as f32) };
+        let has_fine = model.fine_nodes() > 0;
+        for (place, &at) in to.iter_mut().zip(shown) {
+            let index = at as usize;
+            *place = if has_fine {
+                let position = self.view().fine_position_m(model, index).unwrap_or_default();
+                NodePosition { node: at, position_m: position.into() }
+            } else {
+                let position = to_m(model, self.position(model, index));
+                let node = ids.get(index).copied().unwrap_or(u32::MAX);
+                NodePosition { node, position_m: position.map(|x| x as f32) }
+            };
         }
     }
 
@@ -214,8 +221,8 @@ pub struct Engine<'m> {
     tissue: Box<dyn AnyTissue>,
     contact: Contact,
     scheme: Scheme,
-    /// All cells by ascending input id.
-    by_id: Vec<u16>,
+    /// By ascending input id: all cells, or the nodes that they carry along.
+    shown: Vec<u32>,
 }
 
 impl<'m> Engine<'m> {
@@ -279,10 +286,8 @@ impl<'m> Engine<'m> {
                 Box::new(Memory::<GaussSeidel>::new(model, held))
             }
         };
-        let ids = network.model().input_id();
-        let mut by_id: Vec<u16> = (0..=u16::MAX).take(model.cells()).collect();
-        by_id.sort_unstable_by_key(|&cell| ids.get(usize::from(cell)));
-        let mut engine = Self { network, tissue, contact, scheme, by_id };
+        let shown = shown(model);
+        let mut engine = Self { network, tissue, contact, scheme, shown };
         engine.reset()?;
         Ok(engine)
     }
@@ -345,7 +350,13 @@ impl<'m> Engine<'m> {
 
     /// Published positions by ascending input id, as far as there is room. Allocates nothing.
     pub fn read_nodes(&mut self, to: &mut [NodePosition]) {
-        self.tissue.nodes(self.network.model(), &self.by_id, to);
+        self.tissue.nodes(self.network.model(), &self.shown, to);
+    }
+
+    /// Nodes that [`Self::read_nodes`] has positions for.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.shown.len()
     }
 
     /// The state hash, see [`chaincell_kernel::hash`].
@@ -399,11 +410,51 @@ impl<'m> Engine<'m> {
         self.tissue.ram_bytes()
     }
 
+    /// Every node of the input with its published position: the cells in the model's order, or the
+    /// nodes that they carry along, in the input's.
+    pub fn nodes(&mut self) -> Nodes {
+        let model = *self.network.model();
+        if model.fine_nodes() == 0 {
+            return Nodes { ids: model.input_id().to_vec(), positions_m: self.positions_m() };
+        }
+        let cells: Vec<[f32; 3]> = (0..model.cells())
+            .map(|cell| self.tissue.position(&model, cell).map(|x| x as f32))
+            .collect();
+        let (ids, positions_m) = (0..model.fine_nodes())
+            .filter_map(|node| {
+                let place = model.fine_position(node, |cell| cells.get(cell).copied())?;
+                Some((node as u32, to_m(&model, place.map(f64::from))))
+            })
+            .unzip();
+        Nodes { ids, positions_m }
+    }
+
     /// Published positions of all cells \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
         let model = self.network.model();
         (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
     }
+}
+
+/// By ascending input id: all cells, or the nodes that they carry along.
+fn shown(model: &Model<'_>) -> Vec<u32> {
+    if model.fine_nodes() > 0 {
+        let carried = |&node: &u32| model.fine_rest(node as usize).is_some();
+        return (0..model.fine_nodes() as u32).filter(carried).collect();
+    }
+    let ids = model.input_id();
+    let mut cells: Vec<u32> = (0..model.cells() as u32).collect();
+    cells.sort_unstable_by_key(|&cell| ids.get(cell as usize));
+    cells
+}
+
+/// Nodes of the input with their positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nodes {
+    /// Input ids.
+    pub ids: Vec<u32>,
+    /// Positions \[m\], in the order of the ids.
+    pub positions_m: Vec<[f64; 3]>,
 }
 
 /// An internal position in the frame of the input mesh \[m\].

@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod baseline;
 pub mod cli;
+pub mod contact;
 pub mod cosim;
 pub mod engine;
 pub mod error;

@@ -50,6 +50,7 @@ pub mod cell;
 pub mod contact;
 mod current;
 pub mod dynamics;
+mod fine;
 pub mod float_env;
 pub mod handover;
 pub mod hash;

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use crate::fine::Fine;
 use crate::hats::Hats;
 use crate::image::{ModelError, Sections, kind, params, validate};
 use crate::two_float::LANES;
@@ -57,6 +58,7 @@ pub struct Model<'a> {
     pub(crate) triangles: &'a [[u16; 3]],
     pub(crate) tetrahedra: &'a [[u16; 4]],
     pub(crate) notes: &'a [u8],
+    pub(crate) fine: Option<Fine<'a>>,
     pub(crate) dimension: u32,
     pub(crate) unit_m: f32,
     pub(crate) centre_m: [f32; 3],
@@ -121,6 +123,7 @@ impl<'a> Model<'a> {
             triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
+            fine: Fine::read(&sections, word(params::INPUT_NODES) as usize)?,
             dimension: word(params::DIMENSION),
             unit_m: real(params::UNIT_M),
             centre_m: [0, 1, 2].map(|axis| real(params::CENTRE_M + axis)),
@@ -281,15 +284,20 @@ impl<'a> Model<'a> {
         self.notes
     }
 
-    /// Input id of each cell.
+    /// Input id of each cell; in a model with fine nodes, the node that the cell stands at.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id
     }
 
-    /// The cell of an input id; `None` for a node that is no cell. Looks through all cells.
+    /// The cell of an input id; `None` for a node that is no cell. Looks through all cells. In a
+    /// model with fine nodes, the cell whose group holds the node, at once: several ids may have
+    /// one cell.
     #[must_use]
     pub fn cell_of_input(&self, id: u32) -> Option<u16> {
+        if let Some(fine) = self.fine {
+            return fine.own_cell(id as usize);
+        }
         let cell = self.input_id.iter().position(|&other| other == id)?;
         u16::try_from(cell).ok()
     }

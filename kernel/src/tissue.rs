@@ -440,6 +440,20 @@ impl<D: Dynamics> TissueMut<'_, D> {
         ))
     }
 
+    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by the
+    /// published positions of the cells around it. `None` for a node that is left out, beyond the
+    /// last, and in a model without fine nodes. Cost: the node's weights.
+    #[must_use]
+    pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
+        let at = |cell| Some(self.position(model, cell)?.map(Number::single));
+        let (place, centre) = (model.fine_position(node, at)?, model.centre_m());
+        Some(Vector3::new(
+            centre[0] + place[0] * model.unit_m(),
+            centre[1] + place[1] * model.unit_m(),
+            centre[2] + place[2] * model.unit_m(),
+        ))
+    }
+
     /// Published position of a cell [mean link lengths from the body's centre].
     #[must_use]
     pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[D::Number; 3]> {

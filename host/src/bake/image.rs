@@ -8,7 +8,6 @@ use chaincell_kernel::image::{
 
 use super::{BakeOptions, Body};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
 
 /// An image in memory, at a multiple of 16 bytes as the kernel reads it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,12 +69,12 @@ impl Sections {
     }
 }
 
-/// The scalars of the body.
+/// The scalars of the body; `nodes` in the input's numbering.
 ///
 /// # Errors
 /// A saturation below twice the largest coordinate, units out of range.
 pub(super) fn params(
-    mesh: &Mesh,
+    nodes: usize,
     body: &Body,
     options: &BakeOptions,
     weights: &[f32],
@@ -127,7 +126,7 @@ pub(super) fn params(
     words[params::LINKS] = body.links.len() as u32;
     words[params::DIMENSION] = dimension(body);
     words[params::PARTS] = parts(body) as u32;
-    words[params::INPUT_NODES] = mesh.nodes_m.len() as u32;
+    words[params::INPUT_NODES] = nodes as u32;
     Ok(words)
 }
 

@@ -2,8 +2,11 @@
 //! bands and weights, the bounds that the kernel's proofs need.
 
 mod colours;
+mod fine;
+mod groups;
 mod hats;
 mod image;
+mod network;
 mod notes;
 mod order;
 mod slices;
@@ -11,9 +14,11 @@ mod slices;
 use chaincell_kernel::Model;
 use chaincell_kernel::link::rest_length;
 
+pub use groups::{Groups, partition};
 pub use hats::HatSpacing;
 pub use image::ImageBytes;
 use image::Sections;
+use network::Plan;
 pub use notes::Notes;
 
 use crate::error::{Error, Result};
@@ -61,6 +66,8 @@ pub struct BakeOptions {
     pub colours: bool,
     /// `--lean`: leave out what only a display or a vector unit needs.
     pub lean: bool,
+    /// `--cells`: groups of nodes, each of them a cell; every node is one if absent.
+    pub cells: Option<usize>,
 }
 
 impl Default for BakeOptions {
@@ -75,6 +82,7 @@ impl Default for BakeOptions {
             hats: HatSpacing::BySize,
             colours: false,
             lean: false,
+            cells: None,
         }
     }
 }
@@ -84,9 +92,9 @@ type Link = ([u16; 2], usize);
 
 /// Cells in the model's order, with what the sections are made of.
 struct Body {
-    /// Input id of each cell.
-    input_id: Vec<u32>,
-    /// Cell of each input id; `u16::MAX` for a node that is no cell.
+    /// Node of the network's mesh of each cell.
+    node: Vec<u32>,
+    /// Cell of each of its nodes; `u16::MAX` for a node that is no cell.
     cell_of: Vec<u16>,
     centre_m: [f32; 3],
     unit_m: f32,
@@ -102,8 +110,9 @@ struct Body {
 /// An option out of range, or a fixed node that is no cell.
 pub fn bake(mesh: &Mesh, fixed: &[u32], options: &BakeOptions) -> Result<ImageBytes> {
     check(mesh, options)?;
-    let body = lay_out(mesh, fixed)?;
-    let image = write(mesh, &body, options)?;
+    let plan = Plan::new(mesh, fixed, options)?;
+    let body = lay_out(plan.net(), plan.fixed())?;
+    let image = write(&plan, &body, options)?;
     Model::from_bytes(image.as_bytes())
         .map_err(|why| Error::check(format!("the baked model is refused by the kernel: {why}")))?;
     Ok(image)
@@ -161,9 +170,9 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     for &node in mesh.links.as_flattened() {
         valence[node as usize] += 1;
     }
-    let input_id = order::by_place(&mesh.nodes_m, &valence, nodes);
+    let order = order::by_place(&mesh.nodes_m, &valence, nodes);
     let mut cell_of = vec![u16::MAX; mesh.nodes_m.len()];
-    for (cell, &node) in input_id.iter().enumerate() {
+    for (cell, &node) in order.iter().enumerate() {
         cell_of[node as usize] = cell as u16;
     }
     let mut links: Vec<Link> = (mesh.links.iter().enumerate())
@@ -182,16 +191,11 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     }
     fixed_cells.sort_unstable();
     fixed_cells.dedup();
-    let (centre_m, unit_m) = frame(mesh, &input_id);
-    let rest = input_id.iter().map(|&node| {
-        let p = mesh.nodes_m[node as usize];
-        let internal = |axis: usize| (p[axis] - f64::from(centre_m[axis])) / f64::from(unit_m);
-        // Adding +0.0 turns -0.0 into +0.0: there is one zero in the state.
-        [internal(0) as f32 + 0.0, internal(1) as f32 + 0.0, internal(2) as f32 + 0.0]
-    });
+    let (centre_m, unit_m) = frame(mesh, &order);
+    let rest = order.iter().map(|&node| internal(mesh.nodes_m[node as usize], centre_m, unit_m));
     Ok(Body {
         rest: rest.collect(),
-        input_id,
+        node: order,
         cell_of,
         centre_m,
         unit_m,
@@ -200,11 +204,19 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     })
 }
 
+/// A position in mean link lengths from the centre.
+fn internal(position_m: [f64; 3], centre_m: [f32; 3], unit_m: f32) -> [f32; 3] {
+    // Adding +0.0 turns -0.0 into +0.0: there is one zero in the state.
+    std::array::from_fn(|axis| {
+        ((position_m[axis] - f64::from(centre_m[axis])) / f64::from(unit_m)) as f32 + 0.0
+    })
+}
+
 /// Centre of the bounding box and mean link length, as the single-precision numbers that every
 /// conversion uses from here on.
-fn frame(mesh: &Mesh, input_id: &[u32]) -> ([f32; 3], f32) {
+fn frame(mesh: &Mesh, nodes: &[u32]) -> ([f32; 3], f32) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for &node in input_id {
+    for &node in nodes {
         for (axis, &x) in mesh.nodes_m[node as usize].iter().enumerate() {
             low[axis] = low[axis].min(x);
             high[axis] = high[axis].max(x);
@@ -262,19 +274,17 @@ fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) -> Vec<f32>
         .collect()
 }
 
-fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> {
+fn write(plan: &Plan<'_>, body: &Body, options: &BakeOptions) -> Result<ImageBytes> {
     use chaincell_kernel::image::kind;
     let cells = body.rest.len();
     let links = &body.links;
-    let of_link = |value: &PerCell| -> Vec<f64> {
-        links.iter().map(|&(_, at)| value.of_link(mesh.links[at])).collect()
-    };
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (alphas, stiffness) = (of_link(&options.alpha), of_link(&options.stiffness_n_per_m));
-    let (alpha, reference) = (mean(&alphas) as f32, mean(&stiffness) as f32);
-    let weight: Vec<f32> = match options.stiffness_n_per_m {
-        PerCell::Uniform(_) => vec![1.0; links.len()],
-        PerCell::Each(_) => stiffness.iter().map(|k| (k / f64::from(reference)) as f32).collect(),
+    let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
+    let (alpha, reference) = (mean(&alphas.each) as f32, mean(&stiffness.each) as f32);
+    let weight: Vec<f32> = if stiffness.varies {
+        stiffness.each.iter().map(|k| (k / f64::from(reference)) as f32).collect()
+    } else {
+        vec![1.0; links.len()]
     };
     let adjacency = adjacency(cells, links);
     let weights = cell_weights(cells, &adjacency, &weight);
@@ -287,7 +297,8 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
     let length =
         |&([i, j], _): &Link| rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)]);
     let mut sections = Sections::default();
-    let params = image::params(mesh, body, options, &weights, alpha, reference)?;
+    let nodes = plan.mesh().nodes_m.len();
+    let params = image::params(nodes, body, options, &weights, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
     sections.push(kind::REST, body.rest.as_flattened());
     sections.push(kind::ROWS, &adjacency.rows);
@@ -298,14 +309,13 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
     sections.push(kind::BACK_LINK, &adjacency.back_link);
     sections.push(kind::MOBILITY, &mobility);
     sections.push(kind::FIXED, &body.fixed);
-    sections.push(kind::INPUT_ID, &body.input_id);
-    let alphas: Vec<f32> = alphas.iter().map(|&alpha| alpha as f32).collect();
-    let varied = |value: &PerCell| matches!(value, PerCell::Each(_));
+    sections.push(kind::INPUT_ID, &plan.input_ids(body));
+    let each_alpha: Vec<f32> = alphas.each.iter().map(|&alpha| alpha as f32).collect();
     let rest_lengths: Vec<f32> = links.iter().map(length).collect();
     let values = slices::Values {
         rest_lengths: &rest_lengths,
-        alphas: varied(&options.alpha).then_some(&alphas),
-        weights: varied(&options.stiffness_n_per_m).then_some(&weight),
+        alphas: alphas.varies.then_some(&each_alpha),
+        weights: stiffness.varies.then_some(&weight),
     };
     for (kind, values) in [(kind::ALPHA, values.alphas), (kind::WEIGHT, values.weights)] {
         if let Some(values) = values {
@@ -319,22 +329,21 @@ fn write(mesh: &Mesh, body: &Body, options: &BakeOptions) -> Result<ImageBytes> 
         colours::push(&mut sections, &adjacency, links, &mobility);
     }
     hats::push(&mut sections, body, &mobility, &weight, options.hats)?;
-    surface(&mut sections, mesh, body, options.lean);
+    surface(&mut sections, plan, body, options.lean);
+    if !options.lean {
+        fine::push(&mut sections, plan, body);
+    }
     Ok(sections.finish())
 }
 
 /// Surface cells with normals and, unless the image is lean, the elements for display.
-fn surface(sections: &mut Sections, mesh: &Mesh, body: &Body, lean: bool) {
+fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &Body, lean: bool) {
     use chaincell_kernel::image::kind;
+    let mesh = plan.mesh();
     let normals = vertex_normals(&mesh.nodes_m, &mesh.triangles);
-    let mut on_surface: Vec<(u16, [f32; 3])> = (normals.iter().enumerate())
-        .filter_map(|(node, normal)| {
-            let cell = body.cell_of[node];
-            (cell != u16::MAX).then_some((cell, normal.as_ref()?.map(|x| x as f32)))
-        })
-        .collect();
-    on_surface.sort_unstable_by_key(|&(cell, _)| cell);
-    let (cells, normals): (Vec<u16>, Vec<[f32; 3]>) = on_surface.into_iter().unzip();
+    let (cells, normals): (Vec<u16>, Vec<[f32; 3]>) = (plan.input_ids(body).iter().enumerate())
+        .filter_map(|(cell, &id)| Some((cell as u16, normals[id as usize]?.map(|x| x as f32))))
+        .unzip();
     if !cells.is_empty() {
         sections.push(kind::SURFACE, &cells);
         sections.push(kind::NORMALS, normals.as_flattened());
@@ -343,6 +352,9 @@ fn surface(sections: &mut Sections, mesh: &Mesh, body: &Body, lean: bool) {
         return;
     }
     sections.push(kind::NOTES, &Notes::of(mesh).to_bytes());
+    if plan.is_grouped() {
+        return;
+    }
     let cells_of =
         |ids: &[u32]| -> Vec<u16> { ids.iter().map(|&id| body.cell_of[id as usize]).collect() };
     if !mesh.triangles.is_empty() {

@@ -81,10 +81,14 @@ pub struct BodyArgs {
     /// Add the colours of the cells, which gauss-seidel needs: two bytes a cell
     #[arg(long)]
     colours: bool,
-    /// Leave out what firmware has no use for: groups, triangles, tetrahedra, and the links once
-    /// more in slices for vector units
+    /// Leave out what firmware has no use for: groups, triangles, tetrahedra, the nodes that
+    /// --cells carries along, and the links once more in slices for vector units
     #[arg(long)]
     lean: bool,
+    /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
+    /// then have up to 2,000,000 nodes [default: every node is a cell]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    cells: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -108,6 +112,13 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
     }
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
+    if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
+        terminal::say(format_args!(
+            "  {:<14}{wanted} asked for; parts that stay apart make it {}",
+            "cells",
+            model.cells()
+        ))?;
+    }
     if !mesh.tetrahedra.is_empty() {
         terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
     }
@@ -133,6 +144,7 @@ impl BodyArgs {
             drop_unused: self.drop_unused,
             allow_parts: self.allow_parts,
             rings: self.rings,
+            nodes_max: if self.cells.is_some() { mesh::NODES_MAX } else { mesh::CELLS_MAX },
         };
         let mesh = mesh::load(spec, &options)?;
         let fixed = match self.fix.as_deref() {
@@ -150,6 +162,7 @@ impl BodyArgs {
             hats: spacing(&self.hats)?,
             colours: self.colours,
             lean: self.lean,
+            cells: self.cells,
         };
         Ok((mesh, fixed, options))
     }

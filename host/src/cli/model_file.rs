@@ -9,8 +9,8 @@ use chaincell_kernel::Model;
 use crate::bake::ImageBytes;
 use crate::error::{Error, Result};
 
-/// Largest image that is read: 65,535 cells stay far below it.
-const BYTES_MAX: u64 = 1 << 28;
+/// Largest image that is read: 65,535 cells with 2,000,000 nodes stay below it.
+const BYTES_MAX: u64 = 1 << 30;
 
 /// The bytes of a model file, aligned as the kernel reads them.
 pub fn read(path: &Path) -> Result<ImageBytes> {

@@ -22,6 +22,7 @@ struct Valence {
 #[derive(Debug, Serialize)]
 pub struct ModelReport {
     cells: usize,
+    nodes: usize,
     links: usize,
     fixed: usize,
     surface: usize,
@@ -57,6 +58,7 @@ impl ModelReport {
         let valences = || (0..model.cells()).map(valence);
         Self {
             cells: model.cells(),
+            nodes: nodes(model),
             links: model.links(),
             fixed: model.fixed().len(),
             surface: model.surface().len(),
@@ -98,6 +100,9 @@ impl ModelReport {
             "cells",
             format!("{}, {} fixed, {} on the surface", self.cells, self.fixed, self.surface),
         )?;
+        if self.nodes != self.cells {
+            row("nodes", format!("{}, carried along by the cells", self.nodes))?;
+        }
         row("links", self.links.to_string())?;
         row(
             "valence",
@@ -127,6 +132,12 @@ impl ModelReport {
         }
         row("checksum", self.checksum.clone())
     }
+}
+
+/// Nodes of the input that have a position.
+fn nodes(model: &Model<'_>) -> usize {
+    let carried = (0..model.fine_nodes()).filter(|&node| model.fine_rest(node).is_some()).count();
+    carried.max(model.cells())
 }
 
 /// RAM of a tissue with room for a model's cells and the default number of contacts [bytes].

@@ -57,6 +57,7 @@ pub struct Args {
 #[derive(Debug, Serialize)]
 struct RunSummary {
     cells: usize,
+    nodes: usize,
     links: usize,
     ticks: u64,
     state_hash: String,
@@ -99,7 +100,7 @@ pub fn execute(args: &Args) -> Result<()> {
             recording.add(&Record { tick, sample, state_hash });
         }
         if args.snapshot_ticks.contains(&tick) {
-            let text = cells_csv(&engine.positions_m(), model.input_id());
+            let text = cells_csv(&engine.nodes());
             folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
         }
         Ok(())
@@ -107,12 +108,13 @@ pub fn execute(args: &Args) -> Result<()> {
     if let (Some(path), Some(recording)) = (&args.trace, &recording) {
         output::write_whole(path, recording.bytes())?;
     }
-    let positions_m = engine.positions_m();
+    let nodes = engine.nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
-    folder.write("cells_final.csv", cells_csv(&positions_m, model.input_id()).as_bytes())?;
-    folder.write("final.vtu", vtu(&model, &positions_m, engine.contacts()).as_bytes())?;
+    folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
+    folder.write("final.vtu", vtu(&model, &nodes, engine.contacts()).as_bytes())?;
     let summary = RunSummary {
         cells: model.cells(),
+        nodes: nodes.ids.len(),
         links: model.links(),
         ticks: played.answers.len() as u64,
         state_hash: format!("{:016x}", engine.state_hash()),

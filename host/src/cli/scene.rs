@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::bake::Notes;
+use crate::contact;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
 use crate::error::{Error, Result};
 use crate::mesh;
@@ -18,7 +19,8 @@ const TICK_S: f32 = 1e-3;
 #[derive(Debug, Clone, clap::Args)]
 pub struct SceneArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
-    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours.
+    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
+    /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
     /// Or probe:RADIUS: a sphere of that radius [m] around the tool pushes surface cells out
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
@@ -298,26 +300,18 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
             "--contact {contact}: probes are not supported; name cells with cells:SELECTOR"
         )));
     }
-    let mut cell_of = vec![None; model.input_nodes() as usize];
     let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
     for (cell, &id) in model.input_id().iter().enumerate() {
-        cell_of[id as usize] = Some(cell as u16);
         nodes_m[id as usize] = to_m(model, model.rest_position(cell).map(f64::from));
+    }
+    for (node, node_m) in nodes_m.iter_mut().enumerate().take(model.fine_nodes()) {
+        if let Some(rest) = model.fine_rest(node) {
+            *node_m = to_m(model, rest.map(f64::from));
+        }
     }
     let notes = Notes::read(model);
     let nodes = mesh::select(selector, &nodes_m, &notes.groups, &notes.border, "--contact")?;
-    let cells: Result<Vec<u16>> = nodes
-        .iter()
-        .map(|&node| {
-            let cell = cell_of.get(node as usize).copied().flatten();
-            cell.ok_or_else(|| {
-                Error::input(format!("--contact: node {node} is no cell of the model"))
-            })
-        })
-        .collect();
-    let mut cells = cells?;
-    cells.sort_unstable();
-    Ok(cells)
+    contact::held(model, &nodes)
 }
 
 /// The free surface cell farthest from the fixed cells (from the centre where none is fixed),

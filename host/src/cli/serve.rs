@@ -117,7 +117,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     // A scene that is refused leaves the folder as it was.
     let server =
-        Server::open(&options)?.with_state(model.cells(), args.state_hz)?.with_commands()?;
+        Server::open(&options)?.with_state(engine.node_count(), args.state_hz)?.with_commands()?;
     let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     // Commands may set parameters: what is written is what the session began with.
     let scene = args.scene.report(&engine);

@@ -8,6 +8,7 @@ use crate::cosim::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
 use crate::cosim::payload::{NodePosition, StateHeader};
 use crate::cosim::services::{Domain, Scene};
 use crate::cosim::state::StateReader;
+use crate::engine::Nodes;
 use crate::error::{Error, Result};
 use crate::output::{cells_csv, write_whole};
 use crate::{interrupt, terminal};
@@ -66,9 +67,9 @@ pub fn execute(args: &Args) -> Result<()> {
         return Err(Error::check(format!("no state came on {}", scene.label())));
     };
     if let Some(path) = &args.csv {
-        let ids: Vec<u32> = nodes.iter().map(|node| node.node).collect();
-        let at: Vec<[f64; 3]> = nodes.iter().map(|node| node.position_m.map(f64::from)).collect();
-        write_whole(path, cells_csv(&at, &ids).as_bytes())?;
+        let (ids, positions_m) =
+            nodes.iter().map(|node| (node.node, node.position_m.map(f64::from))).unzip();
+        write_whole(path, cells_csv(&Nodes { ids, positions_m }).as_bytes())?;
     }
     ended
 }

@@ -1,6 +1,6 @@
 //! States for viewers: all node positions, a bounded number of times a second, beside the loop.
 //!
-//! A state is a slice of [`NodePosition`], one for every cell by ascending input id, as in
+//! A state is a slice of [`NodePosition`], one for every node by ascending input id, as in
 //! cells_final.csv; each row names its node, so that a reader needs nothing but the sample. It is
 //! sent between ticks while nobody waits for an answer, if somebody reads and something is new: a
 //! tick, a command, or a reader. Readers keep the newest state alone.

@@ -1,7 +1,7 @@
 //! What a body must satisfy before it is baked; every refusal names the place and the remedy.
 
 use super::geometry::distance;
-use super::{CELLS_MAX, Mesh, MeshOptions};
+use super::{Mesh, MeshOptions};
 use crate::error::{Error, Result};
 
 /// Shortest link, as a share of the mean link length.
@@ -30,11 +30,9 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
             first(&unused)
         )));
     }
-    if cells.len() > CELLS_MAX {
-        return Err(refuse(format!(
-            "{} cells, more than {CELLS_MAX}, the limit; mesh it coarser",
-            cells.len()
-        )));
+    if cells.len() > options.nodes_max {
+        let nodes = format!("{} nodes, more", cells.len());
+        return Err(refuse(super::too_many(nodes, options.nodes_max, "mesh it coarser")));
     }
     let parts = parts(mesh, &cells);
     if parts > 1 && !options.allow_parts {
@@ -116,6 +114,7 @@ fn root(parent: &mut [u32], mut id: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::CELLS_MAX;
 
     fn chain(places: &[f64], links: &[[u32; 2]]) -> Mesh {
         Mesh {
@@ -159,7 +158,7 @@ mod tests {
     fn too_many_cells() {
         let places: Vec<f64> = (0..=CELLS_MAX).map(|i| i as f64).collect();
         let links: Vec<_> = (0..CELLS_MAX as u32).map(|i| [i, i + 1]).collect();
-        assert!(refusal(&chain(&places, &links)).contains("65536 cells, more than 65535"));
+        assert!(refusal(&chain(&places, &links)).contains("65536 nodes, more than 65535 cells"));
         let fits = chain(&places[1..], &links[..CELLS_MAX - 1]);
         assert_eq!(check("a.msh", &fits, &MeshOptions::default()), Ok(vec![]));
     }

@@ -10,8 +10,8 @@ use crate::error::Result;
 ///
 /// Five tetrahedra a cube: one over the four corners with odd i + j + k and one at each other
 /// corner, so that neighbouring cubes cut their common face alike. The bottom z = 0 is held.
-pub(super) fn generate(size: &str) -> Result<Mesh> {
-    let ([nx, ny, nz], spacing_m) = parse::<3>("box:NXxNYxNZxD", size)?;
+pub(super) fn generate(size: &str, nodes_max: usize) -> Result<Mesh> {
+    let ([nx, ny, nz], spacing_m) = parse::<3>("box:NXxNYxNZxD", size, nodes_max)?;
     let id = |[i, j, k]: [usize; 3]| ((i * ny + j) * nz + k) as u32;
     let mut nodes_m = Vec::with_capacity(nx * ny * nz);
     let mut tetrahedra = Vec::new();
@@ -52,10 +52,11 @@ mod tests {
     use super::super::geometry::{corners, volume6};
     use super::super::surface::boundary;
     use super::*;
+    use crate::mesh::CELLS_MAX;
 
     #[test]
     fn ids_and_place() {
-        let mesh = generate("3x2x4x0.1").unwrap();
+        let mesh = generate("3x2x4x0.1", CELLS_MAX).unwrap();
         assert_eq!(mesh.nodes_m.len(), 24);
         assert_eq!(mesh.nodes_m[0], [-0.1, -0.05, 0.0]);
         assert_eq!(mesh.nodes_m[(2 * 2 + 1) * 4 + 3], [0.1, 0.05, 3.0 * 0.1]);
@@ -64,7 +65,7 @@ mod tests {
 
     #[test]
     fn volumes_positive_and_faces_conforming() {
-        let mesh = generate("4x5x3x0.5").unwrap();
+        let mesh = generate("4x5x3x0.5", CELLS_MAX).unwrap();
         let volumes = mesh.tetrahedra.iter().map(|t| volume6(corners(&mesh.nodes_m, *t)) / 6.0);
         assert!(volumes.clone().all(|v| v > 0.0));
         assert!((volumes.sum::<f64>() - 3.0 * 4.0 * 2.0 * 0.125).abs() < 1e-12);
@@ -83,7 +84,7 @@ mod tests {
 
     #[test]
     fn as_large_as_the_reference_block() {
-        let mesh = generate("21x21x11x0.005").unwrap();
+        let mesh = generate("21x21x11x0.005", CELLS_MAX).unwrap();
         assert_eq!((mesh.nodes_m.len(), mesh.tetrahedra.len()), (4_851, 20_000));
         assert_eq!(mesh.links.len(), 26_450);
     }

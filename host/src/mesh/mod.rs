@@ -31,6 +31,9 @@ pub use surface::{boundary, vertex_normals};
 /// Most cells a body may have: a cell's number has 16 bits and one value is kept back.
 pub const CELLS_MAX: usize = 65_535;
 
+/// Most nodes of a mesh whose nodes are grouped into cells.
+pub const NODES_MAX: usize = 2_000_000;
+
 /// Largest mesh file that is read, in bytes.
 const FILE_BYTES_MAX: u64 = 512 << 20;
 
@@ -80,6 +83,15 @@ impl Mesh {
     }
 }
 
+/// Why a body is too large, and what helps.
+fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> String {
+    if nodes_max == CELLS_MAX {
+        format!("{nodes} than {nodes_max} cells, the limit; {remedy}, or group them with --cells N")
+    } else {
+        format!("{nodes} than {nodes_max} nodes, the limit; {remedy}")
+    }
+}
+
 /// How a body is read and what is tolerated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
@@ -93,11 +105,20 @@ pub struct MeshOptions {
     pub allow_parts: bool,
     /// `--rings`: nodes at most so many edges apart are linked, 1 or more.
     pub rings: u32,
+    /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] where groups of them become cells.
+    pub nodes_max: usize,
 }
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        Self { unit_m: 1.0, diagonals: false, drop_unused: false, allow_parts: false, rings: 1 }
+        Self {
+            unit_m: 1.0,
+            diagonals: false,
+            drop_unused: false,
+            allow_parts: false,
+            rings: 1,
+            nodes_max: CELLS_MAX,
+        }
     }
 }
 
@@ -140,8 +161,8 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
         )));
     }
     let mut mesh = match (kind, size) {
-        ("plane", size) => plane::generate(size.unwrap_or(""), options.diagonals)?,
-        ("box", size) => cuboid::generate(size.unwrap_or(""))?,
+        ("plane", size) => plane::generate(size.unwrap_or(""), options)?,
+        ("box", size) => cuboid::generate(size.unwrap_or(""), options.nodes_max)?,
         ("organ", size) => organ::generate(size)?,
         _ => {
             let raw = read(Path::new(spec), options.unit_m)?;

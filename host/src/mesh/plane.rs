@@ -1,13 +1,14 @@
 //! `plane:NXxNYxD`: a flat sheet in the xy-plane, z = 0, centred on the origin.
 
-use super::Mesh;
 use super::size::{centred, parse};
+use super::{Mesh, MeshOptions};
 use crate::error::Result;
 
 /// NX x NY nodes D metres apart, id = i * NY + j with i along x and j along y, linked to four
 /// neighbours and, with `diagonals`, along both diagonals of each square. The border is held.
-pub(super) fn generate(size: &str, diagonals: bool) -> Result<Mesh> {
-    let ([nx, ny], spacing_m) = parse::<2>("plane:NXxNYxD", size)?;
+pub(super) fn generate(size: &str, options: &MeshOptions) -> Result<Mesh> {
+    let diagonals = options.diagonals;
+    let ([nx, ny], spacing_m) = parse::<2>("plane:NXxNYxD", size, options.nodes_max)?;
     let id = |i: usize, j: usize| (i * ny + j) as u32;
     let mut mesh = Mesh::default();
     for i in 0..nx {
@@ -42,7 +43,7 @@ mod tests {
 
     #[test]
     fn ids_links_and_border() {
-        let mesh = generate("21x21x0.01", false).unwrap();
+        let mesh = generate("21x21x0.01", &MeshOptions::default()).unwrap();
         assert_eq!(mesh.nodes_m.len(), 441);
         assert_eq!(mesh.nodes_m[220], [0.0; 3]);
         let near = |at: [f64; 3], x: f64, y: f64| (at[0] - x).abs() + (at[1] - y).abs() < 1e-15;
@@ -57,7 +58,8 @@ mod tests {
 
     #[test]
     fn oblong_with_diagonals() {
-        let mesh = generate("3x2x0.5", true).unwrap();
+        let mesh = generate("3x2x0.5", &MeshOptions { diagonals: true, ..MeshOptions::default() })
+            .unwrap();
         assert_eq!(mesh.nodes_m[1], [-0.5, 0.25, 0.0]);
         let expected = [
             [0, 1],

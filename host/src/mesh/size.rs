@@ -1,6 +1,5 @@
 //! The numbers of a generator's spec, such as `21x21x0.01`, checked before anything is built.
 
-use super::CELLS_MAX;
 use crate::error::{Error, Result};
 
 /// Shortest spacing, in metres: far below it positions in f32 would coincide.
@@ -8,8 +7,13 @@ const SPACING_MIN_M: f64 = 1e-9;
 /// Longest spacing, in metres.
 const SPACING_MAX_M: f64 = 1e6;
 
-/// Parses `N0xN1x..xD` for `form`: node counts along the axes and the spacing in metres.
-pub(super) fn parse<const N: usize>(form: &str, size: &str) -> Result<([usize; N], f64)> {
+/// Parses `N0xN1x..xD` for `form`: node counts along the axes, at most `nodes_max` in all, and the
+/// spacing in metres.
+pub(super) fn parse<const N: usize>(
+    form: &str,
+    size: &str,
+    nodes_max: usize,
+) -> Result<([usize; N], f64)> {
     let kind = form.split(':').next().unwrap_or(form);
     let refuse = |why: String| Err(Error::input(format!("mesh {kind}:{size}: {why}")));
     let words: Vec<&str> = size.split('x').collect();
@@ -31,8 +35,8 @@ pub(super) fn parse<const N: usize>(form: &str, size: &str) -> Result<([usize; N
         }
         cells = cells.saturating_mul(*count);
     }
-    if cells > CELLS_MAX {
-        return refuse(format!("more than {CELLS_MAX} cells, the limit; take fewer nodes"));
+    if cells > nodes_max {
+        return refuse(super::too_many("more", nodes_max, "take fewer nodes"));
     }
     match words[N].parse::<f64>() {
         Ok(d) if (SPACING_MIN_M..=SPACING_MAX_M).contains(&d) => Ok((counts, d)),
@@ -51,6 +55,7 @@ pub(super) fn centred(index: usize, count: usize, spacing_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::CELLS_MAX;
 
     #[test]
     fn silly_sizes_name_the_field() {
@@ -70,9 +75,11 @@ mod tests {
             ("3x3x-1", "D is '-1'"),
             ("3x3x1e-300", "D is '1e-300'"),
         ] {
-            let text = parse::<2>("plane:NXxNYxD", size).unwrap_err().to_string();
+            let text = parse::<2>("plane:NXxNYxD", size, CELLS_MAX).unwrap_err().to_string();
             assert!(text.contains(part) && text.contains("mesh plane:"), "{size}: {text}");
         }
-        assert_eq!(parse::<2>("plane:NXxNYxD", "255x257x1e-2").unwrap(), ([255, 257], 0.01));
+        let fits = |nodes_max| parse::<2>("plane:NXxNYxD", "255x257x1e-2", nodes_max);
+        assert_eq!(fits(CELLS_MAX).unwrap(), ([255, 257], 0.01));
+        assert!(fits(60_000).unwrap_err().to_string().contains("60000"));
     }
 }

@@ -4,39 +4,51 @@ use std::fmt::Write as _;
 
 use chaincell_kernel::Model;
 
-use crate::engine::to_m;
+use crate::engine::{Nodes, to_m};
 
-/// VTK's numbers for a line, a triangle and a tetrahedron.
+/// VTK's numbers for a point, a line, a triangle and a tetrahedron.
+const VERTEX: u8 = 1;
 const LINE: u8 = 3;
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
-/// Positions \[m\] in the model's cell order, with displacement, input id and a mark on fixed and
-/// on contact cells; drawn as tetrahedra, else as surface triangles, else as links.
+/// Positions of the nodes as [`Engine::nodes`](crate::engine::Engine::nodes) gives them, with
+/// displacement, input id and a mark on those of fixed and of contact cells; drawn as tetrahedra,
+/// else as surface triangles, else as links.
 #[must_use]
-pub fn vtu(model: &Model<'_>, positions_m: &[[f64; 3]], contacts: &[u16]) -> String {
-    let elements = elements(model);
+pub fn vtu(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> String {
+    let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
+    let elements = if fine { fine_elements(model, &nodes.ids) } else { elements(model) };
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" \
          byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n",
     );
-    let (points, cells) = (positions_m.len(), elements.corners.len() / elements.corners_each);
-    let _ = writeln!(text, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
+    let (points, count) = (positions_m.len(), elements.corners.len() / elements.corners_each);
+    let _ = writeln!(text, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{count}\">");
     text.push_str("<Points>\n");
     vectors(&mut text, "position_m", positions_m.iter().copied());
     text.push_str("</Points>\n<Cells>\n");
-    integers(&mut text, "connectivity", elements.corners.iter().map(|&cell| cell.into()));
-    integers(&mut text, "offsets", (1..=cells).map(|n| (n * elements.corners_each) as u32));
-    integers(&mut text, "types", std::iter::repeat_n(u32::from(elements.kind), cells));
+    integers(&mut text, "connectivity", elements.corners.iter().copied());
+    integers(&mut text, "offsets", (1..=count).map(|n| (n * elements.corners_each) as u32));
+    integers(&mut text, "types", std::iter::repeat_n(u32::from(elements.kind), count));
     text.push_str("</Cells>\n<PointData Vectors=\"displacement_m\">\n");
-    let displacements = positions_m.iter().enumerate().map(|(cell, position)| {
-        let rest = to_m(model, model.rest_position(cell).map(f64::from));
+    let rest_of = |point: usize| match nodes.ids.get(point) {
+        Some(&id) if fine => model.fine_rest(id as usize).unwrap_or_default(),
+        _ => model.rest_position(point),
+    };
+    let displacements = positions_m.iter().enumerate().map(|(point, position)| {
+        let rest = to_m(model, rest_of(point).map(f64::from));
         std::array::from_fn(|axis| position[axis] - rest[axis])
     });
     vectors(&mut text, "displacement_m", displacements);
-    integers(&mut text, "node", model.input_id().iter().copied());
+    integers(&mut text, "node", nodes.ids.iter().copied());
+    let cells: Vec<u16> = if fine {
+        nodes.ids.iter().map(|&id| model.cell_of_input(id).unwrap_or(u16::MAX)).collect()
+    } else {
+        (0..points).map(|cell| cell as u16).collect()
+    };
     let marks = |marked: &[u16]| -> Vec<u32> {
-        (0..points).map(|cell| marked.binary_search(&(cell as u16)).is_ok().into()).collect()
+        cells.iter().map(|cell| marked.binary_search(cell).is_ok().into()).collect()
     };
     integers(&mut text, "fixed", marks(model.fixed()).into_iter());
     integers(&mut text, "contact", marks(contacts).into_iter());
@@ -48,22 +60,43 @@ pub fn vtu(model: &Model<'_>, positions_m: &[[f64; 3]], contacts: &[u16]) -> Str
 struct Elements {
     kind: u8,
     corners_each: usize,
-    corners: Vec<u16>,
+    corners: Vec<u32>,
+}
+
+/// The same over the nodes that cells carry along; points where there are no elements.
+fn fine_elements(model: &Model<'_>, ids: &[u32]) -> Elements {
+    // Every id is in the list, but for nodes that no element has.
+    let point = |id: &u32| ids.binary_search(id).unwrap_or_default() as u32;
+    let corners = |ids: &[u32]| -> Vec<u32> { ids.iter().map(point).collect() };
+    if !model.fine_tetrahedra().is_empty() {
+        let corners = corners(model.fine_tetrahedra().as_flattened());
+        return Elements { kind: TETRAHEDRON, corners_each: 4, corners };
+    }
+    if !model.fine_triangles().is_empty() {
+        let corners = corners(model.fine_triangles().as_flattened());
+        return Elements { kind: TRIANGLE, corners_each: 3, corners };
+    }
+    Elements { kind: VERTEX, corners_each: 1, corners: (0..ids.len() as u32).collect() }
 }
 
 fn elements(model: &Model<'_>) -> Elements {
     if !model.tetrahedra().is_empty() {
-        let corners = model.tetrahedra().as_flattened().to_vec();
+        let corners = wide(model.tetrahedra().as_flattened());
         return Elements { kind: TETRAHEDRON, corners_each: 4, corners };
     }
     if !model.triangles().is_empty() {
-        let corners = model.triangles().as_flattened().to_vec();
+        let corners = wide(model.triangles().as_flattened());
         return Elements { kind: TRIANGLE, corners_each: 3, corners };
     }
     let corners = (0..model.cells())
-        .flat_map(|cell| model.row(cell).flat_map(move |link| [cell as u16, model.upper()[link]]))
+        .flat_map(|cell| model.row(cell).map(move |link| (cell, model.upper()[link])))
+        .flat_map(|(cell, upper)| [cell as u32, upper.into()])
         .collect();
     Elements { kind: LINE, corners_each: 2, corners }
+}
+
+fn wide(cells: &[u16]) -> Vec<u32> {
+    cells.iter().map(|&cell| cell.into()).collect()
 }
 
 fn vectors(text: &mut String, name: &str, values: impl Iterator<Item = [f64; 3]>) {

@@ -6,4 +6,5 @@ pub mod identified;
 pub mod mechanics;
 pub mod methods;
 pub mod profile;
+pub mod scaling;
 pub mod section;

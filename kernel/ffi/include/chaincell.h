@@ -730,7 +730,8 @@ chaincell_code chaincell_change_settings(struct chaincell_tissue *tissue,
 
 /**
  * Chooses the cells that the tool holds while engaged: `count` input ids in any order, none
- * fixed, none twice. None at all is a choice too. A refused choice leaves the old one.
+ * fixed, none twice. None at all is a choice too. A refused choice leaves the old one. Of a model
+ * baked with --cells an id stands for the cell of its group: two of one group are one twice.
  *
  * Looks through all cells for each id: not for a tick. `detail` may be null.
  *
@@ -795,6 +796,19 @@ chaincell_code chaincell_state_hash(const struct chaincell_tissue *tissue, uint6
 chaincell_code chaincell_position(const struct chaincell_tissue *tissue,
                                   uint32_t input_id,
                                   float (*position_m)[3]);
+
+/**
+ * Place of a node of the mesh, by input id, carried along by the published positions of the cells
+ * around it, in the frame of the input mesh [m]. Only for a model baked with --cells, its fine
+ * nodes kept; cost: the node's weights.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
+ * storage for the answer.
+ */
+chaincell_code chaincell_fine_position(const struct chaincell_tissue *tissue,
+                                       uint32_t node,
+                                       float (*position_m)[3]);
 
 /**
  * Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)

@@ -59,8 +59,9 @@ pub use storage::{
 };
 pub use tick::{
     FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
-    FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, Output, Sample, chaincell_position,
-    chaincell_positions, chaincell_set_positions, chaincell_state_hash, chaincell_tick,
+    FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, Output, Sample,
+    chaincell_fine_position, chaincell_position, chaincell_positions, chaincell_set_positions,
+    chaincell_state_hash, chaincell_tick,
 };
 
 use code::Refusal;

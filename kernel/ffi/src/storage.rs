@@ -192,7 +192,8 @@ fn choose<D: Dynamics>(parts: Parts<'_, D>, input_ids: &[u32]) -> Result<(), Ref
 }
 
 /// Chooses the cells that the tool holds while engaged: `count` input ids in any order, none
-/// fixed, none twice. None at all is a choice too. A refused choice leaves the old one.
+/// fixed, none twice. None at all is a choice too. A refused choice leaves the old one. Of a model
+/// baked with --cells an id stands for the cell of its group: two of one group are one twice.
 ///
 /// Looks through all cells for each id: not for a tick. `detail` may be null.
 ///

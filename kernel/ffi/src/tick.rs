@@ -168,6 +168,37 @@ pub unsafe extern "C" fn chaincell_position(
     }))
 }
 
+/// Place of a node of the mesh, by input id, carried along by the published positions of the cells
+/// around it, in the frame of the input mesh \[m\]. Only for a model baked with --cells, its fine
+/// nodes kept; cost: the node's weights.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is
+/// storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_fine_position(
+    tissue: *const Tissue,
+    node: u32,
+    position_m: *mut [f32; 3],
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { layout::front(tissue) }.and_then(|(scheme, sizes)| {
+        memory::check(position_m)?;
+        // SAFETY: a tissue of this scheme stands there, and nobody writes it.
+        let (network, place) = unsafe {
+            by_scheme!(scheme, D => {
+                let (network, state) = layout::published::<D>(tissue, sizes);
+                let at = |cell: usize| state.get(cell).map(|v| published(network, v));
+                (network, network.model().fine_position(node as usize, at))
+            })
+        };
+        let (model, [x, y, z]) = (network.model(), place.ok_or(Code::UnknownId)?);
+        let ([a, b, c], unit) = (model.centre_m(), model.unit_m());
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(position_m, [a + x * unit, b + y * unit, c + z * unit]) }
+    }))
+}
+
 /// Published positions of all cells, x, y, z of each in the model's order (`chaincell_model_cell`)
 /// [mean link lengths from the body's centre]: bit by bit what `chaincell_set_positions` takes.
 ///

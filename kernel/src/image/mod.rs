@@ -41,6 +41,10 @@ pub const CELLS_MAX: usize = 65_535;
 pub const HATS_MAX: usize = 1024;
 /// Corner without a hat, and cell without an entry.
 pub const NO_HAT: u16 = u16::MAX;
+/// Cells that carry a node of a mesh finer than the network.
+pub const FINE_CELLS: usize = 8;
+/// Cell of a node that is left out.
+pub const NO_CELL: u16 = u16::MAX;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = 20;
 
@@ -118,6 +122,19 @@ pub mod kind {
     pub const COLOUR_CELLS: u32 = 32;
     /// Optional: what the host wants to remember, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
+    /// Optional: rest positions of the nodes of a mesh finer than the network, by input id
+    /// ([f32; 3], input nodes).
+    pub const FINE_REST: u32 = 33;
+    /// With `FINE_REST`: the cells that carry each node, its own first; [`super::NO_CELL`] for a
+    /// node that is left out ([u16; 8] a node).
+    pub const FINE_CELLS: u32 = 34;
+    /// With `FINE_REST`: the weights of those cells, 1 in all ([f32; 8] a node).
+    pub const FINE_WEIGHTS: u32 = 35;
+    /// With `FINE_REST`, optional, for display: surface triangles over the nodes, outward
+    /// ([u32; 3]).
+    pub const FINE_TRIANGLES: u32 = 36;
+    /// With `FINE_REST`, optional, for display: tetrahedra over the nodes ([u32; 4]).
+    pub const FINE_TETRAHEDRA: u32 = 37;
 }
 
 /// Word indices of the `PARAMS` section.

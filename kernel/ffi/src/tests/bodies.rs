@@ -6,7 +6,7 @@ use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Model, Network, Rkl1, Rkl2, ToolSample, Track, hats_room,
 };
 
-use super::{BOX, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
+use super::{BOX, CELLS, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
 use crate::{Code, Detail, Output, Sample, Scheme, Tissue};
 
 const TICKS: u16 = 130;
@@ -220,4 +220,37 @@ fn positions_that_cannot_be_are_refused() {
     assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
     let code = call!(chaincell_tick(made.tissue, &sample(0), &mut NO_OUTPUT.clone()));
     assert_eq!(code, Code::Ok);
+}
+
+#[test]
+fn fine_nodes_are_carried_as_the_kernel_carries_them() {
+    let model = Model::from_bytes(CELLS).unwrap();
+    let id = (0..125).find(|&id| !model.is_fixed(model.cell_of_input(id).unwrap())).unwrap();
+    let made = make(CELLS, Scheme::Euler, 1);
+    assert_eq!(choose(made.tissue, &[id]).0, Code::Ok);
+    let network = Network::new(model, chaincell_kernel::Settings::for_model(&model)).unwrap();
+    let mut tissue = chaincell_kernel::Tissue::<30, Euler, 1>::new();
+    tissue.reset(&network).unwrap();
+    tissue.choose_contacts(&network, &[model.cell_of_input(id).unwrap()]).unwrap();
+    for at in 0..20 {
+        let Sample { position_m, engaged } = sample(at);
+        tissue.tick(&network, &ToolSample { position_m: position_m.into(), engaged });
+        step(made.tissue, at);
+    }
+    let mut moved = false;
+    for node in 0..125_u32 {
+        let mut there = [0.0; 3];
+        assert_eq!(call!(chaincell_fine_position(made.tissue, node, &mut there)), Code::Ok);
+        let wanted = tissue.view().fine_position_m(&model, node as usize).unwrap();
+        assert_eq!(there.map(f32::to_bits), [wanted.x, wanted.y, wanted.z].map(f32::to_bits));
+        let rest = model.fine_rest(node as usize).unwrap();
+        moved |= (there[2] - (model.centre_m()[2] + rest[2] * model.unit_m())).abs() > 1e-3;
+    }
+    assert!(moved);
+    let mut untouched = [7.0; 3];
+    let code = call!(chaincell_fine_position(made.tissue, 125, &mut untouched));
+    assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
+    let other = make(BOX, Scheme::Euler, 0);
+    let code = call!(chaincell_fine_position(other.tissue, 0, &mut untouched));
+    assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
 }

@@ -148,6 +148,9 @@ fn of_the_answers() {
     for (bad, code) in bad(&position) {
         assert_eq!(call!(chaincell_position(made.tissue, 64, bad)), code);
     }
+    for (bad, code) in bad(&position) {
+        assert_eq!(call!(chaincell_fine_position(made.tissue, 64, bad)), code);
+    }
     for (bad, code) in bad(numbers.as_ptr()) {
         assert_eq!(call!(chaincell_positions(made.tissue, bad, 125)), code);
         assert_eq!(call!(chaincell_set_positions(made.tissue, bad, 125, none)), code);

@@ -128,6 +128,7 @@ impl Body {
             triangles: &[],
             tetrahedra: &[],
             notes: &[],
+            fine: None,
             dimension: 3,
             unit_m: 1.0,
             centre_m: [0.0; 3],

@@ -1,0 +1,138 @@
+//! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's.
+
+use super::groups::{Carried, CoarseLinks, Groups, carry, couple, partition, stiffening};
+use super::{BakeOptions, Body, Link, PerCell};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// A number of every link.
+pub struct OfLinks {
+    /// In the model's order.
+    pub each: Vec<f64>,
+    /// Whether they are stored one by one.
+    pub varies: bool,
+}
+
+/// The mesh with the network over it.
+pub struct Plan<'a> {
+    mesh: &'a Mesh,
+    fixed: &'a [u32],
+    options: &'a BakeOptions,
+    coarse: Option<Coarse>,
+}
+
+/// A network of groups.
+pub struct Coarse {
+    pub groups: Groups,
+    /// Nodes are groups.
+    pub net: Mesh,
+    /// How groups carry the nodes.
+    pub carried: Carried,
+    fixed: Vec<u32>,
+    links: CoarseLinks,
+}
+
+impl<'a> Plan<'a> {
+    /// Groups the nodes where that is asked for.
+    ///
+    /// # Errors
+    /// A number of cells out of range.
+    pub fn new(mesh: &'a Mesh, fixed: &'a [u32], options: &'a BakeOptions) -> Result<Self> {
+        let used = mesh.nodes_m.len() - mesh.unused.len();
+        let coarse = match options.cells {
+            Some(cells) if cells != used => Some(Coarse::new(mesh, fixed, options, cells)?),
+            _ => None,
+        };
+        Ok(Self { mesh, fixed, options, coarse })
+    }
+
+    /// The mesh as it was given.
+    pub fn mesh(&self) -> &Mesh {
+        self.mesh
+    }
+
+    /// The mesh whose nodes are the cells.
+    pub fn net(&self) -> &Mesh {
+        self.coarse.as_ref().map_or(self.mesh, |coarse| &coarse.net)
+    }
+
+    /// Its fixed nodes.
+    pub fn fixed(&self) -> &[u32] {
+        self.coarse.as_ref().map_or(self.fixed, |coarse| &coarse.fixed)
+    }
+
+    /// Whether cells are groups.
+    pub fn is_grouped(&self) -> bool {
+        self.coarse.is_some()
+    }
+
+    /// The groups, where cells are groups.
+    pub fn coarse(&self) -> Option<&Coarse> {
+        self.coarse.as_ref()
+    }
+
+    /// Input id of every cell.
+    pub fn input_ids(&self, body: &Body) -> Vec<u32> {
+        match &self.coarse {
+            None => body.node.clone(),
+            Some(coarse) => {
+                body.node.iter().map(|&group| coarse.groups.node[group as usize]).collect()
+            }
+        }
+    }
+
+    /// Half-width of the band of every link.
+    pub fn alpha(&self, links: &[Link]) -> OfLinks {
+        let coarse = self.coarse.as_ref().map(|coarse| &coarse.links.alpha);
+        let varies = matches!(self.options.alpha, PerCell::Each(_));
+        self.of_links(links, &self.options.alpha, coarse.filter(|_| varies), varies)
+    }
+
+    /// Stiffness of every link [N/m].
+    pub fn stiffness(&self, links: &[Link]) -> OfLinks {
+        let coarse = self.coarse.as_ref().map(|coarse| &coarse.links.stiffness_n_per_m);
+        let varies = coarse.is_some() || matches!(self.options.stiffness_n_per_m, PerCell::Each(_));
+        self.of_links(links, &self.options.stiffness_n_per_m, coarse, varies)
+    }
+
+    fn of_links(
+        &self,
+        links: &[Link],
+        fine: &PerCell,
+        coarse: Option<&Vec<f64>>,
+        varies: bool,
+    ) -> OfLinks {
+        let of_link = |at: usize| match coarse {
+            Some(values) => values[at],
+            None => fine.of_link(self.net().links[at]),
+        };
+        OfLinks { each: links.iter().map(|&(_, at)| of_link(at)).collect(), varies }
+    }
+}
+
+impl Coarse {
+    fn new(mesh: &Mesh, fixed: &[u32], options: &BakeOptions, cells: usize) -> Result<Self> {
+        let groups = partition(mesh, fixed, cells)?;
+        let each = |value: &PerCell| -> Vec<f64> {
+            mesh.links.iter().map(|&link| value.of_link(link)).collect()
+        };
+        let stiffness = each(&options.stiffness_n_per_m);
+        let mut links = couple(mesh, &groups, &stiffness, &each(&options.alpha));
+        if links.links.is_empty() {
+            return Err(Error::input(format!(
+                "--cells {cells}: each part of the body would be one cell; take more cells"
+            )));
+        }
+        let mut carried = carry(mesh, &groups, &links.links);
+        let cells_m: Vec<[f64; 3]> =
+            groups.node.iter().map(|&node| mesh.nodes_m[node as usize]).collect();
+        let k = &mut links.stiffness_n_per_m;
+        let factor = stiffening(mesh, &stiffness, &cells_m, &links.links, k, &carried);
+        k.iter_mut().for_each(|k| *k *= factor);
+        log::info!("links of groups stiffened by {factor}, {} nodes rough", carried.rough);
+        carried.pin(&groups);
+        let net = Mesh { nodes_m: cells_m, links: links.links.clone(), ..Mesh::default() };
+        let fixed = (0_u32..).zip(&groups.fixed).filter(|entry| *entry.1).map(|entry| entry.0);
+        Ok(Self { fixed: fixed.collect(), groups, net, carried, links })
+    }
+}
