@@ -6,6 +6,7 @@ mod cosim;
 mod info;
 mod latency;
 mod model_file;
+mod paper;
 mod replay;
 mod report;
 mod reports;
@@ -40,6 +41,7 @@ enum Command {
     Cosim(cosim::Args),
     Latency(latency::Args),
     Report(report::Args),
+    Paper(paper::Args),
 }
 
 impl Cli {
@@ -58,6 +60,7 @@ impl Cli {
             Command::Cosim(args) => cosim::execute(&args),
             Command::Latency(args) => latency::execute(&args),
             Command::Report(args) => report::execute(&args),
+            Command::Paper(args) => paper::execute(&args),
         }
     }
 }

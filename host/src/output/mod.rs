@@ -114,9 +114,10 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 fn is_ours(name: &str) -> bool {
     let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
     let report = name == "REPORT.md" || name.starts_with("report_");
+    let paper = ["paper.html", "paper.json"].contains(&name) || name.starts_with("paper_");
     let fixed =
         ["force.csv", "path.csv", "session.trace", "final.vtu", "summary.json", "model.chaincell"];
-    snapshot || report || fixed.contains(&name)
+    snapshot || report || paper || fixed.contains(&name)
 }
 
 #[cfg(test)]

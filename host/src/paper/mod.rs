@@ -1,3 +1,17 @@
 //! `chaincell paper`: every result of the paper computed here, beside the method it improves on.
+//!
+//! An experiment is a file with a function from a [`Context`] to a [`Section`] and a row in
+//! [`EXPERIMENTS`].
 
+mod html;
 pub mod section;
+pub mod write;
+
+use crate::error::Result;
+use section::{Context, Section};
+
+/// What computes a section of the report.
+pub type Experiment = fn(&Context) -> Result<Section>;
+
+/// Every experiment, in the order of the report.
+pub const EXPERIMENTS: &[Experiment] = &[];
