@@ -4,6 +4,7 @@
 //! [`EXPERIMENTS`].
 
 mod html;
+pub mod profile;
 pub mod section;
 pub mod write;
 
