@@ -4,6 +4,7 @@
 //! [`EXPERIMENTS`].
 
 mod html;
+pub mod plane;
 pub mod profile;
 pub mod section;
 pub mod write;
@@ -15,4 +16,4 @@ use section::{Context, Section};
 pub type Experiment = fn(&Context) -> Result<Section>;
 
 /// Every experiment, in the order of the report.
-pub const EXPERIMENTS: &[Experiment] = &[];
+pub const EXPERIMENTS: &[Experiment] = &[plane::section];
