@@ -256,11 +256,8 @@ fn positions(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
 }
 
 fn engine(scene: &Scene, scheme: Scheme, settings: Settings) -> Result<Engine<'_>> {
-    let settings = Settings {
-        max_tool_step_m: 2.0 * DEPTH_M as f32,
-        unloading: Unloading::Off,
-        ..settings
-    };
+    let settings =
+        Settings { max_tool_step_m: 2.0 * DEPTH_M as f32, unloading: Unloading::Off, ..settings };
     let network = Network::new(scene.model()?, settings).map_err(Error::check)?;
     Engine::new(network, scheme, &scene.contacts)
 }
