@@ -29,8 +29,9 @@ const STEPS: u32 = 10;
 const PULL_TICKS: u32 = 300;
 const HOLD_TICKS: u32 = 2000;
 const SWEEPS: u16 = 4;
-/// Bounds of the chain: so wide that the pull just reaches the border, ten links away.
-const CHAIN_ALPHA: f64 = 0.3;
+/// Bounds of the chain with 4 and 8 neighbours: so wide that the pull just reaches the border, ten
+/// links away. A diagonal of generalised `ChainMail` may shear by as much as both its sides.
+const CHAIN_ALPHA: [f64; 2] = [0.3, 0.18];
 /// Relaxation sweeps of the chain's second shape.
 const RELAXATIONS: u32 = 1000;
 /// A band of the network's links.
