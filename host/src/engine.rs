@@ -1,7 +1,7 @@
 //! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
 
 use chaincell_kernel::cell::Cell;
-use chaincell_kernel::contact::{Contact, ContactError};
+use chaincell_kernel::contact::{Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
     Settings, TickOutput, TissueMut, ToolSample, Track,
@@ -62,6 +62,30 @@ pub enum Arithmetic {
     F64,
 }
 
+/// What the tool touches while engaged.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Contact {
+    /// Cells that it holds: ascending, none fixed.
+    Cells(Vec<u16>),
+    /// Surface cells that a sphere around the tool pushes out.
+    Probe {
+        /// Radius \[m\].
+        radius_m: f32,
+        /// Most cells that it touches at a time.
+        capacity: usize,
+    },
+}
+
+impl Contact {
+    /// Contact slots that the tissue needs.
+    fn slots(&self) -> usize {
+        match self {
+            Self::Cells(cells) => cells.len(),
+            Self::Probe { capacity, .. } => *capacity,
+        }
+    }
+}
+
 /// Arrays of a tissue under the scheme `D`.
 struct Memory<D: Dynamics> {
     head: Head<D>,
@@ -69,19 +93,23 @@ struct Memory<D: Dynamics> {
     residual: Vec<Cell<D::Number>>,
     own: Vec<Cell<D::Number>>,
     room: Vec<[f32; 8]>,
-    contacts: Vec<Contact<D::Number>>,
+    contacts: Vec<Slot<D::Number>>,
 }
 
 impl<D: Dynamics> Memory<D> {
-    fn new(model: &Model<'_>, contacts: usize) -> Self {
-        let cells = model.cells();
+    fn new(model: &Model<'_>, contact: &Contact) -> Self {
+        let (cells, slots) = (model.cells(), contact.slots());
+        let room = match contact {
+            Contact::Cells(_) => D::room_octets(model, slots),
+            Contact::Probe { .. } => D::probe_octets(model),
+        };
         Self {
             head: Head::NEW,
             state: vec![Cell::ZERO; cells],
             residual: vec![Cell::ZERO; D::RESIDUALS * cells],
             own: vec![Cell::ZERO; D::ARRAYS * cells],
-            room: vec![[0.0; 8]; D::room_octets(model, contacts)],
-            contacts: vec![Contact::NONE; contacts],
+            room: vec![[0.0; 8]; room],
+            contacts: vec![Slot::NONE; slots],
         }
     }
 
@@ -103,7 +131,7 @@ trait AnyTissue {
     fn choose(
         &mut self,
         network: &Network<'_>,
-        cells: &[u16],
+        contact: &Contact,
     ) -> std::result::Result<(), ContactError>;
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
@@ -125,9 +153,12 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     fn choose(
         &mut self,
         network: &Network<'_>,
-        cells: &[u16],
+        contact: &Contact,
     ) -> std::result::Result<(), ContactError> {
-        self.view().choose_contacts(network, cells)
+        match contact {
+            Contact::Cells(cells) => self.view().choose_contacts(network, cells),
+            Contact::Probe { radius_m, .. } => self.view().choose_probe(network, *radius_m),
+        }
     }
 
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
@@ -168,7 +199,7 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 pub struct Engine<'m> {
     network: Network<'m>,
     tissue: Box<dyn AnyTissue>,
-    contacts: Vec<u16>,
+    contact: Contact,
 }
 
 impl<'m> Engine<'m> {
@@ -191,7 +222,20 @@ impl<'m> Engine<'m> {
         numbers: Arithmetic,
         contacts: &[u16],
     ) -> Result<Self> {
-        let (model, held) = (network.model(), contacts.len());
+        Self::with_contact(network, scheme, numbers, Contact::Cells(contacts.to_vec()))
+    }
+
+    /// As [`Self::in_numbers`], with any contact.
+    ///
+    /// # Errors
+    /// As there; a probe that the kernel refuses.
+    pub fn with_contact(
+        network: Network<'m>,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        contact: Contact,
+    ) -> Result<Self> {
+        let (model, held) = (network.model(), &contact);
         let tissue: Box<dyn AnyTissue> = match (scheme, numbers) {
             (Scheme::Euler, Arithmetic::F32) => Box::new(Memory::<Euler>::new(model, held)),
             (Scheme::Euler, Arithmetic::Fixed) => {
@@ -219,7 +263,7 @@ impl<'m> Engine<'m> {
                 Box::new(Memory::<GaussSeidel>::new(model, held))
             }
         };
-        let mut engine = Self { network, tissue, contacts: contacts.to_vec() };
+        let mut engine = Self { network, tissue, contact };
         engine.reset()?;
         Ok(engine)
     }
@@ -230,9 +274,9 @@ impl<'m> Engine<'m> {
     /// As [`Self::new`].
     pub fn reset(&mut self) -> Result<()> {
         self.tissue.reset(&self.network)?;
-        self.tissue.choose(&self.network, &self.contacts).map_err(|why| {
+        self.tissue.choose(&self.network, &self.contact).map_err(|why| {
             let name = |at: usize| {
-                let cell = self.contacts.get(at).copied().unwrap_or(u16::MAX);
+                let cell = self.contacts().get(at).copied().unwrap_or(u16::MAX);
                 self.network.model().input_id().get(usize::from(cell)).copied()
             };
             match why {
@@ -280,10 +324,19 @@ impl<'m> Engine<'m> {
         &self.network
     }
 
-    /// The contact cells.
+    /// The contact cells chosen; none with a probe.
     #[must_use]
     pub fn contacts(&self) -> &[u16] {
-        &self.contacts
+        match &self.contact {
+            Contact::Cells(cells) => cells,
+            Contact::Probe { .. } => &[],
+        }
+    }
+
+    /// What the tool touches.
+    #[must_use]
+    pub fn contact(&self) -> &Contact {
+        &self.contact
     }
 
     /// RAM of the tissue \[bytes\].

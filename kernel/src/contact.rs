@@ -58,6 +58,19 @@ pub enum ContactError {
     },
     /// The tool is engaged: cells change hands only while it is not.
     Engaged,
+    /// The probe's radius is not above 0, not finite or beyond
+    /// [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths.
+    Radius,
+    /// A probe touches surface cells, and the model has none.
+    NoSurface,
+    /// The tissue has too little room for a probe and the model's hats: size it with
+    /// [`probe_room`](crate::probe_room).
+    ProbeHats {
+        /// Octets needed.
+        needed: usize,
+        /// Octets there.
+        room: usize,
+    },
 }
 
 impl core::fmt::Display for ContactError {
@@ -75,6 +88,18 @@ impl core::fmt::Display for ContactError {
                 "holding these cells needs {needed} octets of room for the hats, there are {room}"
             ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
+            Self::Radius => f.write_str(
+                "the probe's radius must be above 0 and at most 1e6 mean link lengths",
+            ),
+            Self::NoSurface => f.write_str(
+                "the model has no surface that a probe could touch: bake a mesh with triangles or \
+                 tetrahedra, or name cells",
+            ),
+            Self::ProbeHats { needed, room } => write!(
+                f,
+                "a probe needs {needed} octets of room for the hats, there are {room}: size it \
+                 with probe_room, or bake with --hats none"
+            ),
         }
     }
 }

@@ -32,6 +32,7 @@ use crate::model::Model;
 use crate::number::Number;
 use crate::simd::Work;
 use crate::simd::octet::Octet;
+use crate::take_out::without;
 use crate::two_float::{LANES, Lanes, TwoFloat};
 
 /// Eight values.
@@ -59,7 +60,7 @@ pub(crate) struct Hats<'a> {
     /// Where each cell stands among the cells of the pairs.
     pub entry: &'a [u16],
     /// Rows of the inverse.
-    inverse: &'a [Eight],
+    pub inverse: &'a [Eight],
 }
 
 impl<'a> Hats<'a> {
@@ -107,7 +108,7 @@ impl<'a> Hats<'a> {
     }
 
     /// Row of P of a cell: its hats with their weights.
-    fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
+    pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
         let parts = entry.and_then(|entry| {
             let entry = usize::from(entry);
@@ -123,16 +124,24 @@ impl<'a> Hats<'a> {
 
 /// The vectors of one axis or of one correction, cut from the room.
 #[inline(always)]
-fn vector(room: &[Eight], octets: usize, index: usize) -> &[Eight] {
+pub(crate) fn vector(room: &[Eight], octets: usize, index: usize) -> &[Eight] {
     room.get(index * octets..(index + 1) * octets).unwrap_or(&[])
 }
 
-/// c = B g, with the corrections of the held cells; gives g . c.
+/// How a solution leaves the held cells alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Coarse {
+    /// By the corrections of so many held cells, which stand in the room.
+    Corrected(usize),
+    /// Without so many hats, whose factor stands in the room.
+    Without(u16),
+}
+
+/// c = B g, so that the held cells are left alone; gives g . c.
 pub(crate) struct Solve<'a, 'm> {
     pub hats: Hats<'m>,
     pub room: &'a mut [Eight],
-    /// Held cells whose corrections stand in the room.
-    pub held: usize,
+    pub coarse: Coarse,
 }
 
 impl Work for Solve<'_, '_> {
@@ -155,8 +164,17 @@ impl Work for Solve<'_, '_> {
         if block < octets {
             columns::<V, 1>(self.hats.inverse, octets, block, g, c);
         }
-        for (index, along) in corrections.chunks_exact(octets).take(2 * self.held).enumerate() {
-            correct::<V>(along, octets, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
+        match self.coarse {
+            Coarse::Corrected(held) => {
+                let vectors = corrections.chunks_exact(octets).take(2 * held);
+                for (index, along) in vectors.enumerate() {
+                    correct::<V>(along, octets, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
+                }
+            }
+            Coarse::Without(hats) if !without::<V>(&self.hats, corrections, hats.into(), c) => {
+                return TwoFloat::ZERO;
+            }
+            Coarse::Without(_) => {}
         }
         let mut product = Lanes::ZERO;
         for octet in 0..octets {
@@ -355,7 +373,7 @@ mod tests {
                 room[axis * octets + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
             }
         }
-        let solve = Solve { hats, room: &mut room, held: held.len() };
+        let solve = Solve { hats, room: &mut room, coarse: Coarse::Corrected(held.len()) };
         let product = run(VectorUnit::find(), solve);
         let side = |from: usize| -> Vec<[f64; 3]> {
             let at = |hat: usize, axis: usize| {

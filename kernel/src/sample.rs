@@ -56,7 +56,7 @@ impl Flags {
     pub const BAND_CLOSED: Self = Self(32);
     /// A pass was discarded by the energy guard.
     pub const ROLLED_BACK: Self = Self(64);
-    /// More cells in contact than the tissue has room for; reserved for contact by shape.
+    /// More cells in the probe than the tissue has room for: those with the highest ids are free.
     pub const CONTACT_CAPACITY: Self = Self(128);
 
     /// Sets every bit of `other`.

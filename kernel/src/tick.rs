@@ -3,7 +3,7 @@
 use crate::cell::{Cell, add, dot, from_single, output, scale, sub};
 use crate::contact::{self, Contact, Touched};
 use crate::dynamics::{Body, Dynamics};
-use crate::hats::Eight;
+use crate::hats::{Coarse, Eight};
 use crate::number::Number;
 use crate::pass::Links;
 use crate::sample::{Flags, TickOutput, ToolSample};
@@ -44,13 +44,17 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return self.safe(network, flags);
         };
         let chosen = self.contacts.len().min(self.head.chosen);
-        let (contacts, _) = self.contacts.split_at_mut(chosen);
+        // A probe finds its cells by itself.
+        let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
+        let (contacts, _) = self.contacts.split_at_mut(slots);
         let room = &mut *self.room;
         let mut tick =
             Tick { network, head: self.head, state, residual, own, room, contacts, flags };
         tick.hold_or_release(&sample);
-        if tick.head.engaged {
-            tick.pull(&sample);
+        match tick.head.probe {
+            _ if !tick.head.engaged => {}
+            Some(probe) => tick.touch(&sample, probe.radius),
+            None => tick.pull(&sample),
         }
         tick.unload();
         tick.sweep();
@@ -90,19 +94,19 @@ impl<D> Head<D> {
 }
 
 /// A tick under way: the arrays cut to the model's size.
-struct Tick<'a, 'm, D: Dynamics> {
-    network: &'a Network<'m>,
-    head: &'a mut Head<D>,
-    state: &'a mut [Cell<D::Number>],
+pub(crate) struct Tick<'a, 'm, D: Dynamics> {
+    pub network: &'a Network<'m>,
+    pub head: &'a mut Head<D>,
+    pub state: &'a mut [Cell<D::Number>],
     residual: &'a mut [Cell<D::Number>],
-    own: &'a mut [Cell<D::Number>],
-    room: &'a mut [Eight],
-    contacts: &'a mut [Contact<D::Number>],
-    flags: Flags,
+    pub own: &'a mut [Cell<D::Number>],
+    pub room: &'a mut [Eight],
+    pub contacts: &'a mut [Contact<D::Number>],
+    pub flags: Flags,
 }
 
-impl<D: Dynamics> Tick<'_, '_, D> {
-    fn links(&self) -> Links<'_, '_> {
+impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
+    pub fn links(&self) -> Links<'a, 'm> {
         Links { model: self.network.model(), closed: self.head.closed, vectors: self.head.vectors }
     }
 
@@ -110,11 +114,18 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     fn hold_or_release(&mut self, sample: &ToolSample) {
         let engaged = sample.engaged == 1;
         if engaged && !self.head.engaged {
-            let model = self.network.model();
             self.head.tool_origin_m = sample.position_m.into();
             self.head.applied = [0.0; 3];
             // Any depth is deeper: taking hold reopens the bands.
             self.head.deepest = -1.0;
+        }
+        if let Some(probe) = &mut self.head.probe {
+            if engaged != self.head.engaged {
+                probe.taken = Some(0);
+                self.head.chosen = 0;
+            }
+        } else if engaged && !self.head.engaged {
+            let model = self.network.model();
             let k = D::Number::from_single(model.saturation());
             for contact in &mut *self.contacts {
                 if let Some(v) = self.state.get(contact.cell()) {
@@ -130,25 +141,31 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.head.engaged = engaged;
     }
 
-    /// Moves the held cells towards the tool, as far as the limits allow.
-    fn pull(&mut self, sample: &ToolSample) {
+    /// The tool's displacement after this tick: towards the sample, by the step limit at most.
+    pub fn step_towards(&mut self, sample: &ToolSample) -> [f32; 3] {
         let (model, settings) = (self.network.model(), self.network.settings());
         let wished = sub(sample.position_m.into(), self.head.tool_origin_m)
             .map(|way| (way / model.unit_m()).clamp(-DISPLACEMENT_MAX, DISPLACEMENT_MAX));
-        let from = self.head.applied;
         let step = settings.max_tool_step_m / model.unit_m();
-        let room = contact::move_max(
-            model.energy_max(),
-            self.head.level.leading(),
-            self.head.outer_weight,
-        );
-        let (to, clamped) = contact::approach(from, wished, step);
+        let (to, clamped) = contact::approach(self.head.applied, wished, step);
         if clamped {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
+        to
+    }
+
+    /// Moves the held cells towards the tool, as far as the limits allow.
+    fn pull(&mut self, sample: &ToolSample) {
+        let from = self.head.applied;
+        let to = self.step_towards(sample);
         if to == from {
             return;
         }
+        let room = contact::move_max(
+            self.network.model().energy_max(),
+            self.head.level.leading(),
+            self.head.outer_weight,
+        );
         let (within, beyond) = contact::approach(from, to, room);
         let before = contact::touched(self.links(), self.state, self.contacts);
         let mut change = self.displace(to, before);
@@ -168,6 +185,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.head.applied = to;
         self.place();
         self.head.dynamics.pushed();
+        self.change(before)
+    }
+
+    /// What the links of the contacts store more than `before`, rounded up.
+    pub fn change(&self, before: Touched) -> TwoFloat {
         let after = contact::touched(self.links(), self.state, self.contacts);
         let rounding = f32::EPSILON * (before.scale + after.scale);
         let change = after.wd2.minus(before.wd2).times_power_of_two(0.25);
@@ -216,6 +238,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// The bounded number of link passes.
     fn sweep(&mut self) {
         let held: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
+        // The origins of a probe's contacts are where it has put them.
+        let (applied, coarse) = match self.head.probe {
+            Some(probe) => ([0.0; 3], probe.taken.map(Coarse::Without)),
+            None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
+        };
         let mut body = Body {
             links: Links {
                 model: self.network.model(),
@@ -224,7 +251,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             },
             settings: self.network.settings(),
             held,
-            applied: self.head.applied,
+            applied,
+            coarse,
             state: self.state,
             residual: self.residual,
             own: self.own,

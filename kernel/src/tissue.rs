@@ -10,6 +10,7 @@ use crate::hats::Eight;
 use crate::image::CELLS_MAX;
 use crate::model::Model;
 use crate::number::{Number, RangeError};
+use crate::probe::Probe;
 use crate::sample::{TickOutput, ToolSample};
 use crate::settings::Network;
 use crate::simd::VectorUnit;
@@ -101,8 +102,10 @@ pub struct Head<D> {
     pub(crate) level: Level,
     /// Checksum of the model the arrays belong to, `None` before the first reset.
     pub(crate) model: Option<u32>,
-    /// Contact cells chosen.
+    /// Contact cells chosen, or that the probe touches.
     pub(crate) chosen: usize,
+    /// The probe, where contact is by shape.
+    pub(crate) probe: Option<Probe>,
     /// Whether the tool holds them.
     pub(crate) engaged: bool,
     /// Tool position when it took hold \[m\].
@@ -132,6 +135,7 @@ impl<D: Dynamics> Head<D> {
         level: Level::REST,
         model: None,
         chosen: 0,
+        probe: None,
         engaged: false,
         tool_origin_m: [0.0; 3],
         applied: [0.0; 3],
@@ -208,6 +212,18 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
         cells: &[u16],
     ) -> Result<(), ContactError> {
         self.view().choose_contacts(network, cells)
+    }
+
+    /// See [`TissueMut::choose_probe`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn choose_probe(
+        &mut self,
+        network: &Network<'_>,
+        radius_m: f32,
+    ) -> Result<(), ContactError> {
+        self.view().choose_probe(network, radius_m)
     }
 
     /// See [`TissueMut::tick`].
@@ -318,7 +334,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let kept = *self.head;
         *self.head = Head { vectors: kept.vectors, ..Head::NEW };
         self.head.model = kept.model;
-        self.head.chosen = kept.chosen;
+        self.head.probe = kept.probe.map(|probe| Probe { taken: Some(0), ..probe });
+        self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
         self.head.level.forget();
         self.head.awake.wake_all(model);
         if kept.awake.is_sleepless() {
@@ -359,7 +376,45 @@ impl<D: Dynamics> TissueMut<'_, D> {
             *slot = Contact::new(cell);
         }
         self.head.chosen = cells.len();
+        self.head.probe = None;
         D::hold(model, self.room, self.contacts.get(..cells.len()).unwrap_or(&[]));
+        Ok(())
+    }
+
+    /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
+    /// probe, in place of chosen cells; `radius_m` in metres.
+    ///
+    /// The sphere's centre is at the tool. At most as many cells as the tissue has contacts are
+    /// touched, the ones with the lowest ids; more set
+    /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
+    ///
+    /// # Errors
+    /// Why this cannot be; the old choice stays.
+    pub fn choose_probe(
+        &mut self,
+        network: &Network<'_>,
+        radius_m: f32,
+    ) -> Result<(), ContactError> {
+        if self.head.engaged {
+            return Err(ContactError::Engaged);
+        }
+        let model = network.model();
+        if self.head.model != Some(model.checksum()) {
+            return Err(ContactError::Model);
+        }
+        let radius = radius_m / model.unit_m();
+        if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
+            return Err(ContactError::Radius);
+        }
+        if model.surface().is_empty() {
+            return Err(ContactError::NoSurface);
+        }
+        let (needed, room) = (D::probe_room(model), self.room.len());
+        if needed > room {
+            return Err(ContactError::ProbeHats { needed, room });
+        }
+        self.head.chosen = 0;
+        self.head.probe = Some(Probe { radius, taken: Some(0) });
         Ok(())
     }
 

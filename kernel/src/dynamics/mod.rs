@@ -18,7 +18,7 @@ pub use track::Track;
 use crate::awake::Awake;
 use crate::cell::{Cell, add, from_single, peak};
 use crate::contact::Contact;
-use crate::hats::Eight;
+use crate::hats::{Coarse, Eight};
 use crate::model::Model;
 use crate::number::Number;
 use crate::pass::Links;
@@ -85,6 +85,8 @@ pub(crate) struct Body<'a, 'm, N = f32> {
     pub own: &'a mut [Cell<N>],
     /// Room for a coarse level.
     pub room: &'a mut [Eight],
+    /// How the coarse level leaves the held cells alone; `None` where it cannot.
+    pub coarse: Option<Coarse>,
     /// The slices that a sweep looks at.
     pub awake: &'a mut Awake,
     pub level: &'a mut Level,
@@ -198,6 +200,23 @@ pub(crate) mod scheme {
             let _ = (model, room, held);
         }
 
+        /// Octets of room for a model and a probe.
+        fn probe_room(model: &Model<'_>) -> usize {
+            let _ = model;
+            0
+        }
+
+        /// A probe holds these cells from now on: the number of hats taken out for them, `None`
+        /// where that cannot be done.
+        fn take_out(
+            model: &Model<'_>,
+            room: &mut [Eight],
+            held: &[Contact<Self::Number>],
+        ) -> Option<u16> {
+            let _ = (model, room, held);
+            Some(0)
+        }
+
         /// The bands changed: forget the momentum.
         fn interrupt(&mut self);
     }
@@ -232,5 +251,10 @@ pub trait Dynamics: scheme::Scheme + Copy {
     #[must_use]
     fn room_octets(model: &Model<'_>, held: usize) -> usize {
         Self::room(model, held)
+    }
+    /// Octets of room that a model needs with a probe.
+    #[must_use]
+    fn probe_octets(model: &Model<'_>) -> usize {
+        Self::probe_room(model)
     }
 }

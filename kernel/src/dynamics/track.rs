@@ -47,6 +47,7 @@ use crate::number::sealed::Points;
 use crate::number::{Number, Sum, sealed};
 use crate::slice::copy;
 use crate::sqrt::sqrt;
+use crate::take_out::{probe_room, take_out};
 use crate::two_float::{LANES, TwoFloat};
 
 /// State of the scheme; `ROOM` octets of memory for the model's hats, `N` the numbers of cells and
@@ -93,12 +94,12 @@ impl<const ROOM: usize, N: Number> Track<ROOM, N> {
             return true;
         }
         self.going = true;
-        let has_hats =
-            sealed::hats::<N>(model).is_some() && !body.awake.set.is_empty(model.slice_count());
-        let coarse = if has_hats {
-            N::coarse(body.links, points.residual, body.room, body.held.len())
-        } else {
-            TwoFloat::ZERO
+        let is_awake = !body.awake.set.is_empty(model.slice_count());
+        let coarse = match body.coarse {
+            Some(coarse) if is_awake && sealed::hats::<N>(model).is_some() => {
+                N::coarse(body.links, points.residual, body.room, coarse)
+            }
+            _ => TwoFloat::ZERO,
         };
         // Only a product that bounds its move is worth that move.
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
@@ -247,6 +248,15 @@ impl<const ROOM: usize, N: Number> Scheme for Track<ROOM, N> {
 
     fn room(model: &Model<'_>, held: usize) -> usize {
         sealed::hats::<N>(model).map_or(0, |hats| hats_room(hats.count, held))
+    }
+
+    fn probe_room(model: &Model<'_>) -> usize {
+        sealed::hats::<N>(model).map_or(0, |hats| probe_room(hats.count))
+    }
+
+    #[allow(private_interfaces)]
+    fn take_out(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) -> Option<u16> {
+        sealed::hats::<N>(model).map_or(Some(0), |hats| take_out(&hats, room, held))
     }
 
     #[allow(private_interfaces)]

@@ -182,7 +182,7 @@ pub(crate) mod sealed {
     use crate::awake::{Awake, SliceSet};
     use crate::cell::Cell;
     use crate::contact::Contact;
-    use crate::hats::Eight;
+    use crate::hats::{Coarse, Eight};
     use crate::model::Model;
     use crate::pass::Links;
     use crate::scalar;
@@ -280,9 +280,9 @@ pub(crate) mod sealed {
             links: Links<'_, '_>,
             residual: &[Cell<Self>],
             room: &mut [Eight],
-            held: usize,
+            coarse: Coarse,
         ) -> TwoFloat {
-            let _ = (links, residual, room, held);
+            let _ = (links, residual, room, coarse);
             TwoFloat::ZERO
         }
 

@@ -5,7 +5,7 @@ use super::{Loops, Number, RangeError, Sum};
 use crate::awake::{Awake, SliceSet};
 use crate::cell::{Cell, dot};
 use crate::contact::Contact;
-use crate::hats::{Eight, Solve};
+use crate::hats::{Coarse, Eight, Solve};
 use crate::link::{self, Band, Pull};
 use crate::model::Model;
 use crate::pass::Links;
@@ -183,14 +183,14 @@ impl Loops for f32 {
         links: Links<'_, '_>,
         residual: &[Cell],
         room: &mut [Eight],
-        held: usize,
+        coarse: Coarse,
     ) -> TwoFloat {
         let Some(hats) = links.model.hats else { return TwoFloat::ZERO };
         match links.vectors {
             Some(_) => run(links.vectors, Restrict { hats, residual, room }),
             None => scalar::coarse::restrict(&hats, residual, room),
         }
-        run(links.vectors, Solve { hats, room, held })
+        run(links.vectors, Solve { hats, room, coarse })
     }
 
     fn coarse_step(

@@ -1,0 +1,286 @@
+//! Contact by shape: a sphere, the paper's virtual haptic probe (its Fig. 6).
+//!
+//! While engaged the sphere's centre follows the tool, from the tool's position on. In contact are,
+//! in each tick,
+//!
+//! - the surface cells inside the sphere, and
+//! - the contacts of the last tick that the links hold against it: those on the sphere which their
+//!   links do not pull away from the centre, and those beyond it which they pull towards it.
+//!
+//! They are put on the sphere radially, a cell at the centre along its normal at rest, and held
+//! there during the sweeps. Fixed cells and cells without links are left alone. Over the capacity
+//! the lowest ids are kept.
+//!
+//! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
+//! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
+//! and a cell that was let go comes back only when it really goes in.
+//!
+//! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of
+//! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
+//! the energy does rise, all moves are shortened alike.
+//!
+//! Cost a tick while engaged: one look at each surface cell; the links of the contacts, at most six
+//! times; at most contacts^2 / 2 slots moved where cells enter.
+
+use crate::cell::{Cell, add, dot, from_single, output, peak, scale, single, sub};
+use crate::contact::{self, Contact};
+use crate::dynamics::Dynamics;
+use crate::model::Model;
+use crate::number::Number;
+use crate::pass::Links;
+use crate::sample::{Flags, ToolSample};
+use crate::sqrt::sqrt;
+use crate::tick::Tick;
+
+/// Rounding of a distance in the size of its coordinates.
+const GRAIN: f32 = 4.0 * f32::EPSILON;
+/// Largest coordinate of a centre [mean link lengths], so that its square stays finite.
+const CENTRE_MAX: f32 = 2.0e6;
+
+/// The probe of a tissue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Probe {
+    /// [mean link lengths].
+    pub radius: f32,
+    /// Hats taken out for the contacts; `None` where that cannot be done.
+    pub taken: Option<u16>,
+}
+
+/// The sphere in a tick [mean link lengths].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sphere {
+    centre: [f32; 3],
+    radius: f32,
+    /// Cells this near to the surface are on it.
+    grain: f32,
+}
+
+impl Sphere {
+    fn new(centre: [f32; 3], radius: f32) -> Self {
+        Self { centre, radius, grain: GRAIN * (peak(centre) + radius) }
+    }
+
+    /// The way from the centre, and its length less the radius.
+    fn beyond(&self, at: [f32; 3]) -> ([f32; 3], f32) {
+        let way = sub(at, self.centre);
+        (way, sqrt(dot(way, way)) - self.radius)
+    }
+
+    fn is_inside(&self, at: [f32; 3]) -> bool {
+        self.beyond(at).1 < -self.grain
+    }
+
+    /// Whether a contact at `at` stays one that its links pull by `force`.
+    fn keeps(&self, at: [f32; 3], force: [f32; 3]) -> bool {
+        let (way, beyond) = self.beyond(at);
+        let outward = dot(force, way);
+        beyond < -self.grain || outward < 0.0 || (outward <= 0.0 && beyond <= self.grain)
+    }
+
+    /// Where a cell goes; `None` where it is on the sphere.
+    fn place(&self, at: [f32; 3], normal: impl FnOnce() -> [f32; 3]) -> Option<[f32; 3]> {
+        let (way, beyond) = self.beyond(at);
+        if beyond.abs() <= self.grain {
+            return None;
+        }
+        let distance = sqrt(dot(way, way));
+        let out = if distance > self.grain {
+            scale(self.radius / distance, way)
+        } else {
+            scale(self.radius, normal())
+        };
+        Some(add(self.centre, out))
+    }
+}
+
+/// Outward normal of a surface cell at rest.
+fn normal(model: &Model<'_>, cell: usize) -> [f32; 3] {
+    let at = u16::try_from(cell).ok().and_then(|cell| model.surface.binary_search(&cell).ok());
+    at.and_then(|at| model.normals.get(at)).copied().unwrap_or([0.0, 0.0, 1.0])
+}
+
+/// What the links of a cell do to it, in single precision.
+fn pull<N: Number>(links: Links<'_, '_>, v: &[Cell<N>], cell: usize) -> [f32; 3] {
+    let pulls = links.model.neighbours(cell).filter_map(|(link, other)| {
+        let pull = links.pull_on(v, link, cell, other)?;
+        Some(pull.force)
+    });
+    pulls.fold([0.0; 3], add)
+}
+
+/// The contacts, ascending, in slots of which the first `count` are taken.
+struct Contacts<'a, N> {
+    slots: &'a mut [Contact<N>],
+    count: usize,
+    /// A cell was let go or taken hold of.
+    changed: bool,
+    /// Some cell found no slot.
+    full: bool,
+}
+
+impl<N: Number> Contacts<'_, N> {
+    /// Lets go of those for which `keeps` does not hold.
+    fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
+        let before = self.count;
+        self.count = 0;
+        for at in 0..before {
+            let Some(&contact) = self.slots.get(at) else { break };
+            if keeps(contact.cell())
+                && let Some(slot) = self.slots.get_mut(self.count)
+            {
+                *slot = contact;
+                self.count += 1;
+            }
+        }
+        self.changed |= self.count < before;
+    }
+
+    /// Takes hold of a cell; over the capacity the highest id goes.
+    fn insert(&mut self, id: u16) {
+        let taken = self.slots.get(..self.count).unwrap_or(&[]);
+        let Err(at) = taken.binary_search_by_key(&usize::from(id), Contact::cell) else { return };
+        self.full |= self.count == self.slots.len();
+        if at == self.slots.len() {
+            return;
+        }
+        self.count = (self.count + 1).min(self.slots.len());
+        self.changed = true;
+        let mut carried = Contact::new(id);
+        for slot in self.slots.iter_mut().take(self.count).skip(at) {
+            core::mem::swap(slot, &mut carried);
+        }
+    }
+}
+
+/// Sum of w |`D_i` - `D_j`|^2 over the links of the contacts, each link once, D being the ways of
+/// the contacts from their origins.
+fn spread<N: Number>(model: &Model<'_>, v: &[Cell<N>], held: &[Contact<N>]) -> f32 {
+    let k = N::from_single(model.saturation());
+    let way = |contact: &Contact<N>| {
+        let here = v.get(contact.cell()).map(|v| output(v.xyz(), k));
+        here.map_or([0.0; 3], |here| single(sub(here, contact.origin)))
+    };
+    let mut sum = 0.0;
+    for contact in held {
+        let own = way(contact);
+        for (link, other) in model.neighbours(contact.cell()) {
+            let at = held.binary_search_by_key(&other, Contact::cell).ok();
+            let theirs = at.and_then(|at| held.get(at)).map(way);
+            if theirs.is_none() || other > contact.cell() {
+                let apart = sub(own, theirs.unwrap_or([0.0; 3]));
+                sum += model.link_weight(link) * dot(apart, apart);
+            }
+        }
+    }
+    sum
+}
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    /// The sphere follows the tool and pushes cells out.
+    pub(crate) fn touch(&mut self, sample: &ToolSample, radius: f32) {
+        let model = self.network.model();
+        self.head.applied = self.step_towards(sample);
+        let unit = model.unit_m();
+        let start = sub(self.head.tool_origin_m, model.centre_m())
+            .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
+        let sphere = Sphere::new(add(start, self.head.applied), radius);
+        let changed = self.renew(&sphere);
+        let moved = self.push_out(&sphere);
+        if changed {
+            let taken = D::take_out(model, self.room, self.contacts);
+            self.head.probe = Some(Probe { radius, taken });
+        }
+        if changed || moved {
+            self.head.dynamics.pushed();
+        }
+    }
+
+    /// Finds the contacts of this tick; whether they are others than in the last one.
+    fn renew(&mut self, sphere: &Sphere) -> bool {
+        let (links, state) = (self.links(), &*self.state);
+        let model = links.model;
+        let k = D::Number::from_single(model.saturation());
+        let at = |cell: usize| state.get(cell).map(|v| single(output(v.xyz(), k)));
+        let mut contacts = Contacts {
+            slots: core::mem::take(&mut self.contacts),
+            count: self.head.chosen,
+            changed: false,
+            full: false,
+        };
+        contacts.retain(|cell| {
+            at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell)))
+        });
+        for &id in model.surface {
+            let cell = usize::from(id);
+            let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
+            if is_free && at(cell).is_some_and(|at| sphere.is_inside(at)) {
+                contacts.insert(id);
+            }
+        }
+        let Contacts { slots, count, changed, full } = contacts;
+        if full {
+            self.flags.insert(Flags::CONTACT_CAPACITY);
+        }
+        self.head.chosen = count;
+        self.contacts = slots.get_mut(..count).unwrap_or(&mut []);
+        changed
+    }
+
+    /// Puts the contacts on the sphere, as far as the model's largest energy allows; whether one of
+    /// them moved.
+    fn push_out(&mut self, sphere: &Sphere) -> bool {
+        let model = self.network.model();
+        let k = D::Number::from_single(model.saturation());
+        for contact in &mut *self.contacts {
+            if let Some(v) = self.state.get(contact.cell()) {
+                contact.origin = output(v.xyz(), k);
+            }
+        }
+        let before = contact::touched(self.links(), self.state, self.contacts);
+        let moved = self.put(sphere, 1.0);
+        if moved {
+            let mut change = self.change(before);
+            let spread = spread(model, self.state, self.contacts);
+            let level = self.head.level.leading();
+            let share = contact::move_max(model.energy_max(), level, spread);
+            if share < 1.0 && change.hi > 0.0 {
+                self.put(sphere, share);
+                change = self.change(before);
+                self.flags.insert(Flags::MOTION_CLAMPED);
+            }
+            self.head.level.shift(change);
+        }
+        for contact in &mut *self.contacts {
+            if let Some(v) = self.state.get(contact.cell()) {
+                contact.origin = output(v.xyz(), k);
+            }
+        }
+        moved
+    }
+
+    /// Puts the contacts a share of their way from their origins to the sphere, in every copy of
+    /// the state; whether one of them moved.
+    fn put(&mut self, sphere: &Sphere, share: f32) -> bool {
+        let model = self.network.model();
+        let k = model.saturation();
+        let mut moved = false;
+        for contact in &*self.contacts {
+            let cell = contact.cell();
+            let from = single(contact.origin);
+            let place = sphere.place(from, || normal(model, cell)).filter(|_| share > 0.0);
+            let position = place.map_or(contact.origin, |to| {
+                let to = if share < 1.0 { add(from, scale(share, sub(to, from))) } else { to };
+                // There is one zero in the state.
+                from_single(output(to, k).map(|x| x + 0.0))
+            });
+            let Some(v) = self.state.get_mut(cell) else { continue };
+            if v.xyz() != position {
+                *v = Cell::at(position);
+                moved = true;
+                self.head.awake.wake_around(model, cell);
+            }
+            self.head.dynamics.place(self.own, cell, Cell::at(position), k);
+        }
+        moved
+    }
+}
