@@ -4,7 +4,9 @@
 //! [`EXPERIMENTS`].
 
 mod html;
+pub mod liver;
 pub mod plane;
+mod press;
 pub mod profile;
 pub mod section;
 pub mod write;
@@ -16,4 +18,4 @@ use section::{Context, Section};
 pub type Experiment = fn(&Context) -> Result<Section>;
 
 /// Every experiment, in the order of the report.
-pub const EXPERIMENTS: &[Experiment] = &[plane::section];
+pub const EXPERIMENTS: &[Experiment] = &[plane::section, liver::section];

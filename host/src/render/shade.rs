@@ -18,7 +18,7 @@ const CORNERS: f32 = 2.2;
 const SAMPLES: u32 = 36;
 const REACH: f32 = 0.045;
 /// How far the farthest point fades to white.
-const FADE: f32 = 0.16;
+const FADE: f32 = 0.06;
 /// Darkness of the ground's shadow, and the width of its rim as a part of the picture's width.
 const SHADOW: f32 = 0.30;
 const RIM: f32 = 0.012;
