@@ -8,18 +8,21 @@ use super::section::{Context, Figure, Numbers, Section};
 use crate::error::Result;
 use crate::mesh::{self, Mesh, MeshOptions};
 use crate::plot::{Axis, Chart, Style};
-use crate::render::{Body, ColourBar, Paint, Panel, Sheet};
+use crate::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::report::scene::Scene;
 use crate::report::tables::Table;
 
 /// Radius of the probe and depth of the press [mean link lengths].
-const RADIUS_LINKS: f64 = 2.5;
-const DEPTH_LINKS: f64 = 4.0;
-/// Bounds of the chain, as on the plane.
-const CHAIN_ALPHA: f64 = 0.3;
+const RADIUS_LINKS: f64 = 3.0;
+const DEPTH_LINKS: f64 = 1.5;
+/// Bounds of the chain.
+const CHAIN_ALPHA: f64 = 0.1;
 /// Ticks of the press; a tick is a millisecond.
 const TICKS: u64 = 1000;
 const TICKS_QUICK: u64 = 200;
+/// How far above level the eye is, and half the width of the close-ups in radii of the probe.
+const ABOVE: f64 = 0.6;
+const CLOSE_UP: f64 = 2.2;
 /// Steel.
 const PROBE_COLOUR: [u8; 3] = [176, 180, 188];
 
@@ -166,46 +169,69 @@ impl Case {
     }
 
     fn sheet(&self) -> Sheet {
-        let rest = &self.mesh.nodes_m;
-        let [deep, touch] = self.probe.centres_m();
-        let panel = |title: &str, at_m: &[[f64; 3]], probe_m: [f64; 3], near: bool| Panel {
-            title: title.into(),
-            bodies: vec![
-                Body {
-                    points_m: at_m.to_vec(),
-                    triangles: self.mesh.triangles.clone(),
-                    paint: Paint::Values(self.ways_mm(at_m)),
-                    wires: Vec::new(),
-                },
-                Body::sphere(probe_m, self.probe.radius_m, PROBE_COLOUR, 32),
-            ],
-            close_up: near.then_some((probe_m, 3.2 * self.probe.radius_m)),
-        };
-        let largest = self.ways_mm(&self.network.shown_m).into_iter().fold(0.0, f64::max);
         let up = self.scene.direction.map(|x| -x);
+        let front = self.front(up);
+        let [deep, touch] = self.probe.centres_m();
+        let states = [
+            ("initial state", &self.mesh.nodes_m, touch),
+            ("network", &self.network.shown_m, deep),
+            ("ChainMail", &self.chain.shown_m, deep),
+        ];
+        let whole = states.iter().map(|(title, at_m, probe_m)| Panel {
+            title: (*title).into(),
+            bodies: vec![self.body(at_m), self.ball(*probe_m)],
+            close_up: None,
+        });
+        let opened = states.iter().map(|(title, at_m, probe_m)| {
+            let ball = self.ball(*probe_m);
+            // Tetrahedra from the middle of the ball to its skin.
+            let mut solid = ball.clone();
+            solid.points_m.push(*probe_m);
+            let middle = ball.points_m.len() as u32;
+            let wedges: Vec<[u32; 4]> =
+                ball.triangles.iter().map(|&[a, b, c]| [a, b, c, middle]).collect();
+            let body = cut(&self.body(at_m), &self.mesh.tetrahedra, deep, front);
+            Panel {
+                title: format!("{title}, cut through the probe"),
+                bodies: body.into_iter().chain(cut(&solid, &wedges, deep, front)).collect(),
+                close_up: Some((
+                    std::array::from_fn(|x| deep[x] - 0.6 * self.probe.radius_m * up[x]),
+                    CLOSE_UP * self.probe.radius_m,
+                )),
+            }
+        });
+        let largest = self.ways_mm(&self.network.shown_m).into_iter().fold(0.0, f64::max);
         Sheet {
             title: format!("A probe pressed {:.1} mm into {}", 1e3 * self.depth_m, self.name()),
-            panels: vec![
-                panel("initial state", rest, touch, false),
-                panel("network", &self.network.shown_m, deep, false),
-                panel("ChainMail", &self.chain.shown_m, deep, false),
-                panel("network, close-up", &self.network.shown_m, deep, true),
-            ],
-            columns: 2,
-            panel_height_px: 480,
-            towards: self.towards(up),
+            panels: whole.chain(opened).collect(),
+            columns: 3,
+            panel_height_px: 440,
+            towards: std::array::from_fn(|x| front[x] + ABOVE * up[x]),
             up,
             shadow: true,
             bar: ColourBar { label: "displacement [mm]".into(), range: [0.0, largest.max(1e-9)] },
         }
     }
 
+    fn body(&self, at_m: &[[f64; 3]]) -> Body {
+        Body {
+            points_m: at_m.to_vec(),
+            triangles: self.mesh.triangles.clone(),
+            paint: Paint::Values(self.ways_mm(at_m)),
+            wires: Vec::new(),
+        }
+    }
+
+    fn ball(&self, centre_m: [f64; 3]) -> Body {
+        Body::sphere(centre_m, self.probe.radius_m, PROBE_COLOUR, 32)
+    }
+
     fn name(&self) -> &'static str {
         if self.scene.name == "liver" { "the liver" } else { "a generated organ" }
     }
 
-    /// Across the body's longest extent, from half above, what is fixed on the far side.
-    fn towards(&self, up: [f64; 3]) -> [f64; 3] {
+    /// Unit vector to the eye, level: across the body's longest level extent.
+    fn front(&self, up: [f64; 3]) -> [f64; 3] {
         let up = Vector3::from(up).normalize();
         let count = self.mesh.nodes_m.len().max(1) as f64;
         let points = || self.mesh.nodes_m.iter().map(|p| Vector3::from(*p));
@@ -218,8 +244,7 @@ impl Case {
             let level = spread - up * spread.dot(&up);
             long = level.try_normalize(1e-30).unwrap_or(long);
         }
-        let front = long.cross(&up);
-        (front + 0.75 * up).into()
+        long.cross(&up).into()
     }
 
     fn seconds(&self, values: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {

@@ -91,7 +91,10 @@ impl<'a> Canvas<'a> {
 
     pub fn dashes(&self, places: &[Place], colour: RGBColor, width: u32) -> Result<()> {
         let style = colour.stroke_width(width);
-        let places = places.iter().copied();
+        // A stroke of no length is no stroke.
+        let mut places = places.to_vec();
+        places.dedup();
+        let places = places.into_iter();
         self.root.draw(&DashedPathElement::new(places, DASH, DASH / 2, style)).map_err(failed)
     }
 

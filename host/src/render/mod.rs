@@ -7,6 +7,7 @@
 
 mod body;
 mod camera;
+mod cut;
 mod frame;
 mod palette;
 mod shade;
@@ -14,4 +15,5 @@ mod sheet;
 
 pub use body::{Body, Paint};
 pub use camera::View;
+pub use cut::cut;
 pub use sheet::{ColourBar, Panel, Sheet};

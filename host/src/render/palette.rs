@@ -5,14 +5,18 @@ use std::sync::OnceLock;
 /// Colours of the map.
 const ENTRIES: usize = 256;
 
-/// sRGB of a part from 0 to 1: viridis (van der Walt and Smith 2015), uniform to the eye and
-/// rising in lightness, so that it survives grey. What is not a number is grey.
+/// Ends of the part of magma that is used: not so light or dark that shading is lost.
+const ENDS: [f64; 2] = [0.97, 0.16];
+
+/// sRGB of a part from 0 to 1: magma (van der Walt and Smith 2015) from its light end on, uniform
+/// to the eye and falling in lightness, so that it survives grey. What is not a number is grey.
 #[must_use]
 pub(super) fn srgb(part: f64) -> [u8; 3] {
     if part.is_nan() {
         return [128; 3];
     }
-    let colour = colorous::VIRIDIS.eval_continuous(part.clamp(0.0, 1.0));
+    let colour =
+        colorous::MAGMA.eval_continuous(ENDS[0] + part.clamp(0.0, 1.0) * (ENDS[1] - ENDS[0]));
     [colour.r, colour.g, colour.b]
 }
 
@@ -51,15 +55,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_map_has_its_published_ends_and_rises_in_lightness() {
-        assert_eq!((srgb(0.0), srgb(1.0)), ([68, 1, 84], [253, 231, 37]));
+    fn the_map_has_its_ends_and_falls_in_lightness() {
+        assert_eq!((srgb(0.0), srgb(1.0)), ([252, 244, 182], [44, 17, 95]));
         assert_eq!((srgb(-1.0), srgb(2.0), srgb(f64::NAN)), (srgb(0.0), srgb(1.0), [128; 3]));
         let grey = |part: f64| {
             let [r, g, b] = light(part);
             0.2126 * r + 0.7152 * g + 0.0722 * b
         };
-        let rises = (1..=32).all(|at| grey(f64::from(at) / 32.0) > grey(f64::from(at - 1) / 32.0));
-        assert!(rises);
+        let falls = (1..=32).all(|at| grey(f64::from(at) / 32.0) < grey(f64::from(at - 1) / 32.0));
+        assert!(falls);
     }
 
     #[test]

@@ -92,9 +92,8 @@ fn corner(frame: &Frame, at: usize, around: &[(i64, i64)], reach: f32) -> f32 {
     hidden / around.len().max(1) as f32
 }
 
-/// The shadow on the ground below the bodies, light falling against `up`: 0 to 1 a pixel.
-pub(super) fn ground(view: &View, bodies: &[Body], up: [f64; 3]) -> Vec<f32> {
-    let (width, height) = (view.size_px().0 as usize, view.size_px().1 as usize);
+/// The bodies pressed flat on the ground below them, light falling against `up`.
+pub(super) fn fallen(bodies: &[Body], up: [f64; 3]) -> Vec<Body> {
     let size = up.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-12);
     let up = up.map(|x| x / size);
     let tall = |p: &[f64; 3]| (0..3).map(|x| p[x] * up[x]).sum::<f64>();
@@ -103,15 +102,23 @@ pub(super) fn ground(view: &View, bodies: &[Body], up: [f64; 3]) -> Vec<f32> {
         .map(tall)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
     let floor = low - 0.02 * (high - low);
+    let down = |p: &[f64; 3]| {
+        let fall = tall(p) - floor;
+        std::array::from_fn(|x| p[x] - fall * up[x])
+    };
+    let flat = bodies.iter().map(|body| Body {
+        points_m: body.points_m.iter().map(down).collect(),
+        wires: Vec::new(),
+        ..body.clone()
+    });
+    flat.collect()
+}
+
+/// The shadow on the ground: 0 to 1 a pixel.
+pub(super) fn ground(view: &View, bodies: &[Body], up: [f64; 3]) -> Vec<f32> {
+    let (width, height) = (view.size_px().0 as usize, view.size_px().1 as usize);
     let mut flat = Frame::new(view);
-    for body in bodies {
-        let down = |p: &[f64; 3]| {
-            let fall = tall(p) - floor;
-            std::array::from_fn(|x| p[x] - fall * up[x])
-        };
-        let mut shadow = body.clone();
-        shadow.points_m = body.points_m.iter().map(down).collect();
-        shadow.wires.clear();
+    for shadow in fallen(bodies, up) {
         flat.draw(view, &shadow, [0.0, 1.0], 0.0);
     }
     let mut dark: Vec<f32> =

@@ -103,6 +103,14 @@ impl Sheet {
             let middle = place.left + place.width / 2;
             text(&mut texts, (middle, place.top - 12), TEXT, "middle", &panel.title);
             scale_bar(&mut texts, place, view.pixels_per_m);
+            if panel.close_up.is_some() {
+                let Place { left, top, width, height } = place;
+                let _ = writeln!(
+                    texts,
+                    "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" \
+                     fill=\"none\" stroke=\"#b0b0b0\" stroke-width=\"2\"/>"
+                );
+            }
         }
         self.colour_bar(&mut texts, height);
         let open = format!(
@@ -133,8 +141,11 @@ impl Sheet {
         match panel.close_up {
             None => {
                 let whole = self.panels.iter().filter(|panel| panel.close_up.is_none());
-                let bodies = whole.flat_map(|panel| &panel.bodies);
-                let points = bodies.flat_map(|body| &body.points_m);
+                let bodies: Vec<&Body> = whole.clone().flat_map(|panel| &panel.bodies).collect();
+                let shadows = whole.filter(|_| self.shadow);
+                let shadows: Vec<Body> =
+                    shadows.flat_map(|panel| shade::fallen(&panel.bodies, self.up)).collect();
+                let points = bodies.into_iter().chain(&shadows).flat_map(|body| &body.points_m);
                 View::fit(points, self.towards, self.up, size_px, AIR)
             }
             Some((centre, radius)) => {
@@ -154,7 +165,8 @@ impl Sheet {
         let view = view.finer(FINE);
         let mut frame = Frame::new(&view);
         panel.bodies.iter().for_each(|body| frame.draw(&view, body, self.bar.range, WIRE));
-        let ground = self.shadow.then(|| shade::ground(&view, &panel.bodies, self.up));
+        let shadow = self.shadow && panel.close_up.is_none();
+        let ground = shadow.then(|| shade::ground(&view, &panel.bodies, self.up));
         let light = shade::shade(&frame, ground.as_deref());
         shade::shrink(&light, frame.width, FINE as usize)
     }
@@ -291,11 +303,11 @@ mod tests {
             let at = 3 * (y * info.width + x) as usize;
             [bytes[at], bytes[at + 1], bytes[at + 2]]
         };
-        // A corner is white; the ball is yellow on top and dark below.
+        // A corner is white; the ball is dark on top and light below.
         assert_eq!(pixel(2, 2), [255; 3]);
         let place = sheet.place(1);
         let (x, y) = (place.left + 20 + place.width / 2 - 20, place.top);
         let (top, bottom) = (pixel(x, y + 60), pixel(x, y + 340));
-        assert!(top[0] > 150 && top[2] < 120 && bottom[0] < 100, "{top:?} {bottom:?}");
+        assert!(top[0] < 110 && bottom[0] > 110, "{top:?} {bottom:?}");
     }
 }
