@@ -88,9 +88,9 @@ impl core::fmt::Display for ContactError {
                 "holding these cells needs {needed} octets of room for the hats, there are {room}"
             ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
-            Self::Radius => f.write_str(
-                "the probe's radius must be above 0 and at most 1e6 mean link lengths",
-            ),
+            Self::Radius => {
+                f.write_str("the probe's radius must be above 0 and at most 1e6 mean link lengths")
+            }
             Self::NoSurface => f.write_str(
                 "the model has no surface that a probe could touch: bake a mesh with triangles or \
                  tetrahedra, or name cells",

@@ -207,9 +207,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
-        contacts.retain(|cell| {
-            at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell)))
-        });
+        contacts
+            .retain(|cell| at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell))));
         for &id in model.surface {
             let cell = usize::from(id);
             let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);

@@ -131,9 +131,8 @@ impl<'a> Taken<'a> {
             let inverse = row.get(at).copied().unwrap_or(0.0);
             let known = self.sums.iter().zip(row).take(count).skip(at + 1);
             let own = self.sums.get(at).copied().unwrap_or([0.0; 3]);
-            let own = known.fold(own, |own, (y, u)| {
-                [own[0] - u * y[0], own[1] - u * y[1], own[2] - u * y[2]]
-            });
+            let own = known
+                .fold(own, |own, (y, u)| [own[0] - u * y[0], own[1] - u * y[1], own[2] - u * y[2]]);
             if let Some(slot) = self.sums.get_mut(at) {
                 *slot = own.map(|x| x * inverse);
             }

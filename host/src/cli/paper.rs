@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::output::Folder;
 use crate::paper::section::Context;
 use crate::paper::write::{Report, collect, pieces};
@@ -42,6 +42,13 @@ pub struct Args {
 pub fn execute(args: &Args) -> Result<()> {
     let given = args.reference.clone();
     let reference = given.or_else(|| std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from));
+    if let Some(missing) = reference.as_deref().filter(|folder| !folder.is_dir()) {
+        return Err(Error::input(format!(
+            "--reference {}: no such folder; leave it out (and CHAINCELL_REFERENCE unset) for the \
+             generated organ",
+            missing.display()
+        )));
+    }
     let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
     let mut report = Report {
@@ -61,7 +68,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let ended = collect(&context, &mut report, &bar);
     bar.finish_and_clear();
     // Whatever ended it, the sections that are done are kept.
-    if report.sections.is_empty() {
+    if report.sections.is_empty() && !matches!(ended, Err(Error::Interrupted)) {
         return ended;
     }
     if let Some(folder) = &folder {

@@ -248,6 +248,7 @@ fn body(plane: &Plane, shape: &Shape) -> Body {
         triangles: plane.mesh.triangles.clone(),
         paint: Paint::Values(cells.map(way).collect()),
         wires: sides.copied().collect(),
+        unlit: false,
     }
 }
 

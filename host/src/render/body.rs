@@ -22,6 +22,8 @@ pub struct Body {
     pub paint: Paint,
     /// Lines between points, drawn on the surface; none for a plain one.
     pub wires: Vec<[u32; 2]>,
+    /// Shown in the very colours of the colour bar, without light and shade: a cut face.
+    pub unlit: bool,
 }
 
 impl Body {
@@ -50,6 +52,7 @@ impl Body {
             triangles: triangles.collect(),
             paint: Paint::Plain(colour),
             wires: Vec::new(),
+            unlit: false,
         }
     }
 }

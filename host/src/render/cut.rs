@@ -34,7 +34,7 @@ pub fn cut(
     for corners in tetrahedra {
         face.tetrahedron(*corners);
     }
-    [skin.cut, face.cut]
+    [skin.cut, Body { unlit: true, ..face.cut }]
 }
 
 impl<'b> Part<'b> {
@@ -44,7 +44,7 @@ impl<'b> Part<'b> {
             Paint::Plain(colour) => Paint::Plain(*colour),
         };
         let (points_m, triangles, wires) = (Vec::new(), Vec::new(), Vec::new());
-        let cut = Body { points_m, triangles, paint, wires };
+        let cut = Body { points_m, triangles, paint, wires, unlit: false };
         Self { whole, before, normal, cut, kept: BTreeMap::new(), added: BTreeMap::new() }
     }
 
@@ -163,6 +163,7 @@ mod tests {
             triangles: mesh.triangles.clone(),
             paint: Paint::Values(values),
             wires: vec![],
+            unlit: false,
         };
         let normal = [1.0, 0.0, 0.0];
         let [skin, face] = cut(&whole, &mesh.tetrahedra, [0.003, 0.0, 0.0], normal);

@@ -19,10 +19,17 @@ pub(super) struct Seen {
     pub colour: [f32; 3],
     /// Whether a line covers it.
     pub wire: bool,
+    /// Whether light leaves it alone.
+    pub unlit: bool,
 }
 
-const NOTHING: Seen =
-    Seen { depth: f32::NEG_INFINITY, normal: [0.0; 3], colour: [1.0; 3], wire: false };
+const NOTHING: Seen = Seen {
+    depth: f32::NEG_INFINITY,
+    normal: [0.0; 3],
+    colour: [1.0; 3],
+    wire: false,
+    unlit: false,
+};
 
 /// A point of a body on the picture.
 #[derive(Clone, Copy)]
@@ -73,7 +80,7 @@ impl Frame {
         for triangle in &body.triangles {
             let [a, b, c] = triangle.map(|id| vertices.get(id as usize));
             if let (Some(a), Some(b), Some(c)) = (a, b, c) {
-                self.triangle([*a, *b, *c], plain);
+                self.triangle([*a, *b, *c], plain, body.unlit);
             }
         }
         for [a, b] in &body.wires {
@@ -83,7 +90,7 @@ impl Frame {
         }
     }
 
-    fn triangle(&mut self, [a, b, c]: [Vertex; 3], plain: Option<[f32; 3]>) {
+    fn triangle(&mut self, [a, b, c]: [Vertex; 3], plain: Option<[f32; 3]>, unlit: bool) {
         let area = edge(a.at, b.at, c.at);
         if !area.is_normal() {
             return;
@@ -112,7 +119,7 @@ impl Frame {
                 });
                 let part = mix([a.part, b.part, c.part]);
                 let colour = plain.unwrap_or_else(|| palette::light(part.into()));
-                *pixel = Seen { depth, normal: facing(normal), colour, wire: false };
+                *pixel = Seen { depth, normal: facing(normal), colour, wire: false, unlit };
             }
         }
     }
@@ -160,7 +167,7 @@ mod tests {
     fn triangle(height: f64, colour: [u8; 3]) -> Body {
         let points_m = vec![[0.0, 0.0, height], [1.0, 0.0, height], [0.0, 1.0, height]];
         let (triangles, paint) = (vec![[0, 1, 2]], Paint::Plain(colour));
-        Body { points_m, triangles, paint, wires: vec![] }
+        Body { points_m, triangles, paint, wires: vec![], unlit: false }
     }
 
     /// From above, y up: the unit square over 10 by 10 pixels.

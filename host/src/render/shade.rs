@@ -6,7 +6,7 @@ use super::frame::{Frame, Seen};
 use super::palette;
 
 /// Towards the key light and the fill light: right, up, towards the eye.
-const KEY: [f32; 3] = [-0.48, 0.64, 0.6];
+const KEY: [f32; 3] = [-0.42, 0.55, 0.72];
 const FILL: [f32; 3] = [0.8, 0.1, 0.6];
 const KEY_LIGHT: f32 = 0.72;
 const FILL_LIGHT: f32 = 0.16;
@@ -47,6 +47,9 @@ pub(super) fn shade(frame: &Frame, ground: Option<&[f32]>) -> Vec<[f32; 3]> {
 
 /// Light from one pixel's surface.
 fn surface(pixel: &Seen, open: f32) -> [f32; 3] {
+    if pixel.unlit {
+        return pixel.colour;
+    }
     let n = pixel.normal;
     let key = dot(n, KEY).max(0.0) * (0.5 + 0.5 * open);
     let fill = dot(n, FILL).max(0.0);
@@ -175,7 +178,7 @@ mod tests {
     fn square() -> Body {
         let points_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let (triangles, paint) = (vec![[0, 1, 2], [0, 2, 3]], Paint::Plain([200; 3]));
-        Body { points_m, triangles, paint, wires: vec![] }
+        Body { points_m, triangles, paint, wires: vec![], unlit: false }
     }
 
     #[test]

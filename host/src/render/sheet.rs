@@ -24,7 +24,7 @@ const SUBTITLE: u32 = 46;
 const BAR_ROOM: u32 = 210;
 const BAR: u32 = 40;
 /// Air around the bodies of a panel \[px\].
-const AIR: f64 = 26.0;
+const AIR: f64 = 14.0;
 /// Width of a line on a surface, in pixels of the raster.
 const WIRE: f32 = 3.0;
 /// Sizes of texts \[px\].
@@ -240,11 +240,10 @@ fn scale_bar(texts: &mut String, place: Place, pixels_per_m: f64) {
         "<path d=\"M{x} {}v16h{long:.1}v-16\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"3\"/>",
         y - 8
     );
-    let middle = x + (0.5 * long) as u32;
     // Twelve digits hide the rounding of the power.
     let millimetres = format!("{:.9}", 1e3 * long_m);
     let label = format!("{} mm", millimetres.trim_end_matches('0').trim_end_matches('.'));
-    text(texts, (middle, y - 16), TEXT, "middle", &label);
+    text(texts, (x, y - 16), TEXT, "start", &label);
 }
 
 fn paste(pixels: &mut [[u8; 3]], width: u32, place: Place, panel: &[[u8; 3]]) {
