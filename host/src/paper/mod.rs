@@ -5,6 +5,7 @@
 
 mod html;
 pub mod liver;
+pub mod methods;
 pub mod plane;
 mod press;
 pub mod profile;
@@ -18,4 +19,4 @@ use section::{Context, Section};
 pub type Experiment = fn(&Context) -> Result<Section>;
 
 /// Every experiment, in the order of the report.
-pub const EXPERIMENTS: &[Experiment] = &[plane::section, liver::section];
+pub const EXPERIMENTS: &[Experiment] = &[plane::section, liver::section, methods::section];
