@@ -5,10 +5,12 @@ use std::io::Read;
 use std::path::Path;
 
 use chaincell_kernel::Model;
-use chaincell_kernel::trace::{Header, MAGIC, Reader, Record, TraceError, Writer, header_bytes};
+use chaincell_kernel::trace::{
+    Header, MAGIC, Reader, Record, RecordedProbe, TraceError, Writer, header_bytes,
+};
 use clap::ValueEnum;
 
-use crate::engine::{Arithmetic, Engine, Scheme};
+use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -37,7 +39,14 @@ impl Recording {
         let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
         let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
         let mut bytes = vec![0; header_bytes(ids.len())];
+        let probe = match *engine.contact() {
+            Contact::Cells(_) => None,
+            Contact::Probe { radius_m, capacity } => {
+                Some(RecordedProbe { radius_m, capacity: capacity as u32 })
+            }
+        };
         let header = Header::named(network, &name(&scheme), &name(&numbers));
+        let header = header.map(|header| Header { probe, ..header });
         let begun = header.and_then(|header| Writer::begin(&header, &ids, &mut bytes));
         match begun {
             Some((writer, _)) => Ok(Self { writer, bytes }),
@@ -121,9 +130,17 @@ pub fn engine<'m>(
         refused(TraceError::Scheme(scheme, number))
     })?;
     let network = trace.header().network(model).map_err(refused)?;
-    let mut room = vec![0; trace.contacts().len()];
-    let cells = trace.contact_cells(&model, &mut room).map_err(refused)?;
-    let engine = Engine::in_numbers(network, scheme, numbers, cells);
+    let contact = match trace.header().probe {
+        Some(RecordedProbe { radius_m, capacity }) => {
+            Contact::Probe { radius_m, capacity: capacity as usize }
+        }
+        None => {
+            let mut cells = vec![0; trace.contacts().len()];
+            trace.contact_cells(&model, &mut cells).map_err(refused)?;
+            Contact::Cells(cells)
+        }
+    };
+    let engine = Engine::with_contact(network, scheme, numbers, contact);
     let engine = engine.map_err(|why| Error::file("replay", path, why))?;
     Ok((engine, scheme, numbers))
 }

@@ -31,7 +31,7 @@ impl<N: Number> Contact<N> {
 }
 
 /// Why a list of contact cells is refused; the position is that in the list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactError {
     /// The tissue has room for fewer contact cells.
     Capacity {
@@ -60,7 +60,10 @@ pub enum ContactError {
     Engaged,
     /// The probe's radius is not above 0, not finite or beyond
     /// [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths.
-    Radius,
+    Radius {
+        /// Largest radius \[m\].
+        max_m: f32,
+    },
     /// A probe touches surface cells, and the model has none.
     NoSurface,
     /// The tissue has too little room for a probe and the model's hats: size it with
@@ -88,8 +91,8 @@ impl core::fmt::Display for ContactError {
                 "holding these cells needs {needed} octets of room for the hats, there are {room}"
             ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
-            Self::Radius => {
-                f.write_str("the probe's radius must be above 0 and at most 1e6 mean link lengths")
+            Self::Radius { max_m } => {
+                write!(f, "the probe's radius must be above 0 and at most {max_m} m")
             }
             Self::NoSurface => f.write_str(
                 "the model has no surface that a probe could touch: bake a mesh with triangles or \

@@ -327,19 +327,19 @@ fn dot(a: &[Eight], b: &[Eight]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::simd::{VectorUnit, run};
     use std::vec;
     use std::vec::Vec;
 
     /// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
-    static CUBE: &[u8] = crate::include_model!("../../tests/data/box7.chaincell");
+    pub(crate) static CUBE: &[u8] = crate::include_model!("../../tests/data/box7.chaincell");
     /// The bake's share of the diagonal, over the root of the number of hats.
-    const ROUNDING_ROOM: f64 = 1.0e-3;
+    pub(crate) const ROUNDING_ROOM: f64 = 1.0e-3;
 
     /// P' L P in double precision, the rows of `held` cells zeroed.
-    fn matrix(model: &Model<'_>, hats: &Hats<'_>, held: &[Contact]) -> Vec<Vec<f64>> {
+    pub(crate) fn matrix(model: &Model<'_>, hats: &Hats<'_>, held: &[Contact]) -> Vec<Vec<f64>> {
         let row = |cell: usize| -> Vec<(usize, f64)> {
             let is_held = held.iter().any(|contact| contact.cell() == cell);
             let row = hats.row_of(cell).filter(|_| !is_held);

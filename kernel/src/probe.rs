@@ -7,9 +7,9 @@
 //! - the contacts of the last tick that the links hold against it: those on the sphere which their
 //!   links do not pull away from the centre, and those beyond it which they pull towards it.
 //!
-//! They are put on the sphere radially, a cell at the centre along its normal at rest, and held
-//! there during the sweeps. Fixed cells and cells without links are left alone. Over the capacity
-//! the lowest ids are kept.
+//! They are put on the sphere radially but within K, a cell at the centre along its normal at rest,
+//! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
+//! capacity the lowest ids are kept.
 //!
 //! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
@@ -268,9 +268,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             let from = single(contact.origin);
             let place = sphere.place(from, || normal(model, cell)).filter(|_| share > 0.0);
             let position = place.map_or(contact.origin, |to| {
+                let to = output(to, k);
                 let to = if share < 1.0 { add(from, scale(share, sub(to, from))) } else { to };
                 // There is one zero in the state.
-                from_single(output(to, k).map(|x| x + 0.0))
+                from_single(to.map(|x| x + 0.0))
             });
             let Some(v) = self.state.get_mut(cell) else { continue };
             if v.xyz() != position {
@@ -281,5 +282,70 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             self.head.dynamics.place(self.own, cell, Cell::at(position), k);
         }
         moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+    use std::vec::Vec;
+
+    const BALL: [f32; 3] = [10.0, -4.0, 0.0];
+
+    fn sphere() -> Sphere {
+        Sphere::new(BALL, 2.0)
+    }
+
+    #[test]
+    fn a_cell_goes_out_along_its_radius_or_its_normal() {
+        let up = || [0.0, 0.0, 1.0];
+        assert_eq!(sphere().place([10.0, -3.5, 0.0], up), Some([10.0, -2.0, 0.0]));
+        assert_eq!(sphere().place([10.0, -9.0, 0.0], up), Some([10.0, -6.0, 0.0]));
+        for centre in [BALL, [10.0, -4.0, 1e-7]] {
+            assert_eq!(sphere().place(centre, up), Some([10.0, -4.0, 2.0]));
+        }
+        for near in [2.0, 2.000_001, 1.999_999] {
+            assert_eq!(sphere().place([10.0, -4.0, near], up), None);
+        }
+    }
+
+    #[test]
+    fn a_contact_stays_while_it_is_pressed_on() {
+        let (inwards, outwards) = ([0.0, 0.0, -1e-6], [0.0, 0.0, 1e-6]);
+        let keeps = |z: f32, force| sphere().keeps([10.0, -4.0, z], force);
+        assert!(keeps(1.0, outwards) && keeps(2.0, inwards) && keeps(2.5, inwards));
+        assert!(!keeps(2.0, outwards) && !keeps(2.5, outwards));
+        // No force: what touches stays, what would have to be dragged along does not.
+        assert!(keeps(2.0, [0.0; 3]) && !keeps(2.5, [0.0; 3]));
+        // On the sphere within rounding is not inside.
+        assert!(!keeps(1.999_999, outwards) && !sphere().is_inside([10.0, -4.0, 1.999_999]));
+    }
+
+    #[test]
+    fn the_lowest_ids_get_the_slots() {
+        let mut slots = vec![Contact::<f32>::NONE; 3];
+        let mut contacts = Contacts { slots: &mut slots, count: 0, changed: false, full: false };
+        for (id, expected, full) in [
+            (20_u16, &[20][..], false),
+            (10, &[10, 20], false),
+            (10, &[10, 20], false),
+            (30, &[10, 20, 30], false),
+            (40, &[10, 20, 30], true),
+            (15, &[10, 15, 20], true),
+        ] {
+            contacts.changed = false;
+            let before: Vec<usize> = contacts.slots.iter().map(Contact::cell).collect();
+            contacts.insert(id);
+            let after: Vec<usize> = contacts.slots.iter().map(Contact::cell).collect();
+            assert_eq!(after[..contacts.count], *expected);
+            assert_eq!((contacts.full, contacts.changed), (full, after != before));
+        }
+        contacts.changed = false;
+        contacts.retain(|_| true);
+        assert!(!contacts.changed);
+        contacts.retain(|cell| cell != 15);
+        assert!(contacts.changed && contacts.count == 2);
+        assert_eq!(contacts.slots[..2].iter().map(Contact::cell).collect::<Vec<_>>(), [10, 20]);
     }
 }

@@ -221,3 +221,117 @@ pub(crate) fn without<V: Octet>(
     }
     left <= LEFT_MAX * highest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hats::tests::{CUBE, ROUNDING_ROOM, matrix};
+    use crate::hats::{Coarse, Solve};
+    use crate::model::Model;
+    use crate::simd::{VectorUnit, run};
+    use std::vec;
+    use std::vec::Vec;
+
+    fn held(cells: &[u16]) -> Vec<Contact> {
+        cells.iter().copied().map(Contact::new).collect()
+    }
+
+    /// Both sides of the solution without the hats of some contacts, by hat; and g . c.
+    fn solved(
+        model: &Model<'_>,
+        held: &[Contact],
+        vectors: Option<VectorUnit>,
+    ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, f32) {
+        let hats = model.hats.unwrap();
+        let octets = hats.octets();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(hats.count)];
+        let taken = take_out(&hats, &mut room, held).unwrap();
+        for axis in 0..3 {
+            for hat in 0..hats.count {
+                let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
+                room[axis * octets + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+            }
+        }
+        let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(taken) };
+        let product = run(vectors, solve);
+        let side = |from: usize| {
+            let at =
+                |hat: usize, axis: usize| room[(from + axis) * octets + hat / LANES][hat % LANES];
+            (0..hats.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+        };
+        (side(0), side(3), product.hi)
+    }
+
+    #[test]
+    fn the_best_direction_without_the_hats_of_the_contacts() {
+        let model = Model::from_bytes(CUBE).unwrap();
+        let hats = model.hats.unwrap();
+        let whole = matrix(&model, &hats, &[]);
+        let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
+        let last = free[free.len() - 1];
+        for cells in [&[][..], &[free[0]], &[free[3], free[70], last], &free[90..110]] {
+            let held = held(cells);
+            let (g, c, product) = solved(&model, &held, VectorUnit::find());
+            assert_eq!(solved(&model, &held, None), (g.clone(), c.clone(), product));
+            let mut is_out = vec![false; hats.count];
+            for contact in &held {
+                for (hat, weight) in hats.row_of(contact.cell()) {
+                    is_out[hat] |= weight > 0.0;
+                }
+            }
+            let out = is_out.iter().filter(|&&out| out).count();
+            assert!((out > 0) == !cells.is_empty() && out < hats.count, "{out}");
+            let (mut curved, mut exact) = (0.0, 0.0);
+            for hat in 0..hats.count {
+                for axis in 0..3 {
+                    let here = f64::from(c[hat][axis]);
+                    let room = ROUNDING_ROOM * (hats.count as f64).sqrt() * whole[hat][hat];
+                    let sum: f64 = (0..hats.count)
+                        .map(|other| whole[hat][other] * f64::from(c[other][axis]))
+                        .sum();
+                    if is_out[hat] {
+                        assert_eq!(here, 0.0);
+                    } else {
+                        let off = (sum + room * here - f64::from(g[hat][axis])).abs();
+                        assert!(off < 2e-3, "{out} out, hat {hat}: off by {off}");
+                    }
+                    curved += here * sum;
+                    exact += here * f64::from(g[hat][axis]);
+                }
+            }
+            // The bound behind the guard: c' A c <= g . c.
+            assert!(curved <= f64::from(product), "{out} out: {curved} above {product}");
+            assert!((f64::from(product) - exact).abs() <= 1e-5 * exact, "{product} {exact}");
+        }
+    }
+
+    #[test]
+    fn too_many_hats_or_a_bad_factor_leave_no_coarse_level() {
+        let model = Model::from_bytes(CUBE).unwrap();
+        let hats = model.hats.unwrap();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(hats.count)];
+        let all: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
+        let taken = take_out(&hats, &mut room, &held(&all)).map(usize::from);
+        assert_eq!(taken, (hats.count <= TAKEN_MAX).then_some(hats.count));
+        let short = room.len() - 1;
+        assert_eq!(take_out(&hats, &mut room[..short], &held(&all[..1])), None);
+        // The same hat twice has no factor.
+        let mut taken = Taken::cut(&hats, &mut room[6 * hats.octets()..]).unwrap();
+        (taken.hats[0], taken.hats[1]) = (3.0, 3.0);
+        assert!(taken.factorise(&hats, 1) && !taken.factorise(&hats, 2));
+        // A factor of other hats leaves something at these.
+        (taken.hats[0], taken.hats[1]) = (3.0, 4.0);
+        assert!(taken.factorise(&hats, 2));
+        (taken.hats[0], taken.hats[1]) = (0.0, 9.0);
+        for slot in &mut room[..6 * hats.octets()] {
+            *slot = [1.0; LANES];
+        }
+        let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(2) };
+        assert_eq!(run(VectorUnit::find(), solve).hi, 0.0);
+    }
+
+    #[test]
+    fn the_room_is_what_the_page_says() {
+        assert_eq!([0, 1, 8, 9, 64, 400].map(probe_room), [0, 18, 18, 52, 592, 844]);
+    }
+}

@@ -404,7 +404,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         let radius = radius_m / model.unit_m();
         if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
-            return Err(ContactError::Radius);
+            return Err(ContactError::Radius { max_m: COORDINATE_MAX * model.unit_m() });
         }
         if model.surface().is_empty() {
             return Err(ContactError::NoSurface);

@@ -25,7 +25,7 @@ pub struct Args {
     /// Built-in motion: approach, minimum-jerk press, hold with an 8 to 12 Hz tremor, retreat
     #[arg(long, value_enum, default_value_t)]
     motion: Motion,
-    /// Point where the press touches, x,y,z [m]
+    /// Point where the press touches, x,y,z [m]; with a probe its centre then: a radius outside
     #[arg(long, default_value = "0,0,0", value_name = "X,Y,Z", value_parser = vector,
         allow_hyphen_values = true)]
     touch_m: Vector,

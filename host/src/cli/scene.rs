@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::bake::Notes;
-use crate::engine::{Arithmetic, Engine, Scheme, to_m};
+use crate::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
 use crate::error::{Error, Result};
 use crate::mesh;
 
@@ -18,9 +18,14 @@ const TICK_S: f32 = 1e-3;
 #[derive(Debug, Clone, clap::Args)]
 pub struct SceneArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
-    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours
+    /// auto: the free surface cell farthest from the fixed ones with its surface neighbours.
+    /// Or probe:RADIUS: a sphere of that radius [m] around the tool pushes surface cells out
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
+    /// Most cells that a probe touches at a time
+    #[arg(long, default_value_t = 64, value_name = "N", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u16).range(1..))]
+    pub probe_capacity: u16,
     /// Scheme: track follows the equilibrium; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound, rkl1 its robust form; gauss-seidel
     /// needs the least RAM and a model baked with --colours
@@ -78,6 +83,8 @@ pub struct SceneReport {
     unloading: UnloadingArg,
     max_force_n: Option<f32>,
     contact_nodes: Vec<u32>,
+    probe_radius_m: Option<f32>,
+    probe_capacity: Option<usize>,
     alpha: f32,
     alpha_varies: bool,
     stiffness_n_per_m: f32,
@@ -111,7 +118,7 @@ impl SceneArgs {
         if self.max_force_n.is_some_and(f32::is_infinite) {
             return Err(self.refuse(SettingsError::MaxForce));
         }
-        Engine::in_numbers(network, self.dynamics, self.number, &self.contacts(&model)?)
+        Engine::with_contact(network, self.dynamics, self.number, self.contact(&model)?)
     }
 
     /// Step a sweep, and time a tick for the schemes that go by it.
@@ -174,18 +181,26 @@ impl SceneArgs {
         })
     }
 
+    /// What the tool touches.
+    fn contact(&self, model: &Model<'_>) -> Result<Contact> {
+        match self.contact.strip_prefix("probe:") {
+            Some(radius) => {
+                let radius_m = radius.parse().map_err(|_| {
+                    let contact = &self.contact;
+                    Error::input(format!("--contact {contact}: {radius:?} is no radius [m]"))
+                })?;
+                Ok(Contact::Probe { radius_m, capacity: self.probe_capacity.into() })
+            }
+            None => self.cells(model).map(Contact::Cells),
+        }
+    }
+
     /// Contact cells, ascending.
-    fn contacts(&self, model: &Model<'_>) -> Result<Vec<u16>> {
+    fn cells(&self, model: &Model<'_>) -> Result<Vec<u16>> {
         if self.contact == "auto" {
             return automatic(model);
         }
         let selector = self.contact.strip_prefix("cells:").unwrap_or(&self.contact);
-        if selector.starts_with("probe:") {
-            return Err(Error::input(format!(
-                "--contact {}: probes are not supported; name cells with cells:SELECTOR",
-                self.contact
-            )));
-        }
         let mut cell_of = vec![None; model.input_nodes() as usize];
         let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
         for (cell, &id) in model.input_id().iter().enumerate() {
@@ -214,6 +229,7 @@ impl SceneArgs {
         let name = |value: Option<clap::builder::PossibleValue>| {
             value.map_or(String::new(), |value| value.get_name().to_owned())
         };
+        args.push(format!("--probe-capacity={}", self.probe_capacity));
         args.push(format!("--dynamics={}", name(self.dynamics.to_possible_value())));
         args.push(format!("--number={}", name(self.number.to_possible_value())));
         args.push(format!("--sweeps={}", self.sweeps));
@@ -235,6 +251,10 @@ impl SceneArgs {
         let mut contact_nodes: Vec<u32> =
             engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
         contact_nodes.sort_unstable();
+        let (probe_radius_m, probe_capacity) = match *engine.contact() {
+            Contact::Cells(_) => (None, None),
+            Contact::Probe { radius_m, capacity } => (Some(radius_m), Some(capacity)),
+        };
         let by_tick = self.dynamics.goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
         SceneReport {
@@ -252,6 +272,8 @@ impl SceneArgs {
             unloading: self.unloading,
             max_force_n: self.max_force_n,
             contact_nodes,
+            probe_radius_m,
+            probe_capacity,
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
@@ -269,8 +291,32 @@ impl SceneArgs {
 /// The free surface cell farthest from the fixed cells (from the centre where none is fixed),
 /// with its free surface neighbours; any free cell where the model names no surface.
 pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
-    let all: Vec<u16> = (0..model.cells() as u16).collect();
-    let surface = if model.surface().is_empty() { &all } else { model.surface() };
+    let surface = surface(model);
+    let farthest = farthest(model)?;
+    let neighbours = model.neighbours(farthest.into()).map(|(_, other)| other as u16);
+    let on_surface = |cell: &u16| surface.binary_search(cell).is_ok();
+    let mut cells: Vec<u16> =
+        neighbours.filter(|cell| on_surface(cell) && is_free(model, *cell)).collect();
+    cells.push(farthest);
+    cells.sort_unstable();
+    Ok(cells)
+}
+
+/// The surface cells, or all cells where the model names none; ascending.
+fn surface(model: &Model<'_>) -> Vec<u16> {
+    if model.surface().is_empty() {
+        (0..model.cells() as u16).collect()
+    } else {
+        model.surface().to_vec()
+    }
+}
+
+fn is_free(model: &Model<'_>, cell: u16) -> bool {
+    !model.is_fixed(cell) && model.neighbours(cell.into()).count() > 0
+}
+
+/// The cell in the middle of [`automatic`]'s.
+pub fn farthest(model: &Model<'_>) -> Result<u16> {
     let at = |cell: u16| model.rest_position(cell.into());
     let squared = |a: [f32; 3], b: [f32; 3]| -> f32 {
         (0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum()
@@ -279,19 +325,11 @@ pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
         let nearest = model.fixed().iter().map(|&fixed| squared(at(cell), at(fixed)));
         nearest.reduce(f32::min).unwrap_or_else(|| squared(at(cell), [0.0; 3]))
     };
-    let free = |cell: &u16| !model.is_fixed(*cell) && model.neighbours((*cell).into()).count() > 0;
-    let farthest = surface
-        .iter()
-        .copied()
-        .filter(free)
+    surface(model)
+        .into_iter()
+        .filter(|&cell| is_free(model, cell))
         .max_by(|&a, &b| clearance(a).total_cmp(&clearance(b)).then(b.cmp(&a)))
         .ok_or_else(|| {
             Error::input("--contact auto: every cell is fixed; bake with fewer fixed cells")
-        })?;
-    let neighbours = model.neighbours(farthest.into()).map(|(_, other)| other as u16);
-    let on_surface = |cell: &u16| surface.binary_search(cell).is_ok();
-    let mut cells: Vec<u16> = neighbours.filter(|cell| on_surface(cell) && free(cell)).collect();
-    cells.push(farthest);
-    cells.sort_unstable();
-    Ok(cells)
+        })
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use chaincell_kernel::Model;
 use tempfile::TempDir;
 
-use super::scene::SceneArgs;
+use super::scene::{SceneArgs, farthest};
 use crate::cosim::floor::{self, Floor};
 use crate::cosim::histogram::Summary;
 use crate::cosim::motion::Press;
@@ -14,7 +14,7 @@ use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
 use crate::cosim::services::{Domain, Scene};
 use crate::cosim::wait::Wait;
-use crate::engine::Engine;
+use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
 use crate::{output, path, terminal};
 
@@ -77,18 +77,23 @@ pub struct Session {
     pub floor: Floor,
 }
 
-/// The built-in press on the contact cells of an engine, along their mean inward normal.
+/// The built-in press on the contact cells of an engine, along their mean inward normal; with a
+/// probe from outside on the cell in the middle of `--contact auto`.
 pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<ToolPose>> {
     let model = engine.network().model();
-    let contacts = engine.contacts();
-    let mut touch_m = [0.0; 3];
-    for &cell in contacts {
+    let (cells, clearance_m) = match *engine.contact() {
+        Contact::Cells(ref cells) => (cells.clone(), 0.0),
+        Contact::Probe { radius_m, .. } => (vec![farthest(model)?], f64::from(radius_m)),
+    };
+    let direction = inward(model, &cells);
+    let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut touch_m = direction.map(|x| -clearance_m * x / length);
+    for &cell in &cells {
         let at = crate::engine::to_m(model, model.rest_position(cell.into()).map(f64::from));
         for axis in 0..3 {
-            touch_m[axis] += at[axis] / contacts.len() as f64;
+            touch_m[axis] += at[axis] / cells.len() as f64;
         }
     }
-    let direction = inward(model, contacts);
     let depth_m = depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
     Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
 }

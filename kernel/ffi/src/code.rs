@@ -90,6 +90,13 @@ pub enum Code {
     ContactHats = -85,
     /// The tool is engaged: cells change hands only while it is not.
     ContactEngaged = -86,
+    /// The probe's radius is not above 0 and at most `limit` \[m\].
+    ContactRadius = -87,
+    /// The model has no surface that a probe could touch.
+    ContactSurface = -88,
+    /// Too little room for a probe and the model's hats: `needed`, `available` octets; 34 contact
+    /// cells make enough for every model.
+    ContactProbeHats = -89,
     /// The tissue belongs to another model.
     StateModel = -100,
     /// More or fewer positions than cells: `needed`, `available`.
@@ -100,7 +107,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 42] = [
+    pub(crate) const ALL: [Self; 45] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -140,6 +147,9 @@ impl Code {
         Self::ContactModel,
         Self::ContactHats,
         Self::ContactEngaged,
+        Self::ContactRadius,
+        Self::ContactSurface,
+        Self::ContactProbeHats,
         Self::StateModel,
         Self::StateCount,
         Self::StatePosition,
@@ -194,6 +204,15 @@ impl Code {
             Self::ContactModel => c"the tissue belongs to another model: initialise it again",
             Self::ContactHats => c"too little room to hold these cells against the hats",
             Self::ContactEngaged => c"the tool is engaged: release it first",
+            Self::ContactRadius => {
+                c"the probe's radius must be above 0 and at most 1e6 mean link lengths"
+            }
+            Self::ContactSurface => {
+                c"the model has no surface: bake a mesh with triangles or tetrahedra, or name cells"
+            }
+            Self::ContactProbeHats => {
+                c"too little room for a probe and the hats: initialise for 34 contacts or more"
+            }
             Self::StateModel => c"the tissue belongs to another model: initialise it again",
             Self::StateCount => c"there must be one position for each cell",
             Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
@@ -213,8 +232,8 @@ pub struct Detail {
     pub needed: usize,
     /// What is there, in the same unit.
     pub available: usize,
-    /// Largest admitted value, in the code's own unit: a step \[dimensionless time\], or the number
-    /// that the model leaves.
+    /// Largest admitted value, in the code's own unit: a step \[dimensionless time\], the number
+    /// that the model leaves, or a radius \[m\].
     pub limit: f32,
 }
 
@@ -314,6 +333,14 @@ impl From<ContactError> for Refusal {
             ContactError::Model => Code::ContactModel.into(),
             ContactError::Hats { needed, room } => Self::sizes(Code::ContactHats, needed, room),
             ContactError::Engaged => Code::ContactEngaged.into(),
+            ContactError::Radius { max_m } => Self {
+                code: Code::ContactRadius,
+                detail: Detail { limit: max_m, ..Detail::default() },
+            },
+            ContactError::NoSurface => Code::ContactSurface.into(),
+            ContactError::ProbeHats { needed, room } => {
+                Self::sizes(Code::ContactProbeHats, needed, room)
+            }
         }
     }
 }

@@ -53,13 +53,13 @@ pub use settings::{
     Scheme, Settings, UnloadingMode, chaincell_settings_check, chaincell_settings_default,
 };
 pub use storage::{
-    chaincell_change_settings, chaincell_choose_contacts, chaincell_tissue_align,
-    chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_size,
+    chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
+    chaincell_tissue_align, chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_size,
 };
 pub use tick::{
-    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_FORCE_CLAMPED, FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK,
-    FLAG_SAFE_STATE, Output, Sample, chaincell_position, chaincell_positions,
-    chaincell_set_positions, chaincell_state_hash, chaincell_tick,
+    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
+    FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, Output, Sample, chaincell_position,
+    chaincell_positions, chaincell_set_positions, chaincell_state_hash, chaincell_tick,
 };
 
 use code::Refusal;

@@ -17,7 +17,7 @@ use crate::memory;
 pub struct Sample {
     /// Tool position in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
-    /// 1 while the tool holds the contact cells, else 0.
+    /// 1 while the tool holds the contact cells, or its probe touches, else 0.
     pub engaged: u32,
 }
 
@@ -47,6 +47,9 @@ pub const FLAG_SAFE_STATE: u32 = 16;
 pub const FLAG_BAND_CLOSED: u32 = 32;
 /// A pass was discarded by the energy guard.
 pub const FLAG_ROLLED_BACK: u32 = 64;
+/// More cells in the probe than the tissue was initialised for: those with the highest numbers are
+/// free.
+pub const FLAG_CONTACT_CAPACITY: u32 = 128;
 
 const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
 const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
@@ -54,6 +57,7 @@ const _: () = assert!(FLAG_FORCE_CLAMPED == Flags::FORCE_CLAMPED.0);
 const _: () = assert!(FLAG_SAFE_STATE == Flags::SAFE_STATE.0);
 const _: () = assert!(FLAG_BAND_CLOSED == Flags::BAND_CLOSED.0);
 const _: () = assert!(FLAG_ROLLED_BACK == Flags::ROLLED_BACK.0);
+const _: () = assert!(FLAG_CONTACT_CAPACITY == Flags::CONTACT_CAPACITY.0);
 
 /// The answer to a call without a body.
 const SAFE: Output =

@@ -41,6 +41,8 @@ pub enum TraceError {
     Settings(SettingsError),
     /// This input id is no cell of the model.
     Contact(u32),
+    /// The trace was recorded with a probe of this radius \[m\], not with contact cells.
+    Probe(f32),
     /// More contact cells than there is room for.
     Contacts {
         /// Contact cells of the trace.
@@ -80,6 +82,11 @@ impl fmt::Display for TraceError {
             Self::Contact(id) => {
                 write!(f, "its contact node {id} is no cell of the model: record again")
             }
+            Self::Probe(radius_m) => write!(
+                f,
+                "it was recorded with a probe of radius {radius_m} m, not with contact cells: \
+                 choose that probe"
+            ),
             Self::Contacts { needed, room } => {
                 write!(f, "it has {needed} contact cells, here is room for {room}")
             }
@@ -105,6 +112,24 @@ pub const fn header_bytes(contacts: usize) -> usize {
     (HEADER_BYTES + 4 * contacts).next_multiple_of(8)
 }
 
+/// The probe of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordedProbe {
+    /// Radius \[m\].
+    pub radius_m: f32,
+    /// Contacts that the tissue had room for: the bits depend on it where that bit.
+    pub capacity: u32,
+}
+
+impl RecordedProbe {
+    /// From the header's two words; `None` where they are no probe.
+    fn read(radius: u32, capacity: u32) -> Option<Self> {
+        let radius_m = f32::from_bits(radius);
+        let is_one = radius_m > 0.0 && radius_m.is_finite() && capacity as usize <= CONTACTS_MAX;
+        is_one.then_some(Self { radius_m, capacity })
+    }
+}
+
 /// What a trace was recorded with, but for the contact cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
@@ -116,6 +141,8 @@ pub struct Header {
     pub number: u16,
     /// Settings in force.
     pub settings: Settings,
+    /// The probe, where contact was by shape; then there are no contact cells.
+    pub probe: Option<RecordedProbe>,
 }
 
 impl Header {
@@ -134,13 +161,15 @@ impl Header {
             scheme: code(&SCHEMES, scheme)?,
             number: code(&NUMBERS, number)?,
             settings: *network.settings(),
+            probe: None,
         })
     }
 
     /// Writes the header with the input ids of the contact cells (in the order of the model's
-    /// cells); gives its length and checksum, `None` where `to` is too short or the ids too many.
+    /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many, or
+    /// stand beside a probe.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
-        if contacts.len() > CONTACTS_MAX {
+        if contacts.len() > CONTACTS_MAX || (self.probe.is_some() && !contacts.is_empty()) {
             return None;
         }
         let bytes = header_bytes(contacts.len());
@@ -166,8 +195,8 @@ impl Header {
             settings.max_tool_step_m.to_bits(),
             settings.max_force_n.to_bits(),
             contacts.len() as u32,
-            0,
-            0,
+            self.probe.map_or(0, |probe| probe.radius_m.to_bits()),
+            self.probe.map_or(0, |probe| probe.capacity),
             0,
         ];
         let all = words.iter().chain(contacts);
@@ -188,7 +217,7 @@ impl Header {
         let fixed: &[u8; HEADER_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
         let words: [u32; WORDS] = bytemuck::cast(*fixed);
         let [_, _, version, bytes, model, kind, unloading, sweeps, rest @ ..] = words;
-        let [step, tick_time, max_tool_step, max_force, contacts, zero, zeros, stored] = rest;
+        let [step, tick_time, max_tool_step, max_force, contacts, radius, capacity, stored] = rest;
         if version != FORMAT_VERSION {
             return Err(TraceError::Version(version));
         }
@@ -214,13 +243,15 @@ impl Header {
             },
             max_force_n: f32::from_bits(max_force),
         };
-        if (zero, zeros) != (0, 0) {
-            return Err(TraceError::Layout);
-        }
+        let probe = match (radius, capacity) {
+            (0, 0) => None,
+            _ if contacts > 0 => return Err(TraceError::Layout),
+            _ => Some(RecordedProbe::read(radius, capacity).ok_or(TraceError::Layout)?),
+        };
         let ids = header.get(HEADER_BYTES..HEADER_BYTES + 4 * contacts);
         let ids = ids.ok_or(TraceError::Layout)?;
         let [scheme, number]: [u16; 2] = bytemuck::cast(kind);
-        Ok((Self { model, scheme, number, settings }, ids, bytes, stored))
+        Ok((Self { model, scheme, number, settings, probe }, ids, bytes, stored))
     }
 
     /// Names of the scheme and of the number type, [`Dynamics::NAME`] and [`Number::NAME`].

@@ -18,7 +18,8 @@
 //!     40      4  largest motion a tick [m]
 //!     44      4  largest force [N]
 //!     48      4  n = number of contact cells
-//!     52      8  zero
+//!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells
+//!     56      4  contacts that a probe has room for, 0 with contact cells
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
 //! record r = 0, 1, ... of 40 bytes
@@ -42,7 +43,7 @@ mod record;
 #[cfg(test)]
 mod tests;
 
-pub use header::{Header, TraceError, header_bytes};
+pub use header::{Header, RecordedProbe, TraceError, header_bytes};
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};

@@ -186,12 +186,15 @@ impl<'t> Reader<'t> {
     /// The contact cells in the model, written to the front of `room`.
     ///
     /// # Errors
-    /// An id that is no cell, or too little room.
+    /// An id that is no cell, too little room, or a trace that was recorded with a probe.
     pub fn contact_cells<'r>(
         &self,
         model: &Model<'_>,
         room: &'r mut [u16],
     ) -> Result<&'r [u16], TraceError> {
+        if let Some(probe) = self.header.probe {
+            return Err(TraceError::Probe(probe.radius_m));
+        }
         let (needed, given) = (self.contacts().len(), room.len());
         let cells = room.get_mut(..needed);
         let cells = cells.ok_or(TraceError::Contacts { needed, room: given })?;
@@ -247,7 +250,7 @@ impl<'t> Reader<'t> {
     }
 
     /// Plays the trace: `tick` plays each sample in a tissue that begins as the recording's did,
-    /// reset and with its contact cells chosen, and gives the hash of the state after it.
+    /// reset and with its contact cells or its probe chosen, and gives the hash of the state after it.
     ///
     /// ```
     /// # use chaincell_kernel::{Model, Tissue, Track, trace::Reader};

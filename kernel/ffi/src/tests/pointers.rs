@@ -86,7 +86,7 @@ fn of_the_initialisation() {
 }
 
 /// What every function says of a tissue that is none.
-fn all(tissue: *mut Tissue) -> [Code; 8] {
+fn all(tissue: *mut Tissue) -> [Code; 9] {
     let settings = settings_of(&model_of(BOX), Scheme::Track);
     let (ids, mut numbers, mut position, mut word) = ([64], [0.0; 375], [0.0; 3], 0);
     let none = core::ptr::null_mut();
@@ -94,6 +94,7 @@ fn all(tissue: *mut Tissue) -> [Code; 8] {
         call!(chaincell_tissue_reset(tissue, none)),
         call!(chaincell_change_settings(tissue, &settings, none)),
         call!(chaincell_choose_contacts(tissue, ids.as_ptr(), 1, none)),
+        call!(chaincell_choose_probe(tissue, 0.01, none)),
         call!(chaincell_tick(tissue, &sample(0), &mut NO_OUTPUT.clone())),
         call!(chaincell_state_hash(tissue, &mut word)),
         call!(chaincell_position(tissue, 64, &mut position)),
@@ -104,22 +105,23 @@ fn all(tissue: *mut Tissue) -> [Code; 8] {
 
 #[test]
 fn of_the_tissue() {
-    let made = make(BOX, Scheme::Track, 1);
+    // Hats want more room for a probe.
+    let made = make(BOX, Scheme::Euler, 1);
     for (bad, code) in bad(made.tissue) {
-        assert_eq!(all(bad), [code; 8]);
+        assert_eq!(all(bad), [code; 9]);
     }
-    assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 8]);
+    assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 9]);
     // Within the storage, at its alignment: no tissue begins there.
-    assert_eq!(all(made.tissue.wrapping_byte_add(16)), [Code::NotInitialised; 8]);
-    assert_eq!(all(made.tissue), [Code::Ok; 8]);
+    assert_eq!(all(made.tissue.wrapping_byte_add(16)), [Code::NotInitialised; 9]);
+    assert_eq!(all(made.tissue), [Code::Ok; 9]);
 }
 
 /// The calls in a wrong order: storage that no call has filled, and one object for the other.
 #[test]
 fn what_was_not_initialised_is_refused() {
     let mut zeros = [super::Block([0; 16]); 400];
-    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 8]);
-    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 8]);
+    assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 9]);
+    assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 9]);
     let mut info = Info::default();
     let empty = ModelStorage::EMPTY;
     assert_eq!(call!(chaincell_model_info(&empty, &mut info)), Code::NotInitialised);
@@ -163,6 +165,7 @@ fn of_the_answers() {
     assert_eq!(call!(chaincell_tissue_reset(made.tissue, misaligned)), code);
     assert_eq!(call!(chaincell_change_settings(made.tissue, &settings, misaligned)), code);
     assert_eq!(call!(chaincell_choose_contacts(made.tissue, ids.as_ptr(), 1, misaligned)), code);
+    assert_eq!(call!(chaincell_choose_probe(made.tissue, 0.01, misaligned)), code);
     let set = call!(chaincell_set_positions(made.tissue, numbers.as_ptr(), 125, misaligned));
     assert_eq!(set, code);
     assert_eq!(hash(made.tissue), before);

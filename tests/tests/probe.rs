@@ -1,0 +1,348 @@
+//! The probe as contact: on generated bodies, and on random graphs wherever the tool goes.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_tests::graph::{case, energy_j, sample};
+use clap::ValueEnum;
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+const BOX: &str = "box:9x9x6x0.01";
+/// Height of the box's top \[m\].
+const TOP_M: f32 = 0.05;
+const RADIUS_M: f32 = 0.025;
+const NUMBERS: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64];
+
+/// The box, held at its bottom; a plane, held at its border.
+fn image(spec: &str, hats: HatSpacing) -> ImageBytes {
+    let mesh = load(spec, &MeshOptions::default()).unwrap();
+    let bottom = |&node: &u32| mesh.nodes_m[node as usize][2] < 1e-9;
+    let fixed = if mesh.border.is_empty() {
+        (0..mesh.nodes_m.len() as u32).filter(bottom).collect()
+    } else {
+        mesh.border.clone()
+    };
+    let options = BakeOptions { hats, colours: true, ..BakeOptions::default() };
+    bake(&mesh, &fixed, &options).unwrap()
+}
+
+fn engine_of<'m>(
+    model: Model<'m>,
+    (scheme, numbers): (Scheme, Arithmetic),
+    unloading: Unloading,
+    capacity: usize,
+) -> Option<Engine<'m>> {
+    // A super-step takes four sweeps.
+    let sweeps = if scheme.goes_by_tick() { 9 } else { 4 };
+    let settings = Settings { unloading, ..scheme.settings(&model, sweeps) };
+    let network = Network::new(model, settings).unwrap();
+    let contact = Contact::Probe { radius_m: RADIUS_M, capacity };
+    Engine::with_contact(network, scheme, numbers, contact).ok()
+}
+
+/// Every scheme in every number that it has.
+fn kinds() -> impl Iterator<Item = (Scheme, Arithmetic)> {
+    let has = |&(scheme, numbers): &(Scheme, Arithmetic)| {
+        numbers == Arithmetic::F32 || matches!(scheme, Scheme::Euler | Scheme::Track)
+    };
+    let all = Scheme::value_variants().iter();
+    all.flat_map(|&scheme| NUMBERS.map(|numbers| (scheme, numbers))).filter(has)
+}
+
+/// Hats with the scheme that has them; no hats with all.
+fn cases() -> impl Iterator<Item = (HatSpacing, (Scheme, Arithmetic))> {
+    let with = (HatSpacing::Links(2.5), (Scheme::Track, Arithmetic::F32));
+    kinds().map(|kind| (HatSpacing::None, kind)).chain([with])
+}
+
+/// Down into the top of the box by a link and a half, aside by two links, then still.
+fn centre_m(tick: u16) -> [f32; 3] {
+    let share =
+        |from: u16, ticks: u16| f32::from(tick.saturating_sub(from).min(ticks)) / f32::from(ticks);
+    [0.0013 + 0.02 * share(300, 300), 0.0021, TOP_M + RADIUS_M - 0.015 * share(0, 300)]
+}
+
+/// Distance of every cell from the probe's surface \[m\], negative inside.
+fn beyond_m(engine: &mut Engine<'_>, centre_m: [f32; 3]) -> Vec<f64> {
+    let beyond = |at: [f64; 3]| {
+        let squares = (0..3).map(|axis| (at[axis] - f64::from(centre_m[axis])).powi(2));
+        squares.sum::<f64>().sqrt() - f64::from(RADIUS_M)
+    };
+    engine.positions_m().into_iter().map(beyond).collect()
+}
+
+/// Free surface cells for which something holds of their distance from the probe.
+fn surface(model: &Model<'_>, beyond_m: &[f64], is: impl Fn(f64) -> bool) -> Vec<u16> {
+    let of = model.surface().iter().copied();
+    of.filter(|&cell| !model.is_fixed(cell) && is(beyond_m[usize::from(cell)])).collect()
+}
+
+fn length(v: Vector3<f32>) -> f32 {
+    v.dot(&v).sqrt()
+}
+
+/// Rounding of a distance \[m\].
+const ROUNDING_M: f64 = 1e-7;
+
+#[test]
+fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
+    let image = image(BOX, HatSpacing::Links(2.5));
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    for kind in kinds() {
+        let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
+        let rest = engine.positions_m();
+        let mut pushed = 0;
+        for tick in 0..400 {
+            let at = centre_m(tick);
+            let before = beyond_m(&mut engine, at);
+            let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
+            let output = engine.tick(&sample(at, 1));
+            assert_eq!(output.flags, Flags::default(), "{kind:?} tick {tick}");
+            let after = beyond_m(&mut engine, at);
+            let on = surface(&model, &after, |beyond| beyond.abs() < ROUNDING_M);
+            assert!(inside.iter().all(|cell| on.contains(cell)), "{kind:?} tick {tick}");
+            assert!(on.len() >= output.contacts as usize, "{kind:?} tick {tick}");
+            assert!(output.contacts as usize >= inside.len());
+            pushed += inside.len();
+        }
+        assert!(pushed > 50, "{kind:?}: {pushed}");
+        // Deep in a corner of the bottom, where all is fixed.
+        let corner = rest[usize::from(model.fixed()[0])].map(|x| x as f32);
+        for _ in 0..3 {
+            engine.tick(&sample(corner, 0));
+            engine.tick(&sample(corner, 1));
+        }
+        let now = engine.positions_m();
+        assert!(
+            model.fixed().iter().all(|&cell| now[usize::from(cell)] == rest[usize::from(cell)])
+        );
+    }
+}
+
+#[test]
+fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
+    let image = image(BOX, HatSpacing::None);
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    for (capacity, full) in [(3, true), (8, true), (200, false)] {
+        let mut engine =
+            engine_of(model, (Scheme::Track, Arithmetic::F32), Unloading::Off, capacity).unwrap();
+        let at = [0.0, 0.0, TOP_M + 0.005];
+        let before = beyond_m(&mut engine, at);
+        let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
+        assert!(inside.len() > 8);
+        let output = engine.tick(&sample(at, 1));
+        assert_eq!(output.flags.contains(Flags::CONTACT_CAPACITY), full);
+        let expected = &inside[..capacity.min(inside.len())];
+        assert_eq!(output.contacts as usize, expected.len());
+        let after = beyond_m(&mut engine, at);
+        assert_eq!(surface(&model, &after, |beyond| beyond.abs() < ROUNDING_M), expected);
+    }
+}
+
+#[test]
+fn a_cell_at_the_centre_leaves_along_its_normal() {
+    for (spec, top) in [(BOX, TOP_M), ("plane:9x9x0.01", 0.0)] {
+        let image = image(spec, HatSpacing::None);
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        if top == 0.0 {
+            // A plane has one side: all its cells, normal to it.
+            assert_eq!(model.surface().len(), model.cells());
+            assert!(model.normals().iter().all(|normal| *normal == [0.0, 0.0, 1.0]));
+        }
+        let mut engine =
+            engine_of(model, (Scheme::Euler, Arithmetic::F32), Unloading::Off, 200).unwrap();
+        let near = |at: [f64; 3]| at[0].abs() + at[1].abs() + (at[2] - f64::from(top)).abs() < 1e-6;
+        let cell = engine.positions_m().into_iter().position(near).unwrap();
+        engine.tick(&sample([0.0, 0.0, top], 1));
+        let at = engine.positions_m()[cell];
+        assert!(at[0].abs() + at[1].abs() < 1e-6, "{at:?}");
+        assert!((at[2] - f64::from(top + RADIUS_M)).abs() < 1e-6, "{at:?}");
+    }
+}
+
+/// The tool presses, slides and stands still.
+#[test]
+fn contacts_and_force_do_not_chatter() {
+    for (hats, kind) in cases() {
+        let image = image(BOX, hats);
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
+        let mut outputs: Vec<TickOutput> = Vec::new();
+        let mut held = Vec::new();
+        for tick in 0..1800 {
+            outputs.push(engine.tick(&sample(centre_m(tick), 1)));
+            if tick == 1400 {
+                let beyond = beyond_m(&mut engine, centre_m(tick));
+                let on = surface(&model, &beyond, |beyond| beyond.abs() < ROUNDING_M);
+                let at = engine.positions_m();
+                held = on.iter().map(|&cell| (cell, at[usize::from(cell)])).collect();
+            }
+        }
+        let jumps: Vec<f32> =
+            outputs.windows(2).map(|pair| length(pair[1].force_n - pair[0].force_n)).collect();
+        let peak = outputs.iter().map(|output| length(output.force_n)).fold(0.0, f32::max);
+        let largest = |jumps: &[f32]| jumps.iter().copied().fold(0.0, f32::max);
+        assert!(peak > 0.3, "{kind:?}: {peak} N");
+        // A cell that is let go takes what held it sideways along.
+        assert!(largest(&jumps) < 0.2 * peak, "{kind:?}: {}", largest(&jumps));
+        let still = &outputs[1400..];
+        let count = still[0].contacts;
+        assert!(count > 5 && still.iter().all(|output| output.contacts == count), "{kind:?}");
+        assert!(held.len() >= count as usize);
+        let at = engine.positions_m();
+        let kept = held.iter().filter(|(cell, before)| at[usize::from(*cell)] == *before);
+        assert!(kept.count() >= count as usize, "{kind:?}: held cells move");
+        assert!(largest(&jumps[1400..]) < 1e-3 * peak, "{kind:?}: {}", largest(&jumps[1400..]));
+    }
+}
+
+#[test]
+fn let_go_the_tool_feels_nothing() {
+    let image = image(BOX, HatSpacing::Links(2.5));
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    for kind in kinds() {
+        let mut engine = engine_of(model, kind, Unloading::Release, 200).unwrap();
+        for tick in 0..300 {
+            engine.tick(&sample(centre_m(tick), 1));
+        }
+        assert!(length(engine.tick(&sample(centre_m(300), 1)).force_n) > 0.1, "{kind:?}");
+        let pressed = engine.positions_m();
+        for _ in 0..200 {
+            let output = engine.tick(&sample(centre_m(300), 0));
+            assert_eq!((output.force_n, output.contacts), (Vector3::zeros(), 0));
+            assert!(output.flags.contains(Flags::BAND_CLOSED));
+        }
+        let after = engine.positions_m();
+        assert_ne!(pressed, after);
+        // Taking hold again is a new beginning, far off too.
+        let output = engine.tick(&sample([9.0, 9.0, 9.0], 1));
+        assert_eq!((output.force_n, output.contacts), (Vector3::zeros(), 0));
+        assert!(!output.flags.contains(Flags::BAND_CLOSED));
+    }
+}
+
+/// On the vector unit and without it, with sleep and without.
+#[test]
+fn the_bits_are_the_same_however_they_are_computed() {
+    for (hats, kind) in cases() {
+        let image = image(BOX, hats);
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let mut engines = [(); 3].map(|()| engine_of(model, kind, Unloading::Retreat, 12).unwrap());
+        engines[1].go_scalar();
+        engines[2].forbid_sleep();
+        let mut hashes = Vec::new();
+        for tick in 0..400_u16 {
+            let engaged = u32::from(tick % 370 < 330);
+            let sample = ToolSample { position_m: centre_m(2 * tick).into(), engaged };
+            let [one, scalar, sleepless] = engines.each_mut().map(|engine| {
+                let TickOutput { force_n, energy_j, contacts, flags } = engine.tick(&sample);
+                let force = force_n.data.0[0].map(f32::to_bits);
+                (force, energy_j.to_bits(), contacts, flags, engine.state_hash())
+            });
+            assert_eq!(one, scalar, "{kind:?} tick {tick}");
+            assert_eq!(one, sleepless, "{kind:?} tick {tick}");
+            hashes.push(one.4);
+        }
+        hashes.sort_unstable();
+        hashes.dedup();
+        assert!(hashes.len() > 200, "{kind:?}: {}", hashes.len());
+    }
+}
+
+#[test]
+fn a_probe_that_cannot_be_is_refused() {
+    let mesh = Mesh {
+        nodes_m: vec![[0.0; 3], [0.01, 0.0, 0.0], [0.02, 0.0, 0.0]],
+        links: vec![[0, 1], [1, 2]],
+        ..Mesh::default()
+    };
+    let line = bake(&mesh, &[0], &BakeOptions::default()).unwrap();
+    let plane = image("plane:5x5x0.01", HatSpacing::None);
+    for (image, radius_m, part) in [
+        (&line, 0.01, "no surface"),
+        (&plane, 0.0, "above 0"),
+        (&plane, f32::NAN, "above 0"),
+        (&plane, 1e30, "at most"),
+    ] {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let network = Network::new(model, Settings::for_model(&model)).unwrap();
+        let contact = Contact::Probe { radius_m, capacity: 4 };
+        let why = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
+        let why = why.err().unwrap().to_string();
+        assert!(why.contains(part), "{why}");
+    }
+}
+
+/// Where the tool goes, in metres, some of it far outside the body, and whether it touches.
+fn moves() -> impl Strategy<Value = Vec<([f32; 3], bool)>> {
+    let near = prop::array::uniform3(-0.1_f32..0.1);
+    let far = prop::array::uniform3(-20.0_f32..20.0);
+    let place = prop_oneof![6 => near, 1 => far];
+    prop::collection::vec((place, prop::bool::weighted(0.8)), 1..40)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(500) })]
+
+    /// Wherever the probe jumps to: no NaN, the energy of what is published is at most the
+    /// certified level and the model's largest energy.
+    #[test]
+    fn the_certified_level_holds(
+        case in case(false), moves in moves(), kind in prop::sample::select(kinds().collect::<Vec<_>>()),
+        radius_m in 0.001_f32..0.15, capacity in 1_usize..40, teleports in any::<bool>(),
+    ) {
+        let nodes = case.nodes_m.len() as u32;
+        let triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
+        let mesh = Mesh {
+            nodes_m: case.nodes_m.clone(), links: case.links.clone(), triangles, ..Mesh::default()
+        };
+        let options = BakeOptions {
+            alpha: PerCell::Uniform(case.alpha),
+            stiffness_n_per_m: PerCell::Each(case.stiffness_n_per_m.clone()),
+            hats: case.hats.map_or(HatSpacing::None, HatSpacing::Links),
+            colours: true,
+            ..BakeOptions::default()
+        };
+        let image = bake(&mesh, &case.fixed, &options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let (scheme, numbers) = kind;
+        let defaults = scheme.settings(&model, case.sweeps);
+        let max_tool_step_m = if teleports { 100.0 } else { defaults.max_tool_step_m };
+        let settings = Settings {
+            tick_time: case.tick_time * model.step_max(),
+            unloading: Unloading::Off,
+            max_tool_step_m,
+            ..defaults
+        };
+        let network = Network::new(model, settings).unwrap();
+        let contact = Contact::Probe { radius_m, capacity };
+        // Some bodies are beyond the range of fixed point.
+        let Ok(mut engine) = Engine::with_contact(network, scheme, numbers, contact) else {
+            return Ok(());
+        };
+        let resolution = if numbers == Arithmetic::Fixed { 2.0_f64.powi(-23) } else { 0.0 };
+        let bound = f64::from(model.energy_max()) * f64::from(model.energy_unit_j());
+        let mut rest = engine.positions_m();
+        for (position_m, engaged) in moves {
+            let output = engine.tick(&sample(position_m, u32::from(engaged)));
+            prop_assert!(output.force_n.iter().all(|f| f.is_finite()));
+            prop_assert!(output.contacts as usize <= capacity && (engaged || output.contacts == 0));
+            let (energy, allowance) = energy_j(&mut engine, resolution);
+            prop_assert!(energy.is_finite());
+            if scheme != Scheme::Euler && numbers != Arithmetic::Fixed {
+                let certified = f64::from(output.energy_j);
+                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
+            }
+            prop_assert!(energy <= bound * 1.0001 + allowance, "{energy} beyond the bound {bound}");
+            let now = engine.positions_m();
+            for &cell in model.fixed() {
+                let cell = usize::from(cell);
+                prop_assert_eq!(now[cell], rest[cell]);
+            }
+            rest = now;
+        }
+    }
+}
