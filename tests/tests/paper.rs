@@ -143,7 +143,8 @@ fn liver(found: &Value, out: &Path) {
     let force = numbers(&press, "force_n");
     assert_eq!(force.len() as f64, real(found, "/liver/ticks"));
     let largest = force.iter().copied().fold(0.0, f64::max);
-    assert!(largest > 0.05 && largest == real(found, "/liver/force_max_n"));
+    let told = real(found, "/liver/force_max_n");
+    assert!(largest > 0.05 && (largest / told - 1.0).abs() < 1e-12, "{largest} {told}");
     let shown = real(found, "/liver/shown_tick") as usize;
     let contacts = numbers(&press, "network_contacts")[shown];
     assert!(contacts >= 3.0 && contacts == real(found, "/liver/network/contacts"));

@@ -130,11 +130,12 @@ mod tests {
         let path = place.path().join("a/b");
         let folder = Folder::open(&path, false).unwrap();
         folder.write("cells_9.csv", b"old").unwrap();
+        folder.write("paper_plane.svg", b"old").unwrap();
         folder.write("notes.txt", b"mine").unwrap();
         let refused = Folder::open(&path, false).unwrap_err().to_string();
         assert!(refused.contains("not empty") && refused.contains("--force"), "{refused}");
         Folder::open(&path, true).unwrap();
-        assert!(!path.join("cells_9.csv").exists());
+        assert!(!path.join("cells_9.csv").exists() && !path.join("paper_plane.svg").exists());
         assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");
     }
 
