@@ -150,12 +150,12 @@ impl Case {
                 "The network moves the whole body a little ({} nodes by more than 0.1 mm) and steeply \
                  near the probe, as an elastic body does; ChainMail moves a block of {} nodes around \
                  the probe, with an edge where the slack is used up and nothing beyond, and it stays \
-                 there when the probe has gone. Links alone fold where they are pressed most: {} \
-                 tetrahedra are inside out under the network, {} under ChainMail. ChainMail costs a \
-                 small part of the time and has no force to send to a haptic device.",
+                 there when the probe has gone. At this depth {} of {} tetrahedra are inside out under \
+                 the network, {} under ChainMail. ChainMail has no force to send to a haptic device.",
                 of(network, "moved"),
                 of(chain, "moved"),
                 of(network, "inverted"),
+                self.mesh.tetrahedra.len(),
                 of(chain, "inverted")
             ),
         ]
