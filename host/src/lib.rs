@@ -16,5 +16,6 @@ pub mod path;
 pub mod plot;
 pub mod recording;
 pub mod reference;
+pub mod render;
 pub mod report;
 pub mod terminal;

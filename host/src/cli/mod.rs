@@ -8,6 +8,7 @@ mod identify;
 mod info;
 mod latency;
 mod model_file;
+mod paper;
 mod replay;
 mod report;
 mod reports;
@@ -45,6 +46,7 @@ enum Work {
     Cosim(cosim::Args),
     Latency(latency::Args),
     Report(report::Args),
+    Paper(paper::Args),
     Identify(Box<identify::Args>),
 }
 
@@ -66,6 +68,7 @@ impl Cli {
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
             Work::Report(args) => report::execute(&args),
+            Work::Paper(args) => paper::execute(&args),
             Work::Identify(args) => identify::execute(&args),
         }
     }

@@ -114,6 +114,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
 fn is_ours(name: &str) -> bool {
     let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
     let report = name == "REPORT.md" || name.starts_with("report_");
+    let paper = ["paper.html", "paper.json"].contains(&name) || name.starts_with("paper_");
     let chart = name.starts_with("target") && (name.ends_with(".svg") || name.ends_with(".png"));
     let fixed = [
         "force.csv",
@@ -125,7 +126,7 @@ fn is_ours(name: &str) -> bool {
         "identified.json",
         "residuals.csv",
     ];
-    snapshot || report || chart || fixed.contains(&name)
+    snapshot || report || paper || chart || fixed.contains(&name)
 }
 
 #[cfg(test)]
@@ -138,11 +139,12 @@ mod tests {
         let path = place.path().join("a/b");
         let folder = Folder::open(&path, false).unwrap();
         folder.write("cells_9.csv", b"old").unwrap();
+        folder.write("paper_plane.svg", b"old").unwrap();
         folder.write("notes.txt", b"mine").unwrap();
         let refused = Folder::open(&path, false).unwrap_err().to_string();
         assert!(refused.contains("not empty") && refused.contains("--force"), "{refused}");
         Folder::open(&path, true).unwrap();
-        assert!(!path.join("cells_9.csv").exists());
+        assert!(!path.join("cells_9.csv").exists() && !path.join("paper_plane.svg").exists());
         assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");
     }
 

@@ -4,7 +4,6 @@ use std::fmt::Display;
 use std::sync::OnceLock;
 
 use plotters::coord::Shift;
-use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -90,9 +89,7 @@ impl<'a> Canvas<'a> {
     }
 
     pub fn dashes(&self, places: &[Place], colour: RGBColor, width: u32) -> Result<()> {
-        let style = colour.stroke_width(width);
-        let places = places.iter().copied();
-        self.root.draw(&DashedPathElement::new(places, DASH, DASH / 2, style)).map_err(failed)
+        dashes(places).iter().try_for_each(|dash| self.line(dash, colour, width))
     }
 
     pub fn frame(&self, rect: Rect) -> Result<()> {
@@ -122,10 +119,55 @@ impl<'a> Canvas<'a> {
     }
 }
 
+/// The dashes along a line through some places.
+fn dashes(places: &[Place]) -> Vec<Vec<Place>> {
+    let whole = |(x, y): (f64, f64)| (x.round() as i32, y.round() as i32);
+    let (mut all, mut dash) = (Vec::new(), places.first().copied().into_iter().collect::<Vec<_>>());
+    let (mut drawn, mut left) = (true, f64::from(DASH));
+    for pair in places.windows(2) {
+        let [mut here, to] = [pair[0], pair[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
+        loop {
+            let way = (to.0 - here.0, to.1 - here.1);
+            let far = way.0.hypot(way.1);
+            if far <= left {
+                left -= far;
+                dash.push(pair[1]);
+                break;
+            }
+            here = (here.0 + way.0 * left / far, here.1 + way.1 * left / far);
+            dash.push(whole(here));
+            let ended = std::mem::replace(&mut dash, vec![whole(here)]);
+            if drawn {
+                all.push(ended);
+            }
+            drawn = !drawn;
+            left = f64::from(if drawn { DASH } else { DASH / 2 });
+        }
+    }
+    all.extend(drawn.then_some(dash));
+    // A stroke of no length is no stroke.
+    all.iter_mut().for_each(Vec::dedup);
+    all.retain(|dash| dash.len() > 1);
+    all
+}
+
 fn font(size: i32) -> TextStyle<'static> {
     TextStyle::from(("sans-serif", size).into_font()).color(&INK)
 }
 
 fn failed(why: impl Display) -> Error {
     Error::check(format!("picture: {why}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_go_round_corners_and_none_is_a_point() {
+        let line = dashes(&[(0, 0), (20, 0), (20, 20)]);
+        assert_eq!(line, [vec![(0, 0), (18, 0)], vec![(20, 7), (20, 20)]]);
+        assert_eq!(dashes(&[(0, 0), (27, 0)]), [[(0, 0), (18, 0)]]);
+        assert!(dashes(&[(5, 5), (5, 5)]).is_empty() && dashes(&[]).is_empty());
+    }
 }

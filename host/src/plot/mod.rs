@@ -7,7 +7,7 @@
 mod canvas;
 mod draw;
 mod labels;
-mod raster;
+pub(crate) mod raster;
 mod span;
 
 use crate::error::Result;
@@ -196,6 +196,12 @@ impl Chart {
         folder.write(&format!("{name}.png"), &picture.png)?;
         Ok(picture.left_out)
     }
+}
+
+/// Round values from `range[0]` to `range[1]`, about `count` of them, with their labels.
+pub(crate) fn ticks([from, to]: [f64; 2], count: usize) -> Vec<(f64, String)> {
+    let span = span::Span::new(&Axis::linear("").range(from, to), std::iter::empty(), count);
+    span.ticks.iter().map(|&tick| (tick, span.label(tick))).collect()
 }
 
 #[cfg(test)]

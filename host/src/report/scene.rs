@@ -97,12 +97,20 @@ impl Scene {
     /// # Errors
     /// As the bake.
     pub fn plane(diagonals: bool) -> Result<Self> {
+        Self::plane_of(diagonals, 0.0)
+    }
+
+    /// The same with links that have a band.
+    ///
+    /// # Errors
+    /// As the bake.
+    pub fn plane_of(diagonals: bool, alpha: f64) -> Result<Self> {
         let spec = "plane:21x21x0.01";
         let mesh = mesh::load(spec, &MeshOptions { diagonals, ..MeshOptions::default() })?;
         let name = if diagonals { "plane8" } else { "plane4" };
         let links = if diagonals { "8 neighbours" } else { "4 neighbours" };
         let contact = Contact::Nodes(vec![220], DOWN);
-        Self::new(name, format!("{spec}, {links}"), &mesh, &mesh.default_fixed, contact, 0.0)
+        Self::new(name, format!("{spec}, {links}"), &mesh, &mesh.default_fixed, contact, alpha)
     }
 
     /// The links of a regular box, the middle of its top pressed.

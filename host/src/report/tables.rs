@@ -19,6 +19,18 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// The head.
+    #[must_use]
+    pub fn head(&self) -> &[String] {
+        &self.head
+    }
+
+    /// The rows in order.
+    #[must_use]
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
     /// As Markdown, with an empty line behind it.
     #[must_use]
     pub fn markdown(&self) -> String {

@@ -1,0 +1,75 @@
+//! From a value to a colour, and between sRGB and amounts of light.
+
+use std::sync::OnceLock;
+
+/// Colours of the map.
+const ENTRIES: usize = 256;
+
+/// Ends of the part of magma that is used: not so light or dark that shading is lost.
+const ENDS: [f64; 2] = [0.97, 0.16];
+
+/// sRGB of a part from 0 to 1: magma (van der Walt and Smith 2015) from its light end on, uniform
+/// to the eye and falling in lightness, so that it survives grey. What is not a number is grey.
+#[must_use]
+pub(super) fn srgb(part: f64) -> [u8; 3] {
+    if part.is_nan() {
+        return [128; 3];
+    }
+    let colour =
+        colorous::MAGMA.eval_continuous(ENDS[0] + part.clamp(0.0, 1.0) * (ENDS[1] - ENDS[0]));
+    [colour.r, colour.g, colour.b]
+}
+
+/// The same as amounts of light.
+#[must_use]
+pub(super) fn light(part: f64) -> [f32; 3] {
+    static TABLE: OnceLock<Vec<[f32; 3]>> = OnceLock::new();
+    let last = (ENTRIES - 1) as f64;
+    let entry = |at: usize| linear(srgb(at as f64 / last));
+    let table = TABLE.get_or_init(|| (0..ENTRIES).map(entry).collect());
+    let at = (part.clamp(0.0, 1.0) * last).round();
+    if at.is_nan() { linear([128; 3]) } else { table[at as usize] }
+}
+
+/// Amounts of light of an sRGB colour.
+#[must_use]
+pub(super) fn linear(colour: [u8; 3]) -> [f32; 3] {
+    colour.map(|byte| {
+        let c = f32::from(byte) / 255.0;
+        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    })
+}
+
+/// sRGB of amounts of light; more than white is white.
+#[must_use]
+pub(super) fn encode(light: [f32; 3]) -> [u8; 3] {
+    light.map(|c| {
+        let c = c.clamp(0.0, 1.0);
+        let s = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * s).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_map_has_its_ends_and_falls_in_lightness() {
+        assert_eq!((srgb(0.0), srgb(1.0)), ([252, 244, 182], [44, 17, 95]));
+        assert_eq!((srgb(-1.0), srgb(2.0), srgb(f64::NAN)), (srgb(0.0), srgb(1.0), [128; 3]));
+        let grey = |part: f64| {
+            let [r, g, b] = light(part);
+            0.2126 * r + 0.7152 * g + 0.0722 * b
+        };
+        let falls = (1..=32).all(|at| grey(f64::from(at) / 32.0) < grey(f64::from(at - 1) / 32.0));
+        assert!(falls);
+    }
+
+    #[test]
+    fn light_and_srgb_are_inverse() {
+        for byte in 0..=255 {
+            assert_eq!(encode(linear([byte; 3])), [byte; 3]);
+        }
+    }
+}
