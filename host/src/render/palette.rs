@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn the_map_has_its_ends_and_falls_in_lightness() {
-        assert_eq!((srgb(0.0), srgb(1.0)), ([252, 244, 182], [44, 17, 95]));
+        assert_eq!((srgb(0.0), srgb(1.0)), ([252, 238, 176], [41, 17, 91]));
         assert_eq!((srgb(-1.0), srgb(2.0), srgb(f64::NAN)), (srgb(0.0), srgb(1.0), [128; 3]));
         let grey = |part: f64| {
             let [r, g, b] = light(part);
