@@ -1,6 +1,6 @@
 //! The bodies that the mechanics of the paper are shown on, and a tool that presses them.
 
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Drive, Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -28,6 +28,9 @@ const RESIDUAL_MIN: f64 = 2e-6;
 const FORCE_STAYS: f64 = 1e-2;
 /// A force that is none: a link so far outside its band [mean link lengths].
 const NO_FORCE: f64 = 1e-5;
+/// Part of its way within which a loaded cell rests from look to look, and for how many looks.
+const REST: f64 = 1e-4;
+const CALM_LOOKS: usize = 3;
 /// Centre of the paper's plane.
 const CENTRE: u32 = 220;
 
@@ -142,6 +145,16 @@ impl Body {
     pub fn quasi_static(&self, unloading: Unloading) -> Result<Tool<'_>> {
         let model = self.model()?;
         self.tool(Scheme::Track, Settings { unloading, ..Scheme::Track.settings(&model, SWEEPS) })
+    }
+
+    /// A tool whose displacement is the current into the contact cells, with `track`.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn driven(&self) -> Result<Tool<'_>> {
+        let settings = Scheme::Track.settings(&self.model()?, SWEEPS);
+        let settings = Settings { unloading: Unloading::Off, drive: Drive::Current, ..settings };
+        self.tool(Scheme::Track, settings)
     }
 
     /// A tool on the paper's own dynamics: one Euler step of `step` [dimensionless time] a tick.
@@ -263,6 +276,36 @@ impl Tool<'_> {
             }
         }
         Ok(felt)
+    }
+
+    /// Ticks with a current until the contact cells rest to a part in 1e4 from look to look, or as
+    /// many as a press may take; how far they have gone along the press, in the mean \[m\].
+    ///
+    /// # Errors
+    /// As [`Self::press`].
+    pub fn yielded(&mut self, current_m: f64) -> Result<f64> {
+        let (mut way, mut calm) = (0.0_f64, 0);
+        for _ in 0..LOOKS_MAX {
+            self.checked(current_m)?;
+            let before = way;
+            way = self.way_m();
+            calm = if (way - before).abs() <= REST * way.abs() { calm + 1 } else { 0 };
+            if calm == CALM_LOOKS {
+                break;
+            }
+        }
+        Ok(way)
+    }
+
+    fn way_m(&mut self) -> f64 {
+        let unit_m = f64::from(self.engine.network().model().unit_m());
+        let moved = field(&mut self.engine);
+        let contacts = &self.body.contacts;
+        let along = contacts.iter().map(|&cell| {
+            let moved = moved[usize::from(cell)].iter().zip(self.body.direction);
+            moved.map(|(u, x)| u * x).sum::<f64>()
+        });
+        unit_m * along.sum::<f64>() / contacts.len() as f64
     }
 
     /// Positions of all cells [mean link lengths from the body's centre].

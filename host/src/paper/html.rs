@@ -81,7 +81,24 @@ fn body(section: &Section) -> String {
 }
 
 fn paragraph(text: &str) -> String {
-    format!("<p>{}</p>\n", escape(text))
+    format!("<p>{}</p>\n", with_code(text))
+}
+
+/// Escaped, what stands between backticks as code.
+fn with_code(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    let is_code = |at: usize| at % 2 == 1 && at + 1 < parts.len();
+    let mut safe = String::new();
+    for (at, part) in parts.iter().enumerate() {
+        if is_code(at) {
+            let _ = write!(safe, "<code>{}</code>", escape(part));
+        } else {
+            // A mark without a partner means itself.
+            safe += if at % 2 == 1 { "`" } else { "" };
+            safe += &escape(part);
+        }
+    }
+    safe
 }
 
 /// A picture with its caption and the way to its files.
@@ -145,6 +162,8 @@ mod tests {
     fn text_means_itself() {
         assert_eq!(escape("a<b> & \"c\" 'd'"), "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;");
         assert_eq!(escape("10 µm"), "10 µm");
+        assert_eq!(with_code("by `a < b` or"), "by <code>a &lt; b</code> or");
+        assert_eq!(with_code("a ` alone"), "a ` alone");
     }
 
     #[test]

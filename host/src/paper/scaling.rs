@@ -395,7 +395,9 @@ fn text(nodes: usize, rows: &[Row]) -> Vec<String> {
 }
 
 fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
-    let mut error = Chart::new("Error over cells", Axis::log10("cells"), Axis::log10("error [%]"));
+    let of_error = |title: &str| Chart::new(title, Axis::log10("cells"), Axis::log10("error [%]"));
+    let mut field = of_error("Error of the field over cells");
+    let mut force = of_error("Error of the force over cells");
     let mut time =
         Chart::new("Time over cells", Axis::log10("cells"), Axis::log10("time a tick [us]"))
             .horizontal(1000.0, "1 ms");
@@ -404,13 +406,10 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
         let points = |of: fn(&Row) -> f64| -> Vec<[f64; 2]> {
             site.iter().skip(1).map(|row| [row.cells as f64, 100.0 * of(row)]).collect()
         };
-        for (name, of) in [
-            ("force", (|row: &Row| row.force_error.abs()) as fn(&Row) -> f64),
-            ("field", |row: &Row| row.field_error),
-            ("profile", |row: &Row| row.profile_error),
-        ] {
-            error = error.series(&format!("{name}, {}", full.site), Style::MarkedLine, &points(of));
-        }
+        let errors = points(|row| row.field_error);
+        field = field.series(&full.site.to_string(), Style::MarkedLine, &errors);
+        let errors = points(|row| row.force_error.abs());
+        force = force.series(&full.site.to_string(), Style::MarkedLine, &errors);
         let times = |row: &Row| [row.cells as f64, row.tick_median_ns as f64 * 1e-3];
         let times: Vec<[f64; 2]> = site.iter().map(times).collect();
         time = time.series(&format!("track, {}", full.site), Style::MarkedLine, &times);
@@ -418,9 +417,13 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
     let figure = |name: &str, caption: &str, chart: &Chart| -> Result<Figure> {
         Ok(Figure { name: name.to_owned(), caption: caption.to_owned(), picture: chart.draw()? })
     };
-    let of_error = "Errors of a press against the network of all nodes; profile: of the depth.";
     Ok(vec![
-        figure("scaling_error", of_error, &error)?,
+        figure(
+            "scaling_field",
+            "Displacements of all nodes at the end of a press, against the network of all nodes.",
+            &field,
+        )?,
+        figure("scaling_force", "The same for the force on the tool.", &force)?,
         figure("scaling_time", "Median time a tick of the press, measured in one run.", &time)?,
     ])
 }

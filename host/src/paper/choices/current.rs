@@ -2,7 +2,8 @@
 //!
 //! Settled, the links of a contact cell exert the opposite of its current, sum of mu
 //! (`P_j` - `P_c`) = -I: on a body with one contact cell that is the state of a prescribed
-//! displacement whose force is 2 k I, so its displacement is read from that curve.
+//! displacement whose force is 2 k I. So what the kernel's current drive yields is held against
+//! that curve.
 
 use serde::Serialize;
 
@@ -29,6 +30,8 @@ pub struct Yield {
     pub input_m: f64,
     /// Where the contact cell settles with the input as current \[m\].
     pub displacement_m: f64,
+    /// The same read from the settled curve of force over prescribed displacement \[m\].
+    pub curve_displacement_m: f64,
     /// The force then, 2 k I \[N\].
     pub force_n: f64,
     /// The force with the input as prescribed displacement \[N\].
@@ -48,10 +51,12 @@ pub fn yields(plane: &Source) -> Result<Vec<Yield>> {
             stiffness_n_per_m: PerCell::Uniform(stiffness_n_per_m),
             ..BakeOptions::default()
         };
-        let curve = compress(&plane.bake(&options)?, DEEPEST_M, STEPS)?.curve;
+        let body = plane.bake(&options)?;
+        let curve = compress(&body, DEEPEST_M, STEPS)?.curve;
+        let mut tool = body.driven()?;
         for input_m in INPUTS_M {
             let force_n = 2.0 * stiffness_n_per_m * input_m;
-            let (Some(displacement_m), Some(prescribed_force_n)) = (
+            let (Some(curve_displacement_m), Some(prescribed_force_n)) = (
                 between(&curve, |at| at.force_n, |at| at.depth_m, force_n),
                 between(&curve, |at| at.depth_m, |at| at.force_n, input_m),
             ) else {
@@ -61,7 +66,8 @@ pub fn yields(plane: &Source) -> Result<Vec<Yield>> {
                 stiffness_n_per_m,
                 alpha,
                 input_m,
-                displacement_m,
+                displacement_m: tool.yielded(input_m)?,
+                curve_displacement_m,
                 force_n,
                 prescribed_force_n,
             });
