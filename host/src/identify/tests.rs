@@ -69,7 +69,7 @@ fn curve() -> Target {
 }
 
 fn relaxation() -> Target {
-    let time_s: Vec<f64> = (0..40).map(|at| 0.02 * f64::from(at)).collect();
+    let time_s: Vec<f64> = (0..400).map(|at| 0.002 * f64::from(at)).collect();
     let data = Data::Relaxation { displacement_m: 0.01, force_n: vec![0.0; time_s.len()], time_s };
     Target { name: "relaxation".into(), data }
 }
@@ -110,7 +110,7 @@ fn stiffness_alpha_and_time_come_back_from_noisy_curves() {
     near(alpha.value, 0.06, 0.05);
     near(time.value, 0.05, 0.05);
     for estimate in &found.estimates {
-        assert!(estimate.determined && estimate.half_width_percent.unwrap() < 10.0, "{estimate:?}");
+        assert!(estimate.determined && estimate.half_width_percent.unwrap() < 5.0, "{estimate:?}");
         assert!(estimate.interval[0] < estimate.value && estimate.value < estimate.interval[1]);
     }
     assert!(found.undetermined.is_empty(), "{:?}", found.undetermined);
@@ -134,7 +134,7 @@ fn two_materials_come_apart_with_a_field() {
             (_, Some("top")) => 20.0,
             _ => 80.0,
         };
-        near(estimate.value, truth, if estimate.parameter == "alpha" { 0.15 } else { 0.05 });
+        near(estimate.value, truth, 0.05);
     }
     assert!(found.estimates[0].determined && found.estimates[1].determined, "{found:#?}");
 }

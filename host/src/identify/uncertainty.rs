@@ -21,9 +21,9 @@ const STEP_ALPHA: f64 = 2e-3;
 /// Alpha that counts as much as a factor of e in the others.
 const ALPHA_UNIT: f64 = 0.1;
 /// A parameter is determined if its interval is narrower than this factor either way.
-pub const FACTOR: f64 = 1.15;
+pub const FACTOR: f64 = 1.05;
 /// An alpha is determined also if its interval is narrower than this either way.
-pub const ALPHA_WIDTH: f64 = 0.002;
+pub const ALPHA_WIDTH: f64 = 0.001;
 /// An alpha moves noticeably with an open direction from this part of it on.
 const TAKES_PART: f64 = 0.2;
 /// Least part of the sum of squares that a direction needs to be more than rounding.
