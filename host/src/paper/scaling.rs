@@ -450,7 +450,7 @@ mod tests {
         // A small press over the thick of the body; deep ones fold the body elsewhere.
         assert!(of(1, "field_error") < 0.35 && of(1, "force_error").abs() < 0.3);
         assert!(of(1, "profile_error") < 0.2 && of(1, "patch_error") < 0.25);
-        assert_eq!((section.figures.len(), section.numbers.len()), (2, 1));
+        assert_eq!((section.figures.len(), section.numbers.len()), (3, 1));
         assert_eq!(section.numbers[0].csv.lines().count(), 1 + 3 * each);
         assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
     }

@@ -258,7 +258,7 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     assert_eq!(refused, Some(TraceError::Contacts { needed: 3, room: 2 }));
     assert_eq!(read(b"tick,x_m"), Err(TraceError::Magic));
     assert_eq!(read(&reworded(8, 2)), Err(TraceError::Version(2)));
-    for (at, word) in [(24, 3), (28, 65_536), (52, 2), (56, 1)] {
+    for (at, word) in [(24, 3), (24, 2 << 16), (28, 65_536), (52, 2), (56, 1)] {
         assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
     }
     for (scheme, number) in [(77, 1), (2, 9)] {
@@ -270,7 +270,7 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     let refused = Reader::open(&stranger).unwrap().contact_cells(&model(), &mut [0; 4]).err();
     assert_eq!(refused, Some(TraceError::Contact(4000)));
     let drive = |trace: &[u8]| Reader::open(trace).unwrap().header().settings.drive;
-    assert_eq!([drive(&trace), drive(&reworded(52, 1))], [Drive::Position, Drive::Current]);
+    assert_eq!([drive(&trace), drive(&reworded(24, 1 << 16))], [Drive::Position, Drive::Current]);
     let sweepless = reworded(28, 0);
     let refused = Reader::open(&sweepless).unwrap().header().network(model()).err();
     assert!(matches!(refused, Some(TraceError::Settings(_))), "{refused:?}");
