@@ -161,7 +161,7 @@ fn a_material_that_nothing_loads_is_said_to_be_open() {
         Group { name: "corner".into(), nodes: vec![0] },
     ];
     let block = Block { groups: far, ..block };
-    let targets = block.measured(vec![curve()], &truth(&[30.0, 30.0], &[0.05, 0.05]), 0.02);
+    let targets = block.measured(vec![curve()], &truth(&[30.0, 30.0], &[0.05, 0.05]), 0.01);
     let found = identify(&block.bench(&targets), &Bounds::default(), 0.2).unwrap();
     near(found.estimates[0].value, 30.0, 0.05);
     assert!(found.estimates[0].determined && found.estimates[2].determined, "{found:#?}");
