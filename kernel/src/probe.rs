@@ -5,7 +5,8 @@
 //!
 //! - the surface cells inside the sphere, and
 //! - the contacts of the last tick that the links hold against it: those on the sphere which their
-//!   links do not pull away from the centre, and those beyond it which they pull towards it.
+//!   links do not pull away from the centre, and those beyond it which they pull towards it by
+//!   enough to bring them there.
 //!
 //! They are put on the sphere radially but within K, a cell at the centre along its normal at rest,
 //! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
@@ -14,6 +15,11 @@
 //! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
 //! and a cell that was let go comes back only when it really goes in.
+//!
+//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if
+//! b <= 2 f / W, f its links' pull towards the centre and W their weight: then what it moves for all
+//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So a tool
+//! that leaves, however fast, draws no cell after it.
 //!
 //! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of
 //! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
@@ -36,15 +42,6 @@ use crate::tick::Tick;
 const GRAIN: f32 = 4.0 * f32::EPSILON;
 /// Largest coordinate of a centre [mean link lengths], so that its square stays finite.
 const CENTRE_MAX: f32 = 2.0e6;
-
-/// The probe of a tissue.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Probe {
-    /// [mean link lengths].
-    pub radius: f32,
-    /// Hats taken out for the contacts; `None` where that cannot be done.
-    pub taken: Option<u16>,
-}
 
 /// The sphere in a tick [mean link lengths].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,11 +67,14 @@ impl Sphere {
         self.beyond(at).1 < -self.grain
     }
 
-    /// Whether a contact at `at` stays one that its links pull by `force`.
-    fn keeps(&self, at: [f32; 3], force: [f32; 3]) -> bool {
+    /// Whether a contact at `at` stays one that its links pull by `force`; `mobility` = 1 / W.
+    fn keeps(&self, at: [f32; 3], force: [f32; 3], mobility: f32) -> bool {
         let (way, beyond) = self.beyond(at);
         let outward = dot(force, way);
-        beyond < -self.grain || outward < 0.0 || (outward <= 0.0 && beyond <= self.grain)
+        if beyond > self.grain {
+            return beyond * (beyond + self.radius) <= -2.0 * mobility * outward;
+        }
+        beyond < -self.grain || outward <= 0.0
     }
 
     /// Where a cell goes; `None` where it is on the sphere.
@@ -184,11 +184,15 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let start = sub(self.head.tool_origin_m, model.centre_m())
             .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
         let sphere = Sphere::new(add(start, self.head.applied), radius);
+        let touched = self.head.chosen > 0;
         let changed = self.renew(&sphere);
+        if !touched && self.head.chosen > 0 {
+            self.head.touched_at = self.head.applied;
+            self.head.deepest = -1.0;
+        }
         let moved = self.push_out(&sphere);
         if changed {
-            let taken = D::take_out(model, self.room, self.contacts);
-            self.head.probe = Some(Probe { radius, taken });
+            self.head.taken = D::take_out(model, self.room, self.contacts);
         }
         if changed || moved {
             self.head.dynamics.pushed();
@@ -207,8 +211,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
-        contacts
-            .retain(|cell| at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell))));
+        contacts.retain(|cell| {
+            let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
+            at(cell).is_some_and(|at| sphere.keeps(at, pull(links, state, cell), mobility))
+        });
         for &id in model.surface {
             let cell = usize::from(id);
             let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
@@ -236,18 +242,22 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             }
         }
         let before = contact::touched(self.links(), self.state, self.contacts);
-        let moved = self.put(sphere, 1.0);
+        let mut moved = self.put(sphere, 1.0);
         if moved {
             let mut change = self.change(before);
             let spread = spread(model, self.state, self.contacts);
-            let level = self.head.level.leading();
+            let level = self.head.level.at_most(model.energy_max());
             let share = contact::move_max(model.energy_max(), level, spread);
             if share < 1.0 && change.hi > 0.0 {
                 self.put(sphere, share);
                 change = self.change(before);
                 self.flags.insert(Flags::MOTION_CLAMPED);
+                // Without room for any move all are back where they were.
+                moved = share > 0.0;
             }
-            self.head.level.shift(change);
+            if moved {
+                self.head.level.shift(change);
+            }
         }
         for contact in &mut *self.contacts {
             if let Some(v) = self.state.get(contact.cell()) {
@@ -312,10 +322,12 @@ mod tests {
 
     #[test]
     fn a_contact_stays_while_it_is_pressed_on() {
-        let (inwards, outwards) = ([0.0, 0.0, -1e-6], [0.0, 0.0, 1e-6]);
-        let keeps = |z: f32, force| sphere().keeps([10.0, -4.0, z], force);
+        let (inwards, outwards) = ([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
+        let keeps = |z: f32, force| sphere().keeps([10.0, -4.0, z], force, 0.3);
         assert!(keeps(1.0, outwards) && keeps(2.0, inwards) && keeps(2.5, inwards));
         assert!(!keeps(2.0, outwards) && !keeps(2.5, outwards));
+        // Twice 0.3 of the force is how far it may be drawn.
+        assert!(keeps(2.59, inwards) && !keeps(2.61, inwards));
         // No force: what touches stays, what would have to be dragged along does not.
         assert!(keeps(2.0, [0.0; 3]) && !keeps(2.5, [0.0; 3]));
         // On the sphere within rounding is not inside.

@@ -48,14 +48,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let chosen = self.contacts.len().min(self.head.chosen);
         // A probe finds its cells by itself.
         let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
-        let (contacts, _) = self.contacts.split_at_mut(slots);
+        let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
         let room = &mut *self.room;
         let mut tick =
             Tick { network, head: self.head, state, residual, own, room, contacts, flags };
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            Some(probe) => tick.touch(&sample, probe.radius),
+            Some(radius) => tick.touch(&sample, radius),
             None => tick.pull(&sample),
         }
         tick.unload();
@@ -120,12 +120,13 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         if engaged && !self.head.engaged {
             self.head.tool_origin_m = sample.position_m.into();
             self.head.applied = [0.0; 3];
+            self.head.touched_at = [0.0; 3];
             // Any depth is deeper: taking hold reopens the bands.
             self.head.deepest = -1.0;
         }
-        if let Some(probe) = &mut self.head.probe {
+        if self.head.probe.is_some() {
             if engaged != self.head.engaged {
-                probe.taken = Some(0);
+                self.head.taken = Some(0);
                 self.head.chosen = 0;
             }
         } else if engaged && !self.head.engaged {
@@ -227,7 +228,8 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
 
     /// Closes or reopens the bands.
     fn unload(&mut self) {
-        let depth = sqrt(dot(self.head.applied, self.head.applied));
+        let way = sub(self.head.applied, self.head.touched_at);
+        let depth = sqrt(dot(way, way));
         let released = self.head.released;
         let closed = match self.network.settings().unloading {
             Unloading::Off => false,
@@ -257,7 +259,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         let held = if current.is_none() { contacts } else { &[] };
         // The origins of a probe's contacts are where it has put them.
         let (applied, coarse) = match self.head.probe {
-            Some(probe) => ([0.0; 3], probe.taken.map(Coarse::Without)),
+            Some(_) => ([0.0; 3], self.head.taken.map(Coarse::Without)),
             None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
         };
         let mut body = Body {

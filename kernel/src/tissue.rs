@@ -10,7 +10,6 @@ use crate::hats::Eight;
 use crate::image::CELLS_MAX;
 use crate::model::Model;
 use crate::number::{Number, RangeError};
-use crate::probe::Probe;
 use crate::sample::{TickOutput, ToolSample};
 use crate::settings::Network;
 use crate::simd::VectorUnit;
@@ -104,8 +103,12 @@ pub struct Head<D> {
     pub(crate) model: Option<u32>,
     /// Contact cells chosen, or that the probe touches.
     pub(crate) chosen: usize,
-    /// The probe, where contact is by shape.
-    pub(crate) probe: Option<Probe>,
+    /// Radius of the probe, where contact is by shape [mean link lengths].
+    pub(crate) probe: Option<f32>,
+    /// Hats taken out for the probe's contacts; `None` where that cannot be done.
+    pub(crate) taken: Option<u16>,
+    /// Where the probe touched first, relative to where it was engaged [mean link lengths].
+    pub(crate) touched_at: [f32; 3],
     /// Whether the tool holds them.
     pub(crate) engaged: bool,
     /// Tool position when it took hold \[m\].
@@ -136,6 +139,8 @@ impl<D: Dynamics> Head<D> {
         model: None,
         chosen: 0,
         probe: None,
+        taken: None,
+        touched_at: [0.0; 3],
         engaged: false,
         tool_origin_m: [0.0; 3],
         applied: [0.0; 3],
@@ -334,7 +339,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let kept = *self.head;
         *self.head = Head { vectors: kept.vectors, ..Head::NEW };
         self.head.model = kept.model;
-        self.head.probe = kept.probe.map(|probe| Probe { taken: Some(0), ..probe });
+        self.head.probe = kept.probe;
         self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
         self.head.level.forget();
         self.head.awake.wake_all(model);
@@ -414,7 +419,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return Err(ContactError::ProbeHats { needed, room });
         }
         self.head.chosen = 0;
-        self.head.probe = Some(Probe { radius, taken: Some(0) });
+        self.head.probe = Some(radius);
         Ok(())
     }
 

@@ -138,7 +138,7 @@ fn bodies_that_no_network_can_carry() {
 #[test]
 fn files_that_are_no_files() {
     let folder = scratch();
-    refused(folder.path(), &folder.path().join("none.msh"), &[], &["organ[:SIZE]"]);
+    refused(folder.path(), &folder.path().join("none.msh"), &[], &["organ[:NODES]"]);
     refused(folder.path(), folder.path(), &[], &["cannot read mesh"]);
     refused(folder.path(), &folder.path().join("none/none.msh"), &[], &["cannot open mesh"]);
 }

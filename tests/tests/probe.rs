@@ -346,3 +346,31 @@ proptest! {
         }
     }
 }
+
+/// A tool that leaves faster than the tissue follows draws nothing after it: no force that pulls at
+/// the tool, no energy from nowhere, and no contact that stays.
+#[test]
+fn a_tool_that_leaves_at_once_draws_no_cell_along() {
+    let image = image(BOX, HatSpacing::Links(2.5));
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    for kind in kinds() {
+        for way_m in [0.003, 0.01, 0.4] {
+            let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
+            let mut last = engine.tick(&sample(centre_m(0), 1));
+            for tick in 1..250 {
+                last = engine.tick(&sample(centre_m(tick), 1));
+            }
+            assert!(last.contacts > 0 && last.force_n[2] > 0.05, "{kind:?}");
+            let [x, y, z] = centre_m(250);
+            for tick in 1..60_u16 {
+                let at = [x, y, z + way_m * f32::from(tick)];
+                let output = engine.tick(&sample(at, 1));
+                let place = format!("{kind:?}, {way_m} m a tick, tick {tick}");
+                assert!(output.force_n[2] >= -1e-3, "{place}: {}", output.force_n);
+                assert!(output.energy_j <= 1.001 * last.energy_j + 1e-9, "{place}: {output:?}");
+                last = output;
+            }
+            assert_eq!((last.contacts, last.force_n), (0, Vector3::zeros()), "{kind:?} {way_m}");
+        }
+    }
+}

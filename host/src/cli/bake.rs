@@ -18,7 +18,7 @@ use crate::{interrupt, output, terminal};
 pub struct Args {
     /// A Gmsh .msh file (2.2 or 4.1) or a legacy VTK .vtk file (unstructured grid), ASCII or
     /// binary, first-order tetrahedra; plane:NXxNYxD (nodes along x and y, spacing in m),
-    /// box:NXxNYxNZxD, or organ[:CELLS], a generated liver-like body
+    /// box:NXxNYxNZxD, or organ[:NODES], a generated liver-like body
     mesh: String,
     /// Model file to write
     #[arg(short, long, value_name = "MODEL")]

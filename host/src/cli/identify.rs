@@ -13,6 +13,11 @@ use crate::identify::{Bench, Bounds, Identified, check, forward, groups, identif
 use crate::output::{self, Folder};
 use crate::{bake, terminal};
 
+/// Part of a target that a fit may leave over, and still is one.
+const NO_FIT: f64 = 0.5;
+/// Part below which the rest is that of the engine's own arithmetic.
+const EXACT: f64 = 2e-3;
+
 /// Find stiffness, slack and time constant of a body from measured curves and fields.
 ///
 /// Every group of nodes has a stiffness and an alpha, the body one time constant, which only
@@ -143,8 +148,26 @@ pub fn execute(args: &Args) -> Result<()> {
         volume_term: "not part of the model",
     };
     folder.write_json("identified.json", &report)?;
+    check_fit(&found, bench.direction)?;
     output::write_whole(&args.output, image.as_bytes())?;
     if args.json { terminal::say_json(&report) } else { print(args, &found) }
+}
+
+/// A fit that leaves most of a target over is none.
+fn check_fit(found: &Identified, direction: [f64; 3]) -> Result<()> {
+    let poor = found.targets.iter().find(|of| of.rms_residual > NO_FIT * of.rms_measured);
+    poor.map_or(Ok(()), |of| {
+        Err(Error::check(format!(
+            "{}: the best fit leaves {:.0} % of it over, so no model is written; forces and \
+             displacements count along the push, here ({:.3}, {:.3}, {:.3}): compare their signs, \
+             --direction, --contact and the bounds",
+            of.name,
+            100.0 * of.rms_residual / of.rms_measured,
+            direction[0],
+            direction[1],
+            direction[2]
+        )))
+    })
 }
 
 /// A model holds no mesh to bake again.
@@ -232,7 +255,8 @@ fn print(args: &Args, found: &Identified) -> Result<()> {
             target.rows,
             target.rows_held_out
         ))?;
-        if target.correlation.is_some_and(|correlation| correlation > 0.6) {
+        let follows = target.rms_residual <= EXACT * target.rms_measured;
+        if !follows && target.correlation.is_some_and(|correlation| correlation > 0.6) {
             terminal::note(format_args!(
                 "note: {}: the residuals follow one another; the model does not follow the curve, \
                  and the intervals are too narrow",

@@ -1,11 +1,11 @@
 //! `chaincell run`: a path offline, deterministic, without shared memory.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use chaincell_kernel::ToolSample;
 use chaincell_kernel::trace::Record;
+use chaincell_kernel::{Flags, ToolSample};
 use serde::Serialize;
 
 use super::model_file;
@@ -66,9 +66,27 @@ struct RunSummary {
     poses_repeated: u64,
     recorded: bool,
     snapshot_ticks: Vec<u64>,
+    /// On how many ticks each flag was set, of those that were.
+    flag_ticks: BTreeMap<&'static str, usize>,
     interrupted: bool,
     #[serde(flatten)]
     scene: SceneReport,
+}
+
+/// Flags by name.
+const FLAGS: [(&str, Flags); 7] = [
+    ("motion_clamped", Flags::MOTION_CLAMPED),
+    ("bad_sample", Flags::BAD_SAMPLE),
+    ("force_clamped", Flags::FORCE_CLAMPED),
+    ("safe_state", Flags::SAFE_STATE),
+    ("band_closed", Flags::BAND_CLOSED),
+    ("rolled_back", Flags::ROLLED_BACK),
+    ("contact_capacity", Flags::CONTACT_CAPACITY),
+];
+
+fn flag_ticks(answers: &[Answer]) -> BTreeMap<&'static str, usize> {
+    let count = |flag: Flags| answers.iter().filter(|a| a.output.flags.contains(flag)).count();
+    FLAGS.iter().map(|&(name, flag)| (name, count(flag))).filter(|&(_, ticks)| ticks > 0).collect()
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -123,6 +141,7 @@ pub fn execute(args: &Args) -> Result<()> {
         poses_repeated: played.poses_repeated,
         recorded: args.recorded,
         snapshot_ticks: args.snapshot_ticks.clone(),
+        flag_ticks: flag_ticks(&played.answers),
         interrupted: interrupt::asked(),
         scene: args.scene.report(&engine),
     };
@@ -220,5 +239,10 @@ fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
         step.max as f64 * 1e-3
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
+    let flags: Vec<String> =
+        summary.flag_ticks.iter().map(|(name, ticks)| format!("{name} on {ticks} ticks")).collect();
+    if !flags.is_empty() {
+        terminal::say(format_args!("  {:<14}{}", "flags", flags.join(", ")))?;
+    }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
 }

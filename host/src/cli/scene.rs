@@ -215,10 +215,17 @@ impl SceneArgs {
                  cells:SELECTOR, or leave --drive out",
             ));
         }
-        let radius_m = radius.parse().map_err(|_| {
-            let contact = &self.contact;
+        let contact = &self.contact;
+        let radius_m: f32 = radius.parse().map_err(|_| {
             Error::input(format!("--contact {contact}: {radius:?} is no radius [m]"))
         })?;
+        let most_m = model.saturation() * model.unit_m();
+        if radius_m > most_m {
+            return Err(Error::input(format!(
+                "--contact {contact}: a probe larger than the body's own bound, {most_m} m (--k-m of \
+                 bake); give a radius in metres"
+            )));
+        }
         Ok(Contact::Probe { radius_m, capacity: self.probe_capacity.into() })
     }
 

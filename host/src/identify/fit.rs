@@ -337,13 +337,14 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     }
     let fitted = fit.predict(&parameters)?;
     let (estimates, undetermined) = uncertainty::judge(&fit, &parameters, &fitted)?;
+    let evaluations = counter.bar.position() as usize;
     counter.bar.finish_and_clear();
     Ok(Identified {
         targets: goodness(bench.targets, &fitted, &fit.held_out),
         parameters,
         estimates,
         undetermined,
-        evaluations: counter.bar.position() as usize,
+        evaluations,
         seconds: start.elapsed().as_secs_f64(),
         fitted,
         held_out: fit.held_out,

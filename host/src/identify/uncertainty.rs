@@ -231,7 +231,13 @@ fn sentences(directions: &[Direction], unknowns: &[Unknown], all: &[Estimate]) -
             said.push(format!("{} is not determined by this data", estimate.name()));
         }
     }
-    said
+    let mut once: Vec<String> = Vec::with_capacity(said.len());
+    for sentence in said {
+        if !once.contains(&sentence) {
+            once.push(sentence);
+        }
+    }
+    once
 }
 
 #[cfg(test)]

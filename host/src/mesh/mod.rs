@@ -1,6 +1,6 @@
 //! Bodies to bake: read from a file or generated, checked, with every id an input id.
 //!
-//! A body is named by a spec: `plane:NXxNYxD`, `box:NXxNYxNZxD`, `organ[:SIZE]` or a file path
+//! A body is named by a spec: `plane:NXxNYxD`, `box:NXxNYxNZxD`, `organ[:NODES]` or a file path
 //! (`./organ` for a file of that name). NX, NY and NZ count the nodes along an axis, D is the
 //! spacing in metres; a cube of a box has five tetrahedra. A new format is one file with a
 //! `MeshReader` and one row in `READERS`.
@@ -179,7 +179,7 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
         Error::file(
             "open mesh",
             path,
-            format!("{why}; a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:SIZE]"),
+            format!("{why}; a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]"),
         )
     })?;
     let mut bytes = Vec::new();
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn files_that_cannot_be_read_are_named() {
         let options = MeshOptions::default();
-        assert!(refusal("no-such.msh", &options).contains("organ[:SIZE]"));
+        assert!(refusal("no-such.msh", &options).contains("organ[:NODES]"));
         assert!(refusal("organs", &options).contains("cannot open mesh organs"));
         let folder = tempfile::tempdir().unwrap();
         assert!(refusal(folder.path().to_str().unwrap(), &options).contains("cannot read mesh"));

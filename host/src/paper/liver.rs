@@ -56,7 +56,8 @@ pub fn section(context: &Context) -> Result<Section> {
     ] {
         table.row(vec![name.into(), number(&network[key]), number(&chain[key])]);
     }
-    let caption = "At the moment of the pictures, late in the hold; times over the whole press";
+    let caption =
+        "At the moment of the pictures, late in the hold; times over the ticks in contact";
     let figures = vec![
         Figure {
             name: "paper_liver".into(),
@@ -169,10 +170,14 @@ impl Case {
 
     fn figures(&self, pressed: &Pressed) -> Value {
         let ways = self.ways_mm(&pressed.shown_m);
-        let mut times = pressed.step_ns.clone();
+        let touching = self.network.contacts.iter().map(|&contacts| contacts > 0);
+        let times = pressed.step_ns.iter().zip(touching);
+        let mut times: Vec<u64> = times.filter(|(_, on)| *on).map(|(&ns, _)| ns).collect();
         times.sort_unstable();
         let us = |part: usize| {
-            times.get((times.len() - 1) * part / 100).map_or(0.0, |&ns| 1e-3 * ns as f64)
+            times
+                .get(times.len().saturating_sub(1) * part / 100)
+                .map_or(0.0, |&ns| 1e-3 * ns as f64)
         };
         let inverted = self.mesh.tetrahedra.iter().filter(|corners| {
             let [a, b, c, d] = corners.map(|id| Vector3::from(pressed.shown_m[id as usize]));

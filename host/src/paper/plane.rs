@@ -29,8 +29,8 @@ const STEPS: u32 = 10;
 const PULL_TICKS: u32 = 300;
 const HOLD_TICKS: u32 = 2000;
 const SWEEPS: u16 = 4;
-/// Bounds of the chain with 4 and 8 neighbours: so wide that the pull just reaches the border, ten
-/// links away. A diagonal of generalised `ChainMail` may shear by as much as both its sides.
+/// Bounds of the chain with 4 and 8 neighbours: so wide that the pull reaches the border, ten links
+/// away, or the cells before it. A diagonal of generalised `ChainMail` may shear by as much as both its sides.
 const CHAIN_ALPHA: [f64; 2] = [0.3, 0.18];
 /// Relaxation sweeps of the chain's second shape.
 const RELAXATIONS: u32 = 1000;
@@ -101,20 +101,24 @@ fn text(planes: &[Plane; 2]) -> Result<Vec<String>> {
             "The paper shows a plane that the network deforms nonlinearly where traditional ChainMail \
              gives a straight-sided pyramid. Both are computed here: the network with alpha 0 at its \
              equilibrium (track, {PULL_TICKS} ms of pull, {HOLD_TICKS} ms of hold), a cusp around the \
-             contact point; ChainMail with bounds so wide that the pull just reaches the border, {} \
-             of a link with 4 neighbours, where it is Gibson's, and {} with 8, where it is the \
+             contact point; ChainMail with bounds of {} of a link with 4 neighbours, so wide that \
+             the pull just reaches the border, where it is Gibson's, and {} with 8, where it is the \
              generalised form.",
             bounds[0], bounds[1]
         ),
         format!(
             "With 4 neighbours the network's profile is {:.3} of the depth away from straight sides, \
-             traditional ChainMail's {:.3}: the paper's finding. With 8 it is {:.3} and {:.3}: a \
-             diagonal may shear by as much as both its sides, so the generalised chain's sides are \
-             jagged about straight lines.",
+             traditional ChainMail's {:.3}: the paper's finding. With 8 it is {:.3} and {:.3}, which \
+             is {}: a diagonal may shear by as much as both its sides, so the generalised chain's sides \
+             are jagged about straight lines.",
             measure(four, 0)?,
             measure(four, CHAINMAIL)?,
             measure(eight, 0)?,
-            measure(eight, CHAINMAIL)?
+            measure(eight, CHAINMAIL)?,
+            match measure(eight, 0)? > measure(eight, CHAINMAIL)? {
+                true => "the same order",
+                false => "no such difference",
+            }
         ),
         "Which moment is shown matters, and the paper does not say which. On the way to equilibrium \
          (euler, centre displaced at t = 0) the profile is a spike first, far from straight, and \

@@ -247,8 +247,11 @@ fn compared(press: &Press<'_>, full: &Settled, coarse: Settled) -> Row {
         let mean = distance(&of(&coarse.field_m, nodes), wanted) / (nodes.len() as f64).sqrt();
         mean / press.depth_m
     };
-    let along = |force: [f64; 3]| (0..3).map(|x| force[x] * full.force_n[x]).sum::<f64>();
+    let along = |force: [f64; 3]| {
+        (0..3).map(|x| force[x] * full.force_n[x]).sum::<f64>() / norm(&[full.force_n])
+    };
     Row {
+        force_n: along(coarse.force_n),
         force_error: along(coarse.force_n) / along(full.force_n) - 1.0,
         field_error: distance(&coarse.field_m, &full.field_m) / norm(&full.field_m),
         profile_error: off(&press.profile, &of(&full.field_m, &press.profile)),
@@ -386,10 +389,9 @@ fn text(nodes: usize, rows: &[Row]) -> Vec<String> {
          the tool's size is theirs, and its nodes miss the tool by up to {:.0} % of the depth. A thin \
          lobe keeps few cells across, so it bends too easily and folds elsewhere. And an irregular \
          network yields more than its links one by one: one factor from a patch test at rest makes \
-         up for it on the whole, not at each place and depth. Between the last two looks, \
-         {LOOK_TICKS} ticks apart, no network moved by more than {:.1e} % of its displacement.",
+         up for it on the whole, not at each place and depth. {}",
         worst(|row| row.patch_error),
-        worst(|row| row.unsettled)
+        settled(rows)
     ));
     text
 }
@@ -426,6 +428,28 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
         figure("scaling_force", "The same for the force on the tool.", &force)?,
         figure("scaling_time", "Median time a tick of the press, measured in one run.", &time)?,
     ])
+}
+
+/// How far the networks had settled when their errors were taken.
+fn settled(rows: &[Row]) -> String {
+    let open: Vec<String> = rows
+        .iter()
+        .filter(|row| row.unsettled > SETTLED)
+        .map(|row| format!("{} cells at the {}: {} %", row.cells, row.site, percent(row.unsettled)))
+        .collect();
+    if open.is_empty() {
+        return format!(
+            "All had settled: between the last two looks, {LOOK_TICKS} ticks apart, no field \
+             moved by more than {} %.",
+            percent(SETTLED)
+        );
+    }
+    format!(
+        "Not settled after {} sweeps, still moving by so much of their field in {LOOK_TICKS} ticks: \
+         {}.",
+        LOOKS_MAX * LOOK_TICKS * usize::from(SWEEPS),
+        open.join(", ")
+    )
 }
 
 #[cfg(test)]

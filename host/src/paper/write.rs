@@ -57,7 +57,8 @@ pub fn collect(context: &Context, report: &mut Report, bar: &ProgressBar) -> Res
                 report.sections.push(section);
             }
             Err(why) => {
-                report.interrupted = why == Error::Interrupted;
+                // Sections are missing, whatever the reason.
+                report.interrupted = true;
                 return Err(why);
             }
         }

@@ -68,7 +68,7 @@ impl Level {
     pub(crate) fn end_work(&mut self) {
         let energy = self.energy();
         self.work = None;
-        self.set(energy);
+        self.put(energy);
     }
 
     /// Upper bound of the energy E of the published state.
@@ -91,18 +91,27 @@ impl Level {
 
     /// The tool moved cells, which changed the energy by at most `change`.
     pub(crate) fn shift(&mut self, change: TwoFloat) {
-        self.set(self.value.plus(change));
+        self.put(self.value.plus(change));
     }
 
     /// A sweep certified `level`; the level never rises by a sweep.
     pub(crate) fn certify(&mut self, level: TwoFloat) {
         let lowest = if self.forgotten { level } else { self.value.min(level) };
-        self.forgotten = false;
         self.set(lowest);
     }
 
     /// A pass found the energy itself.
     pub(crate) fn set(&mut self, level: TwoFloat) {
+        self.forgotten = false;
+        self.put(level);
+    }
+
+    /// The largest that the energy may be, `most` where that is not known yet.
+    pub(crate) fn at_most(&self, most: f32) -> f32 {
+        if self.forgotten { most } else { self.leading() }
+    }
+
+    fn put(&mut self, level: TwoFloat) {
         self.value = if level.hi > 0.0 || self.is_driven() { level } else { TwoFloat::ZERO };
     }
 }

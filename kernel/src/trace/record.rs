@@ -133,6 +133,9 @@ impl fmt::Display for End {
             Self::Damaged(record) => {
                 write!(f, "record {record} is damaged (its checksum does not match): copy it again")
             }
+            Self::Kind(record, KIND_COMMAND) => {
+                write!(f, "record {record} is a command, which only a host's replay carries out")
+            }
             Self::Kind(record, kind) => write!(
                 f,
                 "record {record} is of kind {kind}, unknown here: take the release that wrote it"

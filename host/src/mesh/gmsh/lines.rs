@@ -38,7 +38,7 @@ impl<'a> Lines<'a> {
         match std::str::from_utf8(line) {
             Ok(text) => Ok(Some(text.trim())),
             Err(why) => Err(self.error(format!(
-                "byte {} of the line is no UTF-8 text; save the mesh as ASCII (Mesh.Binary = 0)",
+                "byte {} of the line is no UTF-8 text; the file is damaged or no Gmsh mesh: save it again",
                 why.valid_up_to() + 1
             ))),
         }

@@ -173,7 +173,7 @@ fn formats_that_are_not_read() {
     refused(&with(OLD, "$MeshFormat", "$Other"), &["cut off"]);
     let bytes = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 \xff 0 0\n";
     let error = Gmsh.read(Path::new("a.msh"), bytes, 1.0).unwrap_err().to_string();
-    assert!(error.contains("a.msh:6: byte 3") && error.contains("Mesh.Binary = 0"), "{error}");
+    assert!(error.contains("a.msh:6: byte 3") && error.contains("save it again"), "{error}");
 }
 
 #[test]

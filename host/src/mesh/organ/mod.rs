@@ -1,4 +1,4 @@
-//! `organ[:SIZE]`: a generated liver-shaped body of about SIZE nodes.
+//! `organ[:NODES]`: a generated liver-shaped body of about NODES nodes.
 //!
 //! The same bits on every machine: only + - * / and square roots, in a fixed order.
 

@@ -138,6 +138,11 @@ fn turns(body: &Results) -> String {
             format!("{} s each way {} J, {part} %", speed.press_s, short(speed.turn.area_j()))
         })
         .collect();
+    let pulls = body.speeds.iter().map(|speed| {
+        let unloading = speed.turn.unloading.iter();
+        format!("{} N", short(unloading.map(|at| at[1]).fold(f64::INFINITY, f64::min)))
+    });
+    let pulls: Vec<String> = pulls.collect();
     let deep = match body.deep.area_j() / body.deep.loading_work_j {
         part if part > 0.01 => format!(
             " The whole compression and back at alpha 0 keeps {} J, {} % of its work, without any \
@@ -154,12 +159,14 @@ fn turns(body: &Results) -> String {
          which keeps work. At alpha 0 there is none: {} J, {} % of the work, which is how well the \
          points have settled. A loop in the sense of tissue comes from the network's own time: at \
          alpha 0 and constant speed the area is {} of the work; it is viscous, and its area \
-         falls with the speed.{deep}",
+         falls with the speed. The tool holds its cells on the way back too, so the force goes down \
+         to {}: a tool that can let go would feel none below 0.{deep}",
         body.words,
         mm(body.loop_m),
         short(none.turn.area_j()),
         percent(none.turn.relative().unwrap_or_default()),
         fast.join(", "),
+        pulls.join(", "),
     )
 }
 
