@@ -76,7 +76,8 @@ impl<'a> Taken<'a> {
 
     /// Works out the factor of the first `count` hats; whether that could be done.
     fn factorise(&mut self, of: &Hats<'_>, count: usize) -> bool {
-        let row = self.row;
+        // The compiler is to know here too that a row is neither empty nor beyond counting.
+        let row = self.row.clamp(1, TAKEN_MAX / LANES);
         self.factor.fill([0.0; LANES]);
         let numbers = self.hats.get(..count).unwrap_or(&[]);
         for (line, &i) in self.factor.as_flattened_mut().chunks_exact_mut(row * LANES).zip(numbers)

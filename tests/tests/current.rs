@@ -306,7 +306,7 @@ fn all_loops_give_the_same_bits() {
                     f32::from(tick.clamp(from, to) - from) / f32::from(to - from)
                 };
                 let depth = way(20, 60) - way(90, 130);
-                let engaged = u32::from(tick < 140 || tick > 190);
+                let engaged = u32::from(!(140..=190).contains(&tick));
                 let at = [0.5 * way(60, 90), 0.2 * depth, -2.0 * depth].map(|x| x * model.unit_m());
                 let [one, others @ ..] = engines.each_mut().map(|engine| {
                     let output = engine.tick(&sample(at, engaged));

@@ -409,9 +409,9 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
             site.iter().skip(1).map(|row| [row.cells as f64, 100.0 * of(row)]).collect()
         };
         let errors = points(|row| row.field_error);
-        field = field.series(&full.site.to_string(), Style::MarkedLine, &errors);
+        field = field.series(full.site, Style::MarkedLine, &errors);
         let errors = points(|row| row.force_error.abs());
-        force = force.series(&full.site.to_string(), Style::MarkedLine, &errors);
+        force = force.series(full.site, Style::MarkedLine, &errors);
         let times = |row: &Row| [row.cells as f64, row.tick_median_ns as f64 * 1e-3];
         let times: Vec<[f64; 2]> = site.iter().map(times).collect();
         time = time.series(&format!("track, {}", full.site), Style::MarkedLine, &times);

@@ -27,7 +27,7 @@ const ROUNDS: usize = 8;
 /// Nodes of a mesh in groups.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Groups {
-    /// Group of each node, [`NONE`] for an unused one.
+    /// Group of each node, `u32::MAX` for an unused one.
     pub of: Vec<u32>,
     /// Node at which each group's cell stands.
     pub node: Vec<u32>,
