@@ -18,7 +18,7 @@ const REPLY_NS: u64 = 5 * SECOND_NS;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell command --scene left reset\n  \
     chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n\n\
-    Exit code 0 when it was done, 1 when no reply came, 2 when it was refused.")]
+    Exit code 0 when it was done, 1 when no reply came, 2 when it was refused or nobody\n    serves the scene.")]
 pub struct Args {
     /// Name of the scene that `serve` was started with
     #[arg(long, value_name = "NAME")]

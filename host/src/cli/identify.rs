@@ -150,7 +150,7 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write_json("identified.json", &report)?;
     check_fit(&found, bench.direction)?;
     output::write_whole(&args.output, image.as_bytes())?;
-    if args.json { terminal::say_json(&report) } else { print(args, &found) }
+    if args.json { terminal::say_json(&report) } else { print(args, &found, bench.direction) }
 }
 
 /// A fit that leaves most of a target over is none.
@@ -231,8 +231,13 @@ fn pair(option: &str, text: &str) -> Result<[f64; 2]> {
         .ok_or_else(|| Error::input(format!("{option} {text}: give two numbers, LOW,HIGH")))
 }
 
-fn print(args: &Args, found: &Identified) -> Result<()> {
-    terminal::say(format_args!("identified {} of {}", args.output.display(), args.mesh))?;
+fn print(args: &Args, found: &Identified, direction: [f64; 3]) -> Result<()> {
+    let [x, y, z] = direction;
+    terminal::say(format_args!(
+        "identified {} of {}, pushed along ({x:.3}, {y:.3}, {z:.3})",
+        args.output.display(),
+        args.mesh
+    ))?;
     terminal::say(format_args!(
         "  {:<30}{:>12}  {:<26}determined",
         "parameter", "value", "95 % interval"

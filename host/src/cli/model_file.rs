@@ -16,7 +16,9 @@ const BYTES_MAX: u64 = 1 << 30;
 pub fn read(path: &Path) -> Result<ImageBytes> {
     let failed = |why: std::io::Error| Error::file("read model", path, why);
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(failed)?;
+    let file = File::open(path).map_err(|why| {
+        Error::file("read model", path, format!("{why}; a model is made by chaincell bake"))
+    })?;
     file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > BYTES_MAX {
         return Err(Error::file("read model", path, format_args!("more than {BYTES_MAX} bytes")));

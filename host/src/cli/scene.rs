@@ -21,7 +21,7 @@ pub struct SceneArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
     /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
-    /// Or probe:RADIUS: a sphere of that radius [m] around the tool pushes surface cells out
+    /// The tool's displacement counts from where it engages. Or probe:RADIUS: a sphere of that radius [m] around the tool pushes surface cells out
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
     /// Most cells that a probe touches at a time

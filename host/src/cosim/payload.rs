@@ -42,7 +42,7 @@ pub struct ToolForce {
     pub state_hash: u64,
 }
 
-/// One node of a published state: 16 bytes. A state has a node for every cell, by ascending id.
+/// One node of a published state: 16 bytes. A state has every node of the model, by ascending id.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.NodePosition.v1")]
 #[repr(C)]

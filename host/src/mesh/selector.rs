@@ -34,12 +34,12 @@ pub fn select(
             return Err(selector.refuse("only a plane has a border; take box: or group:"));
         }
         ("border", "") => border.to_vec(),
-        ("nodes", list) => selector.listed(list, option)?,
+        ("nodes", list) => selector.listed(list)?,
         ("file", path) => selector.file(path)?,
         ("box", bounds) => selector.boxed(bounds, nodes_m)?,
         ("group", name) => selector.group(name, groups)?,
         (list, "") if list.trim().starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
-            selector.listed(list, option)?
+            selector.listed(list)?
         }
         _ => return Err(selector.refuse(format!("unknown selector; give {FORMS}"))),
     };
@@ -61,14 +61,15 @@ impl Selector<'_> {
         Error::input(format!("{} {}: {why}", self.option, self.text))
     }
 
-    fn wrong(&self, place: &str, token: &str) -> Error {
+    fn wrong(&self, place: Option<&str>, token: &str) -> Error {
+        let place = place.map_or_else(String::new, |place| format!("{place}: "));
         self.refuse(format!(
-            "{place}: '{token}' is no node; ids are whole numbers from 0 to {}",
+            "{place}'{token}' is no node; ids are whole numbers from 0 to {}",
             self.nodes as i128 - 1
         ))
     }
 
-    fn id(&self, place: &str, token: &str) -> Result<u32> {
+    fn id(&self, place: Option<&str>, token: &str) -> Result<u32> {
         let digits = !token.is_empty() && token.bytes().all(|b| b.is_ascii_digit());
         match token.parse::<u32>() {
             Ok(id) if digits && (id as usize) < self.nodes => Ok(id),
@@ -87,8 +88,8 @@ impl Selector<'_> {
         }
     }
 
-    fn listed(&self, list: &str, place: &str) -> Result<Vec<u32>> {
-        let ids = list.split(',').map(|token| self.id(place, token.trim()));
+    fn listed(&self, list: &str) -> Result<Vec<u32>> {
+        let ids = list.split(',').map(|token| self.id(None, token.trim()));
         self.once(ids.collect::<Result<_>>()?)
     }
 
@@ -139,7 +140,7 @@ impl Selector<'_> {
             for (number, line) in (1..).zip(text.lines()) {
                 let words = line.split(|c: char| c.is_whitespace() || c == ',');
                 for word in words.filter(|word| !word.is_empty()) {
-                    ids.push(self.id(&format!("{path}:{number}"), word)?);
+                    ids.push(self.id(Some(&format!("{path}:{number}")), word)?);
                 }
             }
             return self.once(ids);
@@ -188,7 +189,7 @@ impl Selector<'_> {
             );
         };
         let ids = (0..).zip(items).map(|(at, item): (usize, &Value)| {
-            self.id(&format!("{place}, item {at}"), &item.to_string())
+            self.id(Some(&format!("{place}, item {at}")), &item.to_string())
         });
         self.once(ids.collect::<Result<_>>()?)
     }

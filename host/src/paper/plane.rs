@@ -121,7 +121,8 @@ fn text(planes: &[Plane; 2]) -> Result<Vec<String>> {
             }
         ),
         "Which moment is shown matters, and the paper does not say which. On the way to equilibrium \
-         (euler, centre displaced at t = 0) the profile is a spike first, far from straight, and \
+         (euler, centre displaced at t = 0; t is the network's own time, dP/dt = sum of mu \
+         (P_j - P_i)) the profile is a spike first, far from straight, and \
          spreads slowly; a band of slack keeps it pointed for ever. ChainMail's own elastic \
          relaxation, run to its end, bends its sides too: the pyramid is the shape right after a \
          move, which is what is compared here."

@@ -58,14 +58,14 @@ fn sensitivity(found: &Results) -> String {
          step h changes nothing by more than {} %: below the proven bound it is a matter of \
          accuracy alone. alpha changes most, up to {} %. K from 2 to 8 times the largest coordinate \
          and R_x from 0.5 to 4: in the linear range {same}. Pressed to {} mm, beyond the smallest K, \
-         the output of the held cell stays at K and the force differs by up to {} %. R_x gives {} \
-         state hash(es) there: its leak pulls on free cells beyond K, and the press takes {} there.",
+         the output of the held cell stays at K and the force differs by up to {} %. R_x \
+         {} there: its leak pulls on free cells beyond K, and the press takes {} there.",
         1e3 * DEPTH_M,
         percent(largest("step")),
         percent(largest("alpha")),
         found.beyond.first().map_or(0.0, |range| 1e3 * range.depth_m),
         percent(spread(&found.beyond)),
-        hashes(&leaks),
+        if hashes(&leaks) == 1 { "changes no bit" } else { "changes the state" },
         if hashes(&leaks) == 1 { "none" } else { "some" },
     )
 }

@@ -143,7 +143,7 @@ fn shape(plane: &Comparison) -> Result<String> {
     let off = |kind| Ok(percent(row(plane, kind)?.off_minimum));
     let exact = of_plane(&plane.body, &plane.exact)?.unwrap_or_default();
     Ok(format!(
-        "On its lattice traditional ChainMail takes the pyramid of Fig. 4b: its profile is straight \
+        "On its lattice traditional ChainMail takes the pyramid of the paper's Fig. 4b: its profile is straight \
          to rounding (non-linearity {}). The minimum of the links' energy is curved, but little \
          ({}), and a method that has come to rest shows just that: track ({}) and the mass-spring \
          system ({}) are within {} and {} % of the depth of it after {} ticks. A deeper curve is \
