@@ -222,8 +222,8 @@ impl SceneArgs {
         let most_m = model.saturation() * model.unit_m();
         if radius_m > most_m {
             return Err(Error::input(format!(
-                "--contact {contact}: a probe larger than the body's own bound, {most_m} m (--k-m of \
-                 bake); give a radius in metres"
+                "--contact {contact}: a radius is at most {most_m} m here, the body's own bound (--k-m \
+                 of bake)"
             )));
         }
         Ok(Contact::Probe { radius_m, capacity: self.probe_capacity.into() })
