@@ -53,21 +53,21 @@ impl<'a> Contacts<'a> {
         Self { contacts, next: 0 }
     }
 
-    /// Which cells of a slice are none, where some are. Slices are to be asked for ascending.
+    /// Which cells of a slice are contacts, where some are. Slices are to be asked for ascending.
     #[inline(always)]
-    pub fn others<V: Octet>(&mut self, slice: usize) -> Option<V::Mask> {
-        let (first, mut chosen, mut any) = (slice * LANES, [0.0; LANES], false);
+    pub fn of_slice(&mut self, slice: usize) -> Option<[bool; LANES]> {
+        let (first, mut chosen, mut any) = (slice * LANES, [false; LANES], false);
         while let Some(contact) = self.contacts.get(self.next) {
             if contact.cell() >= first + LANES {
                 break;
             }
             if let Some(lane) = chosen.get_mut(contact.cell().wrapping_sub(first)) {
-                *lane = 1.0;
+                *lane = true;
                 any = true;
             }
             self.next += 1;
         }
-        if any { Some(V::load(&chosen).below(V::splat(0.5))) } else { None }
+        any.then_some(chosen)
     }
 }
 
@@ -183,8 +183,8 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
                 *sum = V::load(lanes);
             }
         }
-        if let Some(others) = self.contacts.others::<V>(slice) {
-            sum = driven(sum, self.links.current, others);
+        if let Some(contacts) = self.contacts.of_slice(slice) {
+            drive(&mut sum, self.links.current, contacts);
         }
         self.reduce.slice(slice, here, sum);
         put_lanes(self.residual, slice, sum);
@@ -224,14 +224,21 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
     }
 }
 
-/// Residuals of a slice with those of contact cells taken out, or with the current added to them.
+/// Takes the residuals of contact cells out of a slice, or adds the current to them; lane by lane,
+/// since few slices have any.
 #[inline(always)]
-fn driven<V: Octet>([x, y, z, wd2]: [V; 4], current: Option<[f32; 3]>, others: V::Mask) -> [V; 4] {
-    let Some([a, b, c]) = current else {
-        return [x.keep(others), y.keep(others), z.keep(others), wd2];
-    };
-    let add = |sum: V, current: f32| V::select(others, sum, sum.plus(V::splat(current)));
-    [add(x, a), add(y, b), add(z, c), wd2]
+fn drive<V: Octet>(sum: &mut [V; 4], current: Option<[f32; 3]>, contacts: [bool; LANES]) {
+    for (sum, current) in sum.iter_mut().zip(match current {
+        Some(current) => current.map(Some),
+        None => [None; 3],
+    }) {
+        let mut lanes = [0.0; LANES];
+        sum.store(&mut lanes);
+        for (lane, _) in lanes.iter_mut().zip(contacts).filter(|(_, contact)| *contact) {
+            *lane = current.map_or(0.0, |current| *lane + current);
+        }
+        *sum = V::load(&lanes);
+    }
 }
 
 /// The values of a group, or one for all where they are not stored.
