@@ -1,5 +1,7 @@
 //! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
 
+use std::cell::OnceCell;
+
 use chaincell_kernel::cell::Cell;
 use chaincell_kernel::contact::{Contact as Slot, ContactError};
 use chaincell_kernel::trace::Command;
@@ -221,8 +223,8 @@ pub struct Engine<'m> {
     tissue: Box<dyn AnyTissue>,
     contact: Contact,
     scheme: Scheme,
-    /// By ascending input id: all cells, or the nodes that they carry along.
-    shown: Vec<u32>,
+    /// See [`shown`]; worked out where somebody asks.
+    shown: OnceCell<Vec<u32>>,
 }
 
 impl<'m> Engine<'m> {
@@ -286,8 +288,7 @@ impl<'m> Engine<'m> {
                 Box::new(Memory::<GaussSeidel>::new(model, held))
             }
         };
-        let shown = shown(model);
-        let mut engine = Self { network, tissue, contact, scheme, shown };
+        let mut engine = Self { network, tissue, contact, scheme, shown: OnceCell::new() };
         engine.reset()?;
         Ok(engine)
     }
@@ -348,15 +349,17 @@ impl<'m> Engine<'m> {
         }
     }
 
-    /// Published positions by ascending input id, as far as there is room. Allocates nothing.
+    /// Published positions by ascending input id, as far as there is room. Allocates nothing once
+    /// [`Self::node_count`] was asked.
     pub fn read_nodes(&mut self, to: &mut [NodePosition]) {
-        self.tissue.nodes(self.network.model(), &self.shown, to);
+        let model = self.network.model();
+        self.tissue.nodes(model, self.shown.get_or_init(|| shown(model)), to);
     }
 
     /// Nodes that [`Self::read_nodes`] has positions for.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        self.shown.len()
+        self.shown.get_or_init(|| shown(self.network.model())).len()
     }
 
     /// The state hash, see [`chaincell_kernel::hash`].

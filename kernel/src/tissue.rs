@@ -365,13 +365,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         network: &Network<'_>,
         cells: &[u16],
     ) -> Result<(), ContactError> {
-        if self.head.engaged {
-            return Err(ContactError::Engaged);
-        }
-        let model = network.model();
-        if self.head.model != Some(model.checksum()) {
-            return Err(ContactError::Model);
-        }
+        let model = self.may_choose(network)?;
         contact::check(model, cells, self.contacts.len())?;
         let (needed, room) = (D::room(model, cells.len()), self.room.len());
         if needed > room {
@@ -400,13 +394,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         network: &Network<'_>,
         radius_m: f32,
     ) -> Result<(), ContactError> {
-        if self.head.engaged {
-            return Err(ContactError::Engaged);
-        }
-        let model = network.model();
-        if self.head.model != Some(model.checksum()) {
-            return Err(ContactError::Model);
-        }
+        let model = self.may_choose(network)?;
         let radius = radius_m / model.unit_m();
         if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
             return Err(ContactError::Radius { max_m: COORDINATE_MAX * model.unit_m() });
@@ -421,6 +409,18 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.chosen = 0;
         self.head.probe = Some(radius);
         Ok(())
+    }
+
+    /// The model, where what the tool touches may be chosen.
+    fn may_choose<'n, 'm>(&self, network: &'n Network<'m>) -> Result<&'n Model<'m>, ContactError> {
+        let model = network.model();
+        if self.head.engaged {
+            Err(ContactError::Engaged)
+        } else if self.head.model != Some(model.checksum()) {
+            Err(ContactError::Model)
+        } else {
+            Ok(model)
+        }
     }
 
     /// Leaves the vector unit alone from here to the next reset: the bits stay the same.

@@ -11,6 +11,7 @@ pub mod files;
 pub mod graph;
 pub mod lattice;
 pub mod outsider;
+pub mod place;
 pub mod process;
 
 use std::path::PathBuf;

@@ -2,44 +2,25 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::path::PathBuf;
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::files::{Table, summary, text, write_path};
 use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Row, Viewer};
-use chaincell_tests::{Running, run, scene, turn};
+use chaincell_tests::place::Place;
+use chaincell_tests::{Running, run, turn};
 
 /// Longest life of a server that has got its last pose.
 const SOON: Duration = Duration::from_secs(20);
 /// Flag of the safe state.
 const SAFE_STATE: u32 = 16;
 
-/// A small model and a scene of its own.
-struct Place {
-    folder: tempfile::TempDir,
-    model: PathBuf,
-    scene: String,
+/// A server to which no silence counts as one.
+fn serve(place: &Place, options: &[&str]) -> Running {
+    place.serve(&[&["--watchdog-ms", "0", "--json"], options].concat())
 }
 
-impl Place {
-    fn new(test: &str) -> Self {
-        let folder = scratch();
-        let model = bake(folder.path(), "plane:9x9x0.01", &["--alpha", "0.02"]);
-        Self { folder, model, scene: scene(test) }
-    }
-
-    /// A server that has said that it is ready; no silence counts as one.
-    fn serve(&self, options: &[&str]) -> Running {
-        let args = ["serve", text(&self.model), "--scene", &self.scene, "--contact", "40"];
-        let mut serve =
-            Running::chaincell([&args[..], &["--watchdog-ms", "0", "--json"], options].concat());
-        serve.wait_for_line("ready");
-        serve
-    }
-
-    fn command(&self, action: &[&str]) -> chaincell_tests::Ended {
-        run([&["command", "--scene", &self.scene, "--json"], action].concat())
-    }
+fn command(place: &Place, action: &[&str]) -> chaincell_tests::Ended {
+    run([&["command", "--scene", &place.scene, "--json"], action].concat())
 }
 
 fn pose(tick: u64) -> Pose {
@@ -61,7 +42,7 @@ fn assert_is(rows: &[Row], cells: &Table) {
 fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
     let _turn = turn();
     let place = Place::new("viewers");
-    let serve = place.serve(&["--ticks", "61"]);
+    let serve = serve(&place, &["--ticks", "61"]);
     let viewers = [Viewer::join(&place.scene), Viewer::join(&place.scene)];
     for viewer in &viewers {
         // A viewer that joins sees the state at once, without any pose.
@@ -106,8 +87,8 @@ fn a_session_with_commands_is_replayed_to_the_same_bits() {
     let _turn = turn();
     let place = Place::new("commands");
     let out = place.folder.path().join("out");
-    let serve = place.serve(&["--ticks", "120", "--out", text(&out)]);
-    let rest = place.command(&["reset"]).with(0).json();
+    let serve = serve(&place, &["--ticks", "120", "--out", text(&out)]);
+    let rest = command(&place, &["reset"]).with(0).json();
     assert_eq!((&rest["tick"], &rest["ticks_answered"]), (&0.into(), &0.into()));
     let outsider = Outsider::join(&place.scene, true);
     let press = |from: u64, to: u64| {
@@ -119,23 +100,23 @@ fn a_session_with_commands_is_replayed_to_the_same_bits() {
     };
     let pressed = press(0, 40);
     assert!(pressed[39].force_n[2].abs() > 0.0);
-    place.command(&["pause"]).with(0);
+    command(&place, &["pause"]).with(0);
     let paused = press(40, 50);
     for answer in &paused {
         assert_eq!((answer.force_n, answer.flags), ([0.0; 3], SAFE_STATE));
         assert_eq!(answer.state_hash, pressed[39].state_hash, "a cell has moved");
     }
     for set in ["sweeps=9", "max_tool_step_m=0.002", "unloading=retreat", "max_force_n=0.05"] {
-        place.command(&["set", set]).with(0);
+        command(&place, &["set", set]).with(0);
     }
-    let resumed = place.command(&["resume"]).with(0).json();
+    let resumed = command(&place, &["resume"]).with(0).json();
     assert_eq!((&resumed["tick"], &resumed["ticks_answered"]), (&49.into(), &50.into()));
     let limited = press(50, 80);
     assert!(limited.iter().all(|answer| answer.force_n[2].abs() <= 0.0501));
     assert!(
         limited[29].flags & SAFE_STATE == 0 && limited[29].state_hash != pressed[39].state_hash
     );
-    let reset = place.command(&["reset"]).with(0).json();
+    let reset = command(&place, &["reset"]).with(0).json();
     assert_eq!(reset["state_hash"], rest["state_hash"]);
     let last = press(80, 120).last().unwrap().state_hash;
     let served = serve.end(SOON).with(0).json();
@@ -154,7 +135,7 @@ fn a_session_with_commands_is_replayed_to_the_same_bits() {
 fn commands_that_mean_nothing_change_nothing_and_say_why() {
     let _turn = turn();
     let place = Place::new("refused");
-    let serve = place.serve(&["--ticks", "2"]);
+    let serve = serve(&place, &["--ticks", "2"]);
     let commander = Commander::join(&place.scene);
     let rest = commander.order(Order { kind: 1, ..Order::default() });
     assert_eq!((rest.result, rest.reason), (0, 0));
@@ -176,7 +157,7 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
         let wanted = Reply { result: 1, reason, ..rest };
         assert_eq!(commander.order(order), wanted, "{order:?}");
     }
-    let refused = place.command(&["set", "step=0.1"]).with(2);
+    let refused = command(&place, &["set", "step=0.1"]).with(2);
     assert!(refused.err.contains("start it again"), "{}", refused.err);
     let outsider = Outsider::join(&place.scene, true);
     outsider.send(pose(0));
@@ -190,7 +171,7 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
 fn a_viewer_that_was_killed_disturbs_nobody() {
     let _turn = turn();
     let place = Place::new("killed");
-    let serve = place.serve(&["--ticks", "40"]);
+    let serve = serve(&place, &["--ticks", "40"]);
     let mut viewer = Running::chaincell(["state", "--scene", &place.scene, "--json"]);
     let outsider = Outsider::join(&place.scene, true);
     let press = |from: u64, to: u64| {
@@ -214,17 +195,17 @@ fn a_viewer_that_was_killed_disturbs_nobody() {
 fn sweeps_stay_where_time_depends_on_them() {
     let _turn = turn();
     let place = Place::new("fixed");
-    let serve = place.serve(&["--dynamics", "rkl2"]);
-    let refused = place.command(&["set", "sweeps=9"]).with(2);
+    let serve = serve(&place, &["--dynamics", "rkl2"]);
+    let refused = command(&place, &["set", "sweeps=9"]).with(2);
     assert!(refused.err.contains("reason 4"), "{}", refused.err);
-    place.command(&["set", "max_force_n=off"]).with(0);
+    command(&place, &["set", "max_force_n=off"]).with(0);
     serve.interrupt().with(130);
 }
 
 #[test]
 fn without_a_server_both_say_what_to_start() {
     let place = Place::new("nobody");
-    let refused = place.command(&["reset"]).with(2);
+    let refused = command(&place, &["reset"]).with(2);
     assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
     let refused = run(["state", "--scene", &place.scene, "--once"]).with(2);
     assert!(refused.err.contains("start chaincell serve"), "{}", refused.err);
@@ -236,7 +217,7 @@ fn without_a_server_both_say_what_to_start() {
 fn states_that_are_off_are_not_sent() {
     let _turn = turn();
     let place = Place::new("off");
-    let serve = place.serve(&["--state-hz", "0"]);
+    let serve = serve(&place, &["--state-hz", "0"]);
     let refused = run(["state", "--scene", &place.scene]).with(2);
     assert!(refused.err.contains("--state-hz above 0"), "{}", refused.err);
     serve.interrupt().with(130);

@@ -5,35 +5,14 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, bake, is_hash, scratch, summary, text, write_path};
+use chaincell_tests::files::{Table, is_hash, summary, text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
-use chaincell_tests::{Running, run, scene, turn};
+use chaincell_tests::place::Place;
+use chaincell_tests::{Running, run, turn};
 
-/// A small model and a scene of its own.
-struct Place {
-    folder: tempfile::TempDir,
-    model: PathBuf,
-    scene: String,
-}
-
-impl Place {
-    fn new(test: &str) -> Self {
-        let folder = scratch();
-        let model = bake(folder.path(), "plane:9x9x0.01", &["--alpha", "0.02"]);
-        Self { folder, model, scene: scene(test) }
-    }
-
-    /// A server that has said that it is ready.
-    fn serve(&self, options: &[&str]) -> Running {
-        let args = ["serve", text(&self.model), "--scene", &self.scene, "--contact", "40"];
-        let mut serve = Running::chaincell([&args, options].concat());
-        serve.wait_for_line("ready");
-        serve
-    }
-
-    fn control_args<'a>(&'a self, options: &[&'a str]) -> Vec<&'a str> {
-        [&["control", "--scene", &self.scene, "--json"], options].concat()
-    }
+/// Arguments of a controller on the place's scene.
+fn control_args<'a>(place: &'a Place, options: &[&'a str]) -> Vec<&'a str> {
+    [&["control", "--scene", &place.scene, "--json"], options].concat()
 }
 
 /// Depth of the plane's middle [m] at a tick of a slow wave.
@@ -49,7 +28,7 @@ fn every_pose_of_a_path_is_answered() {
     let rows = (0..500).map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], u32::from(tick < 400)));
     write_path(&path, rows);
     let serve = place.serve(&["--ticks", "500", "--out", text(&out), "--json"]);
-    let control = run(place.control_args(&["--path", text(&path)])).with(0).json();
+    let control = run(control_args(&place, &["--path", text(&path)])).with(0).json();
     let served = serve.end(Duration::from_secs(20)).with(0).json();
     assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&500.into(), &500.into()));
     assert_eq!((&control["foreign_answers"], &control["sends_failed"]), (&0.into(), &0.into()));
@@ -83,7 +62,7 @@ fn one_server_after_the_other_but_never_two() {
     }
     assert!(!second.out.contains("ready"));
     assert!(first.is_running());
-    let control = run(place.control_args(&["--seconds", "0.2"])).with(0).json();
+    let control = run(control_args(&place, &["--seconds", "0.2"])).with(0).json();
     assert_eq!(control["ticks_answered"], 200, "the first server was not disturbed");
     assert_eq!(first.interrupt().with(130).json()["ticks_executed"], 200);
     place.serve(&[]).interrupt().with(130);
@@ -101,18 +80,18 @@ fn a_server_that_was_killed_is_replaced() {
     let place = Place::new("killed");
     drop(place.serve(&[]));
     let serve = place.serve(&["--ticks", "100"]);
-    run(place.control_args(&["--seconds", "0.1"])).with(0);
+    run(control_args(&place, &["--seconds", "0.1"])).with(0);
     serve.end(Duration::from_secs(20)).with(0);
 }
 
 #[test]
 fn control_without_a_server() {
     let place = Place::new("nobody");
-    let ended = run(place.control_args(&["--wait-for-server-s", "1"])).with(2);
+    let ended = run(control_args(&place, &["--wait-for-server-s", "1"])).with(2);
     for part in ["no server", &place.scene, "chaincell serve", "--wait-for-server-s"] {
         assert!(ended.err.contains(part), "{}", ended.err);
     }
-    let waiting = Running::chaincell(place.control_args(&["--wait-for-server-s", "60"]));
+    let waiting = Running::chaincell(control_args(&place, &["--wait-for-server-s", "60"]));
     // The services exist: it is waiting.
     let _outsider = Outsider::join(&place.scene, false);
     waiting.interrupt().with(130);
@@ -124,9 +103,9 @@ fn a_second_control_is_refused_and_the_first_goes_on() {
     let place = Place::new("controls");
     let serve = place.serve(&["--json"]);
     let outsider = Outsider::join(&place.scene, false);
-    let first = Running::chaincell(place.control_args(&["--seconds", "60"]));
+    let first = Running::chaincell(control_args(&place, &["--seconds", "60"]));
     let seen = outsider.after(100);
-    let second = run(place.control_args(&["--seconds", "0.1"])).with(2);
+    let second = run(control_args(&place, &["--seconds", "0.1"])).with(2);
     assert!(second.err.contains("has a running chaincell control"), "{}", second.err);
     assert!(second.err.contains("--scene NAME"), "{}", second.err);
     outsider.after(seen + 100);
@@ -143,10 +122,10 @@ fn a_control_that_was_killed_is_followed_by_another() {
     let place = Place::new("follow");
     let serve = place.serve(&["--json"]);
     let outsider = Outsider::join(&place.scene, false);
-    let first = Running::chaincell(place.control_args(&["--seconds", "60"]));
+    let first = Running::chaincell(control_args(&place, &["--seconds", "60"]));
     outsider.after(200);
     drop(first);
-    let second = run(place.control_args(&["--seconds", "0.3"])).with(0).json();
+    let second = run(control_args(&place, &["--seconds", "0.3"])).with(0).json();
     assert_eq!((&second["ticks_sent"], &second["ticks_answered"]), (&300.into(), &300.into()));
     let served = serve.interrupt().with(130).json();
     assert_eq!((&served["publishers"], &served["poses_repeated"]), (&2.into(), &0.into()));
@@ -160,7 +139,7 @@ fn readers_that_join_and_leave_cost_no_answer() {
     let place = Place::new("readers");
     let serve = place.serve(&["--ticks", "2000", "--json"]);
     let always = Outsider::join(&place.scene, false);
-    let control = Running::chaincell(place.control_args(&["--seconds", "2"]));
+    let control = Running::chaincell(control_args(&place, &["--seconds", "2"]));
     let mut ticks = Vec::new();
     while ticks.len() < 2000 {
         let answer = always.receive();
@@ -226,7 +205,7 @@ fn ctrl_c_ends_both_sides_with_what_they_have() {
     let out = place.folder.path().join("out");
     let serve = place.serve(&["--out", text(&out), "--json"]);
     let outsider = Outsider::join(&place.scene, false);
-    let control = Running::chaincell(place.control_args(&["--seconds", "60"]));
+    let control = Running::chaincell(control_args(&place, &["--seconds", "60"]));
     outsider.after(200);
     let control = control.interrupt().with(130).json();
     let sent = control["ticks_sent"].as_u64().unwrap();

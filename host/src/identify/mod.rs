@@ -9,6 +9,7 @@
 
 pub mod fit;
 pub mod forward;
+pub mod noisy;
 mod start;
 pub mod target;
 pub mod uncertainty;

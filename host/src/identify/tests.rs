@@ -1,10 +1,8 @@
 //! Recovery of known parameters from curves that the engine itself made, with noise.
 
 use chaincell_kernel::Model;
-use rand_distr::{Distribution, Normal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng;
 
+use super::noisy::noisy;
 use super::*;
 use crate::mesh::MeshOptions;
 
@@ -42,23 +40,9 @@ impl Block {
     }
 
     /// The targets with what the engine says of `truth`, and noise of `part` of their size.
-    fn measured(&self, mut targets: Vec<Target>, truth: &Parameters, part: f64) -> Vec<Target> {
-        let found = forward::predict(&self.bench(&targets), truth).unwrap();
-        let mut random = Pcg64::seed_from_u64(7);
-        for (target, values) in targets.iter_mut().zip(found) {
-            let noise = Normal::new(0.0, part * target::rms(&values)).unwrap();
-            let mut noisy = values.iter().map(|value| value + noise.sample(&mut random));
-            match &mut target.data {
-                Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => {
-                    force_n.iter_mut().for_each(|force| *force = noisy.next().unwrap());
-                }
-                Data::Field { displacements_m, .. } => displacements_m
-                    .as_flattened_mut()
-                    .iter_mut()
-                    .for_each(|u| *u = noisy.next().unwrap()),
-            }
-        }
-        targets
+    fn measured(&self, targets: Vec<Target>, truth: &Parameters, part: f64) -> Vec<Target> {
+        let exact = forward::predict(&self.bench(&targets), truth).unwrap();
+        noisy(targets, exact, part, 7).unwrap()
     }
 }
 

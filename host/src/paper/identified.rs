@@ -1,16 +1,14 @@
 //! Material parameters identified: a body of two materials, curves with noise, what comes back.
 
 use chaincell_kernel::Model;
-use rand_distr::{Distribution, Normal};
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::SeedableRng;
 use serde_json::json;
 
 use super::section::{Context, Figure, Numbers, Section};
 use crate::bake::{BakeOptions, bake};
 use crate::cli::contact_cells;
 use crate::error::{Error, Result};
-use crate::identify::target::{Data, Target, rms};
+use crate::identify::noisy::noisy;
+use crate::identify::target::{Data, Target};
 use crate::identify::{Bench, Bounds, Group, Identified, Parameters, forward, identify, write};
 use crate::mesh::{self, Mesh, MeshOptions};
 use crate::report::tables::{Table, percent};
@@ -74,20 +72,9 @@ impl Organ {
     }
 
     /// What the engine gives for the truth, with noise.
-    fn measured(&self, mut targets: Vec<Target>, truth: &Parameters) -> Result<Vec<Target>> {
-        let found = forward::predict(&self.bench(&targets), truth)?;
-        let mut random = Pcg64::seed_from_u64(SEED);
-        for (target, values) in targets.iter_mut().zip(found) {
-            let noise = Normal::new(0.0, NOISE * rms(&values)).map_err(Error::check)?;
-            let into = match &mut target.data {
-                Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => force_n,
-                Data::Field { displacements_m, .. } => displacements_m.as_flattened_mut(),
-            };
-            for (into, value) in into.iter_mut().zip(values) {
-                *into = value + noise.sample(&mut random);
-            }
-        }
-        Ok(targets)
+    fn measured(&self, targets: Vec<Target>, truth: &Parameters) -> Result<Vec<Target>> {
+        let exact = forward::predict(&self.bench(&targets), truth)?;
+        noisy(targets, exact, NOISE, SEED)
     }
 
     /// A curve, a relaxation, and the displacements of all nodes, still without numbers.
