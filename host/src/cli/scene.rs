@@ -220,10 +220,10 @@ impl SceneArgs {
             Error::input(format!("--contact {contact}: {radius:?} is no radius [m]"))
         })?;
         let most_m = model.saturation() * model.unit_m();
-        if radius_m > most_m {
+        if !(radius_m > 0.0 && radius_m <= most_m) {
             return Err(Error::input(format!(
-                "--contact {contact}: a radius is at most {most_m} m here, the body's own bound (--k-m \
-                 of bake)"
+                "--contact {contact}: the probe's radius must be above 0 and at most {most_m} m, the \
+                 body's own bound (--k-m of bake)"
             )));
         }
         Ok(Contact::Probe { radius_m, capacity: self.probe_capacity.into() })
