@@ -68,6 +68,7 @@ pub mod simd;
 mod slice;
 #[allow(unsafe_code)]
 pub mod sqrt;
+pub mod stage;
 mod take_out;
 mod tick;
 mod tissue;
