@@ -132,4 +132,18 @@ fn another_model_than_that_of_the_reset_is_safe() {
     let mut tissue = Tissue::<81, Euler>::new();
     let output = tissue.tick(&network, &sample(1));
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
+    // A smaller body, for which there would be room.
+    let mesh = load("plane:5x5x0.01", &Default::default()).unwrap();
+    let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
+    let other = Model::from_bytes(image.as_bytes()).unwrap();
+    let other = Network::new(other, Settings::for_model(&other)).unwrap();
+    tissue.reset(&network).unwrap();
+    tissue.choose_contacts(&network, &[centre(&model)]).unwrap();
+    tissue.tick(&network, &sample(1));
+    assert!(tissue.tick(&network, &sample(9)).force_n.norm() > 0.0);
+    let hash = tissue.view().state_hash(&model);
+    let output = tissue.tick(&other, &sample(20));
+    assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
+    assert_eq!(tissue.view().state_hash(&model), hash);
+    assert_eq!(tissue.tick(&network, &sample(20)).flags.0 & 16, 0);
 }

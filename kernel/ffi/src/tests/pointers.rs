@@ -107,8 +107,10 @@ fn all(tissue: *mut Tissue) -> [Code; 9] {
 fn of_the_tissue() {
     // Hats want more room for a probe.
     let made = make(BOX, Scheme::Euler, 1);
+    let mut position = [0.0; 3];
     for (bad, code) in bad(made.tissue) {
         assert_eq!(all(bad), [code; 9]);
+        assert_eq!(call!(chaincell_fine_position(bad, 0, &mut position)), code);
     }
     assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 9]);
     // Within the storage, at its alignment: no tissue begins there.
