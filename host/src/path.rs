@@ -32,7 +32,11 @@ pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
     parse(BufReader::new(file), &path.display().to_string(), rules)
 }
 
-fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
+/// The same from any text; `name` stands for the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
     let mut sequences = Vec::new();
     let mut poses: Vec<ToolPose> = Vec::new();
     let mut bytes = Vec::new();

@@ -8,6 +8,7 @@
 )]
 
 pub mod files;
+pub mod fuzz;
 pub mod graph;
 pub mod lattice;
 pub mod outsider;

@@ -89,7 +89,10 @@ impl CommandMessage {
     }
 
     /// The command, if it is one.
-    pub(crate) fn command(&self) -> std::result::Result<Command, Refusal> {
+    ///
+    /// # Errors
+    /// Which of its words means nothing here.
+    pub fn command(&self) -> std::result::Result<Command, Refusal> {
         if self.reserved != 0 {
             return Err(Refusal::Unknown);
         }

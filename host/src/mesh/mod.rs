@@ -133,6 +133,12 @@ struct RawMesh {
     groups: BTreeMap<String, Vec<u32>>,
 }
 
+impl From<RawMesh> for Mesh {
+    fn from(raw: RawMesh) -> Self {
+        Self::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups)
+    }
+}
+
 /// One file format.
 trait MeshReader: Sync {
     /// The format in words, for error texts.
@@ -148,27 +154,44 @@ const READERS: &[&dyn MeshReader] = &[&gmsh::Gmsh, &vtk::Vtk];
 
 /// Reads or generates the body of `spec` and checks it.
 pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
-    if !(options.unit_m.is_finite() && options.unit_m > 0.0) {
-        return Err(Error::input(format!(
-            "--units: {} metres a unit; it must be finite and above 0",
-            options.unit_m
-        )));
-    }
+    check_unit(options)?;
     let (kind, size) = spec.split_once(':').map_or((spec, None), |(k, s)| (k, Some(s)));
     if options.diagonals && kind != "plane" {
         return Err(Error::input(format!(
             "--diagonals links the squares of a plane; {spec} is none: leave it out"
         )));
     }
-    let mut mesh = match (kind, size) {
+    let mesh = match (kind, size) {
         ("plane", size) => plane::generate(size.unwrap_or(""), options)?,
         ("box", size) => cuboid::generate(size.unwrap_or(""), options.nodes_max)?,
         ("organ", size) => organ::generate(size)?,
-        _ => {
-            let raw = read(Path::new(spec), options.unit_m)?;
-            Mesh::from_tetrahedra(raw.nodes_m, &raw.tetrahedra, raw.groups)
-        }
+        _ => read(Path::new(spec), options.unit_m)?.into(),
     };
+    finish(spec, mesh, options)
+}
+
+/// The body of a mesh file's bytes, checked; the format is told by them and by `name`, which
+/// errors name too.
+///
+/// # Errors
+/// Place and remedy of the first thing that is not a sound body.
+pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
+    check_unit(options)?;
+    finish(name, parse(Path::new(name), bytes, options.unit_m)?.into(), options)
+}
+
+fn check_unit(options: &MeshOptions) -> Result<()> {
+    if options.unit_m.is_finite() && options.unit_m > 0.0 {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "--units: {} metres a unit; it must be finite and above 0",
+        options.unit_m
+    )))
+}
+
+/// Links of wider rings, then the checks.
+fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
     rings::widen(&mut mesh, options.rings)?;
     mesh.unused = check::check(spec, &mesh, options)?;
     Ok(mesh)

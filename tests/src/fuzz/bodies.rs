@@ -1,0 +1,94 @@
+//! Small bodies that targets run on, each with what another one lacks.
+
+use std::sync::OnceLock;
+
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_kernel::{Model, include_model};
+
+/// Nine by nine cells, diagonals, neither slices nor hats.
+static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
+/// 125 cells with colours.
+static BOX5: &[u8] = include_model!("../../data/box5_colours.chaincell");
+/// Cells that carry the nodes of a finer mesh.
+static GROUPS: &[u8] = include_model!("../../data/box5_cells.chaincell");
+
+fn grid(spec: &str, fixed: bool, options: BakeOptions) -> ImageBytes {
+    let mesh = load(spec, &MeshOptions::default()).unwrap();
+    let fixed = if fixed { mesh.default_fixed.as_slice() } else { &[] };
+    bake(&mesh, fixed, &BakeOptions { colours: true, ..options }).unwrap()
+}
+
+/// Two pairs and a chain that nothing joins or holds.
+fn loose() -> ImageBytes {
+    let mesh = Mesh {
+        nodes_m: (0..8).map(|i| [0.01 * f64::from(i), 0.002 * f64::from(i % 3), 0.0]).collect(),
+        links: vec![[0, 1], [2, 3], [4, 5], [5, 6], [5, 7]],
+        ..Mesh::default()
+    };
+    let options = BakeOptions { hats: HatSpacing::None, colours: true, ..BakeOptions::default() };
+    bake(&mesh, &[], &options).unwrap()
+}
+
+/// Stiffness over nine decades, bands from none to nearly all.
+fn contrasts() -> ImageBytes {
+    let nodes = 4 * 3 * 3;
+    let stiffness = (0..nodes).map(|i| 10_f64.powi((i * 7) % 10 - 5)).collect();
+    let alphas = (0..nodes).map(|i| 0.99 * f64::from(i % 5) / 4.0).collect();
+    let options = BakeOptions {
+        alpha: PerCell::Each(alphas),
+        stiffness_n_per_m: PerCell::Each(stiffness),
+        hats: HatSpacing::Links(2.0),
+        ..BakeOptions::default()
+    };
+    grid("box:4x3x3x0.01", true, options)
+}
+
+/// A tool may load so much into it that cells saturate.
+fn saturating() -> ImageBytes {
+    let options = BakeOptions {
+        saturation_m: Some(0.05),
+        energy_max_j: Some(1e9),
+        hats: HatSpacing::None,
+        ..BakeOptions::default()
+    };
+    grid("box:2x2x3x0.01", true, options)
+}
+
+/// The images, those of files first.
+pub fn images() -> &'static [ImageBytes] {
+    static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
+    IMAGES.get_or_init(|| {
+        let slack = BakeOptions {
+            alpha: PerCell::Uniform(0.1),
+            hats: HatSpacing::Links(2.0),
+            ..BakeOptions::default()
+        };
+        let committed = [PLANE9, BOX5, GROUPS].map(ImageBytes::copy);
+        let baked = [
+            grid("box:3x3x3x0.01", true, slack),
+            grid("box:2x2x2x0.01", false, BakeOptions::default()),
+            loose(),
+            contrasts(),
+            saturating(),
+        ];
+        committed.into_iter().chain(baked).collect()
+    })
+}
+
+/// One of them.
+pub fn model(choice: u8) -> Model<'static> {
+    let images = images();
+    Model::from_bytes(images[usize::from(choice) % images.len()].as_bytes()).unwrap()
+}
+
+/// Up to `count` cells that a tool may hold, spread over the body from `from` on; ascending.
+pub fn free_cells(model: &Model<'_>, from: u8, count: usize) -> Vec<u16> {
+    let free: Vec<u16> = (0..model.cells() as u16).filter(|&cell| !model.is_fixed(cell)).collect();
+    let mut cells: Vec<u16> = (0..count.min(free.len()))
+        .map(|at| free[(usize::from(from) + at * 5) % free.len()])
+        .collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
+}

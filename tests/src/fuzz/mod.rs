@@ -1,0 +1,39 @@
+//! What comes from outside, byte by byte: the bodies of the fuzz targets in `tests/fuzz`.
+//!
+//! Each takes any bytes at all and panics where a promise is broken. `tests/fuzz/run` feeds them
+//! what a fuzzer finds; `tests/tests/corpus.rs` feeds them the committed corpora.
+
+mod bodies;
+mod canary;
+mod mesh;
+mod model;
+mod path;
+mod payload;
+mod ticks;
+mod trace;
+mod watch;
+mod words;
+
+pub use canary::canary;
+pub use mesh::{gmsh, vtk};
+pub use model::model;
+pub use path::path;
+pub use payload::payload;
+pub use ticks::ticks;
+pub use trace::trace;
+pub use words::words;
+
+/// A target: its name, which is its corpus' too, and its body.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// All targets but the canary, whose body is broken on purpose.
+pub const TARGETS: [Target; 8] = [
+    ("model", model),
+    ("gmsh", gmsh),
+    ("vtk", vtk),
+    ("path", path),
+    ("words", words),
+    ("trace", trace),
+    ("payload", payload),
+    ("ticks", ticks),
+];

@@ -1,0 +1,62 @@
+//! Model images; what is accepted is ticked in every scheme and number type.
+
+use chaincell_host::bake::{ImageBytes, Notes};
+use chaincell_host::contact;
+use chaincell_host::cosim::payload::NodePosition;
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
+use chaincell_kernel::{Model, Network};
+use clap::ValueEnum;
+
+use super::bodies;
+use super::watch::Watch;
+use crate::graph::sample;
+
+/// Bytes of the image's own length in its header.
+const LENGTH: std::ops::Range<usize> = 12..16;
+
+/// An image as it is, then with length and checksum set right, which a fuzzer does not guess.
+pub fn model(data: &[u8]) {
+    load(data);
+    if data.len() < 32 {
+        return;
+    }
+    let mut image = data.to_vec();
+    image[LENGTH].copy_from_slice(&(data.len() as u32).to_le_bytes());
+    let right = checksum(&image);
+    image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&right.to_le_bytes());
+    load(&image);
+}
+
+fn load(bytes: &[u8]) {
+    let image = ImageBytes::copy(bytes);
+    let Ok(model) = Model::from_bytes(image.as_bytes()) else { return };
+    let _ = Notes::read(&model);
+    let node = model.input_id()[0];
+    assert!(contact::held(&model, &[node]).is_ok() || model.is_fixed(0) || model.fine_nodes() > 0);
+    for &scheme in Scheme::value_variants() {
+        for &numbers in Arithmetic::value_variants() {
+            press(model, scheme, numbers);
+        }
+    }
+}
+
+/// A press and a release.
+fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
+    let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
+    let cells = bodies::free_cells(&model, 1, 2);
+    let Ok(mut engine) = Engine::in_numbers(network, scheme, numbers, &cells) else { return };
+    // That the hats' inverse is one is the bake's word.
+    let mut watch = Watch::new(scheme, numbers, model.hats() == 0);
+    let [x, y, z] = model.centre_m();
+    let depth = model.unit_m();
+    let down = [x, y, z - 0.7 * depth];
+    for (place, engaged) in
+        [([x, y, z], 0), ([x, y, z], 1), (down, 1), (down, 1), (down, 0), (down, 0)]
+    {
+        watch.tick(&mut engine, &sample(place, engaged));
+    }
+    let mut nodes = vec![NodePosition::default(); engine.node_count()];
+    engine.read_nodes(&mut nodes);
+    assert!(nodes.iter().flat_map(|node| node.position_m).all(f32::is_finite));
+}

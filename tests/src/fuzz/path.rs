@@ -1,0 +1,49 @@
+//! Path files, strict and recorded, played by the rules of `serve`.
+
+use chaincell_host::cosim::payload::ToolPose;
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::path::{Rules, parse, to_text};
+use chaincell_kernel::{Network, Settings, ToolSample};
+
+use super::bodies;
+use super::watch::Watch;
+
+/// Most poses that are played.
+const PLAYED_MAX: usize = 48;
+
+/// A path: what is read is written and read again to the same bits.
+pub fn path(data: &[u8]) {
+    let strict = parse(data, "fuzz.csv", Rules::Strict);
+    let recorded = parse(data, "fuzz.csv", Rules::Recorded);
+    if let Ok(strict) = &strict {
+        assert!(strict.len() == 1 && recorded.is_ok());
+    }
+    let Ok(sequences) = recorded else { return };
+    let poses = || sequences.iter().flatten().copied();
+    let again = parse(to_text(poses()).as_bytes(), "again.csv", Rules::Recorded).unwrap();
+    let key = |pose: ToolPose| {
+        let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
+        (pose.tick, pose.position_m.map(bits), pose.engaged)
+    };
+    assert!(again.iter().flatten().copied().map(key).eq(poses().map(key)));
+    play(&sequences);
+}
+
+fn play(sequences: &[Vec<ToolPose>]) {
+    let model = bodies::model(4);
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let cells = bodies::free_cells(&model, 0, 1);
+    let mut engine = Engine::new(network, Scheme::Track, &cells).unwrap();
+    let mut watch = Watch::new(Scheme::Track, Arithmetic::F32, true);
+    let mut left = PLAYED_MAX;
+    for poses in sequences {
+        let mut last = None;
+        for pose in poses.iter().take(left) {
+            if last.is_none_or(|last| pose.tick > last) {
+                watch.tick(&mut engine, &ToolSample::from(*pose));
+            }
+            last = last.max(Some(pose.tick));
+        }
+        left = left.saturating_sub(poses.len());
+    }
+}

@@ -1,0 +1,82 @@
+//! What other programs put into shared memory: poses and commands of any bits, in any order, by
+//! the rules of `serve`.
+
+use chaincell_host::cosim::payload::{CommandMessage, ToolPose};
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Network, ToolSample};
+use clap::ValueEnum;
+
+use super::bodies;
+use super::watch::Watch;
+
+const POSE_BYTES: usize = size_of::<ToolPose>();
+const COMMAND_BYTES: usize = size_of::<CommandMessage>();
+/// Most messages of a session, and most sweeps a tick.
+const MESSAGES_MAX: usize = 64;
+const SWEEPS_MAX: u16 = 16;
+
+/// Two bytes choose body and scheme; then messages, each behind a byte whose lowest bit tells a
+/// command of 16 bytes from a pose of 24.
+pub fn payload(data: &[u8]) {
+    let Some((&[body, scheme], mut rest)) = data.split_first_chunk() else { return };
+    let model = bodies::model(body);
+    let schemes = Scheme::value_variants();
+    let scheme = schemes[usize::from(scheme) % schemes.len()];
+    let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
+    let cells = bodies::free_cells(&model, body, 2);
+    let Ok(mut engine) = Engine::new(network, scheme, &cells) else { return };
+    let mut watch = Watch::new(scheme, Arithmetic::F32, true);
+    let (mut last, mut paused) = (None, false);
+    for _ in 0..MESSAGES_MAX {
+        let Some((&kind, behind)) = rest.split_first() else { return };
+        if kind & 1 == 1 {
+            let Some((message, behind)) = behind.split_first_chunk::<COMMAND_BYTES>() else {
+                return;
+            };
+            rest = behind;
+            watch.interfere();
+            match command(message).command() {
+                Ok(Command::Pause) => paused = true,
+                Ok(Command::Resume) => paused = false,
+                Ok(Command::Sweeps(sweeps)) if sweeps > SWEEPS_MAX => {}
+                Ok(command) => {
+                    let before = engine.state_hash();
+                    let refused = engine.obey(&command).is_err();
+                    assert!(!refused || engine.state_hash() == before);
+                }
+                Err(_) => {}
+            }
+        } else {
+            let Some((message, behind)) = behind.split_first_chunk::<POSE_BYTES>() else { return };
+            rest = behind;
+            let pose = pose(message);
+            if last.is_none_or(|last| pose.tick > last) && !paused {
+                watch.tick(&mut engine, &ToolSample::from(pose));
+            }
+            last = last.max(Some(pose.tick));
+        }
+    }
+}
+
+fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+    let mut words = [0; N];
+    for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+        *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+    }
+    words
+}
+
+fn pose(bytes: &[u8; POSE_BYTES]) -> ToolPose {
+    let [low, high, x, y, z, engaged] = words(bytes);
+    ToolPose {
+        tick: u64::from(low) | u64::from(high) << 32,
+        position_m: [x, y, z].map(f32::from_bits),
+        engaged,
+    }
+}
+
+fn command(bytes: &[u8; COMMAND_BYTES]) -> CommandMessage {
+    let [kind, parameter, value, reserved] = words(bytes);
+    CommandMessage { kind, parameter, value: f32::from_bits(value), reserved }
+}

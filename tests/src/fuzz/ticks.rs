@@ -1,0 +1,178 @@
+//! A whole session: any body, scheme, number type, contact and settings, then samples, commands,
+//! other settings and spoilt states in any order.
+
+use arbitrary::{Result, Unstructured};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Drive, Model, Network, Settings, ToolSample, Unloading};
+use clap::ValueEnum;
+
+use super::bodies;
+use super::watch::Watch;
+use crate::graph::sample;
+
+/// Most ticks of a session, and most sweeps of a tick.
+const TICKS_MAX: usize = 80;
+const SWEEPS_MAX: u16 = 6;
+
+/// A session; what the bytes leave open is zero.
+pub fn ticks(data: &[u8]) {
+    // Bytes that end early end the session.
+    let _ = session(&mut Unstructured::new(data));
+}
+
+fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
+    let model = bodies::model(bytes.arbitrary()?);
+    let scheme = *bytes.choose(Scheme::value_variants())?;
+    let numbers = *bytes.choose(&[Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64])?;
+    let contact = contact(bytes, &model)?;
+    let settings = settings(bytes, &model, scheme)?;
+    let Ok(network) = Network::new(model, settings) else { return Ok(()) };
+    let new = || Engine::with_contact(network, scheme, numbers, contact.clone());
+    let (Ok(engine), Ok(mut twin)) = (new(), new()) else { return Ok(()) };
+    twin.go_scalar();
+    twin.forbid_sleep();
+    let mut session = Session {
+        engine,
+        twin: bytes.ratio(1, 4)?.then_some(twin),
+        watch: Watch::new(scheme, numbers, true),
+        tool: sample(model.centre_m(), 0),
+        left: TICKS_MAX,
+    };
+    while !bytes.is_empty() && session.left > 0 {
+        session.step(bytes)?;
+    }
+    Ok(())
+}
+
+fn contact(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<Contact> {
+    Ok(match bytes.int_in_range(0..=3)? {
+        0 => {
+            let radius = f32::from(bytes.arbitrary::<u8>()?) / 32.0;
+            let capacity = bytes.int_in_range(0..=12)?;
+            Contact::Probe { radius_m: radius * model.unit_m(), capacity }
+        }
+        count => Contact::Cells(bodies::free_cells(model, bytes.arbitrary()?, count)),
+    })
+}
+
+/// Near the defaults or of any bits.
+fn settings(bytes: &mut Unstructured<'_>, model: &Model<'_>, scheme: Scheme) -> Result<Settings> {
+    let mut settings = scheme.settings(model, bytes.int_in_range(1..=SWEEPS_MAX)?);
+    settings.unloading =
+        *bytes.choose(&[Unloading::Release, Unloading::Off, Unloading::Retreat])?;
+    settings.drive = *bytes.choose(&[Drive::Position, Drive::Current])?;
+    let wild = bytes.arbitrary::<u8>()?;
+    for (bit, place) in [
+        (1, &mut settings.step),
+        (2, &mut settings.tick_time),
+        (4, &mut settings.max_tool_step_m),
+        (8, &mut settings.max_force_n),
+    ] {
+        if wild & bit != 0 {
+            *place = f32::from_bits(bytes.arbitrary()?);
+        }
+    }
+    if wild & 16 != 0 {
+        settings.step = model.step_max();
+    }
+    Ok(settings)
+}
+
+struct Session<'m> {
+    engine: Engine<'m>,
+    /// The same without vector unit and sleep: the same bits.
+    twin: Option<Engine<'m>>,
+    watch: Watch,
+    tool: ToolSample,
+    left: usize,
+}
+
+impl Session<'_> {
+    fn step(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        match bytes.int_in_range(0..=7)? {
+            0 => {
+                let position_m = <[u32; 3]>::map(bytes.arbitrary()?, f32::from_bits);
+                self.tick(sample(position_m, bytes.arbitrary()?), 1);
+            }
+            1 | 2 => {
+                let unit_m = self.engine.network().model().unit_m() / 16.0;
+                let centre = self.engine.network().model().centre_m();
+                let way = bytes.arbitrary::<[i8; 3]>()?;
+                let at = |axis: usize| centre[axis] + unit_m * f32::from(way[axis]);
+                self.tick(sample([0, 1, 2].map(at), 1), 1);
+            }
+            3 => self.tick(ToolSample { engaged: 0, ..self.tool }, 1),
+            4 => self.tick(self.tool, bytes.int_in_range(1..=12)?),
+            5 => self.command(bytes.arbitrary()?),
+            6 => self.other_settings(bytes)?,
+            _ => self.spoil(bytes)?,
+        }
+        Ok(())
+    }
+
+    fn tick(&mut self, tool: ToolSample, times: usize) {
+        self.tool = tool;
+        for _ in 0..times.min(self.left) {
+            self.left -= 1;
+            let output = self.watch.tick(&mut self.engine, &tool);
+            if let Some(twin) = &mut self.twin {
+                assert_eq!(twin.tick(&tool), output);
+                assert_eq!(twin.state_hash(), self.engine.state_hash());
+            }
+        }
+    }
+
+    fn both(&mut self, mut change: impl FnMut(&mut Engine<'_>)) {
+        self.watch.interfere();
+        change(&mut self.engine);
+        self.twin.as_mut().into_iter().for_each(change);
+    }
+
+    fn command(&mut self, words: [u32; 3]) {
+        match Command::from_words(words) {
+            Ok(Command::Sweeps(sweeps)) if sweeps > SWEEPS_MAX => {}
+            Ok(command) => {
+                self.both(|engine| {
+                    let _ = engine.obey(&command);
+                });
+                if let (Command::Reset, Some(twin)) = (command, &mut self.twin) {
+                    twin.go_scalar();
+                    twin.forbid_sleep();
+                }
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// Other settings from the next tick on, without the scheme's own rates.
+    fn other_settings(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        let now = *self.engine.network().settings();
+        let model = *self.engine.network().model();
+        let other = settings(bytes, &model, Scheme::Track)?;
+        let (step, tick_time, sweeps) = (now.step, now.tick_time, now.sweeps);
+        self.both(|engine| {
+            let _ = engine.choose(Settings { step, tick_time, sweeps, ..other });
+        });
+        Ok(())
+    }
+
+    /// Every cell at once somewhere else, as far as three decades beyond the body.
+    fn spoil(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        let model = *self.engine.network().model();
+        let seed = bytes.arbitrary::<[i8; 4]>()?;
+        let scale = 10_f32.powi(bytes.int_in_range(-6..=3)?);
+        let keep = f32::from(bytes.arbitrary::<i8>()?) / 64.0;
+        let positions: Vec<[f32; 3]> = (0..model.cells())
+            .map(|cell| {
+                let rest = model.rest_position(cell);
+                [0, 1, 2].map(|axis| {
+                    let noise = f32::from(seed[(3 * cell + axis + cell / 5) % 4]) / 128.0;
+                    keep * rest[axis] + scale * noise
+                })
+            })
+            .collect();
+        self.both(|engine| engine.set_positions(&positions).unwrap());
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! Traces of sessions: read, written again to the same bytes, played.
+
+use std::path::Path;
+
+use chaincell_host::recording;
+use chaincell_kernel::trace::{
+    Command, End, Entry, HEADER_BYTES, RECORD_BYTES, Reader, Writer, header_bytes,
+};
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+use super::bodies;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// Most sweeps a tick, most contacts and most records of a trace that is played.
+const SWEEPS_MAX: u16 = 8;
+const CONTACTS_MAX: usize = 64;
+const RECORDS_MAX: u32 = 48;
+
+/// A trace as it is, then with checksums set right and of a model that is here.
+pub fn trace(data: &[u8]) {
+    read(data);
+    if data.len() >= HEADER_BYTES {
+        read(&mended(data));
+    }
+}
+
+fn word(data: &[u8], at: usize) -> u32 {
+    data[at..].first_chunk().map_or(0, |word| u32::from_le_bytes(*word))
+}
+
+fn put(data: &mut [u8], at: usize, word: u32) {
+    data[at..at + 4].copy_from_slice(&word.to_le_bytes());
+}
+
+/// With the header's length, model and checksum, and those of the records.
+fn mended(data: &[u8]) -> Vec<u8> {
+    let mut trace = data.to_vec();
+    let most = (data.len() - HEADER_BYTES) / 4;
+    let contacts = (word(data, 48) as usize).min(most).min(CONTACTS_MAX);
+    let bytes = header_bytes(contacts);
+    trace.resize(trace.len().max(bytes), 0);
+    put(&mut trace, 12, bytes as u32);
+    put(&mut trace, 48, contacts as u32);
+    put(&mut trace, 16, chosen(word(data, 16)).checksum());
+    let seed = {
+        let mut digest = CRC.digest();
+        digest.update(&trace[..HEADER_BYTES - 4]);
+        digest.update(&trace[HEADER_BYTES..bytes]);
+        digest.finalize()
+    };
+    put(&mut trace, HEADER_BYTES - 4, seed);
+    for (index, record) in (0_u32..).zip(trace[bytes..].chunks_exact_mut(RECORD_BYTES)) {
+        let mut digest = CRC.digest();
+        digest.update(&seed.to_le_bytes());
+        digest.update(&index.to_le_bytes());
+        digest.update(&record[..RECORD_BYTES - 4]);
+        put(record, RECORD_BYTES - 4, digest.finalize());
+    }
+    trace
+}
+
+/// The model of this checksum, else one that the checksum picks.
+fn chosen(checksum: u32) -> chaincell_kernel::Model<'static> {
+    let count = bodies::images().len() as u8;
+    let all = (0..count).map(bodies::model);
+    let pick = checksum.to_le_bytes()[0];
+    all.into_iter()
+        .find(|model| model.checksum() == checksum)
+        .unwrap_or_else(|| bodies::model(pick))
+}
+
+fn read(data: &[u8]) {
+    let Ok(trace) = Reader::open(data) else { return };
+    let ids: Vec<u32> = trace.contacts().collect();
+    let header = trace.header();
+    let mut bytes = vec![0; header_bytes(ids.len())];
+    let Some((mut writer, _)) = Writer::begin(header, &ids, &mut bytes) else {
+        panic!("a header that was read cannot be written: {header:?}");
+    };
+    let (mut records, mut sweeps) = (0, header.settings.sweeps);
+    let end = trace.entries(|_, entry| {
+        records += 1;
+        bytes.extend(match entry {
+            Entry::Tick(record) => writer.record(record),
+            Entry::Command(record) => {
+                if let Command::Sweeps(asked) = record.command {
+                    sweeps = sweeps.max(asked);
+                }
+                writer.command(record)
+            }
+        });
+        Ok::<(), ()>(())
+    });
+    // Where numbers mean the same, such as -0.0 and 0.0 as a way of unloading, bytes may differ.
+    let same = bytes.iter().zip(data).filter(|(a, b)| a == b).count();
+    assert!(bytes.len() <= data.len() && same + 16 * records as usize >= bytes.len());
+    assert!(end != Ok(End::Complete) || data[bytes.len()..].iter().all(|&byte| byte == 0));
+    let room = header.probe.map_or(0, |probe| probe.capacity as usize);
+    if records <= RECORDS_MAX && sweeps <= SWEEPS_MAX && room <= CONTACTS_MAX {
+        play(&trace);
+    }
+}
+
+fn play(trace: &Reader<'_>) {
+    let model = chosen(trace.header().model);
+    let Ok((mut engine, ..)) = recording::engine(trace, Path::new("fuzz.trace"), model) else {
+        return;
+    };
+    let mut played = recording::Played::default();
+    let _ = recording::play(trace, &mut engine, &mut played);
+    assert!(played.compared <= played.ticks + played.commands);
+}
