@@ -1,22 +1,34 @@
-//! Traces of sessions in memory and from files; the format is the kernel's.
+//! Traces of sessions in memory and in files; the format is the kernel's.
+
+mod file;
+mod map;
+#[cfg(test)]
+pub(crate) mod tests;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use chaincell_kernel::Model;
+use chaincell_kernel::stage::{Stage, StageError, StageSettings};
 use chaincell_kernel::trace::{
-    Command, CommandRecord, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError,
-    TraceError, Writer, header_bytes,
+    Command, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError, TraceError,
+    Writer,
 };
+use chaincell_kernel::{Model, ToolSample};
 use clap::ValueEnum;
 
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::{interrupt, output};
 
-/// Largest trace that is read: half a day at 1 kHz.
-const BYTES_MAX: u64 = 1 << 31;
+pub use file::{TraceFile, check_idle};
+
+/// Largest trace that is read: more than a day at 1 kHz.
+const BYTES_MAX: u64 = 1 << 32;
+/// Name of the trace in an output folder, and of the model beside it.
+pub const TRACE: &str = "session.trace";
+/// See [`TRACE`].
+pub const MODEL: &str = "model.chaincell";
 
 /// A trace that grows with every tick.
 #[derive(Debug, Clone)]
@@ -31,15 +43,20 @@ fn name(value: &impl ValueEnum) -> String {
 }
 
 impl Recording {
-    /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`.
+    /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`, behind an
+    /// output stage at rest where there is one.
     ///
     /// # Errors
     /// A scheme or number type without a code in the format.
-    pub fn begin(engine: &Engine<'_>, scheme: Scheme, numbers: Arithmetic) -> Result<Self> {
+    pub fn begin(
+        engine: &Engine<'_>,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        stage: Option<&StageSettings>,
+    ) -> Result<Self> {
         let network = engine.network();
         let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
         let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
-        let mut bytes = vec![0; header_bytes(ids.len())];
         let probe = match *engine.contact() {
             Contact::Cells(_) => None,
             Contact::Probe { radius_m, capacity } => {
@@ -47,24 +64,24 @@ impl Recording {
             }
         };
         let header = Header::named(network, &name(&scheme), &name(&numbers));
-        let header = header.map(|header| Header { probe, ..header });
-        let begun = header.and_then(|header| Writer::begin(&header, &ids, &mut bytes));
-        match begun {
-            Some((writer, _)) => Ok(Self { writer, bytes }),
-            None => Err(Error::check(format!(
-                "{scheme:?} in {numbers:?} has no code in the trace's format"
-            ))),
-        }
+        let header = header.map(|header| Header { probe, stage: stage.copied(), ..header });
+        header.and_then(|header| Self::of(&header, &ids)).ok_or_else(|| {
+            Error::check(format!("{scheme:?} in {numbers:?} has no code in the trace's format"))
+        })
+    }
+
+    /// Begins a trace with a header and the input ids of the contact cells, in the model's order;
+    /// `None` where they do not go together.
+    #[must_use]
+    pub fn of(header: &Header, contacts: &[u32]) -> Option<Self> {
+        let mut bytes = vec![0; header.bytes(contacts.len())];
+        let (writer, _) = Writer::begin(header, contacts, &mut bytes)?;
+        Some(Self { writer, bytes })
     }
 
     /// Adds an executed tick.
     pub fn add(&mut self, record: &Record) {
         self.bytes.extend(self.writer.record(record));
-    }
-
-    /// Adds a command that took effect.
-    pub fn add_command(&mut self, record: &CommandRecord) {
-        self.bytes.extend(self.writer.command(record));
     }
 
     /// The trace so far.
@@ -81,6 +98,8 @@ pub enum Stop {
     Differs(ReplayError),
     /// The command of this record cannot be carried out.
     Command(u32),
+    /// The output stage cannot be.
+    Stage(StageError),
     /// The user asked to stop.
     Interrupted,
 }
@@ -92,12 +111,15 @@ pub struct Played {
     pub ticks: u32,
     /// Commands.
     pub commands: u32,
+    /// Ticks without a sample.
+    pub missed: u64,
     /// Entries whose hash was compared.
     pub compared: u32,
 }
 
-/// Plays a trace in an engine that stands as its own began, commands and pauses included, and
-/// compares the states.
+/// Plays a trace in an engine that stands as its own began, and in its output stage where it has
+/// one, commands and pauses included, and compares the states. In a pause, as in a tick without a
+/// sample, no cell moves and the stage lets go; commands leave the stage alone.
 ///
 /// # Errors
 /// Why it stopped; `played` then holds what came before.
@@ -107,16 +129,24 @@ pub fn play(
     played: &mut Played,
 ) -> std::result::Result<End, Stop> {
     let mut paused = false;
+    let stage = trace.header().stage.map(Stage::new).transpose();
+    let mut stage = stage.map_err(Stop::Stage)?;
     trace.entries(|index, entry| {
         if interrupt::asked() {
             return Err(Stop::Interrupted);
         }
         match entry {
             Entry::Tick(record) => {
-                if !paused {
-                    engine.tick(&record.sample);
-                }
+                tick(engine, stage.as_mut(), &record.sample, paused);
                 played.ticks += 1;
+            }
+            Entry::Missed(missed) => {
+                if let Some(stage) = &mut stage {
+                    (0..missed.ticks).for_each(|_| _ = stage.missed());
+                }
+                played.missed += u64::from(missed.ticks);
+                // No cell has moved, and there is no hash.
+                return Ok(());
             }
             Entry::Command(record) => {
                 match record.command {
@@ -131,6 +161,24 @@ pub fn play(
         played.compared += u32::from(found);
         Ok(())
     })
+}
+
+/// One sample of a device.
+fn tick(
+    engine: &mut Engine<'_>,
+    stage: Option<&mut Stage>,
+    device: &ToolSample,
+    paused: bool,
+) {
+    match (stage, paused) {
+        (None, false) => _ = engine.tick(device),
+        (None, true) => {}
+        (Some(stage), true) => _ = stage.missed(),
+        (Some(stage), false) => {
+            let tissue = engine.tick(&stage.sample(device));
+            stage.output(&tissue);
+        }
+    }
 }
 
 /// Refuses a place for a new trace that holds something: with `force` an earlier trace may go,
@@ -156,7 +204,7 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
     }
     let folder = output::folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
-    Ok(())
+    check_idle("--trace", path)
 }
 
 /// The bytes of a trace file.
@@ -195,6 +243,7 @@ pub fn engine<'m>(
         refused(TraceError::Scheme(scheme, number))
     })?;
     let network = trace.header().network(model).map_err(refused)?;
+    trace.header().output_stage().map_err(refused)?;
     let contact = match trace.header().probe {
         Some(RecordedProbe { radius_m, capacity }) => {
             Contact::Probe { radius_m, capacity: capacity as usize }

@@ -101,7 +101,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let replay_state_hash = if session.reports.serve.commands_done == 0 {
         replay(&mut engine, &folder.file("path.csv"))?
     } else {
-        replay_trace(&mut engine, &folder.file("session.trace"))?
+        replay_trace(&mut engine, &folder.file(recording::TRACE))?
     };
     let summary = summary(args, &engine, session, replay_state_hash);
     folder.write_json("summary.json", &summary)?;
@@ -135,7 +135,7 @@ fn replay_trace(engine: &mut Engine<'_>, path: &Path) -> Result<String> {
     match played {
         Ok(_) => Ok(format!("{:016x}", engine.state_hash())),
         Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
-        Err(why @ (Stop::Command(_) | Stop::Interrupted)) => {
+        Err(why @ (Stop::Command(_) | Stop::Stage(_) | Stop::Interrupted)) => {
             Err(Error::check(format!("{}: {why:?}", path.display())))
         }
     }

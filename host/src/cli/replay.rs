@@ -1,6 +1,6 @@
 //! `chaincell replay`: a trace once more, to the same bits.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use chaincell_kernel::trace::{End, Reader, ReplayError};
 use serde::Serialize;
@@ -13,16 +13,17 @@ use crate::terminal;
 
 /// Play a recorded trace again and compare the state after every tick, bit for bit.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  chaincell cosim liver.chaincell --out session\n  \
-    chaincell replay session/session.trace --model session/model.chaincell\n\n\
+#[command(after_help = "Examples:\n  chaincell cosim liver.chaincell --out session\n  \
+    chaincell replay session\n  \
+    chaincell replay dump.trace --model liver.chaincell\n\n\
     Exit code 0 when every tick gave the recorded bits, 1 when one differs (the first is named), \
     2 when the trace cannot be played.")]
 pub struct Args {
-    /// Trace from `run --trace`, `serve --out`, `cosim --out` or firmware
+    /// Trace from `run`, `serve`, `cosim` or firmware, or the folder of such a run
     trace: PathBuf,
-    /// Model file that the trace was recorded with
+    /// Model file that the trace was recorded with [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
-    model: PathBuf,
+    model: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -38,6 +39,7 @@ struct ReplayReport {
     model_checksum: String,
     ticks: u32,
     commands: u32,
+    ticks_missed: u64,
     hashes_compared: u32,
     state_hash: String,
     end: String,
@@ -54,11 +56,13 @@ struct Difference {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let bytes = recording::read(&args.trace)?;
-    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", &args.trace, why))?;
-    let image = model_file::read(&args.model)?;
-    let model = model_file::parse(&image, &args.model)?;
-    let (mut engine, scheme, numbers) = recording::engine(&trace, &args.trace, model)?;
+    let path = &place(&args.trace);
+    let bytes = recording::read(path)?;
+    let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
+    let model_path = model_path(args, path)?;
+    let image = model_file::read(&model_path)?;
+    let model = model_file::parse(&image, &model_path)?;
+    let (mut engine, scheme, numbers) = recording::engine(&trace, path, model)?;
     let mut played = Played::default();
     let (end, differs) = match recording::play(&trace, &mut engine, &mut played) {
         Ok(end) => (Some(end), None),
@@ -69,10 +73,11 @@ pub fn execute(args: &Args) -> Result<()> {
                 "the command of record {record} does not fit the model: take the model and the \
                  release that it was recorded with"
             );
-            return Err(Error::file("replay", &args.trace, why));
+            return Err(Error::file("replay", path, why));
         }
+        Err(Stop::Stage(why)) => return Err(Error::file("replay", path, why)),
     };
-    let Played { ticks, commands, compared } = played;
+    let Played { ticks, commands, missed, compared } = played;
     let report = ReplayReport {
         cells: model.cells(),
         links: model.links(),
@@ -81,6 +86,7 @@ pub fn execute(args: &Args) -> Result<()> {
         model_checksum: format!("{:08x}", model.checksum()),
         ticks,
         commands,
+        ticks_missed: missed,
         hashes_compared: compared,
         state_hash: format!("{:016x}", engine.state_hash()),
         end: end.map_or("not reached".into(), |end| end.to_string()),
@@ -94,42 +100,66 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.json {
         terminal::say_json(&report)?;
     }
-    judge(args, &report, end, differs)?;
+    judge(path, &report, end, differs)?;
     if args.json {
         return Ok(());
     }
     terminal::say(format_args!(
         "{ticks} ticks replayed to the same bits, {compared} state hashes compared"
     ))?;
+    if missed > 0 {
+        terminal::say(format_args!("  {:<14}{missed} ticks without one", "samples"))?;
+    }
     if commands > 0 {
         terminal::say(format_args!("  {:<14}{commands}", "commands"))?;
     }
     terminal::say(format_args!("  {:<14}{}", "state hash", report.state_hash))
 }
 
+/// The trace itself, of a file or of a run's folder.
+fn place(given: &Path) -> PathBuf {
+    if given.is_dir() { given.join(recording::TRACE) } else { given.to_owned() }
+}
+
+/// The model that was named, else the one beside the trace.
+fn model_path(args: &Args, trace: &Path) -> Result<PathBuf> {
+    if let Some(model) = &args.model {
+        return Ok(model.clone());
+    }
+    let beside = trace.with_file_name(recording::MODEL);
+    if beside.exists() {
+        return Ok(beside);
+    }
+    let why = format_args!(
+        "there is no {} beside it: name the model of the recording with --model",
+        recording::MODEL
+    );
+    Err(Error::file("replay", trace, why))
+}
+
 /// What the outcome means.
 fn judge(
-    args: &Args,
+    trace: &Path,
     report: &ReplayReport,
     end: Option<End>,
     differs: Option<ReplayError>,
 ) -> Result<()> {
-    let path = args.trace.display();
+    let path = trace.display();
     if let Some(why) = differs {
         return Err(Error::check(format!("{path}: {why}")));
     }
     if let Some(end @ (End::Damaged(_) | End::Kind(..))) = end {
         let why = format_args!("{end}; the {} ticks before it agree", report.ticks);
-        return Err(Error::file("replay", &args.trace, why));
+        return Err(Error::file("replay", trace, why));
     }
     if let Some(end @ End::Cut(_)) = end {
         terminal::note(format_args!("note: {path}: {end}; the whole records before it count"));
     }
     match (report.ticks, report.hashes_compared) {
-        (0, _) => Err(Error::file("replay", &args.trace, "it holds no tick: record again")),
+        (0, _) => Err(Error::file("replay", trace, "it holds no tick: record again")),
         (_, 0) => Err(Error::file(
             "replay",
-            &args.trace,
+            trace,
             "it holds no state hash to compare with: record with `serve --hash-every 1`",
         )),
         _ => Ok(()),

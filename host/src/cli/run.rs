@@ -1,7 +1,7 @@
 //! `chaincell run`: a path offline, deterministic, without shared memory.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chaincell_kernel::trace::Record;
@@ -16,7 +16,7 @@ use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
 use crate::path::{self, Rules};
-use crate::recording::Recording;
+use crate::recording::{Recording, TraceFile};
 use crate::{interrupt, recording, terminal};
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
@@ -24,7 +24,8 @@ use crate::{interrupt, recording, terminal};
 #[command(after_help = "Example:\n  chaincell run liver.chaincell --path press.csv --out press \
     --contact cells:file:liver.sets.json#patch --snapshot-ticks 100,200\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
-    --out gets force.csv, cells_final.csv, cells_<tick>.csv, final.vtu and summary.json.")]
+    --out gets force.csv, cells_final.csv, cells_<tick>.csv, final.vtu, summary.json, the model and\n\
+    session.trace, which `chaincell replay` plays.")]
 pub struct Args {
     /// Model file from `chaincell bake`
     model: PathBuf,
@@ -34,7 +35,7 @@ pub struct Args {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Also write every tick's sample and state hash, for `chaincell replay`
+    /// A copy of the trace in this file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
@@ -103,28 +104,29 @@ pub fn execute(args: &Args) -> Result<()> {
         recording::check_place(trace, args.force)?;
     }
     let folder = Folder::open(&args.out, args.force)?;
-    let mut recording = match &args.trace {
-        Some(_) => Some(Recording::begin(&engine, args.scene.dynamics, args.scene.number)?),
-        None => None,
-    };
-    if let (Some(path), Some(recording)) = (&args.trace, &recording) {
+    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number, None)?;
+    let front = begun.bytes().to_vec();
+    let place = folder.file(recording::TRACE);
+    let rows = poses.iter().map(Vec::len).sum();
+    let mut trace = TraceFile::create("--out", &place, args.force, begun, rows)?;
+    let copy = args.trace.as_ref().filter(|copy| !is_same(copy, &place));
+    if let Some(path) = copy {
         // A place that cannot be written is told before the run, not after it.
-        output::write_whole(path, recording.bytes())?;
+        output::write_whole(path, &front)?;
     }
+    folder.write(recording::MODEL, image.as_bytes())?;
     let played = play(&mut engine, &poses, |pose, engine| {
-        let tick = pose.tick;
-        if let Some(recording) = &mut recording {
-            let (sample, state_hash) = (ToolSample::from(*pose), Some(engine.state_hash()));
-            recording.add(&Record { tick, sample, state_hash });
-        }
+        let (tick, sample) = (pose.tick, ToolSample::from(*pose));
+        trace.add(&Record { tick, sample, state_hash: Some(engine.state_hash()) });
         if args.snapshot_ticks.contains(&tick) {
             let text = cells_csv(&engine.nodes());
             folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
         }
         Ok(())
     })?;
-    if let (Some(path), Some(recording)) = (&args.trace, &recording) {
-        output::write_whole(path, recording.bytes())?;
+    trace.finish()?;
+    if let Some(path) = copy {
+        output::write_whole(path, &recording::read(&place)?)?;
     }
     let nodes = engine.nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
@@ -148,6 +150,11 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write_json("summary.json", &summary)?;
     report(args, &summary, &played)?;
     if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// Whether both are the same file.
+fn is_same(one: &Path, other: &Path) -> bool {
+    one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
 }
 
 fn check_snapshots(ticks: &[u64], poses: &[Vec<ToolPose>]) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::trace::{Command, Record};
+use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Flags, TickOutput, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
+use crate::bake::ImageBytes;
 use crate::cosim::command::Refusal;
 use crate::cosim::payload::{NodePosition, ToolForce};
 use crate::cosim::record::Recorder;
@@ -18,11 +19,15 @@ use crate::cosim::tissue::TissueEngine;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::output::{Answer, Folder, force_csv};
-use crate::recording::Recording;
+use crate::recording::{self, Recording, TraceFile};
 use crate::{path, terminal};
 
 /// Ticks that are recorded unless the run's length is known: ten minutes.
 const RECORD_TICKS: usize = 600_000;
+/// Most ticks that are recorded unless asked for by number: an hour.
+const KNOWN_TICKS_MAX: usize = 6 * RECORD_TICKS;
+/// Most ticks that are recorded at all: two thirds of a day.
+const RECORD_TICKS_MAX: usize = 100 * RECORD_TICKS;
 
 /// Serve a model over shared memory: each pose is one tick and one answer.
 #[derive(Debug, clap::Args)]
@@ -54,10 +59,14 @@ pub struct Args {
     /// Folder for the model, the poses as received, the forces, a trace and a summary
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Overwrite the results of an earlier run in --out
+    /// Only a trace, in this file, for `chaincell replay`
+    #[arg(long, value_name = "FILE", conflicts_with = "out")]
+    record: Option<PathBuf>,
+    /// Overwrite the results of an earlier run in --out, or an earlier trace in --record
     #[arg(long)]
     force: bool,
-    /// Ticks kept for --out [default: --ticks, or ten minutes]
+    /// Ticks that --out and --record have room for, 40 bytes of the disk each
+    /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
     /// Print the report as one JSON object, the last line
@@ -101,9 +110,6 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut engine = args.scene.engine(model)?;
-    let known = args.ticks.and_then(|ticks| usize::try_from(ticks).ok());
-    let wanted = args.record_ticks.or(known).unwrap_or(RECORD_TICKS).min(100 * RECORD_TICKS);
-    let mut recorder = Recorder::with_capacity(if args.out.is_some() { wanted } else { 0 });
     let options = ServeOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -118,41 +124,65 @@ pub fn execute(args: &Args) -> Result<()> {
     // A scene that is refused leaves the folder as it was.
     let server =
         Server::open(&options)?.with_state(engine.node_count(), args.state_hz)?.with_commands()?;
-    let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     // Commands may set parameters: what is written is what the session began with.
     let scene = args.scene.report(&engine);
-    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number)?;
+    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number, None)?;
+    let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;
     let report = server.run(&mut engine, &mut recorder)?;
+    recorder.finish_trace()?;
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
-        folder.write("model.chaincell", image.as_bytes())?;
         folder
             .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
-        folder.write("session.trace", trace(begun, &recorder).bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         folder
             .write_json("summary.json", &ServeSummary { cells, links, report: &report, scene })?;
     }
+    if args.out.is_some() || args.record.is_some() {
+        tell_unrecorded(&report);
+    }
     print(args, &report)?;
     if report.ended_by == Ending::Interrupt { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-/// The session as a trace, for `chaincell replay`.
-fn trace(mut recording: Recording, recorder: &Recorder) -> Recording {
-    let mut commands = recorder.commands().iter().peekable();
-    let rows = recorder.rows();
-    for at in 0..=rows.len() {
-        while let Some((_, command)) = commands.next_if(|(before, _)| *before == at) {
-            recording.add_command(command);
-        }
-        if let Some((pose, force)) = rows.get(at) {
-            let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-            recording.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash });
-        }
+/// Where the session is recorded; a killed one leaves the trace and the model beside it.
+fn recorder(
+    args: &Args,
+    begun: Recording,
+    image: &ImageBytes,
+) -> Result<(Option<Folder>, Recorder)> {
+    let ticks = record_ticks(args);
+    let records = Recorder::trace_records(ticks);
+    if let Some(path) = &args.record {
+        let trace = TraceFile::create("--record", path, args.force, begun, records)?;
+        return Ok((None, Recorder::on_disk(ticks, trace)));
     }
-    recording
+    let Some(out) = &args.out else { return Ok((None, Recorder::default())) };
+    let folder = Folder::open(out, args.force)?;
+    let place = folder.file(recording::TRACE);
+    let trace = TraceFile::create("--out", &place, args.force, begun, records)?;
+    folder.write(recording::MODEL, image.as_bytes())?;
+    Ok((Some(folder), Recorder::with_capacity(ticks).with_trace(trace)))
+}
+
+/// Ticks that there is room for.
+fn record_ticks(args: &Args) -> usize {
+    let seconds = args.seconds.map(|seconds| (seconds * 1e3).ceil() as usize);
+    let ticks = args.ticks.map(|ticks| usize::try_from(ticks).unwrap_or(usize::MAX));
+    let known = ticks.or(seconds).unwrap_or(RECORD_TICKS).min(KNOWN_TICKS_MAX);
+    args.record_ticks.unwrap_or(known).min(RECORD_TICKS_MAX)
+}
+
+fn tell_unrecorded(report: &ServeReport) {
+    if report.ticks_unrecorded > 0 {
+        terminal::note(format_args!(
+            "WARNING: the last {} of {} ticks are NOT recorded, the record was full: raise \
+             --record-ticks",
+            report.ticks_unrecorded, report.ticks_executed
+        ));
+    }
 }
 
 /// The kernel's answer in a published message.
@@ -194,12 +224,6 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
             "  commands    {} done, {} refused; {} ticks while paused",
             report.commands_done, report.commands_refused, report.ticks_paused
         ))?;
-    }
-    if report.ticks_unrecorded > 0 {
-        terminal::note(format_args!(
-            "note: {} ticks were not recorded; raise --record-ticks",
-            report.ticks_unrecorded
-        ));
     }
     terminal::say(format_args!("  state hash  {}", report.state_hash))
 }

@@ -1,39 +1,93 @@
-//! Keeps poses as received and their answers, in memory taken beforehand.
+//! Keeps poses as received and their answers, in memory taken beforehand; on disk too, in a trace.
 
-use chaincell_kernel::trace::CommandRecord;
+use chaincell_kernel::trace::{CommandRecord, Missed, Record};
 
 use super::payload::{ToolForce, ToolPose};
+use crate::error::Result;
+use crate::recording::TraceFile;
 
-/// Commands that a recorder keeps.
+/// Records of a trace beside those of its ticks, for commands.
 const COMMANDS_MAX: usize = 4096;
 
-/// Ticks of a session, up to a capacity.
-#[derive(Debug, Clone, Default)]
+/// Ticks of a session, up to a capacity. What comes after the first one that found no room is left
+/// out: nothing that is kept has a gap.
+#[derive(Debug, Default)]
 pub struct Recorder {
     rows: Vec<(ToolPose, ToolForce)>,
-    commands: Vec<(usize, CommandRecord)>,
+    keeps_rows: bool,
+    trace: Option<TraceFile>,
     capacity_ticks: usize,
+    ticks: usize,
+    commands: usize,
+    /// Ticks without a sample since the last record.
+    missed: u32,
+    last_tick: u64,
     left_out_ticks: u64,
 }
 
 impl Recorder {
-    /// Room for `capacity_ticks` ticks; 0 keeps nothing.
+    /// Records that the trace of so many ticks needs room for.
+    #[must_use]
+    pub fn trace_records(ticks: usize) -> usize {
+        ticks.saturating_add(COMMANDS_MAX)
+    }
+
+    /// Room in memory for `capacity_ticks` ticks; 0 keeps nothing.
     #[must_use]
     pub fn with_capacity(capacity_ticks: usize) -> Self {
         let mut rows = Vec::new();
         // Writing every row now keeps page faults out of the loop.
         rows.resize(capacity_ticks, (ToolPose::default(), ToolForce::default()));
         rows.clear();
-        let commands = Vec::with_capacity(if capacity_ticks == 0 { 0 } else { COMMANDS_MAX });
-        Self { rows, commands, capacity_ticks, left_out_ticks: 0 }
+        Self { rows, keeps_rows: true, capacity_ticks, ..Self::default() }
     }
 
-    /// Keeps one tick, or counts it as left out when full. Allocates nothing.
+    /// Keeps `capacity_ticks` ticks in a trace alone.
+    #[must_use]
+    pub fn on_disk(capacity_ticks: usize, trace: TraceFile) -> Self {
+        Self { trace: Some(trace), capacity_ticks, ..Self::default() }
+    }
+
+    /// Keeps the same ticks in a trace too.
+    #[must_use]
+    pub fn with_trace(self, trace: TraceFile) -> Self {
+        Self { trace: Some(trace), ..self }
+    }
+
+    /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: who has
+    /// it can count on the record. Allocates nothing, calls nothing of the system.
     pub fn record(&mut self, pose: ToolPose, force: ToolForce) {
-        if self.rows.len() < self.capacity_ticks {
-            self.rows.push((pose, force));
-        } else {
+        let has_room = self.left_out_ticks == 0 && self.ticks < self.capacity_ticks;
+        if !has_room || !self.trace(&pose, &force) {
             self.left_out_ticks += 1;
+            return;
+        }
+        if self.keeps_rows {
+            self.rows.push((pose, force));
+        }
+        self.ticks += 1;
+    }
+
+    /// The tick into the trace, where there is one; false where it is full.
+    fn trace(&mut self, pose: &ToolPose, force: &ToolForce) -> bool {
+        let told = self.tell_missed();
+        self.last_tick = pose.tick;
+        let Some(trace) = &mut self.trace else { return true };
+        let state_hash = (force.state_hash != 0).then_some(force.state_hash);
+        told && trace.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash })
+    }
+
+    /// Counts a tick without a sample, in which the output stage was called and no cell moved. It
+    /// is kept with the next tick or command.
+    pub fn missed(&mut self) {
+        self.missed = self.missed.saturating_add(1);
+    }
+
+    fn tell_missed(&mut self) -> bool {
+        let ticks = std::mem::take(&mut self.missed);
+        match &mut self.trace {
+            Some(trace) if ticks > 0 => trace.add_missed(&Missed { tick: self.last_tick, ticks }),
+            _ => true,
         }
     }
 
@@ -43,36 +97,56 @@ impl Recorder {
         &self.rows
     }
 
+    /// Ticks that were kept.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.ticks as u64
+    }
+
     /// Whether a command may be carried out without a gap in what is kept: there is a place for
     /// it, or none is needed since no further tick is kept.
     #[must_use]
     pub fn has_room_for_command(&self) -> bool {
-        self.rows.len() == self.capacity_ticks || self.commands.len() < COMMANDS_MAX
+        let ended = self.left_out_ticks > 0 || self.ticks == self.capacity_ticks;
+        // One place for the command, one for ticks without a sample before it.
+        let has_room = self.trace.as_ref().is_none_or(|trace| trace.has_room(2));
+        ended || (self.commands < COMMANDS_MAX && has_room)
     }
 
-    /// Keeps a command behind the ticks so far. Allocates nothing.
+    /// Keeps a command behind the ticks so far, where [`Self::has_room_for_command`]. Allocates
+    /// nothing.
     pub fn command(&mut self, record: CommandRecord) {
-        if self.rows.len() < self.capacity_ticks && self.commands.len() < COMMANDS_MAX {
-            self.commands.push((self.rows.len(), record));
+        let ended = self.left_out_ticks > 0 || self.ticks == self.capacity_ticks;
+        if ended || !self.tell_missed() {
+            return;
+        }
+        self.commands += 1;
+        if let Some(trace) = &mut self.trace {
+            trace.add_command(&record);
         }
     }
 
-    /// Commands that took effect, each with the number of rows before it, in order.
-    #[must_use]
-    pub fn commands(&self) -> &[(usize, CommandRecord)] {
-        &self.commands
-    }
-
-    /// Ticks that came after the last free row.
+    /// Ticks that came after the last free place.
     #[must_use]
     pub fn left_out_ticks(&self) -> u64 {
         self.left_out_ticks
+    }
+
+    /// Ends the trace, cut to its length.
+    ///
+    /// # Errors
+    /// What the system says, with the path.
+    pub fn finish_trace(&mut self) -> Result<()> {
+        self.trace.take().map_or(Ok(()), TraceFile::finish)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use chaincell_kernel::trace::{Command, End, Entry, Reader};
+
     use super::*;
+    use crate::recording::tests::begun;
 
     #[test]
     fn a_full_recorder_counts_what_it_leaves_out() {
@@ -83,6 +157,85 @@ mod tests {
         }
         let ticks: Vec<u64> = recorder.rows().iter().map(|(pose, _)| pose.tick).collect();
         assert_eq!(ticks, [0, 1]);
-        assert_eq!(recorder.left_out_ticks(), 3);
+        assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 3));
+        assert!(recorder.has_room_for_command());
+    }
+
+    /// A recorder with a trace, and the trace's path.
+    fn traced(ticks: usize, records: usize) -> (tempfile::TempDir, std::path::PathBuf, Recorder) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.trace");
+        let trace = TraceFile::create("--out", &path, false, begun(None), records).unwrap();
+        let recorder = Recorder::with_capacity(ticks).with_trace(trace);
+        (folder, path, recorder)
+    }
+
+    fn tick(recorder: &mut Recorder, tick: u64) {
+        let pose = ToolPose { tick, ..ToolPose::default() };
+        recorder.record(pose, ToolForce { tick, state_hash: tick % 2, ..ToolForce::default() });
+    }
+
+    fn command(recorder: &mut Recorder, tick: u64) -> bool {
+        let room = recorder.has_room_for_command();
+        if room {
+            recorder.command(CommandRecord { tick, command: Command::Reset, state_hash: None });
+        }
+        room
+    }
+
+    /// Entries of a trace: ticks as they are, missed ones negative, commands as 0.
+    fn entries(path: &std::path::Path) -> (Vec<i64>, End) {
+        let bytes = std::fs::read(path).unwrap();
+        let mut found = Vec::new();
+        let end = Reader::open(&bytes).unwrap().entries(|_, entry| {
+            found.push(match entry {
+                Entry::Tick(record) => {
+                    assert_eq!(record.state_hash.is_some(), record.tick % 2 == 1);
+                    record.tick as i64
+                }
+                Entry::Missed(missed) => -i64::from(missed.ticks),
+                Entry::Command(_) => 0,
+            });
+            Ok::<(), ()>(())
+        });
+        (found, end.unwrap())
+    }
+
+    #[test]
+    fn ticks_commands_and_lost_ticks_stand_in_the_trace_in_order() {
+        let (_folder, path, mut recorder) = traced(3, 20);
+        recorder.missed();
+        tick(&mut recorder, 1);
+        (0..3).for_each(|_| recorder.missed());
+        assert!(command(&mut recorder, 1));
+        tick(&mut recorder, 2);
+        recorder.missed();
+        // A killed process leaves this.
+        assert_eq!(entries(&path), (vec![-1, 1, -3, 0, 2], End::Complete));
+        tick(&mut recorder, 3);
+        assert!(command(&mut recorder, 3), "behind the last tick that is kept nothing counts");
+        tick(&mut recorder, 4);
+        recorder.finish_trace().unwrap();
+        assert_eq!(entries(&path), (vec![-1, 1, -3, 0, 2, -1, 3], End::Complete));
+        assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (3, 1));
+        assert_eq!(recorder.rows().len(), 3);
+    }
+
+    #[test]
+    fn a_full_trace_has_no_gaps() {
+        let (_folder, path, mut recorder) = traced(100, 4);
+        tick(&mut recorder, 1);
+        assert!(command(&mut recorder, 1));
+        tick(&mut recorder, 2);
+        assert!(!command(&mut recorder, 2), "one place left: a command may need two");
+        recorder.missed();
+        // Its lost tick takes the last place.
+        tick(&mut recorder, 3);
+        tick(&mut recorder, 4);
+        assert!(command(&mut recorder, 4), "nothing is kept any more");
+        recorder.finish_trace().unwrap();
+        assert_eq!(entries(&path), (vec![1, 0, 2, -1], End::Complete));
+        assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 2));
+        assert_eq!(recorder.rows().len(), 2);
     }
 }

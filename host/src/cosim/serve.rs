@@ -384,6 +384,8 @@ impl<'a> Run<'a> {
             reserved: 0,
             state_hash: if hashed { self.engine.state_hash() } else { 0 },
         };
+        // First, so that no answer is seen whose tick a kill could lose.
+        self.recorder.record(pose, force);
         self.send(force);
         if self.paused {
             self.paused_ticks += 1;
@@ -393,7 +395,6 @@ impl<'a> Run<'a> {
                 state.changed();
             }
         }
-        self.recorder.record(pose, force);
         self.answer = Some(force);
     }
 
@@ -447,7 +448,7 @@ impl<'a> Run<'a> {
             publishers: self.publishers,
             sends_failed: self.failed,
             watchdog_fired: self.fired,
-            ticks_recorded: self.recorder.rows().len() as u64,
+            ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,

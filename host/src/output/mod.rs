@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::recording::{self, check_idle};
 
 pub use cells::cells_csv;
 pub use force::{Answer, force_csv};
@@ -27,9 +28,10 @@ impl Folder {
     /// files of an earlier run in it are then removed, everything else stays.
     ///
     /// # Errors
-    /// A folder that cannot be made or written, or that has content.
+    /// A folder that cannot be made or written, that has content, or that a run is recording to.
     pub fn open(path: &Path, force: bool) -> Result<Self> {
         fs::create_dir_all(path).map_err(|why| Error::file("create folder", path, why))?;
+        check_idle("--out", &path.join(recording::TRACE))?;
         let entries = fs::read_dir(path).map_err(|why| Error::file("read folder", path, why))?;
         for entry in entries {
             let entry = entry.map_err(|why| Error::file("read folder", path, why))?;
@@ -119,10 +121,10 @@ fn is_ours(name: &str) -> bool {
     let fixed = [
         "force.csv",
         "path.csv",
-        "session.trace",
+        recording::TRACE,
         "final.vtu",
         "summary.json",
-        "model.chaincell",
+        recording::MODEL,
         "identified.json",
         "residuals.csv",
     ];

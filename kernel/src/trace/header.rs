@@ -2,11 +2,13 @@
 
 use core::fmt;
 
-use super::{CRC, FORMAT_VERSION, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES, put};
+use super::stage::{self, STAGE_BYTES};
+use super::{CRC, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES, VERSION_PLAIN, VERSION_STAGE, put};
 use crate::dynamics::{Dynamics, NumberOf};
 use crate::model::Model;
 use crate::number::Number;
 use crate::settings::{Drive, Network, Settings, SettingsError, Unloading};
+use crate::stage::{Stage, StageError, StageSettings};
 
 /// Words of the fixed part.
 const WORDS: usize = HEADER_BYTES / 4;
@@ -39,6 +41,8 @@ pub enum TraceError {
     },
     /// The settings do not fit the model.
     Settings(SettingsError),
+    /// The output stage's settings are out of range.
+    Stage(StageError),
     /// This input id is no cell of the model.
     Contact(u32),
     /// The trace was recorded with a probe of this radius \[m\], not with contact cells.
@@ -60,8 +64,8 @@ impl fmt::Display for TraceError {
             }
             Self::Version(version) => write!(
                 f,
-                "format version {version} is not version {FORMAT_VERSION} that this release reads: \
-                 take the release that wrote it, or record again"
+                "format version {version} is not version {VERSION_PLAIN} or {VERSION_STAGE} that this \
+                 release reads: take the release that wrote it, or record again"
             ),
             Self::Truncated => f.write_str("the trace stops within its header: copy it again"),
             Self::Checksum => {
@@ -79,6 +83,7 @@ impl fmt::Display for TraceError {
                  give the model of the recording (`chaincell info` shows the checksum)"
             ),
             Self::Settings(why) => write!(f, "its settings do not fit the model: {why}"),
+            Self::Stage(why) => write!(f, "its output stage cannot be: {why}"),
             Self::Contact(id) => {
                 write!(f, "its contact node {id} is no cell of the model: record again")
             }
@@ -106,7 +111,8 @@ fn name(table: &[(&'static str, u16)], code: u16) -> Option<&'static str> {
     table.iter().find(|&&(_, known)| known == code).map(|&(name, _)| name)
 }
 
-/// Bytes of the header of a trace with so many contact cells.
+/// Bytes of the header of a trace with so many contact cells and no output stage; with one see
+/// [`Header::bytes`].
 #[must_use]
 pub const fn header_bytes(contacts: usize) -> usize {
     (HEADER_BYTES + 4 * contacts).next_multiple_of(8)
@@ -143,9 +149,27 @@ pub struct Header {
     pub settings: Settings,
     /// The probe, where contact was by shape; then there are no contact cells.
     pub probe: Option<RecordedProbe>,
+    /// The output stage between the device that the samples came from and the tissue. The commands
+    /// of a session leave it alone.
+    pub stage: Option<StageSettings>,
 }
 
 impl Header {
+    /// Bytes of the header with so many contact cells.
+    #[must_use]
+    pub const fn bytes(&self, contacts: usize) -> usize {
+        header_bytes(contacts) + if self.stage.is_some() { STAGE_BYTES } else { 0 }
+    }
+
+    /// The output stage of the recording, as it began. A sample of the trace goes through
+    /// [`Stage::sample`] to the tissue, the tissue's answer through [`Stage::output`].
+    ///
+    /// # Errors
+    /// Settings that are out of range.
+    pub fn output_stage(&self) -> Result<Option<Stage>, TraceError> {
+        self.stage.map(Stage::new).transpose().map_err(TraceError::Stage)
+    }
+
     /// Of a network under the scheme `D`; `None` where that has no code in the format.
     #[must_use]
     pub fn of<D: Dynamics>(network: &Network<'_>) -> Option<Self> {
@@ -162,6 +186,7 @@ impl Header {
             number: code(&NUMBERS, number)?,
             settings: *network.settings(),
             probe: None,
+            stage: None,
         })
     }
 
@@ -172,7 +197,7 @@ impl Header {
         if contacts.len() > CONTACTS_MAX || (self.probe.is_some() && !contacts.is_empty()) {
             return None;
         }
-        let bytes = header_bytes(contacts.len());
+        let bytes = self.bytes(contacts.len());
         let to = to.get_mut(..bytes)?;
         to.fill(0);
         let settings = &self.settings;
@@ -180,7 +205,7 @@ impl Header {
         let words: [u32; WORDS] = [
             low,
             high,
-            FORMAT_VERSION,
+            if self.stage.is_some() { VERSION_STAGE } else { VERSION_PLAIN },
             bytes as u32,
             self.model,
             u32::from(self.scheme) | u32::from(self.number) << 16,
@@ -202,7 +227,8 @@ impl Header {
             self.probe.map_or(0, |probe| probe.capacity),
             0,
         ];
-        let all = words.iter().chain(contacts);
+        let stage = self.stage.as_ref().map(stage::words);
+        let all = words.iter().chain(stage.iter().flatten()).chain(contacts);
         for (place, word) in to.chunks_exact_mut(4).zip(all) {
             put(place, *word);
         }
@@ -221,12 +247,14 @@ impl Header {
         let words: [u32; WORDS] = bytemuck::cast(*fixed);
         let [_, _, version, bytes, model, kind, unloading, sweeps, rest @ ..] = words;
         let [step, tick_time, max_tool_step, max_force, contacts, radius, capacity, stored] = rest;
-        if version != FORMAT_VERSION {
-            return Err(TraceError::Version(version));
-        }
+        let front = match version {
+            VERSION_PLAIN => HEADER_BYTES,
+            VERSION_STAGE => HEADER_BYTES + STAGE_BYTES,
+            _ => return Err(TraceError::Version(version)),
+        };
         // A damaged length must not be read as a cut.
         let (bytes, contacts) = (bytes as usize, contacts as usize);
-        if contacts > CONTACTS_MAX || bytes != header_bytes(contacts) {
+        if contacts > CONTACTS_MAX || bytes != front - HEADER_BYTES + header_bytes(contacts) {
             return Err(TraceError::Checksum);
         }
         let header = trace.get(..bytes).ok_or(TraceError::Truncated)?;
@@ -257,10 +285,10 @@ impl Header {
             _ if contacts > 0 => return Err(TraceError::Layout),
             _ => Some(RecordedProbe::read(radius, capacity).ok_or(TraceError::Layout)?),
         };
-        let ids = header.get(HEADER_BYTES..HEADER_BYTES + 4 * contacts);
-        let ids = ids.ok_or(TraceError::Layout)?;
+        let stage = stage::read(header.get(HEADER_BYTES..front).ok_or(TraceError::Layout)?)?;
+        let ids = header.get(front..front + 4 * contacts).ok_or(TraceError::Layout)?;
         let [scheme, number]: [u16; 2] = bytemuck::cast(kind);
-        Ok((Self { model, scheme, number, settings, probe }, ids, bytes, stored))
+        Ok((Self { model, scheme, number, settings, probe, stage }, ids, bytes, stored))
     }
 
     /// Names of the scheme and of the number type, [`Dynamics::NAME`] and [`Number::NAME`].

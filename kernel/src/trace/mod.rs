@@ -6,8 +6,8 @@
 //! ```text
 //! header
 //!      0      8  magic "CHAINTRC"
-//!      8      4  format version (1)
-//!     12      4  bytes of the header, 64 + 4 n rounded up to a multiple of 8
+//!      8      4  format version: 1, or 2 with an output stage
+//!     12      4  bytes of the header, 64 + 4 n rounded up to a multiple of 8; version 2: 40 more
 //!     16      4  checksum of the model image
 //!     20      2  scheme, see SCHEMES
 //!     22      2  number type, see NUMBERS
@@ -22,31 +22,50 @@
 //!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells
 //!     56      4  contacts that a probe has room for, 0 with contact cells
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
-//!     64    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
+//! version 2: the settings of the output stage
+//!     64      4  bit 0: a virtual coupling, bit 1: passivity; what is absent is zero below
+//!     68      4  time of a tick [s] (f32 bits)
+//!     72      4  stiffness of the coupling [N/m] (f32 bits)
+//!     76      4  damping of the coupling [N s/m] (f32 bits)
+//!     80      4  damping of the device [N s/m] (f32 bits)
+//!     84      4  ticks of delay
+//!     88      4  largest slew [N/s] (f32 bits)
+//!     92      4  largest force of the stage [N] (f32 bits)
+//!     96      2  ticks of the ramp
+//!     98      2  ticks of the watchdog
+//!    100      4  zero
+//! version 1 from 64, version 2 from 104
+//!      .    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
 //! record r = 0, 1, ... of 40 bytes
 //!      0      8  tick
 //!      8     12  tool position [m] (f32 bits x 3)
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
-//!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`]
+//!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`];
+//!                3 = ticks without a sample, whose bytes stand at [`Missed`]
 //!     34      2  bit 0: a hash was taken
 //!     36      4  CRC-32 of: the header's CRC, r (u32), the 36 bytes before
 //! ```
 //!
-//! A record is one executed tick or one command between two; numbers of ticks are those of the session, and need not be
-//! consecutive. The trace ends with its bytes, with an incomplete record (it was cut), or where
-//! nothing but zeros follow (memory taken beforehand). A record's checksum holds for its place in
-//! its own trace alone, so remains of an earlier trace in the same memory are not taken for
-//! records. Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
+//! A record is one executed tick, one command between two, or the ticks that passed without a
+//! sample; numbers of ticks are those of the session, and need not be consecutive. With an output
+//! stage a sample is the device's, as received. The trace ends with its bytes, with an incomplete
+//! record (it was cut), or where nothing but zeros follow (memory taken beforehand). Who writes a
+//! record's checksum last leaves an incomplete record too where he is stopped within one: its
+//! checksum is zero and nothing but zeros follow. A record's checksum holds for its place in its
+//! own trace alone, so remains of an earlier trace in the same memory are not taken for records. Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
 
 mod command;
 mod header;
+mod missed;
 mod record;
+mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use command::{Command, CommandError, CommandRecord, Entry};
 pub use header::{Header, RecordedProbe, TraceError, header_bytes};
+pub use missed::Missed;
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
@@ -62,8 +81,10 @@ fn put(place: &mut [u8], word: u32) {
 
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"CHAINTRC";
-/// Version of the format written and read here.
-pub const FORMAT_VERSION: u32 = 1;
+/// Version of the format of a trace without an output stage.
+pub const VERSION_PLAIN: u32 = 1;
+/// Version of the format of a trace with one.
+pub const VERSION_STAGE: u32 = 2;
 /// Bytes of the header before the contact cells.
 pub const HEADER_BYTES: usize = 64;
 /// Bytes of a record.
@@ -72,6 +93,8 @@ pub const RECORD_BYTES: usize = 40;
 pub const KIND_SAMPLE: u16 = 1;
 /// Kind of a record that holds a command; read by [`Reader::entries`] alone.
 pub const KIND_COMMAND: u16 = 2;
+/// Kind of a record that holds ticks without a sample; read by [`Reader::entries`] alone.
+pub const KIND_MISSED: u16 = 3;
 /// Number types by the names of `--number`, with their codes.
 pub const NUMBERS: [(&str, u16); 3] = [("f32", 1), ("fixed", 2), ("f64", 3)];
 /// Schemes by the names of `--dynamics`, with their codes.

@@ -5,8 +5,8 @@ use core::fmt;
 use nalgebra::Vector3;
 
 use super::{
-    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, RECORD_BYTES,
-    TraceError, put,
+    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_MISSED, KIND_SAMPLE, Missed,
+    RECORD_BYTES, TraceError, put,
 };
 use crate::model::Model;
 use crate::sample::ToolSample;
@@ -68,8 +68,7 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Writes the header to the front of `to` and gives its length,
-    /// [`header_bytes`](super::header_bytes); `contacts` are the input ids of the contact cells, in
+    /// Writes the header to the front of `to` and gives its length, [`Header::bytes`]; `contacts` are the input ids of the contact cells, in
     /// the order of the model's cells. `None` where `to` is too short or the ids are too many.
     #[must_use]
     pub fn begin(header: &Header, contacts: &[u32], to: &mut [u8]) -> Option<(Self, usize)> {
@@ -88,6 +87,11 @@ impl Writer {
     pub fn command(&mut self, record: &CommandRecord) -> [u8; RECORD_BYTES] {
         let [command, parameter, value] = record.command.words();
         self.encode(record.tick, [command, parameter, value, 0], record.state_hash, KIND_COMMAND)
+    }
+
+    /// The bytes of the next record, for ticks without a sample.
+    pub fn missed(&mut self, missed: &Missed) -> [u8; RECORD_BYTES] {
+        self.encode(missed.tick, [missed.ticks, 0, 0, 0], None, KIND_MISSED)
     }
 
     fn encode(
@@ -117,7 +121,7 @@ impl Writer {
 pub enum End {
     /// With the trace.
     Complete,
-    /// Within this record: the trace was cut.
+    /// Within this record: the trace was cut, or its writer was stopped.
     Cut(u32),
     /// This record's bytes were changed, or belong to another trace.
     Damaged(u32),
@@ -136,6 +140,10 @@ impl fmt::Display for End {
             Self::Kind(record, KIND_COMMAND) => {
                 write!(f, "record {record} is a command, which only a host's replay carries out")
             }
+            Self::Kind(record, KIND_MISSED) => write!(
+                f,
+                "record {record} holds ticks without a sample, which only a host's replay plays"
+            ),
             Self::Kind(record, kind) => write!(
                 f,
                 "record {record} is of kind {kind}, unknown here: take the release that wrote it"
@@ -257,6 +265,9 @@ impl<'t> Reader<'t> {
         self.walk(|index, bytes| {
             let entry = match self.sound(index, bytes)? {
                 (KIND_SAMPLE, words) => Entry::Tick(sample(&words)),
+                (kind @ KIND_MISSED, words) => {
+                    Entry::Missed(missed(&words).ok_or(End::Kind(index, kind))?)
+                }
                 (kind, words) => Entry::Command(command(&words).ok_or(End::Kind(index, kind))?),
             };
             Ok(each(index, &entry))
@@ -277,6 +288,9 @@ impl<'t> Reader<'t> {
             };
             match each(index, bytes) {
                 Ok(told) => told?,
+                Err(End::Damaged(_)) if is_unfinished(bytes, behind) => {
+                    return Ok(End::Cut(index));
+                }
                 Err(end) => return Ok(end),
             }
             rest = behind;
@@ -295,7 +309,7 @@ impl<'t> Reader<'t> {
             return Err(End::Damaged(index));
         }
         let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        let known = kind == KIND_SAMPLE || kind == KIND_COMMAND;
+        let known = matches!(kind, KIND_SAMPLE | KIND_COMMAND | KIND_MISSED);
         if known && bits <= WITH_HASH { Ok((kind, words)) } else { Err(End::Kind(index, kind)) }
     }
 
@@ -333,6 +347,11 @@ impl<'t> Reader<'t> {
     }
 }
 
+/// Whether the writer was stopped within this record, the last one: its checksum comes last.
+fn is_unfinished(record: &[u8; RECORD_BYTES], behind: &[u8]) -> bool {
+    record.ends_with(&[0; 4]) && behind.iter().all(|&byte| byte == 0)
+}
+
 /// The number in two words, the lower first.
 fn long(low: u32, high: u32) -> u64 {
     u64::from(low) | u64::from(high) << 32
@@ -355,4 +374,11 @@ fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
     let command = Command::from_words([kind, parameter, value]).ok()?;
     let record = CommandRecord { tick: long(t0, t1), command, state_hash: state_hash(words) };
     (zero == 0).then_some(record)
+}
+
+/// `None` where the words mean no ticks.
+fn missed(words: &[u32; WORDS]) -> Option<Missed> {
+    let [t0, t1, ticks, zeros @ .., kind, _] = words;
+    let plain = zeros.iter().all(|&word| word == 0) && *kind == u32::from(KIND_MISSED);
+    (plain && *ticks > 0).then_some(Missed { tick: long(*t0, *t1), ticks: *ticks })
 }

@@ -1,0 +1,144 @@
+//! Headers with an output stage, ticks without a sample, and records that were not finished.
+
+use super::*;
+use crate::stage::{Coupling, Passivity, StageSettings};
+
+/// Every part present, every number another.
+fn stage() -> StageSettings {
+    StageSettings {
+        tick_s: 0.5e-3,
+        coupling: Some(Coupling { stiffness_n_per_m: 900.0, damping_n_s_per_m: 0.75 }),
+        passivity: Some(Passivity { device_damping_n_s_per_m: 0.125, delay_ticks: 1 }),
+        max_slew_n_per_s: 300.0,
+        max_force_n: 3.25,
+        ramp_ticks: 200,
+        watchdog_ticks: 20,
+    }
+}
+
+fn staged(stage: StageSettings) -> Vec<u8> {
+    written(&Header { stage: Some(stage), ..header() }, &held().0, &session()[..4])
+}
+
+#[test]
+fn a_stage_is_read_as_written() {
+    let whole = stage();
+    let coupling = StageSettings { passivity: None, ..whole };
+    let passivity = StageSettings { coupling: None, ..whole };
+    for stage in [whole, coupling, passivity, StageSettings::NONE] {
+        let trace = staged(stage);
+        let reader = Reader::open(&trace).unwrap();
+        assert_eq!(reader.header(), &Header { stage: Some(stage), ..header() });
+        assert_eq!(reader.contacts().collect::<Vec<_>>(), held().0);
+        assert_eq!(*reader.header().output_stage().unwrap().unwrap().settings(), stage);
+        let (records, end) = read(&trace).unwrap();
+        assert_eq!((records.len(), end), (4, End::Complete));
+    }
+    let plain = trace();
+    assert_eq!(Reader::open(&plain).unwrap().header().output_stage(), Ok(None));
+}
+
+#[test]
+fn the_bytes_of_a_stage_are_those_of_the_table() {
+    let trace = staged(stage());
+    let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
+    assert_eq!([8, 12, 48].map(word), [2, 120, 3]);
+    assert_eq!([64, 84, 96, 100].map(word), [3, 1, 200 | 20 << 16, 0]);
+    let floats = [0.5e-3, 900.0, 0.75, 0.125, 300.0, 3.25_f32].map(f32::to_bits);
+    assert_eq!([68, 72, 76, 80, 88, 92].map(word), floats);
+    assert_eq!([104, 108, 112, 116].map(word), [held().0[0], held().0[1], held().0[2], 0]);
+    assert_eq!(trace.len(), 120 + 4 * 40);
+}
+
+#[test]
+fn no_changed_byte_of_a_stage_goes_unseen_and_no_cut() {
+    let mut trace = staged(stage());
+    for at in 0..120 {
+        assert!(matches!(read(&trace[..at]), Err(TraceError::Truncated | TraceError::Magic)));
+        for flip in 1..=255 {
+            trace[at] ^= flip;
+            use TraceError::{Checksum, Magic, Version};
+            let found = read(&trace);
+            assert!(matches!(found, Err(Magic | Version(_) | Checksum)), "{at} {flip}: {found:?}");
+            trace[at] ^= flip;
+        }
+    }
+}
+
+/// Sound checksums do not make up for what means nothing.
+#[test]
+fn a_stage_that_contradicts_itself_is_refused() {
+    for (at, word) in [(64, 4), (64, 1), (64, 2), (72, 1), (84, 256), (100, 1)] {
+        let none = matches!((at, word), (72 | 84, 1..)).then_some(StageSettings::NONE);
+        let mut trace = staged(none.unwrap_or(stage()));
+        trace[at..at + 4].copy_from_slice(&u32::to_le_bytes(word));
+        let crc = {
+            let mut digest = CRC.digest();
+            digest.update(&trace[..60]);
+            digest.update(&trace[64..120]);
+            digest.finalize()
+        };
+        trace[60..64].copy_from_slice(&crc.to_le_bytes());
+        assert_eq!(Reader::open(&trace).err(), Some(TraceError::Layout), "{word} at {at}");
+    }
+}
+
+#[test]
+fn ticks_without_a_sample_stand_between_the_ticks() {
+    let missed = Missed { tick: 1000, ticks: 77 };
+    let mut trace = vec![0; header_bytes(HELD.len())];
+    let (mut writer, front) = Writer::begin(&header(), &held().0, &mut trace).unwrap();
+    trace.extend(writer.record(&session()[0]));
+    trace.extend(writer.missed(&missed));
+    trace.extend(writer.record(&session()[1]));
+    let mut found = Vec::new();
+    let end = Reader::open(&trace).unwrap().entries(|_, entry| {
+        found.push(match entry {
+            Entry::Tick(record) => Ok(record.tick),
+            Entry::Missed(missed) => Err(*missed),
+            Entry::Command(command) => panic!("{command:?}"),
+        });
+        Ok::<(), ()>(())
+    });
+    assert_eq!((found, end), (vec![Ok(1000), Err(missed), Ok(1007)], Ok(End::Complete)));
+    let (records, end) = read(&trace).unwrap();
+    assert_eq!((records.len(), end), (1, End::Kind(1, KIND_MISSED)));
+    assert!(end.to_string().contains("ticks without a sample"), "{end}");
+    // Another word, or no ticks: sound bytes that mean nothing.
+    let at = front + RECORD_BYTES;
+    for (by, word) in [(8, 0_u32), (12, 1), (20, 1), (24, 1)] {
+        let mut trace = trace.clone();
+        trace[at + by..at + by + 4].copy_from_slice(&word.to_le_bytes());
+        let place = [&trace[60..64], &1_u32.to_le_bytes(), &trace[at..at + 36]].concat();
+        let crc = CRC.checksum(&place);
+        trace[at + 36..at + 40].copy_from_slice(&crc.to_le_bytes());
+        assert_eq!(entries(&trace).1, End::Kind(1, KIND_MISSED), "{word} at {by}");
+    }
+}
+
+/// Whatever part of its last record a killed writer has stored, the checksum aside.
+#[test]
+fn a_record_that_was_not_finished_is_a_cut() {
+    let whole = trace();
+    let at = whole.len() - RECORD_BYTES;
+    let all: Vec<_> = session().iter().map(bits).collect();
+    for behind in [0, 1, RECORD_BYTES, 3 * RECORD_BYTES] {
+        for stored in 0..36 {
+            for (from, to) in [(0, stored), (stored, 36)] {
+                let mut trace = whole.clone();
+                trace[at..].fill(0);
+                trace[at + from..at + to].copy_from_slice(&whole[at + from..at + to]);
+                trace.resize(at + RECORD_BYTES + behind, 0);
+                let nothing = trace[at..].iter().all(|&byte| byte == 0);
+                let last = TICKS - 1;
+                let end = if nothing { End::Complete } else { End::Cut(last as u32) };
+                assert_eq!(read(&trace), Ok((all[..last].to_vec(), end)), "{from}..{to}");
+                if !nothing && behind > 0 {
+                    // With anything behind it, it is damage.
+                    *trace.last_mut().unwrap() = 1;
+                    assert_eq!(read(&trace).unwrap().1, End::Damaged(last as u32));
+                }
+            }
+        }
+    }
+}
