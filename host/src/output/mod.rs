@@ -125,6 +125,10 @@ fn is_ours(name: &str) -> bool {
         "model.chaincell",
         "identified.json",
         "residuals.csv",
+        "soak.json",
+        "histogram.csv",
+        "histogram.svg",
+        "histogram.png",
     ];
     snapshot || report || paper || chart || fixed.contains(&name)
 }
