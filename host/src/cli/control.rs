@@ -39,6 +39,9 @@ pub struct Args {
     /// Length of the press [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     seconds: f64,
+    /// Play the path or the motion so many times, its ticks counting on
+    #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
+    repeat: u64,
     /// Longest wait for a server [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     wait_for_server_s: f64,
@@ -104,6 +107,8 @@ pub fn execute(args: &Args) -> Result<()> {
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.ends_with_parent,
         wait_for_server_s: args.wait_for_server_s,
+        repeats: args.repeat,
+        histogram: args.common.histogram,
         ..ControlOptions::default()
     };
     let report = control(&poses, &options)?.report;

@@ -110,7 +110,7 @@ pub fn execute(args: &Args) -> Result<()> {
 }
 
 /// The default body, baked.
-fn organ() -> Result<ImageBytes> {
+pub(super) fn organ() -> Result<ImageBytes> {
     let mesh = mesh::load("organ", &MeshOptions::default())?;
     bake(&mesh, &mesh.default_fixed, &BakeOptions::default())
 }

@@ -16,6 +16,7 @@ mod run;
 mod scene;
 mod serve;
 mod session;
+mod soak;
 mod state;
 
 pub(crate) use scene::{automatic, contact_cells};
@@ -45,6 +46,7 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    Soak(soak::Args),
     Report(report::Args),
     Paper(paper::Args),
     Identify(Box<identify::Args>),
@@ -67,6 +69,7 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
+            Work::Soak(args) => soak::execute(&args),
             Work::Report(args) => report::execute(&args),
             Work::Paper(args) => paper::execute(&args),
             Work::Identify(args) => identify::execute(&args),

@@ -14,7 +14,7 @@ use crate::bake::ImageBytes;
 use crate::cosim::command::Refusal;
 use crate::cosim::payload::{NodePosition, ToolForce};
 use crate::cosim::record::Recorder;
-use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
+use crate::cosim::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
 use crate::cosim::tissue::TissueEngine;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
@@ -50,6 +50,10 @@ pub struct Args {
     /// Send the positions of all nodes to viewers so many times a second at most, 0 for never [Hz]
     #[arg(long, default_value_t = 60, value_name = "HZ", allow_negative_numbers = true)]
     state_hz: u32,
+    /// Execute so many poses a second at most, 1024 of them at once; further ones are counted and not
+    /// executed; 0 for no limit [Hz]
+    #[arg(long, default_value_t = POSE_HZ, value_name = "HZ", allow_negative_numbers = true)]
+    max_pose_hz: u32,
     /// End after so many ticks
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     ticks: Option<u64>,
@@ -117,6 +121,8 @@ pub fn execute(args: &Args) -> Result<()> {
         ends_with_parent: args.common.ends_with_parent,
         watchdog_ms: args.watchdog_ms,
         hash_every: args.hash_every,
+        max_pose_hz: args.max_pose_hz,
+        histogram: args.common.histogram,
         ticks: args.ticks,
         seconds: args.seconds,
         ..ServeOptions::default()
@@ -202,8 +208,12 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
     }
     tell_refused(&report.refused);
     terminal::say(format_args!(
-        "{} ticks answered, {} repeated, {} refused, watchdog {} times",
-        report.ticks_executed, report.poses_repeated, report.poses_refused, report.watchdog_fired
+        "{} ticks answered, {} repeated, {} refused, {} too fast, watchdog {} times",
+        report.ticks_executed,
+        report.poses_repeated,
+        report.poses_refused,
+        report.poses_throttled,
+        report.watchdog_fired
     ))?;
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
     terminal::say(format_args!(

@@ -40,6 +40,9 @@ pub struct LoopArgs {
     /// End when the process that started this one has ended
     #[arg(long, hide = true)]
     pub ends_with_parent: bool,
+    /// Put histograms into the report of --json
+    #[arg(long, hide = true)]
+    pub histogram: bool,
 }
 
 impl LoopArgs {
@@ -47,6 +50,15 @@ impl LoopArgs {
     pub fn check(&self) -> Result<()> {
         let scene = Scene::open(self.scene.as_deref(), &Domain::default())?;
         scene.serve_ports(false).map(|_| ())
+    }
+
+    /// The same arguments for the two child processes, and a report from each.
+    pub fn to_args(&self) -> Vec<OsString> {
+        let mut args: Vec<OsString> = vec!["--json".into()];
+        args.extend(self.scene.iter().map(|name| format!("--scene={name}").into()));
+        args.extend(["--ends-with-parent".into(), "--wait".into(), wait_name(self.wait)]);
+        args.extend(self.no_realtime.then(|| "--no-realtime".into()));
+        args
     }
 }
 
@@ -132,10 +144,7 @@ pub fn run(
     let spinner = terminal::progress(1, "measuring the machine's floor");
     let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
     spinner.finish_and_clear();
-    let mut both: Vec<OsString> = vec!["--json".into()];
-    both.extend(common.scene.iter().map(|name| format!("--scene={name}").into()));
-    both.extend(["--ends-with-parent".into(), "--wait".into(), wait_name(common.wait)]);
-    both.extend(common.no_realtime.then(|| "--no-realtime".into()));
+    let both = common.to_args();
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
     serve_args.extend(both.iter().cloned());
     serve_args.extend(scene.to_args());

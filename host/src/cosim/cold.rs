@@ -59,7 +59,7 @@ pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
 }
 
 /// Size of the last-level cache as Linux tells it \[bytes\].
-fn last_level_cache_bytes() -> usize {
+pub(crate) fn last_level_cache_bytes() -> usize {
     let size = |index: u32| {
         let path = format!("/sys/devices/system/cpu/cpu0/cache/index{index}/size");
         let text = std::fs::read_to_string(path).ok()?;

@@ -8,9 +8,12 @@ use chaincell_kernel::sample::Flags;
 use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 use super::complain::complain;
 use super::histogram::{Latencies, Summary};
+use super::outstanding::Outstanding;
 use super::payload::{ToolForce, ToolPose};
+use super::playlist::Playlist;
 use super::realtime::{self, Role};
 use super::services::{Domain, Ports, Scene};
+use super::spans::Spans;
 use super::wait::{Wait, Waiter};
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -35,6 +38,10 @@ pub struct ControlOptions {
     pub wait: Wait,
     /// Longest wait for a server before the first pose \[s\].
     pub wait_for_server_s: f64,
+    /// How often the poses are played, their ticks counting on.
+    pub repeats: u64,
+    /// Whether the report has histograms.
+    pub histogram: bool,
     /// Whether to ask for real-time privileges.
     pub realtime: bool,
     /// Whether to end when the process that started this one has ended.
@@ -48,6 +55,8 @@ impl Default for ControlOptions {
             domain: Domain::default(),
             wait: Wait::default(),
             wait_for_server_s: 10.0,
+            repeats: 1,
+            histogram: false,
             realtime: true,
             ends_with_parent: false,
         }
@@ -63,6 +72,11 @@ pub struct ControlReport {
     pub ticks_answered: u64,
     /// Answers that arrived more than 1 ms after the scheduled send.
     pub missed_deadlines: u64,
+    /// Of these, the ones whose pose was itself sent more than 1 ms late: this process was kept
+    /// waiting by the machine.
+    pub missed_sent_late: u64,
+    /// Of the others, the ones whose tick took more than 1 ms.
+    pub missed_in_step: u64,
     /// Times the tissue's watchdog said that poses had stopped coming.
     pub stale_answers: u64,
     /// Answers to poses that were not sent, or were answered already.
@@ -79,6 +93,18 @@ pub struct ControlReport {
     pub interrupted: bool,
     /// Privileges that were refused, with the reason.
     pub refused: Vec<String>,
+    /// Histograms, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histogram: Option<ControlSpans>,
+}
+
+/// Histograms of a controller's run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlSpans {
+    /// From the send to the arrival of its answer.
+    pub round_trip: Spans,
+    /// From the scheduled to the actual send: how late this process woke up.
+    pub send_late: Spans,
 }
 
 /// A controller's run: its report, and the answers in order of arrival.
@@ -86,16 +112,17 @@ pub struct ControlReport {
 pub struct ControlRun {
     /// What happened.
     pub report: ControlReport,
-    /// One answer for each answered pose.
+    /// One answer for each answered pose; none of poses that are repeated, so that a run's memory
+    /// does not depend on its length.
     pub forces: Vec<ToolForce>,
 }
 
 /// Plays poses at 1 kHz. A late pose is sent late, never skipped.
 ///
 /// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
-/// for outstanding answers after the last one.
+/// for outstanding answers after the last one. Takes memory for the poses given, none for time.
 pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRun> {
-    check(poses)?;
+    let poses = Playlist::new(poses, options.repeats)?;
     if options.ends_with_parent {
         realtime::end_with_parent()?;
     }
@@ -113,17 +140,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     let mut run = Run::new(poses, &ports, options.wait)?;
     run.play();
     run.linger();
-    Ok(run.finish(refused))
-}
-
-fn check(poses: &[ToolPose]) -> Result<()> {
-    match poses.windows(2).find(|pair| pair[1].tick <= pair[0].tick) {
-        None => Ok(()),
-        Some(pair) => Err(Error::input(format!(
-            "tick {} follows tick {}: number the ticks of a path upwards",
-            pair[1].tick, pair[0].tick
-        ))),
-    }
+    Ok(run.finish(refused, options.histogram))
 }
 
 fn wait_for_server(
@@ -156,16 +173,17 @@ fn wait_for_server(
 }
 
 struct Run<'a> {
-    poses: &'a [ToolPose],
+    poses: Playlist<'a>,
     ports: &'a Ports<ToolForce, ToolPose>,
     waiter: Waiter,
     start_ns: u64,
-    sent_ns: Vec<u64>,
-    answered: Vec<bool>,
+    outstanding: Outstanding,
     forces: Vec<ToolForce>,
     round_trip: Latencies,
     send_late: Latencies,
     missed: u64,
+    missed_sent_late: u64,
+    missed_in_step: u64,
     stale: u64,
     foreign: u64,
     failed: u64,
@@ -174,28 +192,24 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(
-        poses: &'a [ToolPose],
-        ports: &'a Ports<ToolForce, ToolPose>,
-        wait: Wait,
-    ) -> Result<Self> {
+    fn new(poses: Playlist<'a>, ports: &'a Ports<ToolForce, ToolPose>, wait: Wait) -> Result<Self> {
+        let kept = if poses.is_repeated() { 0 } else { poses.len() };
         let mut forces = Vec::new();
         // Writing every element now keeps page faults out of the loop.
-        forces.resize(poses.len(), ToolForce::default());
+        forces.resize(usize::try_from(kept).unwrap_or(0), ToolForce::default());
         forces.clear();
-        let mut sent_ns = vec![u64::MAX; poses.len()];
-        sent_ns.clear();
         Ok(Self {
             poses,
             ports,
             waiter: Waiter::new(wait, ROUND_TRIP_GUESS_NS),
             start_ns: now_ns() + LOOK_NS,
-            sent_ns,
-            answered: vec![false; poses.len()],
+            outstanding: Outstanding::new(),
             forces,
             round_trip: Latencies::new()?,
             send_late: Latencies::new()?,
             missed: 0,
+            missed_sent_late: 0,
+            missed_in_step: 0,
             stale: 0,
             foreign: 0,
             failed: 0,
@@ -216,17 +230,17 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn scheduled_ns(&self, index: usize) -> u64 {
-        self.start_ns + index as u64 * PERIOD_NS
+    fn scheduled_ns(&self, index: u64) -> u64 {
+        self.start_ns + index * PERIOD_NS
     }
 
-    fn send(&mut self, index: usize, scheduled_ns: u64) {
+    fn send(&mut self, index: u64, scheduled_ns: u64) {
         let send_ns = now_ns();
-        if let Err(why) = self.ports.publisher.send_copy(self.poses[index]) {
+        if let Err(why) = self.ports.publisher.send_copy(self.poses.pose(index)) {
             complain(&mut self.failed, "cannot send a pose", why);
         }
         self.ports.ring.ring();
-        self.sent_ns.push(send_ns);
+        self.outstanding.send(send_ns);
         self.send_late.record(send_ns.saturating_sub(scheduled_ns));
         self.waiter.expect_after(send_ns);
     }
@@ -260,42 +274,52 @@ impl<'a> Run<'a> {
             self.stale += 1;
             return;
         }
-        let found = self.poses.binary_search_by_key(&force.tick, |pose| pose.tick);
-        let Some((index, sent_ns)) = found
-            .ok()
-            .filter(|index| !self.answered[*index])
-            .and_then(|index| Some((index, *self.sent_ns.get(index)?)))
-        else {
+        let index = self.poses.index_of(force.tick);
+        let answered = index.and_then(|index| Some((index, self.outstanding.answer(index)?)));
+        let Some((index, sent_ns)) = answered else {
             self.foreign += 1;
             return;
         };
-        self.answered[index] = true;
         let round_trip_ns = arrival_ns.saturating_sub(sent_ns);
         self.waiter.arrived(arrival_ns, round_trip_ns);
-        if self.forces.len() + 1 < self.sent_ns.len() {
+        if self.outstanding.answered() < self.outstanding.sent() {
             self.waiter.expect_after(arrival_ns);
         }
         self.round_trip.record(round_trip_ns);
-        if arrival_ns > self.scheduled_ns(index) + DEADLINE_NS {
+        let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
+        if arrival_ns > due_ns {
             self.missed += 1;
+            if sent_ns > due_ns {
+                self.missed_sent_late += 1;
+            } else if u64::from(force.step_ns) > DEADLINE_NS {
+                self.missed_in_step += 1;
+            }
         }
         if force.state_hash != 0 {
             self.state_hash = force.state_hash;
         }
-        self.forces.push(force);
+        if !self.poses.is_repeated() {
+            self.forces.push(force);
+        }
     }
 
     fn linger(&mut self) {
         let end_ns = now_ns() + LINGER_NS;
-        self.receive_until(end_ns, |run| run.forces.len() == run.sent_ns.len());
+        self.receive_until(end_ns, |run| run.outstanding.is_settled());
     }
 
-    fn finish(self, refused: Vec<String>) -> ControlRun {
+    fn finish(self, refused: Vec<String>, histogram: bool) -> ControlRun {
+        let histogram = histogram.then(|| ControlSpans {
+            round_trip: self.round_trip.spans(),
+            send_late: self.send_late.spans(),
+        });
         ControlRun {
             report: ControlReport {
-                ticks_sent: self.sent_ns.len() as u64,
-                ticks_answered: self.forces.len() as u64,
+                ticks_sent: self.outstanding.sent(),
+                ticks_answered: self.outstanding.answered(),
                 missed_deadlines: self.missed,
+                missed_sent_late: self.missed_sent_late,
+                missed_in_step: self.missed_in_step,
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,
@@ -307,6 +331,7 @@ impl<'a> Run<'a> {
                 },
                 interrupted: self.interrupted,
                 refused,
+                histogram,
             },
             forces: self.forces,
         }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns};
-use super::control::{ControlOptions, control};
+use super::control::{ControlOptions, ControlReport, control};
 use super::histogram::{Latencies, Summary};
 use super::names::unique_scene;
 use super::payload::ToolPose;
@@ -31,8 +31,8 @@ pub struct Floor {
 /// Measures both floors, `ticks` ticks of 1 ms each.
 pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Floor> {
     let wakeup = in_thread(move || wakeup(wait, realtime, ticks))?;
-    let round_trip = round_trip(wait, realtime, ticks, domain)?;
-    Ok(Floor { floor_wakeup_ns: wakeup.summary(), floor_round_trip_ns: round_trip })
+    let round_trip = without_tissue(wait, realtime, ticks.into(), domain)?;
+    Ok(Floor { floor_wakeup_ns: wakeup.summary(), floor_round_trip_ns: round_trip.round_trip_ns })
 }
 
 /// How late the controller's wait reaches each tick of an empty 1 kHz loop.
@@ -55,16 +55,24 @@ fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
 }
 
 /// Server and controller as two threads, each with a node of its own, connected as two processes
-/// are.
-fn round_trip(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Summary> {
+/// are; `ticks` ticks of 1 ms without a tissue. The report has histograms.
+///
+/// # Errors
+/// The user's wish to stop; what shared memory refuses.
+pub fn without_tissue(
+    wait: Wait,
+    realtime: bool,
+    ticks: u64,
+    domain: &Domain,
+) -> Result<ControlReport> {
     let scene = Some(unique_scene("floor"));
     let serve_options = ServeOptions {
         scene: scene.clone(),
         domain: domain.clone(),
         wait,
         hash_every: 0,
-        ticks: Some(u64::from(ticks)),
-        seconds: Some(2.0 * MEET_S + f64::from(ticks) / 1000.0),
+        ticks: Some(ticks),
+        seconds: Some(2.0 * MEET_S + ticks as f64 / 1000.0),
         realtime,
         ..ServeOptions::default()
     };
@@ -74,20 +82,17 @@ fn round_trip(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result
         wait,
         wait_for_server_s: MEET_S,
         realtime,
+        repeats: ticks,
+        histogram: true,
         ..ControlOptions::default()
     };
     let server = std::thread::spawn(move || {
         Server::open(&serve_options)?.run(&mut NoTissue, &mut Recorder::default())
     });
-    let poses: Vec<ToolPose> =
-        (0..u64::from(ticks)).map(|tick| ToolPose { tick, ..ToolPose::default() }).collect();
-    let run = in_thread(move || control(&poses, &control_options));
+    let run = in_thread(move || control(&[ToolPose::default()], &control_options));
     join(server)?;
     let report = run?.report;
-    if report.interrupted {
-        return Err(Error::Interrupted);
-    }
-    Ok(report.round_trip_ns)
+    if report.interrupted { Err(Error::Interrupted) } else { Ok(report) }
 }
 
 /// Runs in a thread of its own, so that its privileges end with it.

@@ -3,6 +3,7 @@
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
+use super::spans::Spans;
 use crate::error::{Error, Result};
 
 /// Longest span told apart \[ns\]; longer ones count as this long, but for the largest of all.
@@ -66,6 +67,25 @@ impl Latencies {
     #[must_use]
     pub fn count(&self) -> u64 {
         self.spans.len()
+    }
+
+    /// The spans in buckets. Allocates: for the end of a run.
+    #[must_use]
+    pub fn spans(&self) -> Spans {
+        if self.spans.is_empty() {
+            return Spans::default();
+        }
+        let mut spans = Spans {
+            max_ns: self.max_ns,
+            mean_ns: self.spans.mean() as u64,
+            min_ns: self.spans.min(),
+            ..Spans::default()
+        };
+        for value in self.spans.iter_recorded() {
+            let span_ns = self.spans.lowest_equivalent(value.value_iterated_to());
+            spans.push(span_ns, value.count_at_value());
+        }
+        spans
     }
 
     /// The percentiles, to three significant digits; the maximum is exact.

@@ -14,7 +14,7 @@
 //! - [`payload`], [`names`], [`services`]: what goes over shared memory, and under which names.
 //! - [`tissue`]: what the loop needs of a tissue. [`record`]: poses as received, with answers.
 //! - [`wait`], [`realtime`], [`clock`]: waiting, privileges, time.
-//! - [`histogram`], [`peers`]: latencies, and what a peer's joining costs.
+//! - [`histogram`], [`spans`], [`peers`]: latencies, and what a peer's joining costs.
 
 pub mod clock;
 pub mod cold;
@@ -26,12 +26,16 @@ pub mod histogram;
 pub mod motion;
 pub mod names;
 pub mod orchestra;
+mod outstanding;
+mod owner;
 pub mod payload;
 pub mod peers;
+mod playlist;
 pub mod realtime;
 pub mod record;
 pub mod serve;
 pub mod services;
+pub mod spans;
 pub mod state;
 pub mod tissue;
 pub mod wait;

@@ -52,8 +52,27 @@ pub struct CosimReports {
     pub interrupted: bool,
 }
 
+/// The two child processes while they run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Underway {
+    /// Since the controller was started.
+    pub elapsed: Duration,
+    /// Process id of the tissue's side.
+    pub serve_pid: u32,
+    /// Process id of the controller's side.
+    pub control_pid: u32,
+}
+
 /// Runs both sides to their end. No child outlives this call, however it ends.
 pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
+    cosim_watched(options, |_| {})
+}
+
+/// As [`cosim`], and calls `watch` some fifty times a second while the motion is under way.
+pub fn cosim_watched(
+    options: &CosimOptions,
+    mut watch: impl FnMut(Underway),
+) -> Result<CosimReports> {
     let mut serve = Side::start("serve", &options.serve_args)?;
     serve.wait_for_ready(Duration::from_secs(options.ready_s))?;
     let mut control = Side::start("control", &options.control_args)?;
@@ -69,6 +88,8 @@ pub fn cosim(options: &CosimOptions) -> Result<CosimReports> {
         }
         let done_ms = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX);
         progress.set_position(done_ms.min(options.motion_ms));
+        let (serve_pid, control_pid) = (serve.child.id(), control.child.id());
+        watch(Underway { elapsed: start.elapsed(), serve_pid, control_pid });
         std::thread::sleep(LOOK);
     }
     progress.finish_and_clear();

@@ -6,6 +6,7 @@
 //! for viewers and commands have their turn while no pose waits too.
 
 mod beside;
+mod rate;
 
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -22,11 +23,15 @@ use super::peers::{Call, PeerCost, PeerWatch};
 use super::realtime::{self, Role};
 use super::record::Recorder;
 use super::services::{Domain, Ports, Scene};
+use super::spans::Spans;
 use super::state::StatePublisher;
 use super::tissue::TissueEngine;
 use super::wait::{Wait, Waiter};
 use crate::error::Result;
 use crate::{interrupt, terminal};
+
+use rate::PoseRate;
+pub use rate::{POSE_HZ, POSE_HZ_MAX};
 
 /// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
@@ -48,6 +53,10 @@ pub struct ServeOptions {
     pub watchdog_ms: u32,
     /// A state hash every this many ticks; 0 leaves it to the end of the run.
     pub hash_every: u64,
+    /// Most poses executed a second, 0 for any number; see [`POSE_HZ`] \[Hz\].
+    pub max_pose_hz: u32,
+    /// Whether the report has a histogram.
+    pub histogram: bool,
     /// Ends after this many executed ticks.
     pub ticks: Option<u64>,
     /// Ends after this long \[s\].
@@ -66,6 +75,8 @@ impl Default for ServeOptions {
             wait: Wait::default(),
             watchdog_ms: 20,
             hash_every: 1,
+            max_pose_hz: POSE_HZ,
+            histogram: false,
             ticks: None,
             seconds: None,
             realtime: true,
@@ -95,6 +106,9 @@ pub struct ServeReport {
     pub poses_repeated: u64,
     /// Poses of a second publisher while the first was alive: not executed.
     pub poses_refused: u64,
+    /// Poses beyond `--max-pose-hz`: not executed.
+    #[serde(default)]
+    pub poses_throttled: u64,
     /// Publishers that poses were accepted from.
     pub publishers: u64,
     /// Answers that shared memory did not take.
@@ -125,6 +139,9 @@ pub struct ServeReport {
     pub ended_by: Ending,
     /// Privileges that were refused, with the reason.
     pub refused: Vec<String>,
+    /// Histogram of `step_ns`, where it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_histogram: Option<Spans>,
 }
 
 /// A scene whose services exist and that is ready for poses.
@@ -134,6 +151,7 @@ pub struct Server {
     scene: Scene,
     ports: Ports<ToolPose, ToolForce>,
     length_ns: u64,
+    rate: PoseRate,
     state: Option<StatePublisher>,
     commands: Option<CommandServer>,
 }
@@ -156,13 +174,14 @@ impl Server {
             Some(seconds) => span_ns("--seconds", seconds)?,
             None => u64::MAX,
         };
+        let rate = PoseRate::new(options.max_pose_hz)?;
         if options.ends_with_parent {
             realtime::end_with_parent()?;
         }
         let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
         let ports = scene.serve_ports(options.wait == Wait::Event)?;
         let options = options.clone();
-        Ok(Self { options, scene, ports, length_ns, state: None, commands: None })
+        Ok(Self { options, scene, ports, length_ns, rate, state: None, commands: None })
     }
 
     /// Sends states of `nodes` nodes at most `hz` times a second, 0 for none.
@@ -223,6 +242,7 @@ struct Run<'a> {
     peers: PeerWatch,
     step: Latencies,
     in_charge: Option<InCharge>,
+    rate: PoseRate,
     alive_until_ns: u64,
     last_pose_ns: u64,
     answer: Option<ToolForce>,
@@ -232,6 +252,7 @@ struct Run<'a> {
     executed: u64,
     repeated: u64,
     refused: u64,
+    throttled: u64,
     failed: u64,
     fired: u64,
     paused_ticks: u64,
@@ -260,6 +281,7 @@ impl<'a> Run<'a> {
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
             in_charge: None,
+            rate: server.rate,
             alive_until_ns: 0,
             last_pose_ns: start_ns,
             answer: None,
@@ -269,6 +291,7 @@ impl<'a> Run<'a> {
             executed: 0,
             repeated: 0,
             refused: 0,
+            throttled: 0,
             failed: 0,
             fired: 0,
             paused_ticks: 0,
@@ -359,6 +382,10 @@ impl<'a> Run<'a> {
             _ => self.publishers += 1,
         }
         self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
+        if !self.rate.takes(arrival_ns) {
+            complain(&mut self.throttled, "poses come faster than --max-pose-hz", pose.tick);
+            return false;
+        }
         self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.last_pose_ns));
         self.waiter.expect_after(arrival_ns);
         self.last_pose_ns = arrival_ns;
@@ -445,6 +472,7 @@ impl<'a> Run<'a> {
             ticks_executed: self.executed,
             poses_repeated: self.repeated,
             poses_refused: self.refused,
+            poses_throttled: self.throttled,
             publishers: self.publishers,
             sends_failed: self.failed,
             watchdog_fired: self.fired,
@@ -460,6 +488,7 @@ impl<'a> Run<'a> {
             state_hash: format!("{:016x}", self.engine.state_hash()),
             ended_by,
             refused,
+            step_histogram: self.server.options.histogram.then(|| self.step.spans()),
         }
     }
 }

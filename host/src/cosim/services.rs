@@ -1,6 +1,31 @@
-//! The scene's services in shared memory: opening them, their limits, and who is already there.
+//! The scene's services in shared memory: opening them, their limits, and who may connect.
+//!
+//! **Who may connect**: programs of the user that runs the first one, and nobody else. iceoryx2
+//! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it makes
+//! is readable and writable by its owner alone, whatever the umask; the folder must be this user's
+//! and no other may write in it (its feature `dev_permissions`, which would open all of it, is
+//! not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes. It is
+//! mapped only while a program starts; a node's id holds the process and the time besides. Other
+//! users of the machine can hinder a start by breaking it, not a session, and see no message. Root
+//! may do anything.
+//! The configuration is iceoryx2's built-in one: no file in the working folder, in the home
+//! folder or in /etc changes it.
+//!
+//! **Sizes** are fixed by the types of [`super::payload`]. A service refuses a program whose
+//! message has another name, size, alignment, or is a slice where it is none; states are slices,
+//! their length fixed by the model. Nothing that arrives takes memory of the server.
+//!
+//! **Rates**: poses `--max-pose-hz` a second with 1,024 at once; commands one every 10 ms, 4 under
+//! way for each of at most 8 programs; states `--state-hz` a second, only while somebody reads; a
+//! hash is part of an answer, `--hash-every`. What is beyond is dropped, poses are counted. A
+//! reader that does not read loses the oldest messages and holds up nobody.
+//!
+//! **No path from a message to a file.** Every message is numbers alone ([`super::payload`]): none
+//! can name a file. Of the files that `serve` writes, the folder and the names stand on its command
+//! line; a message can only become a row in them, up to `--record-ticks`.
 
 use std::fmt::Debug;
+use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -13,6 +38,7 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
 use super::names::SceneNames;
+use super::owner;
 use crate::error::{Error, Result};
 
 /// Messages that a reader may leave unread before the oldest is lost.
@@ -121,9 +147,12 @@ impl Scene {
         // iceoryx2 writes its remarks to standard error unless IOX2_LOG_LEVEL asks for them.
         set_log_level_from_env_or(LogLevel::Fatal);
         let names = SceneNames::new(scene)?;
+        let config = domain.config()?;
+        let root = std::ffi::OsStr::from_bytes(config.global.root_path().as_bytes());
+        owner::take(root.as_ref())?;
         let node = NodeBuilder::new()
             .name(&node_name()?)
-            .config(&domain.config()?)
+            .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|why| {

@@ -127,6 +127,10 @@ fn is_ours(name: &str) -> bool {
         recording::MODEL,
         "identified.json",
         "residuals.csv",
+        "soak.json",
+        "histogram.csv",
+        "histogram.svg",
+        "histogram.png",
     ];
     snapshot || report || paper || chart || fixed.contains(&name)
 }

@@ -1,0 +1,126 @@
+//! Load beside a run: threads that copy and compute without a pause, and share nothing with it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::cosim::cold::last_level_cache_bytes;
+use crate::error::{Error, Result};
+
+/// Most that a thread copies to and fro \[bytes\].
+const BUFFER_BYTES_MAX: usize = 64 << 20;
+/// Copied between looks whether to stop \[bytes\].
+const CHUNK_BYTES: usize = 1 << 20;
+
+/// What the load did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct LoadFigures {
+    /// Threads that were busy all the time.
+    pub threads: usize,
+    /// Read and written by all of them, a second \[GB/s\].
+    pub gb_per_s: f64,
+}
+
+/// Busy threads, ended with the value.
+#[derive(Debug)]
+pub struct Load {
+    stop: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<u64>>,
+    start: Instant,
+}
+
+/// Threads unless the user says otherwise: one for each core but the tissue's, at least one.
+#[must_use]
+pub fn default_threads() -> usize {
+    cores().len().saturating_sub(1).max(1)
+}
+
+fn cores() -> Vec<core_affinity::CoreId> {
+    core_affinity::get_core_ids().unwrap_or_default()
+}
+
+impl Load {
+    /// Starts so many threads, on all cores but the last, which is the tissue's.
+    ///
+    /// # Errors
+    /// A thread that the system refuses.
+    pub fn start(threads: usize) -> Result<Self> {
+        let cores = cores();
+        let others = cores.get(..cores.len().saturating_sub(1)).unwrap_or_default();
+        let mut load = Self { stop: Arc::default(), threads: Vec::new(), start: Instant::now() };
+        for at in 0..threads {
+            let core = others.get(at % others.len().max(1)).copied();
+            let stop = Arc::clone(&load.stop);
+            let thread = std::thread::Builder::new().name(format!("load {at}"));
+            let started = thread.spawn(move || {
+                // A core that is refused leaves the choice to the system.
+                let _ = core.map(core_affinity::set_for_current);
+                work(&stop)
+            });
+            load.threads.push(
+                started.map_err(|why| Error::check(format!("cannot start the load: {why}")))?,
+            );
+        }
+        Ok(load)
+    }
+
+    /// Ends it.
+    #[must_use]
+    pub fn end(mut self) -> LoadFigures {
+        self.stop.store(true, Ordering::Relaxed);
+        let threads = self.threads.len();
+        let bytes: u64 = self.threads.drain(..).filter_map(|thread| thread.join().ok()).sum();
+        let seconds = self.start.elapsed().as_secs_f64().max(1e-9);
+        LoadFigures { threads, gb_per_s: bytes as f64 * 1e-9 / seconds }
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            // A thread that failed has ended.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Copies twice the last-level cache to and fro and adds it up, until told to stop; the bytes read
+/// and written.
+fn work(stop: &AtomicBool) -> u64 {
+    let half = last_level_cache_bytes().clamp(CHUNK_BYTES, BUFFER_BYTES_MAX / 2);
+    let (mut one, mut other) = (vec![1_u8; half], vec![2_u8; half]);
+    let (mut bytes, mut sum) = (0_u64, 0_u64);
+    loop {
+        for (to, from) in one.chunks_mut(CHUNK_BYTES).zip(other.chunks(CHUNK_BYTES)) {
+            if stop.load(Ordering::Relaxed) {
+                std::hint::black_box(sum);
+                return bytes;
+            }
+            to.copy_from_slice(from);
+            sum = to.iter().fold(sum, |sum, byte| sum.wrapping_mul(31) ^ u64::from(*byte));
+            bytes += 3 * to.len() as u64;
+        }
+        std::mem::swap(&mut one, &mut other);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_work_until_they_are_told_to_stop() {
+        let load = Load::start(2).unwrap();
+        assert!(!load.threads.iter().any(JoinHandle::is_finished), "a thread ended by itself");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        let figures = load.end();
+        assert_eq!(figures.threads, 2);
+        assert!(figures.gb_per_s > 0.0, "{figures:?}");
+        assert_eq!(Load::start(0).unwrap().end(), LoadFigures::default());
+        assert!(default_threads() >= 1);
+    }
+}
