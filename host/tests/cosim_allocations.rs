@@ -14,8 +14,7 @@ use chaincell_host::cosim::serve::{ServeOptions, Server};
 use chaincell_host::cosim::services::{Domain, Scene};
 use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::tissue::TissueEngine;
-use chaincell_kernel::sample::{Flags, TickOutput, ToolSample};
-use nalgebra::Vector3;
+use chaincell_kernel::sample::{TickOutput, ToolSample};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -73,12 +72,7 @@ impl TissueEngine for Counter {
         }
         self.end = now;
         self.counted_states.1 = self.states;
-        TickOutput {
-            force_n: Vector3::zeros(),
-            energy_j: 0.0,
-            contacts: 0,
-            flags: Flags::default(),
-        }
+        TickOutput::NONE
     }
 
     fn state_hash(&mut self) -> u64 {

@@ -248,7 +248,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             let spread = spread(model, self.state, self.contacts);
             let level = self.head.level.at_most(model.energy_max());
             let share = contact::move_max(model.energy_max(), level, spread);
-            if share < 1.0 && change.hi > 0.0 {
+            if share < 1.0 && change.bound().hi > 0.0 {
                 self.put(sphere, share);
                 change = self.change(before);
                 self.flags.insert(Flags::MOTION_CLAMPED);
@@ -256,7 +256,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 moved = share > 0.0;
             }
             if moved {
-                self.head.level.shift(change);
+                self.load(change);
             }
         }
         for contact in &mut *self.contacts {

@@ -33,10 +33,29 @@ pub struct TickOutput {
     /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this is
     /// that level plus the work, rounded up.
     pub energy_j: f32,
+    /// What the tool's motion of this tick did to the tissue: the exact change of E over the links of
+    /// the cells it moved, rounded once \[J\]. Its sum is the tissue's side of an energy ledger. 0
+    /// where nothing moved, and under a current.
+    pub work_j: f32,
+    /// Upper bound of the stiffness that the tool meets within a tick: what the links of the cells
+    /// it acts on would show if all other cells stood still; 0 while it acts on none \[N/m\].
+    pub stiffness_n_per_m: f32,
     /// Number of cells the tool acts on.
     pub contacts: u32,
     /// What bit during this tick.
     pub flags: Flags,
+}
+
+impl TickOutput {
+    /// No force, no contact, no flag.
+    pub const NONE: Self = Self {
+        force_n: Vector3::new(0.0, 0.0, 0.0),
+        energy_j: 0.0,
+        work_j: 0.0,
+        stiffness_n_per_m: 0.0,
+        contacts: 0,
+        flags: Flags(0),
+    };
 }
 
 /// What bit during a tick; the numbers are summed in files and messages.

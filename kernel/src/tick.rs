@@ -13,7 +13,6 @@ use crate::settings::{Drive, Network, Unloading};
 use crate::sqrt::sqrt;
 use crate::tissue::{Head, TissueMut};
 use crate::two_float::TwoFloat;
-use nalgebra::Vector3;
 
 /// Bad samples in a row that the last good one stands in for.
 pub const HELD_TICKS_MAX: u32 = 10;
@@ -50,8 +49,17 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
         let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
         let room = &mut *self.room;
-        let mut tick =
-            Tick { network, head: self.head, state, residual, own, room, contacts, flags };
+        let mut tick = Tick {
+            network,
+            head: self.head,
+            state,
+            residual,
+            own,
+            room,
+            contacts,
+            work: TwoFloat::ZERO,
+            flags,
+        };
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
@@ -71,10 +79,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
             flags.insert(Flags::BAND_CLOSED);
         }
         TickOutput {
-            force_n: Vector3::zeros(),
             energy_j: self.head.level.published() * network.model().energy_unit_j(),
             contacts: if self.head.engaged { self.head.chosen as u32 } else { 0 },
             flags,
+            ..TickOutput::NONE
         }
     }
 }
@@ -96,6 +104,20 @@ impl<D> Head<D> {
     }
 }
 
+/// What a move of the tool did to E.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Change {
+    exact: TwoFloat,
+    rounding: f32,
+}
+
+impl Change {
+    /// Rounded up: the level stays an upper bound where two large energies almost cancel.
+    pub fn bound(&self) -> TwoFloat {
+        self.exact.plus(self.rounding.into())
+    }
+}
+
 /// A tick under way: the arrays cut to the model's size.
 pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub network: &'a Network<'m>,
@@ -105,6 +127,8 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub own: &'a mut [Cell<D::Number>],
     pub room: &'a mut [Eight],
     pub contacts: &'a mut [Contact<D::Number>],
+    /// What the tool's motion did to E.
+    pub work: TwoFloat,
     pub flags: Flags,
 }
 
@@ -186,30 +210,34 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         let before = contact::touched(self.links(), self.state, self.contacts);
         let mut change = self.displace(to, before);
         // A move that lowers the energy is not shortened: the tool can always come back.
-        if beyond && change.hi > 0.0 {
+        if beyond && change.bound().hi > 0.0 {
             change = self.displace(within, before);
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
         if self.head.applied != from {
-            self.head.level.shift(change);
+            self.load(change);
         }
     }
 
-    /// Puts the held cells at a displacement and returns what that does to the energy, rounded
-    /// up: the level stays an upper bound where two large energies almost cancel.
-    fn displace(&mut self, to: [f32; 3], before: Touched) -> TwoFloat {
+    /// Books what the tool has done.
+    pub fn load(&mut self, change: Change) {
+        self.head.level.shift(change.bound());
+        self.work = change.exact;
+    }
+
+    /// Puts the held cells at a displacement and returns what that does to the energy.
+    fn displace(&mut self, to: [f32; 3], before: Touched) -> Change {
         self.head.applied = to;
         self.place();
         self.head.dynamics.pushed();
         self.change(before)
     }
 
-    /// What the links of the contacts store more than `before`, rounded up.
-    pub fn change(&self, before: Touched) -> TwoFloat {
+    /// What the links of the contacts store more than `before`.
+    pub fn change(&self, before: Touched) -> Change {
         let after = contact::touched(self.links(), self.state, self.contacts);
         let rounding = f32::EPSILON * (before.scale + after.scale);
-        let change = after.wd2.minus(before.wd2).times_power_of_two(0.25);
-        change.plus(rounding.into())
+        Change { exact: after.wd2.minus(before.wd2).times_power_of_two(0.25), rounding }
     }
 
     /// Puts the held cells where the tool has them, in every copy of the state.
@@ -297,6 +325,22 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         });
     }
 
+    /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the
+    /// links that a move of the tool stretches.
+    fn stiffness(&self) -> f32 {
+        if !self.head.engaged || self.current().is_some() {
+            return 0.0;
+        }
+        let model = self.network.model();
+        let weight = match self.head.probe {
+            None => self.head.outer_weight,
+            Some(_) => self.contacts.iter().fold(0.0, |weight, contact| {
+                weight + model.mobility.get(contact.cell()).map_or(0.0, |&m| 1.0 / m)
+            }),
+        };
+        model.stiffness_n_per_m() * weight
+    }
+
     /// Force and energy of the state after the last update.
     fn output(mut self) -> TickOutput {
         let (model, settings) = (self.network.model(), self.network.settings());
@@ -313,6 +357,8 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         TickOutput {
             force_n: force_n.into(),
             energy_j: self.head.level.published() * model.energy_unit_j(),
+            work_j: self.work.hi * model.energy_unit_j(),
+            stiffness_n_per_m: self.stiffness(),
             contacts: if self.head.engaged { self.contacts.len() as u32 } else { 0 },
             flags: self.flags,
         }

@@ -65,9 +65,9 @@ impl<'m> Twins<'m> {
     /// One tick of both; the hash is that of the state after it.
     fn tick(&mut self, sample: &ToolSample, what: &str) -> u64 {
         let [vector, scalar] = self.0.each_mut().map(|engine| {
-            let TickOutput { force_n, energy_j, contacts, flags } = engine.tick(sample);
+            let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } = engine.tick(sample);
             let force = force_n.data.0[0].map(f32::to_bits);
-            (force, energy_j.to_bits(), contacts, flags, engine.state_hash())
+            (force, [energy_j, work_j].map(f32::to_bits), contacts, flags, engine.state_hash())
         });
         assert_eq!(vector, scalar, "{what}");
         vector.4

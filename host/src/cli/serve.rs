@@ -198,6 +198,7 @@ fn answer(force: &ToolForce) -> Answer {
         energy_j: force.energy_j,
         contacts: force.contacts,
         flags: Flags(force.flags),
+        ..TickOutput::NONE
     };
     Answer { tick: force.tick, output }
 }

@@ -32,12 +32,7 @@ pub struct NoTissue;
 
 impl TissueEngine for NoTissue {
     fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
-        TickOutput {
-            force_n: nalgebra::Vector3::zeros(),
-            energy_j: 0.0,
-            contacts: 0,
-            flags: chaincell_kernel::sample::Flags::default(),
-        }
+        TickOutput::NONE
     }
 
     fn state_hash(&mut self) -> u64 {

@@ -11,7 +11,7 @@ use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{ServeOptions, ServeReport, Server};
 use chaincell_host::cosim::services::{Domain, Ports, Scene};
 use chaincell_host::cosim::tissue::TissueEngine;
-use chaincell_kernel::sample::{Flags, TickOutput, ToolSample};
+use chaincell_kernel::sample::{TickOutput, ToolSample};
 use nalgebra::Vector3;
 
 /// Longest wait for anything that must happen.
@@ -35,7 +35,7 @@ impl TissueEngine for Spring {
             force_n: -SPRING_N_PER_M * sample.position_m,
             energy_j: 0.5,
             contacts: sample.engaged,
-            flags: Flags::default(),
+            ..TickOutput::NONE
         }
     }
 

@@ -1,15 +1,90 @@
 //! The output stage: what stands between a tissue's answer and a hand.
+//!
+//! Optional stages in a fixed order, one file each; an absent one is a branch:
+//!
+//! 1. finite check: a bad sample is no sample, a bad answer is no force (always there);
+//! 2. virtual coupling: the tool is a proxy on a spring;
+//! 3. passivity observer and controller, on the tissue's exact energy ledger;
+//! 4. slew limit; 5. magnitude clamp;
+//! 6. ramp after engaging and after a silence;
+//! 7. watchdog: without samples the last force holds for a while, then falls.
+//!
+//! The shares of ramp and watchdog follow from time alone and enter before the slew limit, which so
+//! bounds the step between any two forces that the device is given, whatever happens: also on
+//! release, on a bad answer and in a silence, where the force goes to zero by steps of that size.
+//! Without a slew limit it goes there at once.
+//!
+//! A firmware's tick:
+//!
+//! ```
+//! use chaincell_kernel::stage::{Device, Stage, StageSettings};
+//! use chaincell_kernel::{TickOutput, ToolSample};
+//! use nalgebra::Vector3;
+//!
+//! let mut stage = Stage::new(StageSettings::for_device(Device::Falcon))?;
+//! let mut tick = |sample: Option<ToolSample>| match sample {
+//!     Some(sample) => {
+//!         let tool = stage.sample(&sample);
+//!         let answer = TickOutput::NONE; // tissue.tick(&network, &tool)
+//!         # let _ = tool;
+//!         stage.output(&answer)
+//!     }
+//!     None => stage.missed(),
+//! };
+//! let sample = ToolSample { position_m: Vector3::zeros(), engaged: 1 };
+//! assert_eq!(tick(Some(sample)).force_n + tick(None).force_n, Vector3::zeros());
+//! # Ok::<(), chaincell_kernel::stage::StageError>(())
+//! ```
 
+mod clamp;
+mod controller;
+mod coupling;
+mod finite;
+mod observer;
+mod ramp;
 mod settings;
+mod slew;
+mod watchdog;
 
-pub use settings::{Coupling, Device, Passivity, StageError, StageSettings, TICKS_MAX};
+pub use settings::{
+    COUPLING_MAX, Coupling, Device, Passivity, StageError, StageSettings, TICK_S, TICKS_MAX,
+};
 
-use crate::sample::{TickOutput, ToolSample};
+use crate::cell::{dot, scale, sub};
+use crate::sample::{Flags, TickOutput, ToolSample};
+use controller::Controller;
+use coupling::Proxy;
+use observer::Observer;
+use ramp::Ramp;
+use watchdog::Watchdog;
 
-/// The output stage of one device.
+/// Room for rounding where a length is cut.
+const ROUND_DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// The output stage of one device: [`Self::sample`], the tissue's tick, [`Self::output`]; or
+/// [`Self::missed`] alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     settings: StageSettings,
+    proxy: Proxy,
+    observer: Observer,
+    controller: Controller,
+    ramp: Ramp,
+    watchdog: Watchdog,
+    /// The device's last good position and its last motion \[m\].
+    device: [f32; 3],
+    dx: [f32; 3],
+    /// Whether the tool is engaged, as of the last good sample, and in this tick for the first time.
+    engaged: bool,
+    begins: bool,
+    /// Whether the sample under way is good.
+    is_good: bool,
+    /// The force before ramp and limits, and the last one given \[N\].
+    asked: [f32; 3],
+    given: [f32; 3],
+    /// What the tissue last said.
+    energy_j: f32,
+    contacts: u32,
 }
 
 impl Stage {
@@ -18,7 +93,24 @@ impl Stage {
     /// # Errors
     /// The first setting that is out of range.
     pub fn new(settings: StageSettings) -> Result<Self, StageError> {
-        Ok(Self { settings })
+        settings.check()?;
+        Ok(Self {
+            settings,
+            proxy: Proxy::NEW,
+            observer: Observer::NEW,
+            controller: Controller::NEW,
+            ramp: Ramp::new(settings.ramp_ticks),
+            watchdog: Watchdog::NEW,
+            device: [0.0; 3],
+            dx: [0.0; 3],
+            engaged: false,
+            begins: false,
+            is_good: false,
+            asked: [0.0; 3],
+            given: [0.0; 3],
+            energy_j: 0.0,
+            contacts: 0,
+        })
     }
 
     /// The settings.
@@ -28,22 +120,150 @@ impl Stage {
     }
 
     /// What the tissue is given for what the device has measured: the tool behind the coupling.
+    ///
+    /// A sample that is bad here (not good, or a coordinate beyond 1 km) is bad for the tissue too.
     pub fn sample(&mut self, device: &ToolSample) -> ToolSample {
-        *device
+        self.is_good = finite::is_good(device);
+        if !self.is_good {
+            return finite::spoilt(device);
+        }
+        let position: [f32; 3] = device.position_m.into();
+        let engaged = device.engaged == 1;
+        self.begins = engaged && !self.engaged;
+        self.engaged = engaged;
+        self.dx = if self.begins { [0.0; 3] } else { sub(position, self.device) };
+        self.device = position;
+        if self.settings.passivity.is_some() {
+            self.observer.see(position);
+        }
+        let Some(coupling) = &self.settings.coupling else { return *device };
+        if engaged && !self.begins {
+            self.proxy.step(coupling, self.settings.tick_s, position, self.dx);
+        } else {
+            self.proxy.follow(position);
+        }
+        ToolSample { position_m: self.proxy.at().into(), engaged: device.engaged }
     }
 
     /// What the device is given for what the tissue has answered to [`Self::sample`].
+    ///
+    /// Energy, work, stiffness and contacts are the tissue's. After a bad sample the answer is that of
+    /// [`Self::missed`], with the tissue's flags.
     pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
-        *tissue
+        let (mut answer, is_sound) = finite::checked(tissue);
+        (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
+        let is_safe = !is_sound || answer.flags.contains(Flags::SAFE_STATE);
+        if is_safe {
+            self.asked = [0.0; 3];
+            self.ramp.fall();
+        }
+        if !self.is_good {
+            answer.flags.insert(Flags::BAD_SAMPLE);
+            self.observe(&answer);
+            return self.silent(answer);
+        }
+        self.watchdog.hear();
+        if self.begins {
+            self.ramp.fall();
+        }
+        let force: [f32; 3] = answer.force_n.into();
+        self.proxy.feel(
+            force,
+            answer.stiffness_n_per_m,
+            answer.flags.contains(Flags::MOTION_CLAMPED),
+        );
+        self.observe(&answer);
+        let acts = self.engaged && !is_safe;
+        if acts {
+            self.asked = self.wanted(&answer);
+            self.ramp.up();
+        } else {
+            self.asked = [0.0; 3];
+            self.ramp.fall();
+        }
+        self.give(&mut answer);
+        if is_safe {
+            self.mark_safe(&mut answer);
+        }
+        answer
     }
 
-    /// What the device is given in a tick without a sample; the tissue has no tick then.
+    /// What the device is given in a tick without a sample; the tissue has no tick then. Flags
+    /// [`Flags::STALE`] once the watchdog lets the force fall, [`Flags::SAFE_STATE`] once it is 0.
     pub fn missed(&mut self) -> TickOutput {
-        TickOutput {
-            force_n: nalgebra::Vector3::zeros(),
-            energy_j: 0.0,
-            contacts: 0,
-            flags: crate::sample::Flags::default(),
+        let (energy_j, contacts) = (self.energy_j, self.contacts);
+        self.silent(TickOutput { energy_j, contacts, ..TickOutput::NONE })
+    }
+
+    /// The last force, or what the watchdog leaves of it.
+    fn silent(&mut self, mut answer: TickOutput) -> TickOutput {
+        if self.watchdog.miss(self.settings.watchdog_ticks) {
+            self.ramp.down();
+            answer.flags.insert(Flags::STALE);
         }
+        self.give(&mut answer);
+        if answer.flags.contains(Flags::STALE) || answer.flags.contains(Flags::SAFE_STATE) {
+            self.mark_safe(&mut answer);
+        }
+        answer
+    }
+
+    /// The safe state is there once the force is.
+    fn mark_safe(&self, answer: &mut TickOutput) {
+        answer.flags.0 &= !Flags::SAFE_STATE.0;
+        if self.given == [0.0; 3] {
+            answer.flags.insert(Flags::SAFE_STATE);
+        }
+    }
+
+    /// Books what the tool has done and what the coupling stores.
+    fn observe(&mut self, answer: &TickOutput) {
+        let Some(passivity) = &self.settings.passivity else { return };
+        let at = self.observer.at();
+        // Without a coupling: what the tissue would store less with the tool at the play's place.
+        let stored = match &self.settings.coupling {
+            Some(coupling) => self.proxy.stored(coupling, at),
+            None => -dot(answer.force_n.into(), sub(at, self.device)),
+        };
+        if self.begins && self.is_good {
+            self.controller = Controller::NEW;
+            self.observer.begin(stored);
+        } else if self.engaged {
+            self.observer.book(passivity, self.settings.tick_s, answer.work_j, stored);
+        }
+    }
+
+    /// The force behind coupling and passivity control.
+    fn wanted(&mut self, answer: &TickOutput) -> [f32; 3] {
+        let tick_s = self.settings.tick_s;
+        let (force, stiffness) = match &self.settings.coupling {
+            Some(coupling) => (
+                self.proxy.force(coupling, tick_s, self.device, self.dx),
+                coupling.stiffness_n_per_m,
+            ),
+            None => (answer.force_n.into(), answer.stiffness_n_per_m),
+        };
+        match &self.settings.passivity {
+            Some(passivity) => {
+                self.controller.control(&self.observer, passivity, tick_s, stiffness, force)
+            }
+            None => force,
+        }
+    }
+
+    /// Share, slew limit, clamp; notes what the device gets.
+    fn give(&mut self, answer: &mut TickOutput) {
+        let target = scale(self.ramp.share(), self.asked);
+        let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
+        let near = slew::limited(self.given, target, most);
+        let (given, is_clamped) = clamp::clamped(near, self.settings.max_force_n);
+        if is_clamped {
+            answer.flags.insert(Flags::FORCE_CLAMPED);
+        }
+        self.given = given;
+        if self.settings.passivity.is_some() {
+            self.observer.give(self.asked, given);
+        }
+        answer.force_n = given.into();
     }
 }

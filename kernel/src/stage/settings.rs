@@ -3,19 +3,24 @@
 /// Largest ramp or watchdog [ticks].
 pub const TICKS_MAX: u16 = 60_000;
 
+/// Range of a tick's time \[s\].
+pub const TICK_S: core::ops::RangeInclusive<f32> = 1.0e-5..=1.0;
+/// Largest stiffness of a coupling \[N/m\], and largest damping \[N s/m\].
+pub const COUPLING_MAX: f32 = 1.0e6;
+
 /// A spring and damper between the device and the tool in the tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
-    /// Stiffness, above 0 \[N/m\].
+    /// Stiffness, above 0 and at most [`COUPLING_MAX`] \[N/m\].
     pub stiffness_n_per_m: f32,
-    /// Damping, at least 0 [N s/m].
+    /// Damping, 0 to [`COUPLING_MAX`] [N s/m].
     pub damping_n_s_per_m: f32,
 }
 
 /// What the passivity observer may count on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passivity {
-    /// Damping that the device's own mechanics have for sure, at least 0 [N s/m].
+    /// Damping that the device's own mechanics have for sure, 0 to [`COUPLING_MAX`] [N s/m].
     pub device_damping_n_s_per_m: f32,
     /// Ticks between an answer and the device's pushing with it: 0 where the force of a tick acts
     /// from that tick's sample to the next, 1 where it acts a tick later.
@@ -65,7 +70,7 @@ impl Device {
 /// The stages between a tissue and a device; each may be absent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageSettings {
-    /// Time of a tick, above 0 \[s\].
+    /// Time of a tick, within [`TICK_S`] \[s\].
     pub tick_s: f32,
     /// Virtual coupling.
     pub coupling: Option<Coupling>,
@@ -93,16 +98,67 @@ impl StageSettings {
         ramp_ticks: 0,
         watchdog_ticks: 0,
     };
+
+    /// Every stage, for a device at 1 kHz whose force acts a tick late: coupling at
+    /// the device's stiffness, 0.5 N s/m of damping of its own, full force in 10 ms, a ramp of
+    /// 100 ms, silence for 20 ms.
+    #[must_use]
+    pub const fn for_device(device: Device) -> Self {
+        Self {
+            coupling: Some(Coupling {
+                stiffness_n_per_m: device.max_stiffness_n_per_m(),
+                damping_n_s_per_m: 0.0,
+            }),
+            passivity: Some(Passivity { device_damping_n_s_per_m: 0.5, delay_ticks: 1 }),
+            max_slew_n_per_s: 100.0 * device.max_force_n(),
+            max_force_n: device.max_force_n(),
+            ramp_ticks: 100,
+            watchdog_ticks: 20,
+            ..Self::NONE
+        }
+    }
+
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), StageError> {
+        let above_0 = |x: f32| x > 0.0;
+        let damping = |x: f32| (0.0..=COUPLING_MAX).contains(&x);
+        let coupling = self.coupling.is_none_or(|of| {
+            let stiffness = of.stiffness_n_per_m;
+            above_0(stiffness) && stiffness <= COUPLING_MAX && damping(of.damping_n_s_per_m)
+        });
+        let passivity = self
+            .passivity
+            .is_none_or(|of| damping(of.device_damping_n_s_per_m) && of.delay_ticks <= 1);
+        if !TICK_S.contains(&self.tick_s) {
+            Err(StageError::Tick)
+        } else if !coupling {
+            Err(StageError::Coupling)
+        } else if !passivity {
+            Err(StageError::Passivity)
+        } else if !above_0(self.max_slew_n_per_s) {
+            Err(StageError::Slew)
+        } else if !above_0(self.max_force_n) {
+            Err(StageError::MaxForce)
+        } else if self.ramp_ticks > TICKS_MAX || self.watchdog_ticks > TICKS_MAX {
+            Err(StageError::Ticks)
+        } else {
+            Ok(())
+        }
+    }
 }
 
 /// Which setting of a stage is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StageError {
-    /// The time of a tick is not positive and finite.
+    /// The time of a tick is not within [`TICK_S`].
     Tick,
-    /// The coupling's stiffness is not positive and finite, or its damping negative or not finite.
+    /// The coupling's stiffness is not positive, its damping negative, or one above
+    /// [`COUPLING_MAX`].
     Coupling,
-    /// The device's damping is negative or not finite, or the delay above 1 tick.
+    /// The device's damping is negative or above [`COUPLING_MAX`], or the delay above 1 tick.
     Passivity,
     /// The slew limit is not positive.
     Slew,
@@ -115,12 +171,12 @@ pub enum StageError {
 impl core::fmt::Display for StageError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::Tick => "the time of a tick must be positive and finite",
+            Self::Tick => "the time of a tick must be 1e-5 to 1 s",
             Self::Coupling => {
-                "the coupling's stiffness must be positive, its damping at least 0, both finite"
+                "the coupling's stiffness must be positive, its damping at least 0, both at most 1e6"
             }
             Self::Passivity => {
-                "the device's damping must be at least 0 and finite, the delay 0 or 1 tick"
+                "the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
             }
             Self::Slew => "the slew limit must be positive",
             Self::MaxForce => "the largest force must be positive",

@@ -2,7 +2,6 @@
 
 use chaincell_kernel::sample::{Flags, TickOutput};
 use chaincell_kernel::trace::{Command, CommandRecord};
-use nalgebra::Vector3;
 
 use super::Run;
 use crate::cosim::clock::now_ns;
@@ -13,10 +12,10 @@ impl Run<'_> {
     /// The answer while paused: force 0, safe state and no other flag; no cell moves.
     pub(super) fn rest(&self) -> TickOutput {
         TickOutput {
-            force_n: Vector3::zeros(),
             energy_j: self.answer.map_or(0.0, |last| last.energy_j),
             contacts: self.answer.map_or(0, |last| last.contacts),
             flags: Flags::SAFE_STATE,
+            ..TickOutput::NONE
         }
     }
 

@@ -1,0 +1,26 @@
+//! Magnitude clamp: the largest force that the device may be given.
+
+use crate::cell::{dot, scale};
+use crate::sqrt::sqrt;
+
+/// `force` shortened to `most` \[N\], rounded down, and whether that bit.
+pub(super) fn clamped(force: [f32; 3], most: f32) -> ([f32; 3], bool) {
+    let magnitude = sqrt(dot(force, force));
+    if magnitude <= most {
+        return (force, false);
+    }
+    (scale(super::ROUND_DOWN * most / magnitude, force), true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn direction_is_kept() {
+        assert_eq!(clamped([0.0, 3.0, 4.0], 5.0), ([0.0, 3.0, 4.0], false));
+        let ([x, y, z], bit) = clamped([0.0, 30.0, -40.0], 5.0);
+        assert!(bit && x == 0.0 && (y - 3.0).abs() < 1e-5 && (z + 4.0).abs() < 1e-5);
+        assert!(y * y + z * z <= 25.0);
+    }
+}

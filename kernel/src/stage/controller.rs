@@ -1,0 +1,62 @@
+//! Passivity controller: takes back what sampling has made, and gives no more than was put in.
+//!
+//! - L < 0: a damping force -alpha v with alpha = -L / (h |v|^2), at most `2 (1/2 + delay) k h`, twice
+//!   what a spring of the stiffness k that is shown makes, and at most [`ALPHA_MAX`]: the rest
+//!   stays in the ledger. What the last tick has ordered and the device does not feel yet is not
+//!   ordered again.
+//! - S: a force that pushes the hand the way it goes does at most the work that is left of S in the
+//!   next tick. A tool that stands still is given the force as it is.
+
+use crate::cell::{dot, scale, sub};
+use crate::stage::observer::Observer;
+use crate::stage::settings::Passivity;
+
+/// Largest damping, for which a handle of 50 g stays in hand at 1 kHz [N s/m].
+const ALPHA_MAX: f32 = 10.0;
+/// Below this squared motion a tick a tool stands still \[m^2\].
+const STILL_M2: f32 = 1.0e-20;
+
+/// The controller: what the last tick has ordered \[J\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Controller {
+    ordered: f32,
+}
+
+impl Controller {
+    pub(super) const NEW: Self = Self { ordered: 0.0 };
+
+    /// The force to ask the device for in place of `force`, `stiffness` being shown.
+    pub(super) fn control(
+        &mut self,
+        observer: &Observer,
+        of: &Passivity,
+        tick_s: f32,
+        stiffness: f32,
+        force: [f32; 3],
+    ) -> [f32; 3] {
+        let under_way = if of.delay_ticks == 0 { 0.0 } else { self.ordered };
+        self.ordered = 0.0;
+        let rate = observer.rate();
+        let squared = dot(rate, rate);
+        if squared <= STILL_M2 {
+            return force;
+        }
+        let mut force = force;
+        let debt = -observer.sampling_j() - under_way;
+        if debt > 0.0 {
+            let makes = (1.0 + 2.0 * f32::from(of.delay_ticks)) * stiffness * tick_s;
+            let alpha = if makes < ALPHA_MAX { makes } else { ALPHA_MAX };
+            let (wanted, most) = (debt / squared, alpha / tick_s);
+            let share = if wanted < most { wanted } else { most };
+            self.ordered = share * squared;
+            force = sub(force, scale(share, rate));
+        }
+        let reserve = observer.reserve_j(of);
+        let reserve = if reserve > 0.0 { reserve } else { 0.0 };
+        let work = dot(force, rate);
+        if work > reserve {
+            force = sub(force, scale((work - reserve) / squared, rate));
+        }
+        force
+    }
+}

@@ -1,0 +1,100 @@
+//! Virtual coupling: the tissue's tool is a massless proxy on a spring and a damper.
+//!
+//! The proxy p hangs on the device x by `k_c` and `b_c`; with the tissue it has the joint energy
+//! E(p) + `k_c` |x - p|^2 / 2. Each tick takes one damped step of its gradient,
+//!
+//! ```text
+//! (b_c / h + (k_c + k_t) / theta) dp = k_c (x - p) + F + (b_c / h) dx
+//! ```
+//!
+//! with F the tissue's force in the last tick and `k_t` an upper bound of the stiffness that the
+//! tissue can show within a tick. E curves upwards by at most `k_t`, so for theta <= 2 and a device
+//! at rest no step raises the joint energy, however stiff the tissue is against the coupling; the
+//! plain p = x + F / `k_c` diverges where it is stiffer. Shown to the device is
+//! `k_c` (p - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
+//!
+//! Where the tissue has cut the tool's motion short (flag 1), the proxy does not go on that way:
+//! it stays within one step of where the tool is.
+//!
+//! Source: J. E. Colgate, M. C. Stanley, J. M. Brown, Issues in the haptic display of tool use
+//! (1995); R. J. Adams, B. Hannaford, Stable haptic interaction with virtual environments (1999).
+
+use crate::cell::{add, dot, scale, sub};
+use crate::stage::settings::Coupling;
+
+/// Share of the largest step that cannot raise the joint energy: 2 is the bound, 1 the safest.
+const THETA: f32 = 1.5;
+
+/// The proxy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Proxy {
+    /// Where the tool is \[m\].
+    at: [f32; 3],
+    /// Its motion in this tick, and its last one that was not zero \[m\].
+    moved: [f32; 3],
+    way: [f32; 3],
+    /// What the tissue said in the last tick: force \[N\] and the bound of its stiffness \[N/m\].
+    force: [f32; 3],
+    stiffness: f32,
+    /// Whether the tissue cut the last motion short.
+    is_cut: bool,
+}
+
+impl Proxy {
+    pub(super) const NEW: Self = Self {
+        at: [0.0; 3],
+        moved: [0.0; 3],
+        way: [0.0; 3],
+        force: [0.0; 3],
+        stiffness: 0.0,
+        is_cut: false,
+    };
+
+    /// Puts the proxy at the device.
+    pub(super) fn follow(&mut self, device: [f32; 3]) {
+        *self = Self { at: device, ..Self::NEW };
+    }
+
+    pub(super) fn at(&self) -> [f32; 3] {
+        self.at
+    }
+
+    /// Notes what the tissue has answered.
+    pub(super) fn feel(&mut self, force: [f32; 3], stiffness: f32, is_cut: bool) {
+        (self.force, self.stiffness, self.is_cut) = (force, stiffness, is_cut);
+    }
+
+    /// One step, the device being at `device` after a motion of `dx`; `tick_s` is h.
+    pub(super) fn step(&mut self, of: &Coupling, tick_s: f32, device: [f32; 3], dx: [f32; 3]) {
+        let damping = of.damping_n_s_per_m / tick_s;
+        let spring = scale(of.stiffness_n_per_m, sub(device, self.at));
+        let pull = add(add(spring, self.force), scale(damping, dx));
+        let against = damping + (of.stiffness_n_per_m + self.stiffness) / THETA;
+        let step = scale(1.0 / against, pull);
+        let goes_on = self.is_cut && dot(step, self.way) > 0.0;
+        let to = if goes_on { self.at } else { add(self.at, step) };
+        self.moved = sub(to, self.at);
+        if self.moved != [0.0; 3] {
+            self.way = self.moved;
+        }
+        self.at = to;
+    }
+
+    /// What the coupling exerts on the device \[N\].
+    pub(super) fn force(
+        &self,
+        of: &Coupling,
+        tick_s: f32,
+        device: [f32; 3],
+        dx: [f32; 3],
+    ) -> [f32; 3] {
+        let spring = scale(of.stiffness_n_per_m, sub(self.at, device));
+        add(spring, scale(of.damping_n_s_per_m / tick_s, sub(self.moved, dx)))
+    }
+
+    /// What the coupling's spring stores with the device at `device` \[J\].
+    pub(super) fn stored(&self, of: &Coupling, device: [f32; 3]) -> f32 {
+        let apart = sub(self.at, device);
+        0.5 * of.stiffness_n_per_m * dot(apart, apart)
+    }
+}

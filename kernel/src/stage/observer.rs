@@ -1,0 +1,167 @@
+//! Passivity observer: what the hand has put in, against what stands on the other side.
+//!
+//! The device holds a force F until the next one, so the hand's work on the port in a tick is
+//! -F . dx, whatever it does in between. Two sums are kept while the tool is engaged:
+//!
+//! ```text
+//! S = sum of -F . dx                                  F = what the device was given
+//! L = sum of -G . dx + b |dx|^2 / h  -  T  -  V       G = what it was asked to give
+//! ```
+//!
+//! T = the tissue's exact ledger ([`work_j`](crate::TickOutput::work_j)), V = what the coupling
+//! stores, b = the damping that the device has for sure. S < 0: the hand got back more than it ever
+//! gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
+//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). L counts forces
+//! before ramp, slew limit and clamp: those take force away and are not sampling's doing. Losses in
+//! the tissue count neither way; the coupling's own make L rise. L is kept within
+//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing.
+//!
+//! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
+//! a jump in the last one. So dx is that of a play of half-width q / 2 behind the position, which is
+//! exact where a count is crossed slowly, stands still under noise of one count, and costs nothing
+//! in fast motion; b |dx|^2 / (m h) is its least dissipation. V is taken at the play's position. q =
+//! the smallest step that the device has shown so far, so a finer device loses nothing.
+//!
+//! Source: B. Hannaford, J.-H. Ryu, Time-domain passivity control of haptic interfaces (2002);
+//! J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997); quantisation:
+//! J. J. Abbott, A. M. Okamura, Effects of position quantization and sampling rate (2005).
+
+use crate::cell::{dot, scale, sub};
+use crate::sqrt::sqrt;
+use crate::stage::settings::Passivity;
+use crate::two_float::TwoFloat;
+
+/// Largest surplus of L \[J\].
+pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;
+/// Largest debt of L \[J\].
+pub(super) const DEBT_MAX_J: f32 = 1.0e-3;
+/// Largest step that is taken for a count \[m\].
+const COUNT_MAX_M: f32 = 1.0e-4;
+
+/// Forces on their way to the device, the last one first \[N\].
+type Forces = [[f32; 3]; 2];
+
+/// The observer of one port.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Observer {
+    /// The position as it was measured, the play behind it, and the smallest step \[m\].
+    measured: Option<[f32; 3]>,
+    at: [f32; 3],
+    count: f32,
+    /// Motion of the play in this tick, the ticks that it took, and its motion a tick \[m\].
+    dx: [f32; 3],
+    took: u16,
+    rate: [f32; 3],
+    given: Forces,
+    asked: Forces,
+    port: TwoFloat,
+    sampling: TwoFloat,
+    stored: f32,
+}
+
+impl Observer {
+    pub(super) const NEW: Self = Self {
+        measured: None,
+        at: [0.0; 3],
+        count: COUNT_MAX_M,
+        dx: [0.0; 3],
+        took: 1,
+        rate: [0.0; 3],
+        given: [[0.0; 3]; 2],
+        asked: [[0.0; 3]; 2],
+        port: TwoFloat::ZERO,
+        sampling: TwoFloat::ZERO,
+        stored: 0.0,
+    };
+
+    /// A sample of the device's position.
+    pub(super) fn see(&mut self, position: [f32; 3]) {
+        let Some(measured) = self.measured.replace(position) else {
+            self.at = position;
+            return;
+        };
+        for step in sub(position, measured) {
+            let step = step.abs();
+            if step > 0.0 && step < self.count {
+                self.count = step;
+            }
+        }
+        let half = 0.5 * self.count;
+        let before = self.at;
+        for (at, x) in self.at.iter_mut().zip(position) {
+            if x - *at > half {
+                *at = x - half;
+            } else if *at - x > half {
+                *at = x + half;
+            }
+        }
+        self.dx = sub(self.at, before);
+        let ticks = f32::from(self.took);
+        if self.dx != [0.0; 3] {
+            self.rate = scale(1.0 / ticks, self.dx);
+            return;
+        }
+        // Without a count for so long it cannot be faster than this.
+        let most = self.count / ticks;
+        let fast = sqrt(dot(self.rate, self.rate));
+        if fast > most {
+            self.rate = scale(most / fast, self.rate);
+        }
+    }
+
+    /// The tool takes hold: a ledger begins, the coupling storing `stored` \[J\].
+    pub(super) fn begin(&mut self, stored: f32) {
+        (self.port, self.sampling, self.stored) = (TwoFloat::ZERO, TwoFloat::ZERO, stored);
+        (self.given, self.asked) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
+    }
+
+    /// Books a tick in which the tool did `work` on the tissue and after which the coupling stores
+    /// `stored` \[J\].
+    pub(super) fn book(&mut self, of: &Passivity, tick_s: f32, work: f32, stored: f32) {
+        let [given, asked] = [self.given, self.asked].map(|[last, before]| {
+            if of.delay_ticks == 0 { last } else { before }
+        });
+        let dx = self.dx;
+        self.port = self.port.plus((-dot(given, dx)).into());
+        let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);
+        let gained = TwoFloat::from(lost - dot(asked, dx)).minus(work.into());
+        let sampling = self.sampling.plus(gained).minus((stored - self.stored).into());
+        self.sampling = if sampling.hi > SURPLUS_MAX_J {
+            SURPLUS_MAX_J.into()
+        } else if sampling.hi < -DEBT_MAX_J {
+            (-DEBT_MAX_J).into()
+        } else {
+            sampling
+        };
+        self.stored = stored;
+    }
+
+    /// What the device was asked for and given in this tick.
+    pub(super) fn give(&mut self, asked: [f32; 3], given: [f32; 3]) {
+        self.asked = [asked, self.asked[0]];
+        self.given = [given, self.given[0]];
+        self.took = if self.dx == [0.0; 3] { self.took.saturating_add(1) } else { 1 };
+        self.dx = [0.0; 3];
+    }
+
+    /// Where the device is \[m\].
+    pub(super) fn at(&self) -> [f32; 3] {
+        self.at
+    }
+
+    /// Its motion a tick, as it was lately \[m\].
+    pub(super) fn rate(&self) -> [f32; 3] {
+        self.rate
+    }
+
+    /// L \[J\].
+    pub(super) fn sampling_j(&self) -> f32 {
+        self.sampling.hi
+    }
+
+    /// What the hand may still get back, S less what is on its way at the present motion \[J\].
+    pub(super) fn reserve_j(&self, of: &Passivity) -> f32 {
+        let coming = if of.delay_ticks == 0 { 0.0 } else { dot(self.given[0], self.rate) };
+        self.port.hi - coming
+    }
+}

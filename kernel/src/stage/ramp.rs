@@ -1,0 +1,58 @@
+//! Ramp: the share of the force that is given, from 0 to 1 and back in steps of a tick.
+
+/// Where the ramp stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Ramp {
+    /// Steps taken of `of`.
+    taken: u16,
+    of: u16,
+}
+
+impl Ramp {
+    /// At the bottom of a ramp of so many ticks; 0 for one that goes up and down at once.
+    pub(super) const fn new(ticks: u16) -> Self {
+        Self { taken: 0, of: if ticks == 0 { 1 } else { ticks } }
+    }
+
+    pub(super) fn fall(&mut self) {
+        self.taken = 0;
+    }
+
+    pub(super) fn up(&mut self) {
+        self.taken = self.taken.saturating_add(1).min(self.of);
+    }
+
+    pub(super) fn down(&mut self) {
+        self.taken = self.taken.saturating_sub(1);
+    }
+
+    /// The share, 0 to 1.
+    pub(super) fn share(&self) -> f32 {
+        if self.taken >= self.of { 1.0 } else { f32::from(self.taken) / f32::from(self.of) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn up_and_down_in_as_many_ticks() {
+        let mut ramp = Ramp::new(4);
+        let mut shares = std::vec::Vec::new();
+        for _ in 0..5 {
+            ramp.up();
+            shares.push(ramp.share());
+        }
+        for _ in 0..5 {
+            ramp.down();
+            shares.push(ramp.share());
+        }
+        assert_eq!(shares, [0.25, 0.5, 0.75, 1.0, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0]);
+        let mut none = Ramp::new(0);
+        none.up();
+        assert_eq!(none.share(), 1.0);
+        none.down();
+        assert_eq!(none.share(), 0.0);
+    }
+}

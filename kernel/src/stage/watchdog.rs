@@ -1,0 +1,37 @@
+//! Watchdog: how long the device has been silent.
+
+/// Ticks since the last sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Watchdog {
+    silent: u32,
+}
+
+impl Watchdog {
+    pub(super) const NEW: Self = Self { silent: 0 };
+
+    /// A sample has come.
+    pub(super) fn hear(&mut self) {
+        self.silent = 0;
+    }
+
+    /// A tick without a sample; whether the force is to fall, `ticks` of silence being borne, 0 for
+    /// any.
+    pub(super) fn miss(&mut self, ticks: u16) -> bool {
+        self.silent = self.silent.saturating_add(1);
+        ticks > 0 && self.silent > u32::from(ticks)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silence_is_borne_for_so_long() {
+        let mut dog = Watchdog::NEW;
+        assert_eq!([dog.miss(2), dog.miss(2), dog.miss(2)], [false, false, true]);
+        dog.hear();
+        assert!(!dog.miss(1) && dog.miss(1));
+        assert!((0..100).all(|_| !dog.miss(0)));
+    }
+}
