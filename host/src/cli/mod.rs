@@ -6,6 +6,7 @@ mod control;
 mod cosim;
 mod identify;
 mod info;
+mod inject;
 mod latency;
 mod model_file;
 mod paper;
@@ -16,6 +17,7 @@ mod run;
 mod scene;
 mod serve;
 mod session;
+mod stage;
 mod state;
 
 pub(crate) use scene::{automatic, contact_cells};

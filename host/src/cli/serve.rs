@@ -2,23 +2,22 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::trace::{Command, Record};
-use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use chaincell_kernel::trace::Record;
+use chaincell_kernel::{Flags, TickOutput};
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
-use crate::cosim::command::Refusal;
-use crate::cosim::payload::{NodePosition, ToolForce};
+use super::stage::{StageArgs, StageReport};
+use crate::cosim::payload::ToolForce;
 use crate::cosim::record::Recorder;
 use crate::cosim::serve::{Ending, ServeOptions, ServeReport, Server};
-use crate::cosim::tissue::TissueEngine;
-use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::output::{Answer, Folder, force_csv};
 use crate::recording::Recording;
+use crate::staged::Staged;
 use crate::{path, terminal};
 
 /// Ticks that are recorded unless the run's length is known: ten minutes.
@@ -36,9 +35,12 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     common: LoopArgs,
-    /// Silence after which force 0 is published once, 0 for never [ms]
+    /// Silence after which the published force falls to 0, 0 for never [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     watchdog_ms: u32,
+    /// Time in which it falls, and rises when poses come again; 0 for at once [ms]
+    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
+    ramp_ms: u32,
     /// Send the state hash with every so many ticks; 0 for none but the last
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     hash_every: u64,
@@ -60,6 +62,8 @@ pub struct Args {
     /// Ticks kept for --out [default: --ticks, or ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
+    #[command(flatten)]
+    stage: StageArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
     json: bool,
@@ -74,24 +78,9 @@ struct ServeSummary<'a> {
     report: &'a ServeReport,
     #[serde(flatten)]
     scene: SceneReport,
-}
-
-impl TissueEngine for Engine<'_> {
-    fn tick(&mut self, sample: &ToolSample) -> TickOutput {
-        Engine::tick(self, sample)
-    }
-
-    fn state_hash(&mut self) -> u64 {
-        Engine::state_hash(self)
-    }
-
-    fn read_nodes(&mut self, to: &mut [NodePosition]) {
-        Engine::read_nodes(self, to);
-    }
-
-    fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
-        self.obey(command)
-    }
+    watchdog_ms: u32,
+    ramp_ms: u32,
+    stage: Option<StageReport>,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -100,7 +89,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut engine = args.scene.engine(model)?;
+    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     let known = args.ticks.and_then(|ticks| usize::try_from(ticks).ok());
     let wanted = args.record_ticks.or(known).unwrap_or(RECORD_TICKS).min(100 * RECORD_TICKS);
     let mut recorder = Recorder::with_capacity(if args.out.is_some() { wanted } else { 0 });
@@ -110,20 +99,21 @@ pub fn execute(args: &Args) -> Result<()> {
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.ends_with_parent,
         watchdog_ms: args.watchdog_ms,
+        ramp_ms: args.ramp_ms,
         hash_every: args.hash_every,
         ticks: args.ticks,
         seconds: args.seconds,
         ..ServeOptions::default()
     };
     // A scene that is refused leaves the folder as it was.
-    let server =
-        Server::open(&options)?.with_state(engine.node_count(), args.state_hz)?.with_commands()?;
+    let nodes = tissue.engine().node_count();
+    let server = Server::open(&options)?.with_state(nodes, args.state_hz)?.with_commands()?;
     let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     // Commands may set parameters: what is written is what the session began with.
-    let scene = args.scene.report(&engine);
-    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number)?;
+    let scene = args.scene.report(tissue.engine());
+    let begun = Recording::begin(tissue.engine(), args.scene.dynamics, args.scene.number)?;
     terminal::say("ready")?;
-    let report = server.run(&mut engine, &mut recorder)?;
+    let report = server.run(&mut tissue, &mut recorder)?;
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         folder.write("model.chaincell", image.as_bytes())?;
@@ -132,8 +122,16 @@ pub fn execute(args: &Args) -> Result<()> {
         folder.write("session.trace", trace(begun, &recorder).bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
-        folder
-            .write_json("summary.json", &ServeSummary { cells, links, report: &report, scene })?;
+        let summary = ServeSummary {
+            cells,
+            links,
+            report: &report,
+            scene,
+            watchdog_ms: args.watchdog_ms,
+            ramp_ms: args.ramp_ms,
+            stage: args.stage.report(),
+        };
+        folder.write_json("summary.json", &summary)?;
     }
     print(args, &report)?;
     if report.ended_by == Ending::Interrupt { Err(Error::Interrupted) } else { Ok(()) }
@@ -176,6 +174,7 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
         report.ticks_executed, report.poses_repeated, report.poses_refused, report.watchdog_fired
     ))?;
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
+    terminal::say(format_args!("  force       largest step {} N", report.largest_force_step_n))?;
     terminal::say(format_args!(
         "  peers       {} joined, {} left; longest call meanwhile {:.1} us",
         report.peers.joins,
