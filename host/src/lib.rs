@@ -19,4 +19,5 @@ pub mod reference;
 pub mod render;
 pub mod report;
 pub mod soak;
+pub mod staged;
 pub mod terminal;

@@ -9,16 +9,18 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use chaincell_kernel::stage::{Stage, StageError, StageSettings};
+use chaincell_kernel::Model;
+use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
     Command, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError, TraceError,
     Writer,
 };
-use chaincell_kernel::{Model, ToolSample};
 use clap::ValueEnum;
 
+use crate::cosim::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
+use crate::staged::Staged;
 use crate::{interrupt, output};
 
 pub use file::{TraceFile, check_idle};
@@ -98,8 +100,6 @@ pub enum Stop {
     Differs(ReplayError),
     /// The command of this record cannot be carried out.
     Command(u32),
-    /// The output stage cannot be.
-    Stage(StageError),
     /// The user asked to stop.
     Interrupted,
 }
@@ -117,33 +117,29 @@ pub struct Played {
     pub compared: u32,
 }
 
-/// Plays a trace in an engine that stands as its own began, and in its output stage where it has
-/// one, commands and pauses included, and compares the states. In a pause, as in a tick without a
-/// sample, no cell moves and the stage lets go; commands leave the stage alone.
+/// Plays a trace in a tissue that stands as its own began, commands and pauses included, and
+/// compares the states. In a pause no cell moves and the stage stands still.
 ///
 /// # Errors
 /// Why it stopped; `played` then holds what came before.
 pub fn play(
     trace: &Reader<'_>,
-    engine: &mut Engine<'_>,
+    tissue: &mut Staged<'_>,
     played: &mut Played,
 ) -> std::result::Result<End, Stop> {
     let mut paused = false;
-    let stage = trace.header().stage.map(Stage::new).transpose();
-    let mut stage = stage.map_err(Stop::Stage)?;
     trace.entries(|index, entry| {
         if interrupt::asked() {
             return Err(Stop::Interrupted);
         }
         match entry {
             Entry::Tick(record) => {
-                tick(engine, stage.as_mut(), &record.sample, paused);
+                if !paused {
+                    tissue.tick(&record.sample);
+                }
                 played.ticks += 1;
             }
             Entry::Missed(missed) => {
-                if let Some(stage) = &mut stage {
-                    (0..missed.ticks).for_each(|_| _ = stage.missed());
-                }
                 played.missed += u64::from(missed.ticks);
                 // No cell has moved, and there is no hash.
                 return Ok(());
@@ -152,33 +148,15 @@ pub fn play(
                 match record.command {
                     Command::Pause => paused = true,
                     Command::Resume => paused = false,
-                    command => engine.obey(&command).map_err(|_| Stop::Command(index))?,
+                    command => tissue.command(&command).map_err(|_| Stop::Command(index))?,
                 }
                 played.commands += 1;
             }
         }
-        let found = entry.compare(index, engine.state_hash()).map_err(Stop::Differs)?;
+        let found = entry.compare(index, tissue.state_hash()).map_err(Stop::Differs)?;
         played.compared += u32::from(found);
         Ok(())
     })
-}
-
-/// One sample of a device.
-fn tick(
-    engine: &mut Engine<'_>,
-    stage: Option<&mut Stage>,
-    device: &ToolSample,
-    paused: bool,
-) {
-    match (stage, paused) {
-        (None, false) => _ = engine.tick(device),
-        (None, true) => {}
-        (Some(stage), true) => _ = stage.missed(),
-        (Some(stage), false) => {
-            let tissue = engine.tick(&stage.sample(device));
-            stage.output(&tissue);
-        }
-    }
 }
 
 /// Refuses a place for a new trace that holds something: with `force` an earlier trace may go,
@@ -225,15 +203,15 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// An engine as the recording's began, its scheme and its numbers.
+/// A tissue as the recording's began, its scheme and its numbers.
 ///
 /// # Errors
 /// What the trace has that cannot be played here, with its path.
-pub fn engine<'m>(
+pub fn tissue<'m>(
     trace: &Reader<'_>,
     path: &Path,
     model: Model<'m>,
-) -> Result<(Engine<'m>, Scheme, Arithmetic)> {
+) -> Result<(Staged<'m>, Scheme, Arithmetic)> {
     let refused = |why| Error::file("replay", path, why);
     let (scheme, number) = trace.header().names().map_err(refused)?;
     let scheme = Scheme::value_variants().iter().copied().find(|value| name(value) == scheme);
@@ -256,5 +234,5 @@ pub fn engine<'m>(
     };
     let engine = Engine::with_contact(network, scheme, numbers, contact);
     let engine = engine.map_err(|why| Error::file("replay", path, why))?;
-    Ok((engine, scheme, numbers))
+    Ok((Staged::new(engine, trace.header().stage)?, scheme, numbers))
 }

@@ -18,6 +18,8 @@ use chaincell_kernel::sample::Flags;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
 
+use nalgebra::Vector3;
+
 use common::*;
 
 #[test]
@@ -76,10 +78,11 @@ fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
 }
 
 #[test]
-fn the_watchdog_publishes_once_and_never_ticks() {
+fn without_a_ramp_the_watchdog_publishes_once_and_never_ticks() {
     let (_root, mut options) = options();
     options.ticks = Some(3);
     options.watchdog_ms = 100;
+    options.ramp_ms = 0;
     let server = start_server(&options);
     let sender = Sender::new(&options);
     let silence = Duration::from_millis(u64::from(5 * options.watchdog_ms));
@@ -97,6 +100,54 @@ fn the_watchdog_publishes_once_and_never_ticks() {
     assert_eq!(stale.state_hash, last.state_hash);
     assert_eq!((ticks_of(&late), late[0].flags), (vec![3], 0));
     assert_eq!((report.watchdog_fired, report.ticks_executed), (1, 3));
+}
+
+#[test]
+fn the_watchdog_lets_the_force_fall_and_rise_and_never_ticks() {
+    let (_root, mut options) = options();
+    options.ticks = Some(83);
+    options.watchdog_ms = 100;
+    options.ramp_ms = 40;
+    let server = start_server(&options);
+    let sender = Sender::new(&options);
+    sender.send(&[400, 401, 402]);
+    let last = sender.answers(3)[2];
+    let mut falling = Vec::new();
+    wait_until("force 0", || {
+        while let Some(sample) = sender.ports.subscriber.receive().unwrap() {
+            falling.push(*sample);
+        }
+        falling.last().is_some_and(|force: &ToolForce| force.force_n == [0.0; 3])
+    });
+    let size = |force: &ToolForce| Vector3::from(force.force_n).norm();
+    let share_n = size(&last) / 40.0;
+    assert!(falling.len() >= 40, "{}", falling.len());
+    for (at, pair) in [&[last], &falling[..]].concat().windows(2).enumerate() {
+        let step_n = size(&pair[0]) - size(&pair[1]);
+        assert!(step_n > 0.0 && step_n <= 1.001 * share_n, "{at}: {step_n} N");
+        let zero = if at + 1 == falling.len() { Flags::SAFE_STATE.0 } else { 0 };
+        assert_eq!(pair[1].flags, Flags::STALE.0 + zero, "{at}");
+        assert_eq!((pair[1].tick, pair[1].state_hash), (402, last.state_hash));
+    }
+    // A burst of poses makes no force by itself.
+    let again: Vec<u64> = (403..483).collect();
+    let mut before = ToolForce::default();
+    for tick in &again {
+        sender.send(&[*tick]);
+        let answer = sender.answers(1)[0];
+        let own_n = SPRING_N_PER_M * Vector3::from(pose(*tick).position_m).norm();
+        assert!(size(&answer) <= own_n * 1.001);
+        assert!(size(&answer) - size(&before) <= own_n / 40.0 + 0.3, "{tick}");
+        assert_eq!((answer.tick, answer.flags), (*tick, 0));
+        before = answer;
+    }
+    let (report, recorder) = server.join().unwrap();
+    assert_eq!((report.watchdog_fired, report.ticks_executed), (1, 83));
+    assert!(report.largest_force_step_n >= size(&last) / 2.0, "the first answer is no ramp");
+    // What is kept is the tissue's own.
+    for (pose, force) in recorder.rows() {
+        assert_eq!(Vector3::from(force.force_n), -SPRING_N_PER_M * Vector3::from(pose.position_m));
+    }
 }
 
 #[test]

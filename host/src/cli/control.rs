@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
+use super::inject::{InjectArgs, tell_injected};
 use super::session::{LoopArgs, tell_refused};
 use crate::cosim::control::{ControlOptions, ControlReport, control};
 use crate::cosim::motion::Press;
@@ -45,6 +46,14 @@ pub struct Args {
     /// Longest wait for a server [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
     wait_for_server_s: f64,
+    /// Silence of the server after which the force at the device falls to 0, 0 for never [ms]
+    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
+    watchdog_ms: u32,
+    /// Time in which it falls, and rises when answers come again; 0 for at once [ms]
+    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
+    ramp_ms: u32,
+    #[command(flatten)]
+    inject: InjectArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
     json: bool,
@@ -109,16 +118,19 @@ pub fn execute(args: &Args) -> Result<()> {
         wait_for_server_s: args.wait_for_server_s,
         repeats: args.repeat,
         histogram: args.common.histogram,
+        watchdog_ms: args.watchdog_ms,
+        ramp_ms: args.ramp_ms,
+        faults: args.inject.faults()?,
         ..ControlOptions::default()
     };
     let report = control(&poses, &options)?.report;
     print(args, &report)?;
     if report.interrupted {
         Err(Error::Interrupted)
-    } else if report.ticks_answered < report.ticks_sent {
+    } else if report.ticks_unanswered > 0 {
         Err(Error::check(format!(
-            "{} of {} poses were answered",
-            report.ticks_answered, report.ticks_sent
+            "{} of {} poses were not answered",
+            report.ticks_unanswered, report.ticks_sent
         )))
     } else {
         Ok(())
@@ -136,5 +148,10 @@ fn print(args: &Args, report: &ControlReport) -> Result<()> {
     ))?;
     terminal::say(format_args!("  round trip  {}", report.round_trip_ns.in_us()))?;
     terminal::say(format_args!("  sent late   {}", report.send_late_ns.in_us()))?;
+    terminal::say(format_args!(
+        "  force       largest step {} N, {} silences",
+        report.largest_force_step_n, report.silences
+    ))?;
+    tell_injected(report.injected.as_ref())?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))
 }

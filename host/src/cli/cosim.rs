@@ -6,19 +6,23 @@ use chaincell_kernel::trace::Reader;
 use serde::Serialize;
 
 use super::control::ticks;
+use super::inject::{InjectArgs, tell_injected};
 use super::model_file;
 use super::run::play;
 use super::scene::{SceneArgs, SceneReport};
-use super::session::{self, Files, LoopArgs, Session, tell_refused};
+use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
+use super::stage::{StageArgs, StageReport};
 use crate::bake::{BakeOptions, ImageBytes, bake};
 use crate::cosim::histogram::Summary;
+use crate::cosim::inject::Injected;
 use crate::cosim::peers::PeerCost;
-use crate::engine::Engine;
+use crate::cosim::tissue::TissueEngine;
 use crate::error::{Error, Result};
 use crate::mesh::{self, MeshOptions};
 use crate::output::{self, Folder};
 use crate::path::{self, Rules};
 use crate::recording::{self, Played, Stop};
+use crate::staged::Staged;
 use crate::{interrupt, terminal};
 
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
@@ -39,6 +43,10 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     common: LoopArgs,
+    #[command(flatten)]
+    stage: StageArgs,
+    #[command(flatten)]
+    inject: InjectArgs,
     /// Folder for the model, the poses as received, the forces, a trace and a summary
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -57,6 +65,7 @@ struct CosimSummary {
     links: usize,
     ticks_sent: u64,
     ticks_answered: u64,
+    ticks_unanswered: u64,
     missed_deadlines: u64,
     step_ns: Summary,
     round_trip_ns: Summary,
@@ -64,12 +73,15 @@ struct CosimSummary {
     floor_round_trip_ns: Summary,
     send_late_ns: Summary,
     peers: PeerCost,
+    largest_force_step_n: f32,
+    injected: Option<Injected>,
     state_hash: String,
     replay_state_hash: String,
     interrupted: bool,
     refused: Vec<String>,
     #[serde(flatten)]
     scene: SceneReport,
+    stage: Option<StageReport>,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -81,8 +93,9 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let mut engine = args.scene.engine(model)?;
-    let poses = session::press(&engine, args.depth_m, ticks)?;
+    let faults = args.inject.faults()?;
+    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
+    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
@@ -97,13 +110,16 @@ pub fn execute(args: &Args) -> Result<()> {
         ))?;
     }
     let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
-    let session = session::run(&files, &poses, &args.scene, &args.common)?;
+    let mut serve_args = args.scene.to_args();
+    serve_args.extend(args.stage.to_args());
+    let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
+    let session = session::run(&files, &poses, sides, &args.common)?;
     let replay_state_hash = if session.reports.serve.commands_done == 0 {
-        replay(&mut engine, &folder.file("path.csv"))?
+        replay(&mut tissue, &folder.file("path.csv"))?
     } else {
-        replay_trace(&mut engine, &folder.file(recording::TRACE))?
+        replay_trace(&mut tissue, &folder.file(recording::TRACE))?
     };
-    let summary = summary(args, &engine, session, replay_state_hash);
+    let summary = summary(args, &tissue, session, replay_state_hash);
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
     judge(&summary)
@@ -116,26 +132,26 @@ pub(super) fn organ() -> Result<ImageBytes> {
 }
 
 /// State hash after the poses as received, played once more without shared memory.
-fn replay(engine: &mut Engine<'_>, received: &Path) -> Result<String> {
+fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<String> {
     let nothing_received =
         std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
     if !nothing_received {
         let poses = path::read(received, Rules::Recorded)?;
         // An interrupted session is short and checked like any other.
-        interrupt::ignoring(|| play(engine, &poses, |_, _| Ok(())))?;
+        interrupt::ignoring(|| play(tissue, &poses, |_, _| Ok(())))?;
     }
-    Ok(format!("{:016x}", engine.state_hash()))
+    Ok(format!("{:016x}", tissue.state_hash()))
 }
 
 /// As [`replay`], of a session that took commands, which only the trace has.
-fn replay_trace(engine: &mut Engine<'_>, path: &Path) -> Result<String> {
+fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<String> {
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
-    let played = interrupt::ignoring(|| recording::play(&trace, engine, &mut Played::default()));
+    let played = interrupt::ignoring(|| recording::play(&trace, tissue, &mut Played::default()));
     match played {
-        Ok(_) => Ok(format!("{:016x}", engine.state_hash())),
+        Ok(_) => Ok(format!("{:016x}", tissue.state_hash())),
         Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
-        Err(why @ (Stop::Command(_) | Stop::Stage(_) | Stop::Interrupted)) => {
+        Err(why @ (Stop::Command(_) | Stop::Interrupted)) => {
             Err(Error::check(format!("{}: {why:?}", path.display())))
         }
     }
@@ -143,11 +159,11 @@ fn replay_trace(engine: &mut Engine<'_>, path: &Path) -> Result<String> {
 
 fn summary(
     args: &Args,
-    engine: &Engine<'_>,
+    tissue: &Staged<'_>,
     session: Session,
     replay_state_hash: String,
 ) -> CosimSummary {
-    let model = engine.network().model();
+    let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
     let (serve, control) = (reports.serve, reports.control);
     let mut refused = serve.refused;
@@ -159,6 +175,7 @@ fn summary(
         links: model.links(),
         ticks_sent: control.ticks_sent,
         ticks_answered: control.ticks_answered,
+        ticks_unanswered: control.ticks_unanswered,
         missed_deadlines: control.missed_deadlines,
         step_ns: serve.step_ns,
         round_trip_ns: control.round_trip_ns,
@@ -166,11 +183,14 @@ fn summary(
         floor_round_trip_ns: floor.floor_round_trip_ns,
         send_late_ns: control.send_late_ns,
         peers: serve.peers,
+        largest_force_step_n: control.largest_force_step_n,
+        injected: control.injected,
         state_hash: serve.state_hash,
         replay_state_hash,
         interrupted: reports.interrupted,
         refused,
-        scene: args.scene.report(engine),
+        scene: args.scene.report(tissue.engine()),
+        stage: args.stage.report(),
     }
 }
 
@@ -196,6 +216,11 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         summary.peers.leaves,
         summary.peers.longest_ns() as f64 * 1e-3
     ))?;
+    terminal::say(format_args!(
+        "  {:<18}largest step {} N",
+        "force", summary.largest_force_step_n
+    ))?;
+    tell_injected(summary.injected.as_ref())?;
     let verdict =
         if summary.state_hash == summary.replay_state_hash { "the same" } else { "OTHER" };
     terminal::say(format_args!(
@@ -216,10 +241,10 @@ fn judge(summary: &CosimSummary) -> Result<()> {
         )))
     } else if summary.interrupted {
         Err(Error::Interrupted)
-    } else if summary.ticks_answered != summary.ticks_sent {
+    } else if summary.ticks_unanswered > 0 {
         Err(Error::check(format!(
-            "{} of {} ticks were answered",
-            summary.ticks_answered, summary.ticks_sent
+            "{} of {} ticks were not answered",
+            summary.ticks_unanswered, summary.ticks_sent
         )))
     } else {
         Ok(())

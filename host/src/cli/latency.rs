@@ -8,10 +8,11 @@ use super::control::ticks;
 use super::model_file;
 use super::run::play;
 use super::scene::SceneArgs;
-use super::session::{self, Files, LoopArgs, tell_refused};
+use super::session::{self, Files, LoopArgs, Sides, tell_refused};
 use crate::cosim::cold;
 use crate::cosim::histogram::Summary;
 use crate::error::{Error, Result};
+use crate::staged::Staged;
 use crate::{interrupt, terminal};
 
 /// Steps of `--worst`.
@@ -69,16 +70,18 @@ pub fn execute(args: &Args) -> Result<()> {
     args.common.check()?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut engine = args.scene.engine(model)?;
-    let poses = session::press(&engine, args.depth_m, ticks)?;
-    let alone = play(&mut engine, std::slice::from_ref(&poses), |_, _| Ok(()))?;
+    let mut tissue = Staged::new(args.scene.engine(model)?, None)?;
+    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
+    let alone = play(&mut tissue, std::slice::from_ref(&poses), |_, _| Ok(()))?;
     if interrupt::asked() {
         return Err(Error::Interrupted);
     }
-    let cold = if args.worst { Some(cold::measure(&mut engine, WORST_TICKS)?) } else { None };
+    let cold =
+        if args.worst { Some(cold::measure(tissue.engine_mut(), WORST_TICKS)?) } else { None };
     let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
-    let session = session::run(&files, &poses, &args.scene, &args.common)?;
+    let sides = Sides { serve_args: args.scene.to_args(), ..Sides::default() };
+    let session = session::run(&files, &poses, sides, &args.common)?;
     let (serve, control) = (session.reports.serve, session.reports.control);
     let summary = LatencySummary {
         cells: model.cells(),

@@ -6,6 +6,7 @@ mod control;
 mod cosim;
 mod identify;
 mod info;
+mod inject;
 mod latency;
 mod model_file;
 mod paper;
@@ -17,6 +18,7 @@ mod scene;
 mod serve;
 mod session;
 mod soak;
+mod stage;
 mod state;
 
 pub(crate) use scene::{automatic, contact_cells};

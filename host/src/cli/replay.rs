@@ -6,6 +6,7 @@ use chaincell_kernel::trace::{End, Reader, ReplayError};
 use serde::Serialize;
 
 use super::model_file;
+use crate::cosim::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use crate::recording::{self, Played, Stop};
@@ -62,9 +63,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let model_path = model_path(args, path)?;
     let image = model_file::read(&model_path)?;
     let model = model_file::parse(&image, &model_path)?;
-    let (mut engine, scheme, numbers) = recording::engine(&trace, path, model)?;
+    let (mut tissue, scheme, numbers) = recording::tissue(&trace, path, model)?;
     let mut played = Played::default();
-    let (end, differs) = match recording::play(&trace, &mut engine, &mut played) {
+    let (end, differs) = match recording::play(&trace, &mut tissue, &mut played) {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
         Err(Stop::Interrupted) => return Err(Error::Interrupted),
@@ -75,7 +76,6 @@ pub fn execute(args: &Args) -> Result<()> {
             );
             return Err(Error::file("replay", path, why));
         }
-        Err(Stop::Stage(why)) => return Err(Error::file("replay", path, why)),
     };
     let Played { ticks, commands, missed, compared } = played;
     let report = ReplayReport {
@@ -88,7 +88,7 @@ pub fn execute(args: &Args) -> Result<()> {
         commands,
         ticks_missed: missed,
         hashes_compared: compared,
-        state_hash: format!("{:016x}", engine.state_hash()),
+        state_hash: format!("{:016x}", tissue.state_hash()),
         end: end.map_or("not reached".into(), |end| end.to_string()),
         first_difference: differs.map(|why| Difference {
             record: why.record,

@@ -10,13 +10,15 @@ use serde::Serialize;
 
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
+use super::stage::{StageArgs, StageReport};
 use crate::cosim::histogram::{Latencies, Summary};
 use crate::cosim::payload::ToolPose;
-use crate::engine::Engine;
+use crate::cosim::tissue::TissueEngine;
 use crate::error::{Error, Result};
 use crate::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
 use crate::path::{self, Rules};
 use crate::recording::{Recording, TraceFile};
+use crate::staged::Staged;
 use crate::{interrupt, recording, terminal};
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
@@ -49,6 +51,8 @@ pub struct Args {
     recorded: bool,
     #[command(flatten)]
     scene: SceneArgs,
+    #[command(flatten)]
+    stage: StageArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -72,6 +76,7 @@ struct RunSummary {
     interrupted: bool,
     #[serde(flatten)]
     scene: SceneReport,
+    stage: Option<StageReport>,
 }
 
 /// Flags by name.
@@ -96,7 +101,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
     let poses = path::read(&args.path, rules)?;
     check_snapshots(&args.snapshot_ticks, &poses)?;
-    let mut engine = args.scene.engine(model)?;
+    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     if let Some(trace) = &args.trace
         && (args.out.exists() || output::folder_of(trace).exists())
     {
@@ -104,7 +109,8 @@ pub fn execute(args: &Args) -> Result<()> {
         recording::check_place(trace, args.force)?;
     }
     let folder = Folder::open(&args.out, args.force)?;
-    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number, None)?;
+    let (dynamics, number) = (args.scene.dynamics, args.scene.number);
+    let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let front = begun.bytes().to_vec();
     let place = folder.file(recording::TRACE);
     let rows = poses.iter().map(Vec::len).sum();
@@ -115,11 +121,11 @@ pub fn execute(args: &Args) -> Result<()> {
         output::write_whole(path, &front)?;
     }
     folder.write(recording::MODEL, image.as_bytes())?;
-    let played = play(&mut engine, &poses, |pose, engine| {
+    let played = play(&mut tissue, &poses, |pose, tissue| {
         let (tick, sample) = (pose.tick, ToolSample::from(*pose));
-        trace.add(&Record { tick, sample, state_hash: Some(engine.state_hash()) });
+        trace.add(&Record { tick, sample, state_hash: Some(tissue.state_hash()) });
         if args.snapshot_ticks.contains(&tick) {
-            let text = cells_csv(&engine.nodes());
+            let text = cells_csv(&tissue.engine_mut().nodes());
             folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
         }
         Ok(())
@@ -128,24 +134,25 @@ pub fn execute(args: &Args) -> Result<()> {
     if let Some(path) = copy {
         output::write_whole(path, &recording::read(&place)?)?;
     }
-    let nodes = engine.nodes();
+    let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
-    folder.write("final.vtu", vtu(&model, &nodes, engine.contacts()).as_bytes())?;
+    folder.write("final.vtu", vtu(&model, &nodes, tissue.engine().contacts()).as_bytes())?;
     let summary = RunSummary {
         cells: model.cells(),
         nodes: nodes.ids.len(),
         links: model.links(),
         ticks: played.answers.len() as u64,
-        state_hash: format!("{:016x}", engine.state_hash()),
+        state_hash: format!("{:016x}", tissue.state_hash()),
         step_ns: played.step.summary(),
-        ram_bytes: engine.ram_bytes(),
+        ram_bytes: tissue.engine().ram_bytes(),
         poses_repeated: played.poses_repeated,
         recorded: args.recorded,
         snapshot_ticks: args.snapshot_ticks.clone(),
         flag_ticks: flag_ticks(&played.answers),
         interrupted: interrupt::asked(),
-        scene: args.scene.report(&engine),
+        scene: args.scene.report(tissue.engine()),
+        stage: args.stage.report(),
     };
     folder.write_json("summary.json", &summary)?;
     report(args, &summary, &played)?;
@@ -180,12 +187,12 @@ pub struct Played {
     pub poses_repeated: u64,
 }
 
-/// Plays sequences of poses, each from another controller, through an engine as `serve` would,
+/// Plays sequences of poses, each from another controller, through a tissue as `serve` would,
 /// `after` being called behind each tick. Ends early, with what it has, when the user asks to stop.
 pub fn play(
-    engine: &mut Engine<'_>,
+    tissue: &mut Staged<'_>,
     sequences: &[Vec<ToolPose>],
-    mut after: impl FnMut(&ToolPose, &mut Engine<'_>) -> Result<()>,
+    mut after: impl FnMut(&ToolPose, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = sequences.iter().map(Vec::len).sum();
     let mut played =
@@ -203,8 +210,8 @@ pub fn play(
                 continue;
             }
             last = Some(pose.tick);
-            played.tick(engine, pose);
-            after(pose, engine)?;
+            played.tick(tissue, pose);
+            after(pose, tissue)?;
         }
     }
     progress.finish_and_clear();
@@ -213,10 +220,10 @@ pub fn play(
 
 impl Played {
     /// One timed tick.
-    fn tick(&mut self, engine: &mut Engine<'_>, pose: &ToolPose) {
+    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &ToolPose) {
         let sample = ToolSample::from(*pose);
         let start = Instant::now();
-        let output = engine.tick(&sample);
+        let output = tissue.tick(&sample);
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.answers.push(Answer { tick: pose.tick, output });

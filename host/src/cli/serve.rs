@@ -2,24 +2,22 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, TickOutput};
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
+use super::stage::{StageArgs, StageReport};
 use crate::bake::ImageBytes;
-use crate::cosim::command::Refusal;
-use crate::cosim::payload::{NodePosition, ToolForce};
+use crate::cosim::payload::ToolForce;
 use crate::cosim::record::Recorder;
 use crate::cosim::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
-use crate::cosim::tissue::TissueEngine;
-use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::output::{Answer, Folder, force_csv};
 use crate::recording::{self, Recording, TraceFile};
+use crate::staged::Staged;
 use crate::{path, terminal};
 
 /// Ticks that are recorded unless the run's length is known: ten minutes.
@@ -41,9 +39,12 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     common: LoopArgs,
-    /// Silence after which force 0 is published once, 0 for never [ms]
+    /// Silence after which the published force falls to 0, 0 for never [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     watchdog_ms: u32,
+    /// Time in which it falls, and rises when poses come again; 0 for at once [ms]
+    #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
+    ramp_ms: u32,
     /// Send the state hash with every so many ticks; 0 for none but the last
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     hash_every: u64,
@@ -73,6 +74,8 @@ pub struct Args {
     /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
+    #[command(flatten)]
+    stage: StageArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
     json: bool,
@@ -87,24 +90,9 @@ struct ServeSummary<'a> {
     report: &'a ServeReport,
     #[serde(flatten)]
     scene: SceneReport,
-}
-
-impl TissueEngine for Engine<'_> {
-    fn tick(&mut self, sample: &ToolSample) -> TickOutput {
-        Engine::tick(self, sample)
-    }
-
-    fn state_hash(&mut self) -> u64 {
-        Engine::state_hash(self)
-    }
-
-    fn read_nodes(&mut self, to: &mut [NodePosition]) {
-        Engine::read_nodes(self, to);
-    }
-
-    fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
-        self.obey(command)
-    }
+    watchdog_ms: u32,
+    ramp_ms: u32,
+    stage: Option<StageReport>,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -113,13 +101,14 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut engine = args.scene.engine(model)?;
+    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     let options = ServeOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.ends_with_parent,
         watchdog_ms: args.watchdog_ms,
+        ramp_ms: args.ramp_ms,
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
         histogram: args.common.histogram,
@@ -128,14 +117,15 @@ pub fn execute(args: &Args) -> Result<()> {
         ..ServeOptions::default()
     };
     // A scene that is refused leaves the folder as it was.
-    let server =
-        Server::open(&options)?.with_state(engine.node_count(), args.state_hz)?.with_commands()?;
+    let nodes = tissue.engine().node_count();
+    let server = Server::open(&options)?.with_state(nodes, args.state_hz)?.with_commands()?;
     // Commands may set parameters: what is written is what the session began with.
-    let scene = args.scene.report(&engine);
-    let begun = Recording::begin(&engine, args.scene.dynamics, args.scene.number, None)?;
+    let scene = args.scene.report(tissue.engine());
+    let (dynamics, number) = (args.scene.dynamics, args.scene.number);
+    let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;
-    let report = server.run(&mut engine, &mut recorder)?;
+    let report = server.run(&mut tissue, &mut recorder)?;
     recorder.finish_trace()?;
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
@@ -143,8 +133,16 @@ pub fn execute(args: &Args) -> Result<()> {
             .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
-        folder
-            .write_json("summary.json", &ServeSummary { cells, links, report: &report, scene })?;
+        let summary = ServeSummary {
+            cells,
+            links,
+            report: &report,
+            scene,
+            watchdog_ms: args.watchdog_ms,
+            ramp_ms: args.ramp_ms,
+            stage: args.stage.report(),
+        };
+        folder.write_json("summary.json", &summary)?;
     }
     if args.out.is_some() || args.record.is_some() {
         tell_unrecorded(&report);
@@ -217,6 +215,7 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
         report.watchdog_fired
     ))?;
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
+    terminal::say(format_args!("  force       largest step {} N", report.largest_force_step_n))?;
     terminal::say(format_args!(
         "  peers       {} joined, {} left; longest call meanwhile {:.1} us",
         report.peers.joins,

@@ -6,9 +6,11 @@ use std::path::Path;
 use chaincell_kernel::Model;
 use tempfile::TempDir;
 
-use super::scene::{SceneArgs, farthest};
+use super::scene::farthest;
+use crate::cosim::clock::MILLISECOND_NS;
 use crate::cosim::floor::{self, Floor};
 use crate::cosim::histogram::Summary;
+use crate::cosim::inject::{Faults, Plan};
 use crate::cosim::motion::Press;
 use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
@@ -132,11 +134,22 @@ pub struct Files<'a> {
     pub out: Option<&'a Path>,
 }
 
+/// What the two processes are told beside the files.
+#[derive(Debug, Default)]
+pub struct Sides {
+    /// Further arguments of `serve`.
+    pub serve_args: Vec<OsString>,
+    /// Further arguments of `control`.
+    pub control_args: Vec<OsString>,
+    /// The faults that `control` is told to make, with their seed.
+    pub faults: Option<(Faults, u64)>,
+}
+
 /// Measures the floor, then runs both processes over `poses`.
 pub fn run(
     files: &Files<'_>,
     poses: &[ToolPose],
-    scene: &SceneArgs,
+    sides: Sides,
     common: &LoopArgs,
 ) -> Result<Session> {
     let sent = files.scratch.join("sent.csv");
@@ -147,15 +160,20 @@ pub fn run(
     let both = common.to_args();
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
     serve_args.extend(both.iter().cloned());
-    serve_args.extend(scene.to_args());
-    serve_args.extend(["--ticks".into(), poses.len().to_string().into()]);
+    let plan = match &sides.faults {
+        None => Plan::faultless(poses.len() as u64),
+        Some((faults, seed)) => Plan::new(poses.len() as u64, faults, *seed),
+    };
+    serve_args.extend(sides.serve_args);
+    serve_args.extend(["--ticks".into(), plan.answers().to_string().into()]);
     if let Some(out) = files.out {
         serve_args.extend(["--force".into(), "--out".into(), out.into()]);
     }
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(both);
-    let options =
-        CosimOptions { serve_args, control_args, motion_ms: poses.len() as u64, ready_s: READY_S };
+    control_args.extend(sides.control_args);
+    let motion_ms = plan.sendings().last().map_or(0, |last| last.due_ns / MILLISECOND_NS);
+    let options = CosimOptions { serve_args, control_args, motion_ms, ready_s: READY_S };
     Ok(Session { reports: orchestra::cosim(&options)?, floor })
 }
 

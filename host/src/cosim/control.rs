@@ -5,9 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::Flags;
 
-use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use super::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 use super::complain::complain;
+use super::hand::Hand;
 use super::histogram::{Latencies, Summary};
+use super::inject::{Faults, Injected, Plan, Sending};
 use super::outstanding::Outstanding;
 use super::payload::{ToolForce, ToolPose};
 use super::playlist::Playlist;
@@ -46,6 +48,12 @@ pub struct ControlOptions {
     pub realtime: bool,
     /// Whether to end when the process that started this one has ended.
     pub ends_with_parent: bool,
+    /// Silence of the server after which the force at the device falls to 0, 0 for never \[ms\].
+    pub watchdog_ms: u32,
+    /// Time in which it falls, and rises when answers come again; 0 for at once \[ms\].
+    pub ramp_ms: u32,
+    /// Faults on purpose, and the seed that they are drawn with.
+    pub faults: Option<(Faults, u64)>,
 }
 
 impl Default for ControlOptions {
@@ -59,6 +67,9 @@ impl Default for ControlOptions {
             histogram: false,
             realtime: true,
             ends_with_parent: false,
+            watchdog_ms: 20,
+            ramp_ms: 20,
+            faults: None,
         }
     }
 }
@@ -66,10 +77,12 @@ impl Default for ControlOptions {
 /// What happened while controlling.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ControlReport {
-    /// Poses sent.
+    /// Poses sent, those sent twice counted once.
     pub ticks_sent: u64,
     /// Poses whose answer arrived.
     pub ticks_answered: u64,
+    /// Poses sent without an answer, those aside that were sent behind a later one on purpose.
+    pub ticks_unanswered: u64,
     /// Answers that arrived more than 1 ms after the scheduled send.
     pub missed_deadlines: u64,
     /// Of these, the ones whose pose was itself sent more than 1 ms late: this process was kept
@@ -83,6 +96,12 @@ pub struct ControlReport {
     pub foreign_answers: u64,
     /// Poses that shared memory did not take; they count as sent.
     pub sends_failed: u64,
+    /// Times the server was not heard of for the watchdog's time.
+    pub silences: u64,
+    /// Largest change of the force at the device from one moment to the next \[N\].
+    pub largest_force_step_n: f32,
+    /// Faults on purpose, of the whole plan.
+    pub injected: Option<Injected>,
     /// From the send to the arrival of its answer \[ns\].
     pub round_trip_ns: Summary,
     /// From the scheduled to the actual send \[ns\].
@@ -117,7 +136,10 @@ pub struct ControlRun {
     pub forces: Vec<ToolForce>,
 }
 
-/// Plays poses at 1 kHz. A late pose is sent late, never skipped.
+/// Plays poses at 1 kHz, or as the faults on purpose say. A late pose is sent late, never skipped.
+///
+/// A server that goes is waited for while the schedule runs on: what it leaves unanswered is
+/// counted, and the next server's answers are taken.
 ///
 /// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
 /// for outstanding answers after the last one. Takes memory for the poses given, none for time.
@@ -137,7 +159,11 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     wait_for_server(&scene, &ports, options.wait_for_server_s)?;
     let refused =
         if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
-    let mut run = Run::new(poses, &ports, options.wait)?;
+    let plan = match &options.faults {
+        None => Plan::faultless(poses.len()),
+        Some((faults, seed)) => Plan::new(poses.len(), faults, *seed),
+    };
+    let mut run = Run::new(poses, &plan, &ports, options)?;
     run.play();
     run.linger();
     Ok(run.finish(refused, options.histogram))
@@ -174,10 +200,15 @@ fn wait_for_server(
 
 struct Run<'a> {
     poses: Playlist<'a>,
+    plan: &'a Plan,
     ports: &'a Ports<ToolForce, ToolPose>,
     waiter: Waiter,
+    hand: Hand,
     start_ns: u64,
     outstanding: Outstanding,
+    /// The highest of the poses sent.
+    highest: Option<u64>,
+    overtaken: u64,
     forces: Vec<ToolForce>,
     round_trip: Latencies,
     send_late: Latencies,
@@ -192,18 +223,28 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(poses: Playlist<'a>, ports: &'a Ports<ToolForce, ToolPose>, wait: Wait) -> Result<Self> {
+    fn new(
+        poses: Playlist<'a>,
+        plan: &'a Plan,
+        ports: &'a Ports<ToolForce, ToolPose>,
+        options: &ControlOptions,
+    ) -> Result<Self> {
         let kept = if poses.is_repeated() { 0 } else { poses.len() };
         let mut forces = Vec::new();
         // Writing every element now keeps page faults out of the loop.
         forces.resize(usize::try_from(kept).unwrap_or(0), ToolForce::default());
         forces.clear();
+        let now_ns = now_ns();
         Ok(Self {
             poses,
+            plan,
             ports,
-            waiter: Waiter::new(wait, ROUND_TRIP_GUESS_NS),
-            start_ns: now_ns() + LOOK_NS,
+            waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
+            hand: Hand::new(options.watchdog_ms, options.ramp_ms, now_ns),
+            start_ns: now_ns + LOOK_NS,
             outstanding: Outstanding::new(),
+            highest: None,
+            overtaken: 0,
             forces,
             round_trip: Latencies::new()?,
             send_late: Latencies::new()?,
@@ -219,30 +260,41 @@ impl<'a> Run<'a> {
     }
 
     fn play(&mut self) {
-        for index in 0..self.poses.len() {
-            let scheduled_ns = self.scheduled_ns(index);
-            self.receive_until(scheduled_ns, |_| false);
+        let plan = self.plan;
+        for sending in plan.sendings() {
+            self.receive_until(self.start_ns + sending.due_ns, |_| false);
             if interrupt::asked() {
                 self.interrupted = true;
                 return;
             }
-            self.send(index, scheduled_ns);
+            self.send(&sending);
         }
     }
 
     fn scheduled_ns(&self, index: u64) -> u64 {
-        self.start_ns + index * PERIOD_NS
+        self.start_ns + index * self.plan.period_ns
     }
 
-    fn send(&mut self, index: u64, scheduled_ns: u64) {
-        let send_ns = now_ns();
-        if let Err(why) = self.ports.publisher.send_copy(self.poses.pose(index)) {
+    fn send(&mut self, sending: &Sending) {
+        let (send_ns, due_ns) = (now_ns(), self.start_ns + sending.due_ns);
+        let pose = sending.pose(self.poses.pose(sending.index));
+        if let Err(why) = self.ports.publisher.send_copy(pose) {
             complain(&mut self.failed, "cannot send a pose", why);
         }
         self.ports.ring.ring();
-        self.outstanding.send(send_ns);
-        self.send_late.record(send_ns.saturating_sub(scheduled_ns));
+        self.send_late.record(send_ns.saturating_sub(due_ns));
         self.waiter.expect_after(send_ns);
+        if !sending.again {
+            self.outstanding.send(sending.index, send_ns);
+            self.overtaken += u64::from(self.highest > Some(sending.index));
+            self.highest = self.highest.max(Some(sending.index));
+        }
+    }
+
+    /// Poses sent that the server should answer, and has not.
+    fn unanswered(&self) -> u64 {
+        let due = self.outstanding.sent() - self.overtaken;
+        due.saturating_sub(self.outstanding.answered())
     }
 
     /// Takes answers until a moment, or until there is nothing more to wait for.
@@ -251,7 +303,9 @@ impl<'a> Run<'a> {
             if self.receive() {
                 continue;
             }
-            if now_ns() >= moment_ns {
+            let now_ns = now_ns();
+            self.hand.waits(now_ns);
+            if now_ns >= moment_ns {
                 return;
             }
             self.waiter.pause(moment_ns, &self.ports.wake);
@@ -270,6 +324,7 @@ impl<'a> Run<'a> {
     }
 
     fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
+        self.hand.hears(force.force_n, arrival_ns);
         if Flags(force.flags).contains(Flags::STALE) {
             self.stale += 1;
             return;
@@ -282,7 +337,7 @@ impl<'a> Run<'a> {
         };
         let round_trip_ns = arrival_ns.saturating_sub(sent_ns);
         self.waiter.arrived(arrival_ns, round_trip_ns);
-        if self.outstanding.answered() < self.outstanding.sent() {
+        if self.unanswered() > 0 {
             self.waiter.expect_after(arrival_ns);
         }
         self.round_trip.record(round_trip_ns);
@@ -305,7 +360,7 @@ impl<'a> Run<'a> {
 
     fn linger(&mut self) {
         let end_ns = now_ns() + LINGER_NS;
-        self.receive_until(end_ns, |run| run.outstanding.is_settled());
+        self.receive_until(end_ns, |run| run.unanswered() == 0);
     }
 
     fn finish(self, refused: Vec<String>, histogram: bool) -> ControlRun {
@@ -317,12 +372,16 @@ impl<'a> Run<'a> {
             report: ControlReport {
                 ticks_sent: self.outstanding.sent(),
                 ticks_answered: self.outstanding.answered(),
+                ticks_unanswered: self.unanswered(),
                 missed_deadlines: self.missed,
                 missed_sent_late: self.missed_sent_late,
                 missed_in_step: self.missed_in_step,
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,
+                silences: self.hand.silences(),
+                largest_force_step_n: self.hand.largest_step_n(),
+                injected: self.plan.injected,
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),
                 state_hash: match self.state_hash {

@@ -10,7 +10,7 @@
 //! - [`orchestra`]: both as child processes, with their reports collected.
 //! - [`floor`]: what the machine itself costs, measured with the same loops and no tissue.
 //! - [`state`]: node positions for viewers. [`command`]: what another program may tell `serve`.
-//! - [`motion`]: the built-in press.
+//! - [`motion`]: the built-in press. [`inject`]: faults on purpose.
 //! - [`payload`], [`names`], [`services`]: what goes over shared memory, and under which names.
 //! - [`tissue`]: what the loop needs of a tissue. [`record`]: poses as received, with answers.
 //! - [`wait`], [`realtime`], [`clock`]: waiting, privileges, time.
@@ -22,7 +22,11 @@ pub mod command;
 mod complain;
 pub mod control;
 pub mod floor;
+mod foreign;
+mod hand;
 pub mod histogram;
+pub mod inject;
+mod memory;
 pub mod motion;
 pub mod names;
 pub mod orchestra;
@@ -31,6 +35,7 @@ mod owner;
 pub mod payload;
 pub mod peers;
 mod playlist;
+mod ramp;
 pub mod realtime;
 pub mod record;
 pub mod serve;

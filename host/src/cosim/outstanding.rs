@@ -29,9 +29,8 @@ impl Outstanding {
         Self { slots: vec![EMPTY; ROOM], sent: 0, answered: 0 }
     }
 
-    /// The next pose was sent at this moment.
-    pub(super) fn send(&mut self, sent_ns: u64) {
-        let index = self.sent;
+    /// The pose of this place in the list was sent at this moment.
+    pub(super) fn send(&mut self, index: u64, sent_ns: u64) {
         self.slots[index as usize % ROOM] = Slot { index, sent_ns };
         self.sent += 1;
     }
@@ -57,11 +56,6 @@ impl Outstanding {
     pub(super) fn answered(&self) -> u64 {
         self.answered
     }
-
-    /// Whether every pose has its answer.
-    pub(super) fn is_settled(&self) -> bool {
-        self.answered == self.sent
-    }
 }
 
 #[cfg(test)]
@@ -73,13 +67,11 @@ mod tests {
         let mut poses = Outstanding::new();
         assert_eq!(poses.answer(0), None);
         for at in 0..3 {
-            poses.send(100 + at);
+            poses.send(at, 100 + at);
         }
         assert_eq!((poses.answer(2), poses.answer(0)), (Some(102), Some(100)));
         assert_eq!((poses.answer(2), poses.answer(3), poses.answer(u64::MAX)), (None, None, None));
-        assert!(!poses.is_settled());
         assert_eq!(poses.answer(1), Some(101));
-        assert!(poses.is_settled());
         assert_eq!((poses.sent(), poses.answered()), (3, 3));
     }
 
@@ -87,7 +79,7 @@ mod tests {
     fn an_answer_that_never_comes_makes_room() {
         let mut poses = Outstanding::new();
         for at in 0..=ROOM as u64 {
-            poses.send(at);
+            poses.send(at, at);
         }
         assert_eq!(poses.answer(0), None, "its slot was taken");
         assert_eq!(poses.answer(ROOM as u64), Some(ROOM as u64));

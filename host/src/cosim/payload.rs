@@ -6,6 +6,11 @@ use chaincell_kernel::sample::ToolSample;
 use iceoryx2::prelude::ZeroCopySend;
 use nalgebra::Vector3;
 
+/// Type name of [`ToolPose`] in shared memory.
+pub(super) const TOOL_POSE: &str = "chaincell.ToolPose.v1";
+/// Type name of [`ToolForce`] in shared memory.
+pub(super) const TOOL_FORCE: &str = "chaincell.ToolForce.v1";
+
 /// One tool sample on its way to the tissue: 24 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.ToolPose.v1")]

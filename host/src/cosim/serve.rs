@@ -7,12 +7,13 @@
 
 mod beside;
 mod rate;
+mod watchdog;
 
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
 use serde::{Deserialize, Serialize};
 
-use chaincell_kernel::sample::{Flags, ToolSample};
+use chaincell_kernel::sample::ToolSample;
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use super::command::CommandServer;
@@ -20,6 +21,7 @@ use super::complain::complain;
 use super::histogram::{Latencies, Summary};
 use super::payload::{ToolForce, ToolPose};
 use super::peers::{Call, PeerCost, PeerWatch};
+use super::ramp::Ramp;
 use super::realtime::{self, Role};
 use super::record::Recorder;
 use super::services::{Domain, Ports, Scene};
@@ -49,8 +51,10 @@ pub struct ServeOptions {
     pub domain: Domain,
     /// How to wait for poses.
     pub wait: Wait,
-    /// Silence after which force 0 is published once, 0 for never \[ms\].
+    /// Silence after which the published force falls to 0, 0 for never \[ms\].
     pub watchdog_ms: u32,
+    /// Time in which it falls, and rises when poses come again; 0 for at once \[ms\].
+    pub ramp_ms: u32,
     /// A state hash every this many ticks; 0 leaves it to the end of the run.
     pub hash_every: u64,
     /// Most poses executed a second, 0 for any number; see [`POSE_HZ`] \[Hz\].
@@ -74,6 +78,7 @@ impl Default for ServeOptions {
             domain: Domain::default(),
             wait: Wait::default(),
             watchdog_ms: 20,
+            ramp_ms: 20,
             hash_every: 1,
             max_pose_hz: POSE_HZ,
             histogram: false,
@@ -113,8 +118,10 @@ pub struct ServeReport {
     pub publishers: u64,
     /// Answers that shared memory did not take.
     pub sends_failed: u64,
-    /// Times the watchdog published force 0.
+    /// Times the watchdog let the force fall to 0.
     pub watchdog_fired: u64,
+    /// Largest change of the published force from a message to the next one \[N\].
+    pub largest_force_step_n: f32,
     /// Executed ticks kept in the recorder.
     pub ticks_recorded: u64,
     /// Executed ticks that found the recorder full.
@@ -191,6 +198,7 @@ impl Server {
     pub fn with_state(mut self, nodes: usize, hz: u32) -> Result<Self> {
         if hz > 0 {
             self.state = Some(StatePublisher::open(&self.scene, nodes, hz)?);
+            self.scene.take_memory()?;
         }
         Ok(self)
     }
@@ -247,6 +255,9 @@ struct Run<'a> {
     last_pose_ns: u64,
     answer: Option<ToolForce>,
     stale: bool,
+    /// When the falling force is published next.
+    fall_ns: Option<u64>,
+    ramp: Ramp,
     end_ns: u64,
     publishers: u64,
     executed: u64,
@@ -286,6 +297,8 @@ impl<'a> Run<'a> {
             last_pose_ns: start_ns,
             answer: None,
             stale: false,
+            fall_ns: None,
+            ramp: Ramp::new(server.options.ramp_ms),
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
@@ -330,6 +343,7 @@ impl<'a> Run<'a> {
     fn wait(&mut self) {
         self.connect_peers();
         let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
+        let deadline_ns = self.fall_ns.map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
         self.waiter.pause(deadline_ns, &self.server.ports.wake);
     }
 
@@ -379,7 +393,12 @@ impl<'a> Run<'a> {
                 complain(&mut self.refused, "a second publisher sends poses", publisher.value());
                 return false;
             }
-            _ => self.publishers += 1,
+            _ => {
+                self.publishers += 1;
+                if self.publishers > 1 {
+                    self.ramp.begin();
+                }
+            }
         }
         self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
         if !self.rate.takes(arrival_ns) {
@@ -389,7 +408,7 @@ impl<'a> Run<'a> {
         self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.last_pose_ns));
         self.waiter.expect_after(arrival_ns);
         self.last_pose_ns = arrival_ns;
-        self.stale = false;
+        self.hears();
         true
     }
 
@@ -413,7 +432,8 @@ impl<'a> Run<'a> {
         };
         // First, so that no answer is seen whose tick a kill could lose.
         self.recorder.record(pose, force);
-        self.send(force);
+        let shown = self.shown(force, now_ns());
+        self.send(shown);
         if self.paused {
             self.paused_ticks += 1;
         } else {
@@ -439,21 +459,6 @@ impl<'a> Run<'a> {
         server.ports.ring.ring();
     }
 
-    /// Publishes force 0 once when poses stop coming. The tissue stays as it is.
-    fn watch(&mut self, now_ns: u64) {
-        let limit_ns = u64::from(self.server.options.watchdog_ms) * MILLISECOND_NS;
-        let Some(last) = self.answer else { return };
-        if self.stale || limit_ns == 0 || now_ns - self.last_pose_ns < limit_ns {
-            return;
-        }
-        self.stale = true;
-        self.fired += 1;
-        let mut flags = Flags(last.flags);
-        flags.insert(Flags::STALE);
-        flags.insert(Flags::SAFE_STATE);
-        self.send(ToolForce { force_n: [0.0; 3], flags: flags.0, step_ns: 0, ..last });
-    }
-
     fn is_in_charge(&mut self, id: UniquePublisherId, now_ns: u64) -> bool {
         let Some(node) = self.server.scene.pose_publisher_node(id) else {
             return false;
@@ -476,6 +481,7 @@ impl<'a> Run<'a> {
             publishers: self.publishers,
             sends_failed: self.failed,
             watchdog_fired: self.fired,
+            largest_force_step_n: self.ramp.largest_step_n(),
             ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
             ticks_paused: self.paused_ticks,

@@ -39,6 +39,8 @@ use iceoryx2::service::port_factory::{event, publish_subscribe};
 
 use super::names::SceneNames;
 use super::owner;
+use super::payload::{TOOL_FORCE, TOOL_POSE};
+use super::{foreign, memory};
 use crate::error::{Error, Result};
 
 /// Messages that a reader may leave unread before the oldest is lost.
@@ -150,6 +152,7 @@ impl Scene {
         let config = domain.config()?;
         let root = std::ffi::OsStr::from_bytes(config.global.root_path().as_bytes());
         owner::take(root.as_ref())?;
+        memory::check()?;
         let node = NodeBuilder::new()
             .name(&node_name()?)
             .config(&config)
@@ -164,8 +167,8 @@ impl Scene {
             })?;
         node.blocking_cleanup_dead_nodes(CLEAR_UP_LIMIT);
         Ok(Self {
-            pose: topic(&node, &names.pose)?,
-            force: topic(&node, &names.force)?,
+            pose: topic(&node, &names.pose, TOOL_POSE)?,
+            force: topic(&node, &names.force, TOOL_FORCE)?,
             pose_wake: wake_topic(&node, &names.pose)?,
             force_wake: wake_topic(&node, &names.force)?,
             label: names.label,
@@ -189,6 +192,7 @@ impl Scene {
         };
         // Two that started at once see each other now.
         self.refuse_second(&self.force, SERVE_PORT, Some(ports.publisher.id()), "serve")?;
+        self.take_memory()?;
         Ok(ports)
     }
 
@@ -205,7 +209,13 @@ impl Scene {
             wake: wake(&self.force_wake, woken)?,
         };
         self.refuse_second(&self.pose, CONTROL_PORT, Some(ports.publisher.id()), "control")?;
+        self.take_memory()?;
         Ok(ports)
+    }
+
+    /// Takes the memory of all ports so far, so that nothing fails for want of it later.
+    pub(super) fn take_memory(&self) -> Result<()> {
+        memory::take(&self.node.config().global.prefix.to_string())
     }
 
     /// Whether somebody reads poses and somebody writes answers.
@@ -315,6 +325,7 @@ impl Scene {
 fn topic<Payload: ZeroCopySend + Debug + Copy>(
     node: &Node<ipc::Service>,
     name: &ServiceName,
+    type_name: &str,
 ) -> Result<Topic<Payload>> {
     node.service_builder(name)
         .publish_subscribe::<Payload>()
@@ -325,7 +336,10 @@ fn topic<Payload: ZeroCopySend + Debug + Copy>(
         .max_subscribers(SUBSCRIBERS_MAX)
         .max_nodes(NODES_MAX)
         .open_or_create()
-        .map_err(|why| service_error(name, why))
+        .map_err(|why| {
+            foreign::refusal::<Payload>(node.config(), name, type_name)
+                .unwrap_or_else(|| service_error(name, why))
+        })
 }
 
 fn wake_topic(

@@ -34,7 +34,13 @@ mod tests {
     #[test]
     fn numbers_read_back_as_they_were() {
         let force_n = Vector3::new(0.1, -1.0e-30, 0.0);
-        let output = TickOutput { force_n, energy_j: 2.5, contacts: 7, flags: Flags(33), ..TickOutput::NONE };
+        let output = TickOutput {
+            force_n,
+            energy_j: 2.5,
+            contacts: 7,
+            flags: Flags(33),
+            ..TickOutput::NONE
+        };
         let text = force_csv(&[Answer { tick: 4, output }]);
         let row = text.lines().nth(1).unwrap();
         assert_eq!(row, "4,1e-1,-1e-30,0e0,2.5e0,7,33");

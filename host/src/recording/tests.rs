@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::PathBuf;
 
-use chaincell_kernel::Settings;
-use chaincell_kernel::stage::{Coupling, Passivity};
+use chaincell_kernel::stage::{Coupling, Passivity, Stage};
 use chaincell_kernel::trace::{CommandRecord, Missed, header_bytes};
+use chaincell_kernel::{Settings, ToolSample};
 use nalgebra::Vector3;
 
 use super::*;
@@ -20,8 +20,10 @@ pub(crate) fn plane() -> ImageBytes {
 /// A plane at rest, its middle held.
 fn engine(image: &ImageBytes) -> Engine<'_> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let network =
-        chaincell_kernel::Network::new(model, Settings { sweeps: 3, ..Settings::for_model(&model) });
+    let network = chaincell_kernel::Network::new(
+        model,
+        Settings { sweeps: 3, ..Settings::for_model(&model) },
+    );
     let middle = model.cell_of_input(40).unwrap();
     Engine::new(network.unwrap(), Scheme::Track, &[middle]).unwrap()
 }
@@ -172,8 +174,8 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
         if paused {
             stage.missed();
         } else {
-            let tissue = engine.tick(&stage.sample(&device));
-            stage.output(&tissue);
+            let answer = engine.tick(&stage.sample(&device));
+            stage.output(&answer);
         }
         let state_hash = Some(engine.state_hash());
         recording.add(&Record { tick, sample: device, state_hash });
@@ -203,7 +205,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     let trace = Reader::open(recording.bytes()).unwrap();
     let path = Path::new("a.trace");
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let (mut again, ..) = super::engine(&trace, path, model).unwrap();
+    let (mut again, ..) = tissue(&trace, path, model).unwrap();
     let mut played = Played::default();
     assert_eq!(play(&trace, &mut again, &mut played), Ok(End::Complete));
     assert_eq!(played, Played { ticks: 200, commands: 3, missed: 24, compared: 203 });

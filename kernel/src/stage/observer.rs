@@ -118,9 +118,8 @@ impl Observer {
     /// Books a tick in which the tool did `work` on the tissue and after which the coupling stores
     /// `stored` \[J\].
     pub(super) fn book(&mut self, of: &Passivity, tick_s: f32, work: f32, stored: f32) {
-        let [given, asked] = [self.given, self.asked].map(|[last, before]| {
-            if of.delay_ticks == 0 { last } else { before }
-        });
+        let [given, asked] = [self.given, self.asked]
+            .map(|[last, before]| if of.delay_ticks == 0 { last } else { before });
         let dx = self.dx;
         self.port = self.port.plus((-dot(given, dx)).into());
         let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);

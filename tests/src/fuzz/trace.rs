@@ -103,10 +103,10 @@ fn read(data: &[u8]) {
 
 fn play(trace: &Reader<'_>) {
     let model = chosen(trace.header().model);
-    let Ok((mut engine, ..)) = recording::engine(trace, Path::new("fuzz.trace"), model) else {
+    let Ok((mut tissue, ..)) = recording::tissue(trace, Path::new("fuzz.trace"), model) else {
         return;
     };
     let mut played = recording::Played::default();
-    let _ = recording::play(trace, &mut engine, &mut played);
+    let _ = recording::play(trace, &mut tissue, &mut played);
     assert!(played.compared <= played.ticks + played.commands);
 }

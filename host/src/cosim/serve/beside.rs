@@ -66,6 +66,7 @@ impl Run<'_> {
             Err(_) => self.disobeyed += 1,
             Ok(command) => {
                 self.obeyed += 1;
+                self.ramp.begin();
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
                 if let Some(state) = &mut self.state {

@@ -1,0 +1,67 @@
+//! Arguments of faults on purpose: `control`, `cosim`.
+
+use std::ffi::OsString;
+
+use crate::cosim::inject::{Faults, Injected};
+use crate::error::{Error, Result};
+use crate::terminal;
+
+/// Faults between the schedule of poses and shared memory.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Faults on purpose")]
+pub struct InjectArgs {
+    /// Faults in the poses sent, drawn by the seed: late:5%@MS (up to MS late, those behind wait),
+    /// lost:1%, dup:1%, reorder:1%, nan:1%, burst:2%@POSES (so many at once), rate:HZ,
+    /// stop:MS@POSES (nothing for MS after so many poses, then all that were due)
+    #[arg(long, value_name = "KIND:VALUE,..", allow_hyphen_values = true)]
+    inject: Option<String>,
+    /// Seed of the faults
+    #[arg(
+        long,
+        default_value_t = 1,
+        value_name = "N",
+        requires = "inject",
+        allow_negative_numbers = true
+    )]
+    inject_seed: u64,
+}
+
+impl InjectArgs {
+    /// The faults and their seed, `None` where none were asked for.
+    ///
+    /// # Errors
+    /// A fault that there is not, a share or a number out of range.
+    pub fn faults(&self) -> Result<Option<(Faults, u64)>> {
+        let Some(text) = &self.inject else { return Ok(None) };
+        match text.parse() {
+            Ok(faults) => Ok(Some((faults, self.inject_seed))),
+            Err(why) => Err(Error::input(format!("--inject {text}: {why}"))),
+        }
+    }
+
+    /// The same arguments for a child process.
+    pub fn to_args(&self) -> Vec<OsString> {
+        let Some(text) = &self.inject else { return Vec::new() };
+        vec![
+            format!("--inject={text}").into(),
+            format!("--inject-seed={}", self.inject_seed).into(),
+        ]
+    }
+}
+
+/// Prints what was done on purpose.
+pub fn tell_injected(injected: Option<&Injected>) -> Result<()> {
+    let Some(done) = injected else { return Ok(()) };
+    terminal::say(format_args!(
+        "  injected    {} late, {} lost, {} twice, {} overtaken, {} no number, {} bursts, {} stops \
+         (seed {})",
+        done.late,
+        done.lost,
+        done.duplicated,
+        done.overtaken,
+        done.nan,
+        done.bursts,
+        done.stops,
+        done.seed
+    ))
+}

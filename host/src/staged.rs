@@ -1,0 +1,79 @@
+//! A tissue behind an output stage: the device's samples in, the device's forces out.
+
+use chaincell_kernel::stage::{Stage, StageSettings};
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{TickOutput, ToolSample};
+
+use crate::cosim::command::Refusal;
+use crate::cosim::payload::NodePosition;
+use crate::cosim::tissue::TissueEngine;
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+
+/// An engine with the stage between it and the device, or without one.
+///
+/// Every sample is one tick of both, so what comes out is a function of the samples alone. A
+/// silence is no tick of either: what is published meanwhile is the loop's own.
+pub struct Staged<'m> {
+    engine: Engine<'m>,
+    stage: Option<Stage>,
+}
+
+impl<'m> Staged<'m> {
+    /// An engine behind a stage of these settings, or as it is.
+    ///
+    /// # Errors
+    /// A setting out of range.
+    pub fn new(engine: Engine<'m>, settings: Option<StageSettings>) -> Result<Self> {
+        let stage = settings.map(Stage::new).transpose();
+        let stage = stage.map_err(|why| Error::input(format!("output stage: {why}")))?;
+        Ok(Self { engine, stage })
+    }
+
+    /// The tissue.
+    #[must_use]
+    pub fn engine(&self) -> &Engine<'m> {
+        &self.engine
+    }
+
+    /// The tissue, for what reads its nodes.
+    pub fn engine_mut(&mut self) -> &mut Engine<'m> {
+        &mut self.engine
+    }
+
+    /// The stage's settings, `None` without one.
+    #[must_use]
+    pub fn settings(&self) -> Option<&StageSettings> {
+        self.stage.as_ref().map(Stage::settings)
+    }
+}
+
+impl TissueEngine for Staged<'_> {
+    fn tick(&mut self, device: &ToolSample) -> TickOutput {
+        match &mut self.stage {
+            None => self.engine.tick(device),
+            Some(stage) => {
+                let tool = stage.sample(device);
+                let output = self.engine.tick(&tool);
+                stage.output(&output)
+            }
+        }
+    }
+
+    fn state_hash(&mut self) -> u64 {
+        self.engine.state_hash()
+    }
+
+    fn read_nodes(&mut self, to: &mut [NodePosition]) {
+        self.engine.read_nodes(to);
+    }
+
+    fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
+        self.engine.obey(command)?;
+        if let (Command::Reset, Some(stage)) = (command, &mut self.stage) {
+            // Settings that made a stage once make it again.
+            *stage = Stage::new(*stage.settings()).map_err(|_| Refusal::Reset)?;
+        }
+        Ok(())
+    }
+}
