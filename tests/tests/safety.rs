@@ -53,7 +53,7 @@ fn is_hazard(word: &str) -> bool {
     })
 }
 
-/// The items `- **REQ-XXX-NN** [H1, H2] What holds. Tests: `FILE::TEST`, `SCRIPT#WORD`.`
+/// The items `- **REQ-ENE-01** [H1, H2] What holds. Tests: `FILE::TEST`, `SCRIPT#WORD`.`
 fn requirements(page: &str) -> Vec<Requirement> {
     let mut items: Vec<String> = Vec::new();
     let mut inside = false;
