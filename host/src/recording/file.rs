@@ -74,7 +74,7 @@ impl TraceFile {
             // What was there before is gone; the rest of an attempt helps nobody.
             let _ = std::fs::remove_file(path);
             Error::input(format!(
-                "{option} {}: no room for the trace of {records} ticks, {:.1} MB ({why}): free \
+                "{option} {}: no room for the trace, {:.1} MB ({why}): free \
                  some, name a file elsewhere, or lower --record-ticks",
                 path.display(),
                 bytes as f64 * 1e-6
@@ -176,10 +176,8 @@ const TAKEN: &str = "another run is recording to it: name another one, or end th
 /// That it is taken.
 pub fn check_idle(option: &str, path: &Path) -> Result<()> {
     // What cannot be opened is told where it is written.
-    let taken = File::open(path).is_ok_and(|file| {
-        file.metadata().is_ok_and(|there| there.is_file())
-            && matches!(file.try_lock(), Err(TryLockError::WouldBlock))
-    });
+    let is_taken = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+    let taken = path.is_file() && File::open(path).is_ok_and(is_taken);
     if taken {
         return Err(Error::input(format!("{option} {}: {TAKEN}", path.display())));
     }
