@@ -164,12 +164,7 @@ pub fn play(
 }
 
 /// One sample of a device.
-fn tick(
-    engine: &mut Engine<'_>,
-    stage: Option<&mut Stage>,
-    device: &ToolSample,
-    paused: bool,
-) {
+fn tick(engine: &mut Engine<'_>, stage: Option<&mut Stage>, device: &ToolSample, paused: bool) {
     match (stage, paused) {
         (None, false) => _ = engine.tick(device),
         (None, true) => {}

@@ -41,7 +41,7 @@ fn pose(tick: u64) -> Pose {
 fn answered(outsider: &Outsider, serve: &mut Running, life: Duration) -> Vec<(u64, u64)> {
     let mut seen = Vec::new();
     let (start, mut sent) = (Instant::now(), 0);
-    let mut take = |seen: &mut Vec<(u64, u64)>| {
+    let take = |seen: &mut Vec<(u64, u64)>| {
         while let Some(force) = outsider.try_receive() {
             seen.push((force.tick, force.state_hash));
         }

@@ -90,7 +90,10 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         assert!(found["first_difference"].is_null());
         // The folder has the same trace, and the model.
         let out = session.folder.path().join("out");
-        assert_eq!(std::fs::read(out.join("session.trace")).unwrap(), std::fs::read(&session.trace).unwrap());
+        assert_eq!(
+            std::fs::read(out.join("session.trace")).unwrap(),
+            std::fs::read(&session.trace).unwrap()
+        );
         let said = run(["replay", text(&out)]).with(0);
         assert!(said.out.contains("120 ticks replayed to the same bits"), "{}", said.out);
     }

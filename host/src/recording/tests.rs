@@ -20,8 +20,10 @@ pub(crate) fn plane() -> ImageBytes {
 /// A plane at rest, its middle held.
 fn engine(image: &ImageBytes) -> Engine<'_> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let network =
-        chaincell_kernel::Network::new(model, Settings { sweeps: 3, ..Settings::for_model(&model) });
+    let network = chaincell_kernel::Network::new(
+        model,
+        Settings { sweeps: 3, ..Settings::for_model(&model) },
+    );
     let middle = model.cell_of_input(40).unwrap();
     Engine::new(network.unwrap(), Scheme::Track, &[middle]).unwrap()
 }
