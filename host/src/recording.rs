@@ -118,8 +118,8 @@ pub struct Played {
 }
 
 /// Plays a trace in an engine that stands as its own began, and in its output stage where it has
-/// one, commands and pauses included, and compares the states. In a pause, as in a tick without a
-/// sample, no cell moves and the stage lets go; commands leave the stage alone.
+/// one, commands and pauses included, and compares the states. A pause is no tick of either; a
+/// reset begins both anew.
 ///
 /// # Errors
 /// Why it stopped; `played` then holds what came before.
@@ -137,7 +137,9 @@ pub fn play(
         }
         match entry {
             Entry::Tick(record) => {
-                tick(engine, stage.as_mut(), &record.sample, paused);
+                if !paused {
+                    tick(engine, stage.as_mut(), &record.sample);
+                }
                 played.ticks += 1;
             }
             Entry::Missed(missed) => {
@@ -154,6 +156,9 @@ pub fn play(
                     Command::Resume => paused = false,
                     command => engine.obey(&command).map_err(|_| Stop::Command(index))?,
                 }
+                if record.command == Command::Reset {
+                    stage = trace.header().stage.and_then(|settings| Stage::new(settings).ok());
+                }
                 played.commands += 1;
             }
         }
@@ -163,13 +168,11 @@ pub fn play(
     })
 }
 
-/// One sample of a device.
-fn tick(engine: &mut Engine<'_>, stage: Option<&mut Stage>, device: &ToolSample, paused: bool) {
-    match (stage, paused) {
-        (None, false) => _ = engine.tick(device),
-        (None, true) => {}
-        (Some(stage), true) => _ = stage.missed(),
-        (Some(stage), false) => {
+/// One sample of a device, through the stage where there is one.
+fn tick(engine: &mut Engine<'_>, stage: Option<&mut Stage>, device: &ToolSample) {
+    match stage {
+        None => _ = engine.tick(device),
+        Some(stage) => {
             let tissue = engine.tick(&stage.sample(device));
             stage.output(&tissue);
         }

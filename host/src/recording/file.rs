@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, compiler_fence};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use chaincell_kernel::trace::{CommandRecord, MAGIC, Missed, RECORD_BYTES, Record, Writer};
+use chaincell_kernel::trace::{CommandRecord, MAGIC, RECORD_BYTES, Record, Writer};
 use rustix::fs::{FallocateFlags, fallocate};
 
 use super::Recording;
@@ -85,15 +85,15 @@ impl TraceFile {
         Ok(Self { path: path.to_owned(), file, ahead, map, writer: begun.writer, at })
     }
 
-    /// Whether there is room for so many more records.
+    /// Whether there is room for another record.
     #[must_use]
-    pub fn has_room(&self, records: usize) -> bool {
-        self.map.len() - self.at >= records * RECORD_BYTES
+    pub fn has_room(&self) -> bool {
+        self.map.len() - self.at >= RECORD_BYTES
     }
 
     /// Adds an executed tick; false where it is full. No system call, no allocation.
     pub fn add(&mut self, record: &Record) -> bool {
-        self.has_room(1) && {
+        self.has_room() && {
             let bytes = self.writer.record(record);
             self.append(&bytes)
         }
@@ -101,16 +101,8 @@ impl TraceFile {
 
     /// As [`Self::add`], for a command that took effect.
     pub fn add_command(&mut self, record: &CommandRecord) -> bool {
-        self.has_room(1) && {
+        self.has_room() && {
             let bytes = self.writer.command(record);
-            self.append(&bytes)
-        }
-    }
-
-    /// As [`Self::add`], for ticks without a sample.
-    pub fn add_missed(&mut self, missed: &Missed) -> bool {
-        self.has_room(1) && {
-            let bytes = self.writer.missed(missed);
             self.append(&bytes)
         }
     }
