@@ -118,7 +118,7 @@ pub struct Played {
 }
 
 /// Plays a trace in a tissue that stands as its own began, commands and pauses included, and
-/// compares the states. In a pause no cell moves and the stage stands still.
+/// compares the states. A pause is no tick of tissue or stage; a reset begins both anew.
 ///
 /// # Errors
 /// Why it stopped; `played` then holds what came before.

@@ -6,6 +6,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use chaincell_host::bake::ImageBytes;
 use chaincell_host::cosim::control::{ControlOptions, control};
 use chaincell_host::cosim::names::unique_scene;
 use chaincell_host::cosim::payload::{NodePosition, ToolPose};
@@ -14,7 +15,10 @@ use chaincell_host::cosim::serve::{ServeOptions, Server};
 use chaincell_host::cosim::services::{Domain, Scene};
 use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::tissue::TissueEngine;
+use chaincell_host::recording::{Recording, TraceFile};
 use chaincell_kernel::sample::{TickOutput, ToolSample};
+use chaincell_kernel::trace::Header;
+use chaincell_kernel::{Model, Network, Settings, Track};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -102,6 +106,14 @@ fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
     }
 }
 
+/// The beginning of a trace.
+fn begun() -> Recording {
+    let image = ImageBytes::copy(include_bytes!("../../tests/data/plane9.chaincell"));
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    Recording::of(&Header::of::<Track>(&network).unwrap(), &[40]).unwrap()
+}
+
 /// The counts of a session, with a reader of states or without one.
 fn served(viewed: bool) -> Counter {
     let root = tempfile::tempdir().unwrap();
@@ -120,12 +132,16 @@ fn served(viewed: bool) -> Counter {
         realtime: false,
         ..ControlOptions::default()
     };
+    let trace = root.path().join("a.trace");
     let server = std::thread::spawn(move || {
         let mut counter = Counter::default();
-        let mut recorder = Recorder::with_capacity(1000);
+        let records = Recorder::trace_records(1000);
+        let trace = TraceFile::create("--record", &trace, false, begun(), records).unwrap();
+        let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
         let server = Server::open(&options).unwrap();
         let server = server.with_state(1000, 200).unwrap().with_commands().unwrap();
         server.run(&mut counter, &mut recorder).unwrap();
+        assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);
         counter
     });
     let scene = Scene::open(control_options.scene.as_deref(), &control_options.domain).unwrap();

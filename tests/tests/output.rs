@@ -11,7 +11,14 @@ use chaincell_tests::files::{bake, content, scratch, text, write_path};
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, chaincell, run};
 
-const FILES: [&str; 4] = ["cells_final.csv", "final.vtu", "force.csv", "summary.json"];
+const FILES: [&str; 6] = [
+    "cells_final.csv",
+    "final.vtu",
+    "force.csv",
+    "model.chaincell",
+    "session.trace",
+    "summary.json",
+];
 
 struct Place {
     folder: tempfile::TempDir,

@@ -94,6 +94,8 @@ fn files_have_the_columns_of_the_contract() {
         "cells_final.csv",
         "final.vtu",
         "force.csv",
+        "model.chaincell",
+        "session.trace",
         "summary.json",
     ];
     assert_eq!(names, expected);

@@ -88,7 +88,13 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         assert_eq!(found["number"], number);
         assert_eq!(found["end"], "complete");
         assert!(found["first_difference"].is_null());
-        let said = run(["replay", text(&session.trace), "--model", text(&session.model)]).with(0);
+        // The folder has the same trace, and the model.
+        let out = session.folder.path().join("out");
+        assert_eq!(
+            std::fs::read(out.join("session.trace")).unwrap(),
+            std::fs::read(&session.trace).unwrap()
+        );
+        let said = run(["replay", text(&out)]).with(0);
         assert!(said.out.contains("120 ticks replayed to the same bits"), "{}", said.out);
     }
 }
@@ -102,7 +108,7 @@ fn what_cosim_records_is_replayed_to_the_same_bits() {
     let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
     let how = ["--sweeps", "3", "--unloading", "retreat", "--number", "fixed"];
     let ended = run([&args[..], &how].concat()).with(0);
-    let found = replay(&out.join("session.trace"), &out.join("model.chaincell")).with(0).json();
+    let found = run(["replay", text(&out.join("session.trace")), "--json"]).with(0).json();
     assert_eq!((&found["ticks"], &found["hashes_compared"]), (&1000.into(), &1000.into()));
     assert_eq!(found["state_hash"], ended.json()["state_hash"]);
     assert_eq!(found["number"], "fixed");
@@ -213,7 +219,7 @@ fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
     for (bytes, reason, remedy) in [
         (b"tick,x_m,y_m\n".to_vec(), "not a chaincell trace", "run --trace"),
         (Vec::new(), "not a chaincell trace", "run --trace"),
-        (changed(8, 9), "format version 9 is not version 1", "take the release that wrote it"),
+        (changed(8, 9), "format version 9 is not version 1 or 2", "take the release that wrote it"),
         (changed(30, 1), "the header is damaged", "copy it again"),
         (whole[..front - 1].to_vec(), "stops within its header", "copy it again"),
         (whole[..front].to_vec(), "holds no tick", "record again"),

@@ -1,6 +1,6 @@
 //! Keeps poses as received and their answers, in memory taken beforehand; on disk too, in a trace.
 
-use chaincell_kernel::trace::{CommandRecord, Missed, Record};
+use chaincell_kernel::trace::{CommandRecord, Record};
 
 use super::payload::{ToolForce, ToolPose};
 use crate::error::Result;
@@ -19,9 +19,6 @@ pub struct Recorder {
     capacity_ticks: usize,
     ticks: usize,
     commands: usize,
-    /// Ticks without a sample since the last record.
-    missed: u32,
-    last_tick: u64,
     left_out_ticks: u64,
 }
 
@@ -57,8 +54,7 @@ impl Recorder {
     /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: who has
     /// it can count on the record. Allocates nothing, calls nothing of the system.
     pub fn record(&mut self, pose: ToolPose, force: ToolForce) {
-        let has_room = self.left_out_ticks == 0 && self.ticks < self.capacity_ticks;
-        if !has_room || !self.trace(&pose, &force) {
+        if self.has_ended() || !self.trace(&pose, &force) {
             self.left_out_ticks += 1;
             return;
         }
@@ -70,25 +66,9 @@ impl Recorder {
 
     /// The tick into the trace, where there is one; false where it is full.
     fn trace(&mut self, pose: &ToolPose, force: &ToolForce) -> bool {
-        let told = self.tell_missed();
-        self.last_tick = pose.tick;
         let Some(trace) = &mut self.trace else { return true };
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-        told && trace.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash })
-    }
-
-    /// Counts a tick without a sample, in which the output stage was called and no cell moved. It
-    /// is kept with the next tick or command.
-    pub fn missed(&mut self) {
-        self.missed = self.missed.saturating_add(1);
-    }
-
-    fn tell_missed(&mut self) -> bool {
-        let ticks = std::mem::take(&mut self.missed);
-        match &mut self.trace {
-            Some(trace) if ticks > 0 => trace.add_missed(&Missed { tick: self.last_tick, ticks }),
-            _ => true,
-        }
+        trace.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash })
     }
 
     /// Poses that were executed, bit for bit as received, each with its answer, in order.
@@ -107,17 +87,18 @@ impl Recorder {
     /// it, or none is needed since no further tick is kept.
     #[must_use]
     pub fn has_room_for_command(&self) -> bool {
-        let ended = self.left_out_ticks > 0 || self.ticks == self.capacity_ticks;
-        // One place for the command, one for ticks without a sample before it.
-        let has_room = self.trace.as_ref().is_none_or(|trace| trace.has_room(2));
-        ended || (self.commands < COMMANDS_MAX && has_room)
+        let has_room = self.trace.as_ref().is_none_or(TraceFile::has_room);
+        self.has_ended() || (self.commands < COMMANDS_MAX && has_room)
+    }
+
+    fn has_ended(&self) -> bool {
+        self.left_out_ticks > 0 || self.ticks == self.capacity_ticks
     }
 
     /// Keeps a command behind the ticks so far, where [`Self::has_room_for_command`]. Allocates
     /// nothing.
     pub fn command(&mut self, record: CommandRecord) {
-        let ended = self.left_out_ticks > 0 || self.ticks == self.capacity_ticks;
-        if ended || !self.tell_missed() {
+        if self.has_ended() {
             return;
         }
         self.commands += 1;
@@ -183,18 +164,17 @@ mod tests {
         room
     }
 
-    /// Entries of a trace: ticks as they are, missed ones negative, commands as 0.
-    fn entries(path: &std::path::Path) -> (Vec<i64>, End) {
+    /// Entries of a trace: ticks as they are, commands as 0.
+    fn entries(path: &std::path::Path) -> (Vec<u64>, End) {
         let bytes = std::fs::read(path).unwrap();
         let mut found = Vec::new();
         let end = Reader::open(&bytes).unwrap().entries(|_, entry| {
             found.push(match entry {
                 Entry::Tick(record) => {
                     assert_eq!(record.state_hash.is_some(), record.tick % 2 == 1);
-                    record.tick as i64
+                    record.tick
                 }
-                Entry::Missed(missed) => -i64::from(missed.ticks),
-                Entry::Command(_) => 0,
+                _ => 0,
             });
             Ok::<(), ()>(())
         });
@@ -202,39 +182,34 @@ mod tests {
     }
 
     #[test]
-    fn ticks_commands_and_lost_ticks_stand_in_the_trace_in_order() {
+    fn ticks_and_commands_stand_in_the_trace_in_order() {
         let (_folder, path, mut recorder) = traced(3, 20);
-        recorder.missed();
         tick(&mut recorder, 1);
-        (0..3).for_each(|_| recorder.missed());
         assert!(command(&mut recorder, 1));
         tick(&mut recorder, 2);
-        recorder.missed();
         // A killed process leaves this.
-        assert_eq!(entries(&path), (vec![-1, 1, -3, 0, 2], End::Complete));
+        assert_eq!(entries(&path), (vec![1, 0, 2], End::Complete));
         tick(&mut recorder, 3);
         assert!(command(&mut recorder, 3), "behind the last tick that is kept nothing counts");
         tick(&mut recorder, 4);
         recorder.finish_trace().unwrap();
-        assert_eq!(entries(&path), (vec![-1, 1, -3, 0, 2, -1, 3], End::Complete));
+        assert_eq!(entries(&path), (vec![1, 0, 2, 3], End::Complete));
         assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (3, 1));
         assert_eq!(recorder.rows().len(), 3);
     }
 
     #[test]
     fn a_full_trace_has_no_gaps() {
-        let (_folder, path, mut recorder) = traced(100, 4);
+        let (_folder, path, mut recorder) = traced(100, 3);
         tick(&mut recorder, 1);
         assert!(command(&mut recorder, 1));
         tick(&mut recorder, 2);
-        assert!(!command(&mut recorder, 2), "one place left: a command may need two");
-        recorder.missed();
-        // Its lost tick takes the last place.
+        assert!(!command(&mut recorder, 2), "no place left");
         tick(&mut recorder, 3);
         tick(&mut recorder, 4);
         assert!(command(&mut recorder, 4), "nothing is kept any more");
         recorder.finish_trace().unwrap();
-        assert_eq!(entries(&path), (vec![1, 0, 2, -1], End::Complete));
+        assert_eq!(entries(&path), (vec![1, 0, 2], End::Complete));
         assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 2));
         assert_eq!(recorder.rows().len(), 2);
     }

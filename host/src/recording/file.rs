@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, compiler_fence};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use chaincell_kernel::trace::{CommandRecord, MAGIC, Missed, RECORD_BYTES, Record, Writer};
+use chaincell_kernel::trace::{CommandRecord, MAGIC, RECORD_BYTES, Record, Writer};
 use rustix::fs::{FallocateFlags, fallocate};
 
 use super::Recording;
@@ -74,7 +74,7 @@ impl TraceFile {
             // What was there before is gone; the rest of an attempt helps nobody.
             let _ = std::fs::remove_file(path);
             Error::input(format!(
-                "{option} {}: no room for the trace of {records} ticks, {:.1} MB ({why}): free \
+                "{option} {}: no room for the trace, {:.1} MB ({why}): free \
                  some, name a file elsewhere, or lower --record-ticks",
                 path.display(),
                 bytes as f64 * 1e-6
@@ -85,15 +85,15 @@ impl TraceFile {
         Ok(Self { path: path.to_owned(), file, ahead, map, writer: begun.writer, at })
     }
 
-    /// Whether there is room for so many more records.
+    /// Whether there is room for another record.
     #[must_use]
-    pub fn has_room(&self, records: usize) -> bool {
-        self.map.len() - self.at >= records * RECORD_BYTES
+    pub fn has_room(&self) -> bool {
+        self.map.len() - self.at >= RECORD_BYTES
     }
 
     /// Adds an executed tick; false where it is full. No system call, no allocation.
     pub fn add(&mut self, record: &Record) -> bool {
-        self.has_room(1) && {
+        self.has_room() && {
             let bytes = self.writer.record(record);
             self.append(&bytes)
         }
@@ -101,16 +101,8 @@ impl TraceFile {
 
     /// As [`Self::add`], for a command that took effect.
     pub fn add_command(&mut self, record: &CommandRecord) -> bool {
-        self.has_room(1) && {
+        self.has_room() && {
             let bytes = self.writer.command(record);
-            self.append(&bytes)
-        }
-    }
-
-    /// As [`Self::add`], for ticks without a sample.
-    pub fn add_missed(&mut self, missed: &Missed) -> bool {
-        self.has_room(1) && {
-            let bytes = self.writer.missed(missed);
             self.append(&bytes)
         }
     }
@@ -176,10 +168,8 @@ const TAKEN: &str = "another run is recording to it: name another one, or end th
 /// That it is taken.
 pub fn check_idle(option: &str, path: &Path) -> Result<()> {
     // What cannot be opened is told where it is written.
-    let taken = File::open(path).is_ok_and(|file| {
-        file.metadata().is_ok_and(|there| there.is_file())
-            && matches!(file.try_lock(), Err(TryLockError::WouldBlock))
-    });
+    let is_taken = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+    let taken = path.is_file() && File::open(path).is_ok_and(is_taken);
     if taken {
         return Err(Error::input(format!("{option} {}: {TAKEN}", path.display())));
     }

@@ -149,8 +149,8 @@ pub struct Header {
     pub settings: Settings,
     /// The probe, where contact was by shape; then there are no contact cells.
     pub probe: Option<RecordedProbe>,
-    /// The output stage between the device that the samples came from and the tissue. The commands
-    /// of a session leave it alone.
+    /// The output stage between the device that the samples came from and the tissue. A reset
+    /// begins it anew, a pause is no tick of it.
     pub stage: Option<StageSettings>,
 }
 

@@ -1,0 +1,195 @@
+//! A server killed with SIGKILL at any moment loses no tick that was answered.
+//!
+//! Plain `cargo test` kills 15 servers, 200 with `CHAINCELL_SLOW=1`.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use chaincell_kernel::trace::{End, Reader, Record};
+use chaincell_tests::files::text;
+use chaincell_tests::outsider::{Outsider, Pose};
+use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
+use chaincell_tests::{Running, run, turn};
+use rustix::process::Signal;
+
+/// Servers that are killed.
+const KILLS: u64 = 15;
+/// In the slow suite.
+const KILLS_SLOW: u64 = 200;
+/// Longest life of a server after its first pose \[us\].
+const LIFE_US: u64 = 30_000;
+/// Poses that wait for the server at a time.
+const BURST: u64 = 8;
+
+/// The next number of a sequence without pattern (SplitMix64).
+fn random(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mixed = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ (mixed >> 31)
+}
+
+fn pose(tick: u64) -> Pose {
+    let depth_m = -0.0002 * (tick % 97) as f32;
+    Pose { tick, position_m: [0.0, 0.001, depth_m], engaged: u32::from(tick % 97 < 80) }
+}
+
+/// Ticks with their hashes, as answered until the server is killed, and after.
+fn answered(outsider: &Outsider, serve: &mut Running, life: Duration) -> Vec<(u64, u64)> {
+    let mut seen = Vec::new();
+    let (start, mut sent) = (Instant::now(), 0);
+    let take = |seen: &mut Vec<(u64, u64)>| {
+        while let Some(force) = outsider.try_receive() {
+            seen.push((force.tick, force.state_hash));
+        }
+    };
+    while start.elapsed() < life {
+        if sent < seen.len() as u64 + BURST {
+            outsider.send(pose(sent));
+            sent += 1;
+        }
+        take(&mut seen);
+    }
+    serve.signal(Signal::KILL);
+    while serve.is_running() {
+        std::thread::yield_now();
+    }
+    // What lies in shared memory was answered too.
+    take(&mut seen);
+    seen
+}
+
+/// Ticks with their hashes, as recorded, and how they end.
+fn recorded(trace: &Path) -> (Vec<(u64, u64)>, End) {
+    let bytes = std::fs::read(trace).unwrap();
+    let mut found = Vec::new();
+    let end = Reader::open(&bytes).unwrap().records(|_, record: &Record| {
+        assert_eq!(record.sample.position_m.z.to_bits(), pose(record.tick).position_m[2].to_bits());
+        found.push((record.tick, record.state_hash.unwrap()));
+        Ok::<(), ()>(())
+    });
+    (found, end.unwrap())
+}
+
+#[test]
+fn no_answered_tick_is_lost_to_a_kill() {
+    let _turn = turn();
+    let slow = std::env::var_os("CHAINCELL_SLOW").is_some();
+    let kills = if slow { KILLS_SLOW } else { KILLS };
+    if !slow {
+        println!("SKIPPED {} of {KILLS_SLOW} kills: CHAINCELL_SLOW is not set", KILLS_SLOW - KILLS);
+    }
+    let mut place = Place::new("kill");
+    let scene = place.scene.clone();
+    let (mut state, mut ticks, mut unanswered, mut cut) = (20, 0, 0, 0);
+    for kill in 0..kills {
+        place.scene = format!("{scene}-{kill}");
+        let out = place.folder.path().join(format!("out{kill}"));
+        let options = ["--out", text(&out), "--record-ticks", "20000", "--watchdog-ms", "0"];
+        let mut serve = place.serve(&options);
+        let outsider = Outsider::join(&place.scene, true);
+        let life = Duration::from_micros(random(&mut state) % LIFE_US);
+        let seen = answered(&outsider, &mut serve, life);
+        drop(serve);
+        let (found, end) = recorded(&out.join("session.trace"));
+        assert!(matches!(end, End::Complete | End::Cut(_)), "kill {kill}: {end}");
+        assert_eq!(found[..seen.len().min(found.len())], seen, "kill {kill}");
+        ticks += seen.len();
+        unanswered += found.len() - seen.len();
+        cut += u64::from(end != End::Complete);
+        if found.is_empty() {
+            continue;
+        }
+        let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+        assert_eq!(replayed["ticks"], found.len());
+        assert_eq!(replayed["state_hash"], format!("{:016x}", found[found.len() - 1].1));
+        std::fs::remove_dir_all(out).unwrap();
+    }
+    println!(
+        "{kills} kills: {ticks} answered ticks, none lost; {unanswered} recorded without an \
+         answer, {cut} records cut"
+    );
+    assert!(ticks > 0, "no server answered before its end");
+}
+
+/// What is left of a killed session is not overwritten unasked, and is again where it is.
+#[test]
+fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
+    let _turn = turn();
+    let place = Place::new("again");
+    let out = place.folder.path().join("out");
+    let options = ["--out", text(&out), "--record-ticks", "500", "--watchdog-ms", "0"];
+    let mut serve = place.serve(&options);
+    // Another one on the same folder, on a scene of its own.
+    let other = chaincell_tests::scene("other");
+    let model = text(&place.model);
+    let second = ["serve", model, "--scene", &other, "--out", text(&out), "--force"];
+    let refused = run(second).with(2);
+    assert!(refused.err.contains("another run is recording to it"), "{}", refused.err);
+    let outsider = Outsider::join(&place.scene, true);
+    outsider.send(pose(0));
+    assert_eq!(outsider.receive().tick, 0);
+    serve.signal(Signal::KILL);
+    while serve.is_running() {
+        std::thread::yield_now();
+    }
+    assert_eq!(run(["replay", text(&out), "--json"]).with(0).json()["ticks"], 1);
+    let refused = run(["serve", model, "--scene", &other, "--out", text(&out)]).with(2);
+    assert!(refused.err.contains("not empty"), "{}", refused.err);
+    let serve = place.serve(&[&options[..], &["--force", "--ticks", "1"]].concat());
+    let outsider = Outsider::join(&place.scene, true);
+    outsider.send(pose(0));
+    serve.end(SHORT).with(0);
+    let trace = out.join("session.trace");
+    assert_eq!(std::fs::metadata(&trace).unwrap().len(), 64 + 8 + 40, "not cut to its length");
+}
+
+#[test]
+fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
+    let _turn = turn();
+    let place = Place::new("beyond");
+    let trace = place.folder.path().join("a.trace");
+    let record = ["--record", text(&trace), "--record-ticks", "30", "--ticks", "40", "--json"];
+    let serve = place.serve(&[&record[..], &["--watchdog-ms", "0"]].concat());
+    let outsider = Outsider::join(&place.scene, true);
+    (0..40).for_each(|tick| outsider.send(pose(tick)));
+    let ended = serve.end(SHORT).with(0);
+    let report = ended.json();
+    let counts = (&report["ticks_recorded"], &report["ticks_unrecorded"]);
+    assert_eq!(counts, (&30.into(), &10.into()));
+    assert!(ended.err.contains("WARNING: the last 10 of 40 ticks are NOT recorded"), "{ended:?}");
+    // The model is the only other file in the folder, and beside the trace.
+    assert_eq!(run(["replay", text(&trace), "--json"]).with(0).json()["ticks"], 30);
+    let moved = place.folder.path().join("moved");
+    std::fs::rename(&place.model, &moved).unwrap();
+    let refused = run(["replay", text(&trace)]).with(2);
+    assert!(refused.err.contains("name the model of the recording with --model"), "{refused:?}");
+    run(["replay", text(&trace), "--model", text(&moved)]).with(0);
+}
+
+#[test]
+fn a_disk_without_room_is_told_before_the_run() {
+    let place = Place::new("room");
+    let mount = "mount -t tmpfs -o size=1m none \"$1\" 2>/dev/null || exit 99; place=$1; shift; \
+        \"$0\" \"$@\"; code=$?; ls -A \"$place\"; exit $code";
+    let disk = place.folder.path().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let trace = disk.join("a.trace");
+    let binary = chaincell_tests::chaincell().get_program().to_owned();
+    let serve = ["serve", text(&place.model), "--scene", &place.scene, "--record", text(&trace)];
+    let mut command = std::process::Command::new("unshare");
+    command.args(["--mount", "sh", "-c", mount]).arg(binary).arg(&disk).args(serve);
+    let ended = Running::start(&mut command).end(SHORT);
+    if ended.code == Some(99) || ended.err.contains("unshare") {
+        println!("SKIPPED a_disk_without_room_is_told_before_the_run: no right to mount one");
+        return;
+    }
+    let ended = ended.with(2);
+    for wanted in ["--record", "no room for the trace, 24.2 MB", "--record-ticks"] {
+        assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);
+    }
+    assert_eq!(ended.out, "", "left behind, or said to be ready");
+}
