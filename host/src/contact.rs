@@ -20,7 +20,7 @@ pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
     let mut named: BTreeMap<u16, usize> = BTreeMap::new();
     let cell_of = cells(model);
     for &node in nodes {
-        let cell = cell_of.get(node as usize).copied().flatten().ok_or_else(|| {
+        let cell = cell_of.get(&node).copied().ok_or_else(|| {
             Error::input(format!("--contact: node {node} is no cell of the model"))
         })?;
         if model.is_fixed(cell) {
@@ -34,7 +34,7 @@ pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
         return Ok(named.into_keys().collect());
     }
     let mut size = vec![0_usize; model.cells()];
-    for cell in cell_of.into_iter().flatten() {
+    for cell in cell_of.into_values() {
         size[usize::from(cell)] += 1;
     }
     let id = |cell: u16| model.input_id()[usize::from(cell)];
@@ -51,17 +51,13 @@ pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
     Ok(held)
 }
 
-/// The cell of every input id.
-fn cells(model: &Model<'_>) -> Vec<Option<u16>> {
-    let nodes = model.input_nodes() as usize;
+/// The cell of every input id that has one: a numbering may be far longer than the model.
+fn cells(model: &Model<'_>) -> BTreeMap<u32, u16> {
     if model.fine_nodes() > 0 {
-        return (0..nodes as u32).map(|node| model.cell_of_input(node)).collect();
+        let own = |node| Some((node, model.cell_of_input(node)?));
+        return (0..model.fine_nodes() as u32).filter_map(own).collect();
     }
-    let mut cell_of = vec![None; nodes];
-    for (cell, &id) in model.input_id().iter().enumerate() {
-        cell_of[id as usize] = Some(cell as u16);
-    }
-    cell_of
+    model.input_id().iter().copied().zip(0..).collect()
 }
 
 /// Cells in sets that links join.

@@ -307,18 +307,21 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
             "--contact {contact}: probes are not supported; name cells with cells:SELECTOR"
         )));
     }
-    let mut nodes_m = vec![[f64::NAN; 3]; model.input_nodes() as usize];
-    for (cell, &id) in model.input_id().iter().enumerate() {
-        nodes_m[id as usize] = to_m(model, model.rest_position(cell).map(f64::from));
-    }
-    for (node, node_m) in nodes_m.iter_mut().enumerate().take(model.fine_nodes()) {
-        if let Some(rest) = model.fine_rest(node) {
-            *node_m = to_m(model, rest.map(f64::from));
-        }
-    }
     let notes = Notes::read(model);
-    let nodes = mesh::select(selector, &nodes_m, &notes.groups, &notes.border, "--contact")?;
+    let nodes = (model.input_nodes() as usize, places_m(model));
+    let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, "--contact")?;
     contact::held(model, &nodes)
+}
+
+/// Input ids with their places at rest \[m\]: the cells', or those of the nodes that they carry.
+fn places_m<'m>(model: &Model<'m>) -> impl Iterator<Item = (u32, [f64; 3])> + use<'m> {
+    let model = *model;
+    let fine = (0..model.fine_nodes() as u32)
+        .filter_map(move |node| Some((node, model.fine_rest(node as usize)?)));
+    let cells = model.input_id().iter().zip(0..);
+    let coarse = cells.map(move |(&id, cell)| (id, model.rest_position(cell)));
+    let coarse = coarse.take(if model.fine_nodes() > 0 { 0 } else { model.cells() });
+    fine.chain(coarse).map(move |(id, rest)| (id, to_m(&model, rest.map(f64::from))))
 }
 
 /// The free surface cell farthest from the fixed cells (from the centre where none is fixed),

@@ -25,7 +25,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-pub use selector::select;
+pub use selector::{select, select_among};
 pub use surface::{boundary, vertex_normals};
 
 /// Most cells a body may have: a cell's number has 16 bits and one value is kept back.

@@ -27,7 +27,20 @@ pub fn select(
     border: &[u32],
     option: &str,
 ) -> Result<Vec<u32>> {
-    let selector = Selector { option, text, nodes: nodes_m.len() };
+    let places = (0u32..).zip(nodes_m.iter().copied());
+    select_among(text, (nodes_m.len(), places), groups, border, option)
+}
+
+/// The same where only some of the numbered nodes have places: how many numbers there are, and
+/// the nodes with their places \[m\]. A numbering may be far longer than the list.
+pub fn select_among(
+    text: &str,
+    (nodes, places): (usize, impl Iterator<Item = (u32, [f64; 3])>),
+    groups: &BTreeMap<String, Vec<u32>>,
+    border: &[u32],
+    option: &str,
+) -> Result<Vec<u32>> {
+    let selector = Selector { option, text, nodes };
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
     let picked = match (kind, rest) {
         ("border", "") if border.is_empty() => {
@@ -36,7 +49,7 @@ pub fn select(
         ("border", "") => border.to_vec(),
         ("nodes", list) => selector.listed(list)?,
         ("file", path) => selector.file(path)?,
-        ("box", bounds) => selector.boxed(bounds, nodes_m)?,
+        ("box", bounds) => selector.boxed(bounds, places)?,
         ("group", name) => selector.group(name, groups)?,
         (list, "") if list.trim().starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
             selector.listed(list)?
@@ -93,7 +106,11 @@ impl Selector<'_> {
         self.once(ids.collect::<Result<_>>()?)
     }
 
-    fn boxed(&self, bounds: &str, nodes_m: &[[f64; 3]]) -> Result<Vec<u32>> {
+    fn boxed(
+        &self,
+        bounds: &str,
+        places: impl Iterator<Item = (u32, [f64; 3])>,
+    ) -> Result<Vec<u32>> {
         const NAMES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
         let words: Vec<&str> = bounds.split(',').map(str::trim).collect();
         if words.len() != NAMES.len() {
@@ -117,7 +134,9 @@ impl Selector<'_> {
         }
         let inside =
             |at: &[f64; 3]| (0..3).all(|a| (bound[2 * a]..=bound[2 * a + 1]).contains(&at[a]));
-        Ok((0u32..).zip(nodes_m).filter(|(_, at)| inside(at)).map(|(id, _)| id).collect())
+        let mut ids: Vec<u32> = places.filter(|(_, at)| inside(at)).map(|(id, _)| id).collect();
+        ids.sort_unstable();
+        Ok(ids)
     }
 
     fn group(&self, name: &str, groups: &BTreeMap<String, Vec<u32>>) -> Result<Vec<u32>> {
