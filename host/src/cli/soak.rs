@@ -137,7 +137,7 @@ pub fn execute(args: &Args) -> Result<()> {
         None => load::default_threads(),
     })?;
     terminal::note(format_args!(
-        "soak: {}, {} s under load, and {} s before and after without a tissue",
+        "soak: {}, {} s; {} s before and after without a tissue",
         session::describe(&model),
         plan.ticks() as f64 / 1000.0,
         plan.floor_ticks as f64 / 1000.0
