@@ -11,7 +11,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use chaincell_tests::files::{content, text};
-use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Viewer};
+use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Viewer};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, chaincell, run, turn};
 use iceoryx2::prelude::*;
@@ -127,7 +127,9 @@ fn another_user_is_refused_and_disturbs_nothing() {
         &["state", "--once"],
         &["command", "pause"],
     ] {
-        let ended = as_nobody(&program, &[args, &scene].concat()).with(2);
+        let (name, options) = args.split_first().unwrap();
+        let args = [&[*name], &scene[..], options].concat();
+        let ended = as_nobody(&program, &args).with(2);
         for part in ["/tmp/iceoryx2", "only its owner may connect"] {
             assert!(ended.err.contains(part), "{args:?}: {}", ended.err);
         }
@@ -157,7 +159,12 @@ fn a_configuration_in_the_working_folder_changes_nothing() {
         let place = Place::new("config");
         let cwd = place.folder.path();
         fs::create_dir(cwd.join("config")).unwrap();
-        fs::write(cwd.join("config/iceoryx2.toml"), text_of_file).unwrap();
+        let file = cwd.join("config/iceoryx2.toml");
+        fs::write(&file, text_of_file).unwrap();
+        // A program that reads it is led astray, or fails.
+        let read = Config::from_file(&FilePath::new(text(&file).as_bytes()).unwrap());
+        let astray = read.map_or(String::new(), |config| config.global.root_path().to_string());
+        assert_eq!(astray == "/tmp/chaincell-hostile", text_of_file == hostile, "{astray}");
         let mut command = chaincell();
         command.args(serve_args(&place, &["--ticks", "1"])).current_dir(cwd).env("HOME", cwd);
         let mut serve = Running::start(&mut command);
@@ -205,13 +212,16 @@ fn messages_of_other_sizes_are_refused() {
     };
     for topic in ["pose", "force", "state"] {
         let service = || node.service_builder(&name(topic));
+        assert_eq!(service().publish_subscribe::<Pose>().open().is_ok(), topic == "pose");
         assert!(service().publish_subscribe::<LongPose>().open().is_err(), "{topic}");
         assert!(service().publish_subscribe::<[Pose]>().open().is_err(), "{topic}");
         assert!(service().publish_subscribe::<[u8]>().open().is_err(), "{topic}");
         assert!(service().publish_subscribe::<u64>().open().is_err(), "{topic}");
     }
     let command = || node.service_builder(&name("command"));
-    assert!(command().request_response::<LongOrder, u64>().open().is_err());
+    assert!(command().request_response::<Order, Reply>().open().is_ok());
+    assert!(command().request_response::<Order, LongOrder>().open().is_err());
+    assert!(command().request_response::<LongOrder, Reply>().open().is_err());
     assert!(command().request_response::<[Order], [u64]>().open().is_err());
     assert!(command().request_response::<[u8], [u8]>().open().is_err());
     let outsider = Outsider::join(&place.scene, true);
