@@ -101,7 +101,7 @@ fn ctrl_c_leaves_what_was_counted_so_far() {
     command.args(args).arg(&out).arg("--json").process_group(0);
     let soak = Running::start(&mut command);
     // The floor of a run of an hour takes minutes: interrupted there is nothing yet.
-    std::thread::sleep(Duration::from_secs(2));
+    std::thread::sleep(Duration::from_secs(1));
     soak.interrupt_group().with(130);
     let args = ["soak", text(&model), "--seconds", "10", "--no-load", "--scene", &name];
     let soak = Running::chaincell([&args[..], &["--out", text(&out), "--json"]].concat());

@@ -144,7 +144,11 @@ pub fn execute(args: &Args) -> Result<()> {
     ));
     let before = floor_run(args, &plan)?;
     let both = both(args, &plan, &poses, &model_path, scratch.path())?;
-    let after = match floor_run(args, &plan) {
+    let after = match both.reports.interrupted {
+        true => Err(Error::Interrupted),
+        false => floor_run(args, &plan),
+    };
+    let after = match after {
         Err(Error::Interrupted) => None,
         run => Some(run?),
     };
