@@ -137,14 +137,18 @@ pub fn execute(args: &Args) -> Result<()> {
         None => load::default_threads(),
     })?;
     terminal::note(format_args!(
-        "soak: {}, {} s under load, and {} s before and after without a tissue",
+        "soak: {}, {} s; {} s before and after without a tissue",
         session::describe(&model),
         plan.ticks() as f64 / 1000.0,
         plan.floor_ticks as f64 / 1000.0
     ));
     let before = floor_run(args, &plan)?;
     let both = both(args, &plan, &poses, &model_path, scratch.path())?;
-    let after = match floor_run(args, &plan) {
+    let after = match both.reports.interrupted {
+        true => Err(Error::Interrupted),
+        false => floor_run(args, &plan),
+    };
+    let after = match after {
         Err(Error::Interrupted) => None,
         run => Some(run?),
     };

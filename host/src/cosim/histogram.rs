@@ -69,7 +69,7 @@ impl Latencies {
         self.spans.len()
     }
 
-    /// The spans in buckets. Allocates: for the end of a run.
+    /// The spans in buckets, to three significant digits. Allocates: for the end of a run.
     #[must_use]
     pub fn spans(&self) -> Spans {
         if self.spans.is_empty() {

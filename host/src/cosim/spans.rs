@@ -88,6 +88,7 @@ mod tests {
             assert_eq!(bucket_from_us(span_ns), from_us, "{span_ns}");
         }
         assert_eq!((bucket_from_us(1_087_999), bucket_from_us(1_088_000)), (1024, 1088));
+        assert_eq!((width_us(1023), width_us(3000), width_us(1 << 20)), (1, 128, 1 << 16));
         let mut from_us = 0;
         while from_us < 60_000_000 {
             let next_us = from_us + width_us(from_us);

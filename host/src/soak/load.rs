@@ -1,7 +1,7 @@
 //! Load beside a run: threads that copy and compute without a pause, and share nothing with it.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
@@ -24,11 +24,17 @@ pub struct LoadFigures {
     pub gb_per_s: f64,
 }
 
+#[derive(Debug, Default)]
+struct Shared {
+    stop: AtomicBool,
+    bytes: AtomicU64,
+}
+
 /// Busy threads, ended with the value.
 #[derive(Debug)]
 pub struct Load {
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<u64>>,
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
     start: Instant,
 }
 
@@ -50,15 +56,15 @@ impl Load {
     pub fn start(threads: usize) -> Result<Self> {
         let cores = cores();
         let others = cores.get(..cores.len().saturating_sub(1)).unwrap_or_default();
-        let mut load = Self { stop: Arc::default(), threads: Vec::new(), start: Instant::now() };
+        let mut load = Self { shared: Arc::default(), threads: Vec::new(), start: Instant::now() };
         for at in 0..threads {
             let core = others.get(at % others.len().max(1)).copied();
-            let stop = Arc::clone(&load.stop);
+            let shared = Arc::clone(&load.shared);
             let thread = std::thread::Builder::new().name(format!("load {at}"));
             let started = thread.spawn(move || {
                 // A core that is refused leaves the choice to the system.
                 let _ = core.map(core_affinity::set_for_current);
-                work(&stop)
+                work(&shared);
             });
             load.threads.push(
                 started.map_err(|why| Error::check(format!("cannot start the load: {why}")))?,
@@ -70,17 +76,15 @@ impl Load {
     /// Ends it.
     #[must_use]
     pub fn end(mut self) -> LoadFigures {
-        self.stop.store(true, Ordering::Relaxed);
         let threads = self.threads.len();
-        let bytes: u64 = self.threads.drain(..).filter_map(|thread| thread.join().ok()).sum();
+        self.join();
+        let bytes = self.shared.bytes.load(Ordering::Relaxed);
         let seconds = self.start.elapsed().as_secs_f64().max(1e-9);
         LoadFigures { threads, gb_per_s: bytes as f64 * 1e-9 / seconds }
     }
-}
 
-impl Drop for Load {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
+    fn join(&mut self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
             // A thread that failed has ended.
             let _ = thread.join();
@@ -88,21 +92,27 @@ impl Drop for Load {
     }
 }
 
-/// Copies twice the last-level cache to and fro and adds it up, until told to stop; the bytes read
-/// and written.
-fn work(stop: &AtomicBool) -> u64 {
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+/// Copies as much as the last-level cache holds to and fro and adds it up, until told to stop.
+fn work(shared: &Shared) {
     let half = last_level_cache_bytes().clamp(CHUNK_BYTES, BUFFER_BYTES_MAX / 2);
     let (mut one, mut other) = (vec![1_u8; half], vec![2_u8; half]);
-    let (mut bytes, mut sum) = (0_u64, 0_u64);
+    let mut sum = 0_u64;
     loop {
         for (to, from) in one.chunks_mut(CHUNK_BYTES).zip(other.chunks(CHUNK_BYTES)) {
-            if stop.load(Ordering::Relaxed) {
-                std::hint::black_box(sum);
-                return bytes;
+            if shared.stop.load(Ordering::Relaxed) {
+                return;
             }
             to.copy_from_slice(from);
             sum = to.iter().fold(sum, |sum, byte| sum.wrapping_mul(31) ^ u64::from(*byte));
-            bytes += 3 * to.len() as u64;
+            std::hint::black_box(sum);
+            // Read and written by the copy, read by the sum.
+            shared.bytes.fetch_add(3 * to.len() as u64, Ordering::Relaxed);
         }
         std::mem::swap(&mut one, &mut other);
     }
@@ -115,8 +125,11 @@ mod tests {
     #[test]
     fn threads_work_until_they_are_told_to_stop() {
         let load = Load::start(2).unwrap();
+        while load.shared.bytes.load(Ordering::Relaxed) == 0 {
+            assert!(load.start.elapsed().as_secs() < 60, "nothing was done");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
         assert!(!load.threads.iter().any(JoinHandle::is_finished), "a thread ended by itself");
-        std::thread::sleep(std::time::Duration::from_millis(50));
         let figures = load.end();
         assert_eq!(figures.threads, 2);
         assert!(figures.gb_per_s > 0.0, "{figures:?}");

@@ -125,7 +125,7 @@ mod tests {
 
     fn filled() -> SoakReport {
         let mut latencies = Latencies::new().unwrap();
-        for span_ns in [1_200, 1_900, 30_000, 31_000, 5_000_000] {
+        for span_ns in [1_200, 1_900, 30_500, 31_500, 5_000_000] {
             latencies.record(span_ns);
         }
         let step = latencies.spans();
