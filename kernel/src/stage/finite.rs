@@ -64,7 +64,10 @@ mod tests {
             ] {
                 let (sound, is_all) = checked(&answer);
                 assert!(!is_all && sound.flags.contains(Flags::BAD_SAMPLE), "{answer:?}");
-                assert_eq!((sound.force_n, sound.energy_j, sound.contacts), (Vector3::zeros(), 0.0, 3));
+                assert_eq!(
+                    (sound.force_n, sound.energy_j, sound.contacts),
+                    (Vector3::zeros(), 0.0, 3)
+                );
             }
         }
     }
