@@ -18,7 +18,9 @@ pub const TICK_S: f64 = 1.0e-3;
 /// A handle and its encoder.
 #[derive(Debug, Clone, Copy)]
 pub struct Handle {
+    /// Mass \[kg\].
     pub mass_kg: f64,
+    /// Viscous damping [N s/m].
     pub damping_n_s_per_m: f64,
     /// Step of the measured position, 0 for none \[m\].
     pub count_m: f64,
@@ -29,7 +31,9 @@ pub struct Handle {
 /// A hand that holds the handle.
 #[derive(Debug, Clone, Copy)]
 pub struct Hand {
+    /// Stiffness \[N/m\].
     pub stiffness_n_per_m: f64,
+    /// Damping [N s/m].
     pub damping_n_s_per_m: f64,
     /// Whether it holds at all.
     pub holds: bool,
@@ -41,7 +45,9 @@ pub struct Hand {
 #[derive(Debug, Clone)]
 pub struct Moving {
     handle: Handle,
+    /// Where the handle is \[m\].
     pub position: V,
+    /// Its velocity \[m/s\].
     pub velocity: V,
     /// Forces on their way to the device, the next one last.
     queue: Vec<V>,
@@ -51,8 +57,6 @@ pub struct Moving {
     pub port_j: f64,
     /// What the handle's damping has taken so far \[J\].
     pub lost_j: f64,
-    /// The same between the handle's own and what the stage was told of.
-    pub least_j: f64,
 }
 
 impl Moving {
@@ -67,7 +71,6 @@ impl Moving {
             hand_j: 0.0,
             port_j: 0.0,
             lost_j: 0.0,
-            least_j: 0.0,
         }
     }
 

@@ -9,6 +9,7 @@
 
 pub mod files;
 pub mod graph;
+pub mod handle;
 pub mod lattice;
 pub mod outsider;
 pub mod place;
