@@ -10,6 +10,7 @@
 pub mod files;
 pub mod fuzz;
 pub mod graph;
+pub mod handle;
 pub mod lattice;
 pub mod outsider;
 pub mod place;

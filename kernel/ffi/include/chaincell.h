@@ -4,6 +4,7 @@
  *   chaincell_model    a validated model, in storage of yours; the image stays where it is
  *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_tissue_size
  *   chaincell_tick     one tick, every millisecond: sample in, force out
+ *   chaincell_stage    between the two and a hand: coupling, passivity, limits, watchdog
  *
  * Every function that takes a pointer answers with a chaincell_code, 0 when all is well. None
  * unwinds. Pointers are checked for null and alignment. There is no heap and no global state:
@@ -95,6 +96,11 @@
 #define CHAINCELL_MODEL_WORDS 96
 
 /**
+ * Words of a `chaincell_stage`.
+ */
+#define CHAINCELL_STAGE_WORDS 128
+
+/**
  * The tool's motion was shortened, by the step limit or by the energy limit.
  */
 #define CHAINCELL_FLAG_MOTION_CLAMPED 1
@@ -103,6 +109,11 @@
  * A bad sample: the last good one stands in, or the safe state is on.
  */
 #define CHAINCELL_FLAG_BAD_SAMPLE 2
+
+/**
+ * No sample for so long that the stage lets the force fall.
+ */
+#define CHAINCELL_FLAG_STALE 4
 
 /**
  * The force was shortened to the limit in force.
@@ -325,6 +336,34 @@ enum chaincell_code
      * A coordinate is not finite or too large: `position` is its cell.
      */
     CHAINCELL_CODE_STATE_POSITION = -102,
+    /**
+     * `tick_s` is not within 1e-5 to 1.
+     */
+    CHAINCELL_CODE_STAGE_TICK = -120,
+    /**
+     * The coupling's stiffness or damping is negative or above 1e6.
+     */
+    CHAINCELL_CODE_STAGE_COUPLING = -121,
+    /**
+     * The device's damping is negative or above 1e6, or the delay above 1 tick.
+     */
+    CHAINCELL_CODE_STAGE_PASSIVITY = -122,
+    /**
+     * `max_slew_n_per_s` is not positive.
+     */
+    CHAINCELL_CODE_STAGE_SLEW = -123,
+    /**
+     * The stage's `max_force_n` is not positive.
+     */
+    CHAINCELL_CODE_STAGE_MAX_FORCE = -124,
+    /**
+     * `ramp_ticks` or `watchdog_ticks` is above 60,000.
+     */
+    CHAINCELL_CODE_STAGE_TICKS = -125,
+    /**
+     * No such device.
+     */
+    CHAINCELL_CODE_STAGE_DEVICE = -126,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -406,6 +445,43 @@ enum chaincell_unloading
 typedef enum chaincell_unloading chaincell_unloading;
 #else
 typedef int32_t chaincell_unloading;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A haptic device by its published limits.
+ */
+enum chaincell_device
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * 3D Systems Touch: 3.3 N, 400 N/m.
+     */
+    CHAINCELL_DEVICE_TOUCH = 0,
+    /**
+     * 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
+     */
+    CHAINCELL_DEVICE_PREMIUM = 1,
+    /**
+     * Novint Falcon: 8 N, 3000 N/m.
+     */
+    CHAINCELL_DEVICE_FALCON = 2,
+    /**
+     * Force Dimension omega: 12 N, 5000 N/m.
+     */
+    CHAINCELL_DEVICE_OMEGA = 3,
+    /**
+     * Force Dimension sigma.7: 12 N, 4000 N/m.
+     */
+    CHAINCELL_DEVICE_SIGMA = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum chaincell_device chaincell_device;
+#else
+typedef int32_t chaincell_device;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -553,6 +629,64 @@ typedef struct chaincell_settings {
 } chaincell_settings;
 
 /**
+ * The stages between a tissue and a device; each may be absent.
+ */
+typedef struct chaincell_stage_settings {
+    /**
+     * Time of a tick, 1e-5 to 1 [s].
+     */
+    float tick_s;
+    /**
+     * Stiffness of the virtual coupling, 0 for none, at most 1e6 [N/m].
+     */
+    float coupling_n_per_m;
+    /**
+     * Its damping, 0 to 1e6 [N s/m].
+     */
+    float coupling_n_s_per_m;
+    /**
+     * Other than 0 for passivity observer and controller.
+     */
+    uint32_t passivity;
+    /**
+     * Damping that the device's own mechanics have for sure, 0 to 1e6 [N s/m].
+     */
+    float device_damping_n_s_per_m;
+    /**
+     * Ticks between an answer and the device's pushing with it, 0 or 1.
+     */
+    uint32_t delay_ticks;
+    /**
+     * Largest change of the force, infinite for none [N/s].
+     */
+    float max_slew_n_per_s;
+    /**
+     * Largest force, infinite for none [N].
+     */
+    float max_force_n;
+    /**
+     * Ticks in which the force rises after engaging and after a silence, and in which it falls when
+     * samples stop; 0 for none, at most 60,000.
+     */
+    uint32_t ramp_ticks;
+    /**
+     * Ticks without a sample after which the force falls, 0 for never, at most 60,000.
+     */
+    uint32_t watchdog_ticks;
+} chaincell_stage_settings;
+
+/**
+ * Storage of an output stage. Its content is nobody's business; it may be copied, and refers to
+ * nothing.
+ */
+typedef struct chaincell_stage {
+    /**
+     * Not for use.
+     */
+    uint32_t opaque[CHAINCELL_STAGE_WORDS];
+} chaincell_stage;
+
+/**
  * One tool sample.
  *
  * Any bits are admitted: a sample that is not finite, or whose `engaged` is neither 0 nor 1, is
@@ -581,6 +715,15 @@ typedef struct chaincell_output {
      * Certified level: an upper bound of the elastic energy of the published state [J].
      */
     float energy_j;
+    /**
+     * What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an energy
+     * ledger [J].
+     */
+    float work_j;
+    /**
+     * Upper bound of the stiffness that the tool meets within a tick [N/m].
+     */
+    float stiffness_n_per_m;
     /**
      * Number of cells the tool holds.
      */
@@ -670,6 +813,61 @@ chaincell_code chaincell_settings_default(const struct chaincell_model *model,
 chaincell_code chaincell_settings_check(const struct chaincell_model *model,
                                         const struct chaincell_settings *settings,
                                         struct chaincell_detail *detail);
+
+/**
+ * The settings for a device (one of `chaincell_device`) at 1 kHz whose force acts a tick late:
+ * every stage on.
+ *
+ * Safety
+ * `settings` is storage for the answer.
+ */
+chaincell_code chaincell_stage_default(int32_t device, struct chaincell_stage_settings *settings);
+
+/**
+ * Puts a stage at rest into storage. Unless the answer is 0 there is no stage afterwards.
+ *
+ * Safety
+ * `stage` is storage for a stage, `settings` are settings.
+ */
+chaincell_code chaincell_stage_init(struct chaincell_stage *stage,
+                                    const struct chaincell_stage_settings *settings);
+
+/**
+ * What the tissue is to be given for what the device has measured: the tool behind the coupling.
+ * `device` and `tool` may be one sample.
+ *
+ * Safety
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a sample,
+ * `tool` storage for the answer.
+ */
+chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
+                                      const struct chaincell_sample *device,
+                                      struct chaincell_sample *tool);
+
+/**
+ * What the device is given for what the tissue has answered to the tool of
+ * `chaincell_stage_sample`. `tissue` and `output` may be one output.
+ *
+ * Where a pointer is bad the stage stays as it is, and an `output` that can be written says force 0
+ * with `CHAINCELL_FLAG_SAFE_STATE`.
+ *
+ * Safety
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,
+ * `output` storage for the answer.
+ */
+chaincell_code chaincell_stage_output(struct chaincell_stage *stage,
+                                      const struct chaincell_output *tissue,
+                                      struct chaincell_output *output);
+
+/**
+ * What the device is given in a tick without a sample; the tissue has no tick then.
+ *
+ * Safety
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `output` is storage for
+ * the answer.
+ */
+chaincell_code chaincell_stage_missed(struct chaincell_stage *stage,
+                                      struct chaincell_output *output);
 
 /**
  * Alignment of a tissue's storage, `CHAINCELL_ALIGN` [bytes].

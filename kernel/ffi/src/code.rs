@@ -3,6 +3,7 @@
 use chaincell_kernel::contact::ContactError;
 use chaincell_kernel::float_env::FloatEnvironmentError;
 use chaincell_kernel::image::{FORMAT_VERSION, kind};
+use chaincell_kernel::stage::StageError;
 use chaincell_kernel::{ModelError, ResetError, SettingsError, StateError};
 use core::ffi::CStr;
 
@@ -105,11 +106,25 @@ pub enum Code {
     StateCount = -101,
     /// A coordinate is not finite or too large: `position` is its cell.
     StatePosition = -102,
+    /// `tick_s` is not within 1e-5 to 1.
+    StageTick = -120,
+    /// The coupling's stiffness or damping is negative or above 1e6.
+    StageCoupling = -121,
+    /// The device's damping is negative or above 1e6, or the delay above 1 tick.
+    StagePassivity = -122,
+    /// `max_slew_n_per_s` is not positive.
+    StageSlew = -123,
+    /// The stage's `max_force_n` is not positive.
+    StageMaxForce = -124,
+    /// `ramp_ticks` or `watchdog_ticks` is above 60,000.
+    StageTicks = -125,
+    /// No such device.
+    StageDevice = -126,
 }
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 46] = [
+    pub(crate) const ALL: [Self; 53] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -156,6 +171,13 @@ impl Code {
         Self::StateModel,
         Self::StateCount,
         Self::StatePosition,
+        Self::StageTick,
+        Self::StageCoupling,
+        Self::StagePassivity,
+        Self::StageSlew,
+        Self::StageMaxForce,
+        Self::StageTicks,
+        Self::StageDevice,
     ];
 
     /// The code in words, with the remedy.
@@ -220,6 +242,15 @@ impl Code {
             Self::StateModel => c"the tissue belongs to another model: initialise it again",
             Self::StateCount => c"there must be one position for each cell",
             Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
+            Self::StageTick => c"tick_s must be 1e-5 to 1",
+            Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
+            Self::StagePassivity => {
+                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
+            }
+            Self::StageSlew => c"max_slew_n_per_s must be positive",
+            Self::StageMaxForce => c"the stage's max_force_n must be positive",
+            Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
+            Self::StageDevice => c"no such device: see chaincell_device",
         }
     }
 }
@@ -268,6 +299,19 @@ impl Refusal {
 impl From<Code> for Refusal {
     fn from(code: Code) -> Self {
         Self { code, detail: Detail::default() }
+    }
+}
+
+impl From<StageError> for Code {
+    fn from(why: StageError) -> Self {
+        match why {
+            StageError::Tick => Self::StageTick,
+            StageError::Coupling => Self::StageCoupling,
+            StageError::Passivity => Self::StagePassivity,
+            StageError::Slew => Self::StageSlew,
+            StageError::MaxForce => Self::StageMaxForce,
+            StageError::Ticks => Self::StageTicks,
+        }
     }
 }
 

@@ -35,6 +35,7 @@ mod layout;
 mod memory;
 mod model;
 mod settings;
+mod stage;
 mod storage;
 #[cfg(test)]
 mod tests;
@@ -53,13 +54,17 @@ pub use settings::{
     DriveMode, Scheme, Settings, UnloadingMode, chaincell_settings_check,
     chaincell_settings_default,
 };
+pub use stage::{
+    DeviceKind, STAGE_WORDS, StageSettings, StageStorage, chaincell_stage_default,
+    chaincell_stage_init, chaincell_stage_missed, chaincell_stage_output, chaincell_stage_sample,
+};
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
     chaincell_tissue_align, chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_size,
 };
 pub use tick::{
     FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
-    FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, Output, Sample,
+    FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, FLAG_STALE, Output, Sample,
     chaincell_fine_position, chaincell_position, chaincell_positions, chaincell_set_positions,
     chaincell_state_hash, chaincell_tick,
 };

@@ -2,7 +2,7 @@
 
 use chaincell_kernel::cell::{Cell, output, single};
 use chaincell_kernel::hash::state_hash;
-use chaincell_kernel::{Flags, Network, Number, ToolSample};
+use chaincell_kernel::{Flags, Network, Number, TickOutput, ToolSample};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Tissue, by_scheme};
@@ -29,16 +29,37 @@ pub struct Output {
     pub force_n: [f32; 3],
     /// Certified level: an upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
+    /// What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an energy
+    /// ledger \[J\].
+    pub work_j: f32,
+    /// Upper bound of the stiffness that the tool meets within a tick \[N/m\].
+    pub stiffness_n_per_m: f32,
     /// Number of cells the tool holds.
     pub contacts: u32,
     /// What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
     pub flags: u32,
 }
 
+impl Output {
+    /// The kernel's answer.
+    pub(crate) fn of(answer: &TickOutput) -> Self {
+        Self {
+            force_n: answer.force_n.into(),
+            energy_j: answer.energy_j,
+            work_j: answer.work_j,
+            stiffness_n_per_m: answer.stiffness_n_per_m,
+            contacts: answer.contacts,
+            flags: answer.flags.0,
+        }
+    }
+}
+
 /// The tool's motion was shortened, by the step limit or by the energy limit.
 pub const FLAG_MOTION_CLAMPED: u32 = 1;
 /// A bad sample: the last good one stands in, or the safe state is on.
 pub const FLAG_BAD_SAMPLE: u32 = 2;
+/// No sample for so long that the stage lets the force fall.
+pub const FLAG_STALE: u32 = 4;
 /// The force was shortened to the limit in force.
 pub const FLAG_FORCE_CLAMPED: u32 = 8;
 /// Safe state: the force is zero and the cells stay as they are.
@@ -53,6 +74,7 @@ pub const FLAG_CONTACT_CAPACITY: u32 = 128;
 
 const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
 const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
+const _: () = assert!(FLAG_STALE == Flags::STALE.0);
 const _: () = assert!(FLAG_FORCE_CLAMPED == Flags::FORCE_CLAMPED.0);
 const _: () = assert!(FLAG_SAFE_STATE == Flags::SAFE_STATE.0);
 const _: () = assert!(FLAG_BAND_CLOSED == Flags::BAND_CLOSED.0);
@@ -60,8 +82,14 @@ const _: () = assert!(FLAG_ROLLED_BACK == Flags::ROLLED_BACK.0);
 const _: () = assert!(FLAG_CONTACT_CAPACITY == Flags::CONTACT_CAPACITY.0);
 
 /// The answer to a call without a body.
-const SAFE: Output =
-    Output { force_n: [0.0; 3], energy_j: 0.0, contacts: 0, flags: FLAG_SAFE_STATE };
+pub(crate) const SAFE: Output = Output {
+    force_n: [0.0; 3],
+    energy_j: 0.0,
+    work_j: 0.0,
+    stiffness_n_per_m: 0.0,
+    contacts: 0,
+    flags: FLAG_SAFE_STATE,
+};
 
 /// # Safety
 /// As [`chaincell_tick`].
@@ -74,12 +102,7 @@ unsafe fn tick(tissue: *mut Tissue, sample: *const Sample) -> Result<Output, Cod
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
         body.tick(network, &sample)
     });
-    Ok(Output {
-        force_n: answer.force_n.into(),
-        energy_j: answer.energy_j,
-        contacts: answer.contacts,
-        flags: answer.flags.0,
-    })
+    Ok(Output::of(&answer))
 }
 
 /// One tick: infallible with good pointers, and with a constant number of link passes whatever the

@@ -4,15 +4,18 @@
 //!   what a spring of the stiffness k that is shown makes, and at most [`ALPHA_MAX`]: the rest
 //!   stays in the ledger. What the last tick has ordered and the device does not feel yet is not
 //!   ordered again.
+//!   The damping of motions down to a count a tick goes to half and less: below that a velocity is
+//!   mostly the encoder's noise.
 //! - S: a force that pushes the hand the way it goes does at most the work that is left of S in the
 //!   next tick. A tool that stands still is given the force as it is.
 
 use crate::cell::{dot, scale, sub};
+use crate::sqrt::sqrt;
 use crate::stage::observer::Observer;
 use crate::stage::settings::Passivity;
 
 /// Largest damping, for which a handle of 50 g stays in hand at 1 kHz [N s/m].
-const ALPHA_MAX: f32 = 10.0;
+const ALPHA_MAX: f32 = 20.0;
 /// Below this squared motion a tick a tool stands still \[m^2\].
 const STILL_M2: f32 = 1.0e-20;
 
@@ -48,6 +51,8 @@ impl Controller {
             let alpha = if makes < ALPHA_MAX { makes } else { ALPHA_MAX };
             let (wanted, most) = (debt / squared, alpha / tick_s);
             let share = if wanted < most { wanted } else { most };
+            let fast = sqrt(squared);
+            let share = share * fast / (fast + observer.count());
             self.ordered = share * squared;
             force = sub(force, scale(share, rate));
         }

@@ -5,12 +5,12 @@
 //! 1. finite check: a bad sample is no sample, a bad answer is no force (always there);
 //! 2. virtual coupling: the tool is a proxy on a spring;
 //! 3. passivity observer and controller, on the tissue's exact energy ledger;
-//! 4. slew limit; 5. magnitude clamp;
+//! 4. slew limit;
+//! 5. magnitude clamp;
 //! 6. ramp after engaging and after a silence;
 //! 7. watchdog: without samples the last force holds for a while, then falls.
 //!
-//! The shares of ramp and watchdog follow from time alone and enter before the slew limit, which so
-//! bounds the step between any two forces that the device is given, whatever happens: also on
+//! Clamp, ramp and watchdog bound what the slew limit moves towards, so that it bounds the step between any two forces that the device is given, whatever happens: also on
 //! release, on a bad answer and in a silence, where the force goes to zero by steps of that size.
 //! Without a slew limit it goes there at once.
 //!
@@ -47,10 +47,11 @@ mod slew;
 mod watchdog;
 
 pub use settings::{
-    COUPLING_MAX, Coupling, Device, Passivity, StageError, StageSettings, TICK_S, TICKS_MAX,
+    COUPLING_DEFAULT_MAX, COUPLING_MAX, Coupling, Device, Passivity, StageError, StageSettings,
+    TICK_S, TICKS_MAX,
 };
 
-use crate::cell::{dot, scale, sub};
+use crate::cell::{add, dot, scale, sub};
 use crate::sample::{Flags, TickOutput, ToolSample};
 use controller::Controller;
 use coupling::Proxy;
@@ -60,6 +61,9 @@ use watchdog::Watchdog;
 
 /// Room for rounding where a length is cut.
 const ROUND_DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
+
+/// Share of the ramp from which on the slew limit's doing is told from the ramp's.
+const SHARE_MIN: f32 = 0.01;
 
 /// The output stage of one device: [`Self::sample`], the tissue's tick, [`Self::output`]; or
 /// [`Self::missed`] alone.
@@ -79,7 +83,8 @@ pub struct Stage {
     begins: bool,
     /// Whether the sample under way is good.
     is_good: bool,
-    /// The force before ramp and limits, and the last one given \[N\].
+    /// The force before the controller, behind it, and the last one given \[N\].
+    plain: [f32; 3],
     asked: [f32; 3],
     given: [f32; 3],
     /// What the tissue last said.
@@ -106,6 +111,7 @@ impl Stage {
             engaged: false,
             begins: false,
             is_good: false,
+            plain: [0.0; 3],
             asked: [0.0; 3],
             given: [0.0; 3],
             energy_j: 0.0,
@@ -154,7 +160,7 @@ impl Stage {
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
         let is_safe = !is_sound || answer.flags.contains(Flags::SAFE_STATE);
         if is_safe {
-            self.asked = [0.0; 3];
+            (self.plain, self.asked) = ([0.0; 3], [0.0; 3]);
             self.ramp.fall();
         }
         if !self.is_good {
@@ -176,9 +182,13 @@ impl Stage {
         let acts = self.engaged && !is_safe;
         if acts {
             self.asked = self.wanted(&answer);
-            self.ramp.up();
+            if self.settings.passivity.is_some() && self.observer.is_overdrawn() {
+                self.ramp.back_off();
+            } else {
+                self.ramp.up();
+            }
         } else {
-            self.asked = [0.0; 3];
+            (self.plain, self.asked) = ([0.0; 3], [0.0; 3]);
             self.ramp.fall();
         }
         self.give(&mut answer);
@@ -243,6 +253,7 @@ impl Stage {
             ),
             None => (answer.force_n.into(), answer.stiffness_n_per_m),
         };
+        self.plain = force;
         match &self.settings.passivity {
             Some(passivity) => {
                 self.controller.control(&self.observer, passivity, tick_s, stiffness, force)
@@ -251,18 +262,26 @@ impl Stage {
         }
     }
 
-    /// Share, slew limit, clamp; notes what the device gets.
+    /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the observer:
+    /// the plain force, what the controller's part comes to behind the clamp, and the slew's lag.
     fn give(&mut self, answer: &mut TickOutput) {
-        let target = scale(self.ramp.share(), self.asked);
-        let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let near = slew::limited(self.given, target, most);
-        let (given, is_clamped) = clamp::clamped(near, self.settings.max_force_n);
+        let share = self.ramp.share();
+        let (asked, is_clamped) = clamp::clamped(self.asked, self.settings.max_force_n);
         if is_clamped {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
+        let target = scale(share, asked);
+        let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
+        let given = slew::limited(self.given, target, most);
         self.given = given;
         if self.settings.passivity.is_some() {
-            self.observer.give(self.asked, given);
+            let (plain, _) = clamp::clamped(self.plain, self.settings.max_force_n);
+            let mut counts = add(self.plain, sub(asked, plain));
+            // Where next to nothing is given there is nothing to tell.
+            if share > SHARE_MIN {
+                counts = add(counts, scale(1.0 / share, sub(given, target)));
+            }
+            self.observer.give(counts, given);
         }
         answer.force_n = given.into();
     }

@@ -5,22 +5,24 @@
 //!
 //! ```text
 //! S = sum of -F . dx                                  F = what the device was given
-//! L = sum of -G . dx + b |dx|^2 / h  -  T  -  V       G = what it was asked to give
+//! L = sum of -G . dx + b |dx|^2 / h  -  T  -  V       G = the same, see below
 //! ```
 //!
 //! T = the tissue's exact ledger ([`work_j`](crate::TickOutput::work_j)), V = what the coupling
 //! stores, b = the damping that the device has for sure. S < 0: the hand got back more than it ever
 //! gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
-//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). L counts forces
-//! before ramp, slew limit and clamp: those take force away and are not sampling's doing. Losses in
-//! the tissue count neither way; the coupling's own make L rise. L is kept within
+//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). G leaves
+//! out what ramp and clamp take away, which is not sampling's doing, but has the slew limit's lag,
+//! which makes energy too, and of the controller's part what gets through the clamp. Losses in the tissue count neither way; the coupling's own
+//! make L rise. L is kept within
 //! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing.
 //!
 //! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
-//! a jump in the last one. So dx is that of a play of half-width q / 2 behind the position, which is
-//! exact where a count is crossed slowly, stands still under noise of one count, and costs nothing
-//! in fast motion; b |dx|^2 / (m h) is its least dissipation. V is taken at the play's position. q =
-//! the smallest step that the device has shown so far, so a finer device loses nothing.
+//! a jump in the last one: the device has just crossed the border of two counts and is, at a motion
+//! of r = q / m a tick, on average r / 2 beyond it. Motions of r >= q a tick are anywhere in their
+//! count. So the position that counts lags what was measured by (q - r) / 2, never below 0, along the
+//! motion; noise of one count moves it little. b |dx|^2 / (m h) is the least dissipation of such a
+//! motion, and V is taken at that position. q = the smallest step that the device has shown so far.
 //!
 //! Source: B. Hannaford, J.-H. Ryu, Time-domain passivity control of haptic interfaces (2002);
 //! J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997); quantisation:
@@ -44,11 +46,13 @@ type Forces = [[f32; 3]; 2];
 /// The observer of one port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observer {
-    /// The position as it was measured, the play behind it, and the smallest step \[m\].
+    /// The position as it was measured, as it counts, and the smallest step \[m\].
     measured: Option<[f32; 3]>,
     at: [f32; 3],
     count: f32,
-    /// Motion of the play in this tick, the ticks that it took, and its motion a tick \[m\].
+    /// Ticks since each coordinate has changed.
+    still: [u16; 3],
+    /// Motion in this tick, the ticks that it took, and the motion a tick \[m\].
     dx: [f32; 3],
     took: u16,
     rate: [f32; 3],
@@ -64,6 +68,7 @@ impl Observer {
         measured: None,
         at: [0.0; 3],
         count: COUNT_MAX_M,
+        still: [1; 3],
         dx: [0.0; 3],
         took: 1,
         rate: [0.0; 3],
@@ -80,20 +85,24 @@ impl Observer {
             self.at = position;
             return;
         };
-        for step in sub(position, measured) {
+        let steps = sub(position, measured);
+        for step in steps {
             let step = step.abs();
             if step > 0.0 && step < self.count {
                 self.count = step;
             }
         }
-        let half = 0.5 * self.count;
         let before = self.at;
-        for (at, x) in self.at.iter_mut().zip(position) {
-            if x - *at > half {
-                *at = x - half;
-            } else if *at - x > half {
-                *at = x + half;
+        let axes = self.at.iter_mut().zip(&mut self.still).zip(position).zip(steps);
+        for (((at, still), x), step) in axes {
+            if step == 0.0 {
+                *still = still.saturating_add(1);
+                continue;
             }
+            let behind = 0.5 * (self.count - step.abs() / f32::from(*still));
+            let behind = if behind > 0.0 { behind } else { 0.0 };
+            *at = if step > 0.0 { x - behind } else { x + behind };
+            *still = 1;
         }
         self.dx = sub(self.at, before);
         let ticks = f32::from(self.took);
@@ -148,9 +157,19 @@ impl Observer {
         self.at
     }
 
+    /// Smallest step of its position \[m\].
+    pub(super) fn count(&self) -> f32 {
+        self.count
+    }
+
     /// Its motion a tick, as it was lately \[m\].
     pub(super) fn rate(&self) -> [f32; 3] {
         self.rate
+    }
+
+    /// Whether L is at its largest debt: the controller cannot make up for what is going on.
+    pub(super) fn is_overdrawn(&self) -> bool {
+        self.sampling.hi <= -DEBT_MAX_J
     }
 
     /// L \[J\].

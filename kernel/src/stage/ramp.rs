@@ -26,6 +26,13 @@ impl Ramp {
         self.taken = self.taken.saturating_sub(1);
     }
 
+    /// Down by a sixteenth; not without a ramp.
+    pub(super) fn back_off(&mut self) {
+        if self.of > 1 {
+            self.taken = self.taken.saturating_sub(self.of.div_ceil(16));
+        }
+    }
+
     /// The share, 0 to 1.
     pub(super) fn share(&self) -> f32 {
         if self.taken >= self.of { 1.0 } else { f32::from(self.taken) / f32::from(self.of) }

@@ -12,11 +12,13 @@ use crate::{Code, Detail, Output, Sample, Scheme, Tissue};
 const TICKS: u16 = 130;
 
 /// Every output and hash of a run.
-type Run = Vec<([u32; 6], u64)>;
+type Run = Vec<([u32; 8], u64)>;
 
-fn bits(output: Output) -> [u32; 6] {
+fn bits(output: Output) -> [u32; 8] {
     let [x, y, z] = output.force_n.map(f32::to_bits);
-    [x, y, z, output.energy_j.to_bits(), output.contacts, output.flags]
+    let [energy, work, stiffness] =
+        [output.energy_j, output.work_j, output.stiffness_n_per_m].map(f32::to_bits);
+    [x, y, z, energy, work, stiffness, output.contacts, output.flags]
 }
 
 /// What the kernel itself does.
@@ -40,13 +42,7 @@ fn kernels<D: Dynamics>(image: &'static [u8], ids: &[u32], sweeps: u16) -> Run {
     let run = (0..TICKS).map(|at| {
         let Sample { position_m, engaged } = sample(at);
         let out = tissue.tick(&network, &ToolSample { position_m: position_m.into(), engaged });
-        let output = Output {
-            force_n: out.force_n.into(),
-            energy_j: out.energy_j,
-            contacts: out.contacts,
-            flags: out.flags.0,
-        };
-        (bits(output), tissue.view().state_hash(&model))
+        (bits(Output::of(&out)), tissue.view().state_hash(&model))
     });
     run.collect()
 }
@@ -57,7 +53,7 @@ fn body(image: &'static [u8], scheme: Scheme, ids: &[u32]) -> Made {
     made
 }
 
-fn step(tissue: *mut Tissue, at: u16) -> ([u32; 6], u64) {
+fn step(tissue: *mut Tissue, at: u16) -> ([u32; 8], u64) {
     let output = tick(tissue, sample(at));
     (bits(output), hash(tissue))
 }

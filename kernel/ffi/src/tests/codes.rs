@@ -24,7 +24,8 @@ fn text(code: i32) -> String {
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
     let promised = (0..=7).chain(20..=31).chain(40..=46).chain(60..=65).chain(80..=89);
-    let promised: Vec<i32> = promised.chain(100..=102).map(|number: i32| -number).collect();
+    let promised: Vec<i32> =
+        promised.chain(100..=102).chain(120..=126).map(|number: i32| -number).collect();
     assert_eq!(numbers, promised);
     let named = [
         (Code::Null, -1),
@@ -39,6 +40,8 @@ fn numbers_do_not_change() {
         (Code::ContactCapacity, -80),
         (Code::ContactEngaged, -86),
         (Code::StatePosition, -102),
+        (Code::StageTick, -120),
+        (Code::StageDevice, -126),
     ];
     assert!(named.iter().all(|&(code, number)| code as i32 == number));
 }
@@ -49,7 +52,7 @@ fn every_code_has_words_of_its_own() {
     // Two codes say that a tissue is of another model.
     assert_eq!(texts.len(), Code::ALL.len() - 1);
     assert_eq!(text(0), "ok");
-    for unknown in [1, -8, -103, i32::MIN, i32::MAX] {
+    for unknown in [1, -8, -103, -127, i32::MIN, i32::MAX] {
         assert_eq!(text(unknown), "unknown code");
     }
 }

@@ -7,6 +7,7 @@ mod images;
 mod pointers;
 mod settings;
 mod sizes;
+mod stage;
 
 use std::vec::Vec;
 
@@ -126,8 +127,14 @@ fn sample(tick: u16) -> Sample {
     }
 }
 
-const NO_OUTPUT: Output =
-    Output { force_n: [f32::NAN; 3], energy_j: f32::NAN, contacts: 99, flags: 99 };
+const NO_OUTPUT: Output = Output {
+    force_n: [f32::NAN; 3],
+    energy_j: f32::NAN,
+    work_j: f32::NAN,
+    stiffness_n_per_m: f32::NAN,
+    contacts: 99,
+    flags: 99,
+};
 
 fn tick(tissue: *mut Tissue, sample: Sample) -> Output {
     let mut output = NO_OUTPUT;

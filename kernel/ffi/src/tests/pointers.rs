@@ -1,9 +1,7 @@
 //! Every pointer of every function: null and misaligned.
 
 use super::{BOX, NO_OUTPUT, call, hash, make, model_of, sample, settings_of, storage};
-use crate::{
-    Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue,
-};
+use crate::{Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Sample, Scheme, Settings, Tissue};
 
 /// Null and, inside aligned memory, one byte beyond.
 fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
@@ -181,7 +179,8 @@ fn of_the_answers() {
 fn of_the_tick() {
     let made = make(BOX, Scheme::Track, 1);
     let good = sample(0);
-    let safe = Output { force_n: [0.0; 3], energy_j: 0.0, contacts: 0, flags: FLAG_SAFE_STATE };
+    let safe = crate::tick::SAFE;
+    assert_eq!((safe.force_n, safe.flags), ([0.0; 3], FLAG_SAFE_STATE));
     let tick = |tissue, sample: *const Sample| {
         let mut output = NO_OUTPUT;
         (call!(chaincell_tick(tissue, sample, &mut output)), output)

@@ -1,0 +1,272 @@
+//! The output stage: what stands between a tissue's answer and a hand.
+
+use chaincell_kernel::stage::{Coupling, Device, Passivity, Stage};
+use chaincell_kernel::{Flags, TickOutput, ToolSample};
+
+use crate::code::Code;
+use crate::memory;
+use crate::tick::{Output, SAFE, Sample};
+
+/// Words of a `chaincell_stage`.
+pub const STAGE_WORDS: usize = 128;
+
+/// Storage of an output stage. Its content is nobody's business; it may be copied, and refers to
+/// nothing.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct StageStorage {
+    /// Not for use.
+    pub opaque: [u32; STAGE_WORDS],
+}
+
+impl StageStorage {
+    /// Storage without a stage.
+    pub const EMPTY: Self = Self { opaque: [0; STAGE_WORDS] };
+}
+
+/// A haptic device by its published limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum DeviceKind {
+    /// 3D Systems Touch: 3.3 N, 400 N/m.
+    Touch = 0,
+    /// 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
+    Premium = 1,
+    /// Novint Falcon: 8 N, 3000 N/m.
+    Falcon = 2,
+    /// Force Dimension omega: 12 N, 5000 N/m.
+    Omega = 3,
+    /// Force Dimension sigma.7: 12 N, 4000 N/m.
+    Sigma = 4,
+}
+
+/// The stages between a tissue and a device; each may be absent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct StageSettings {
+    /// Time of a tick, 1e-5 to 1 \[s\].
+    pub tick_s: f32,
+    /// Stiffness of the virtual coupling, 0 for none, at most 1e6 \[N/m\].
+    pub coupling_n_per_m: f32,
+    /// Its damping, 0 to 1e6 \[N s/m\].
+    pub coupling_n_s_per_m: f32,
+    /// Other than 0 for passivity observer and controller.
+    pub passivity: u32,
+    /// Damping that the device's own mechanics have for sure, 0 to 1e6 \[N s/m\].
+    pub device_damping_n_s_per_m: f32,
+    /// Ticks between an answer and the device's pushing with it, 0 or 1.
+    pub delay_ticks: u32,
+    /// Largest change of the force, infinite for none \[N/s\].
+    pub max_slew_n_per_s: f32,
+    /// Largest force, infinite for none \[N\].
+    pub max_force_n: f32,
+    /// Ticks in which the force rises after engaging and after a silence, and in which it falls when
+    /// samples stop; 0 for none, at most 60,000.
+    pub ramp_ticks: u32,
+    /// Ticks without a sample after which the force falls, 0 for never, at most 60,000.
+    pub watchdog_ticks: u32,
+}
+
+impl StageSettings {
+    fn of(kernel: &chaincell_kernel::stage::StageSettings) -> Self {
+        let coupling = kernel.coupling;
+        let passivity = kernel.passivity;
+        Self {
+            tick_s: kernel.tick_s,
+            coupling_n_per_m: coupling.map_or(0.0, |of| of.stiffness_n_per_m),
+            coupling_n_s_per_m: coupling.map_or(0.0, |of| of.damping_n_s_per_m),
+            passivity: u32::from(passivity.is_some()),
+            device_damping_n_s_per_m: passivity.map_or(0.0, |of| of.device_damping_n_s_per_m),
+            delay_ticks: passivity.map_or(0, |of| u32::from(of.delay_ticks)),
+            max_slew_n_per_s: kernel.max_slew_n_per_s,
+            max_force_n: kernel.max_force_n,
+            ramp_ticks: u32::from(kernel.ramp_ticks),
+            watchdog_ticks: u32::from(kernel.watchdog_ticks),
+        }
+    }
+
+    fn kernel(&self) -> Result<chaincell_kernel::stage::StageSettings, Code> {
+        let ticks = |ticks: u32| u16::try_from(ticks).map_err(|_| Code::StageTicks);
+        let delay_ticks = u8::try_from(self.delay_ticks).map_err(|_| Code::StagePassivity)?;
+        let coupling = Coupling {
+            stiffness_n_per_m: self.coupling_n_per_m,
+            damping_n_s_per_m: self.coupling_n_s_per_m,
+        };
+        let passivity =
+            Passivity { device_damping_n_s_per_m: self.device_damping_n_s_per_m, delay_ticks };
+        Ok(chaincell_kernel::stage::StageSettings {
+            tick_s: self.tick_s,
+            coupling: (self.coupling_n_per_m != 0.0).then_some(coupling),
+            passivity: (self.passivity != 0).then_some(passivity),
+            max_slew_n_per_s: self.max_slew_n_per_s,
+            max_force_n: self.max_force_n,
+            ramp_ticks: ticks(self.ramp_ticks)?,
+            watchdog_ticks: ticks(self.watchdog_ticks)?,
+        })
+    }
+}
+
+/// "CHst": a stage stands in the storage.
+const STAGE_TAG: u32 = u32::from_le_bytes(*b"CHst");
+
+/// What stands in a [`StageStorage`].
+#[repr(C)]
+struct Slot {
+    tag: u32,
+    stage: Stage,
+}
+
+const _: () = assert!(size_of::<Slot>() <= size_of::<StageStorage>());
+const _: () = assert!(align_of::<Slot>() <= align_of::<StageStorage>());
+
+/// The stage in its storage.
+///
+/// # Safety
+/// A pointer that is not null and aligned points to a `StageStorage`, which nobody else uses for
+/// `'a`.
+unsafe fn stage<'a>(storage: *mut StageStorage) -> Result<&'a mut Stage, Code> {
+    memory::check(storage)?;
+    let slot = storage.cast::<Slot>();
+    // SAFETY: a slot fits into the storage by size and alignment, and its tag is a plain word.
+    if unsafe { (&raw const (*slot).tag).read() } != STAGE_TAG {
+        return Err(Code::NotInitialised);
+    }
+    // SAFETY: the tag was written with a whole stage, which nobody but this library writes.
+    Ok(unsafe { &mut (*slot).stage })
+}
+
+/// The settings for a device (one of `chaincell_device`) at 1 kHz whose force acts a tick late:
+/// every stage on.
+///
+/// # Safety
+/// `settings` is storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_default(
+    device: i32,
+    settings: *mut StageSettings,
+) -> Code {
+    let device = match device {
+        0 => Device::Touch,
+        1 => Device::Premium,
+        2 => Device::Falcon,
+        3 => Device::Omega,
+        4 => Device::Sigma,
+        _ => return Code::StageDevice,
+    };
+    let value = StageSettings::of(&chaincell_kernel::stage::StageSettings::for_device(device));
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { memory::write(settings, value) })
+}
+
+/// Puts a stage at rest into storage. Unless the answer is 0 there is no stage afterwards.
+///
+/// # Safety
+/// `stage` is storage for a stage, `settings` are settings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_init(
+    stage: *mut StageStorage,
+    settings: *const StageSettings,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    if let Err(code) = unsafe { memory::write(stage, StageStorage::EMPTY) } {
+        return code;
+    }
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { memory::read(settings) }.and_then(|settings| {
+        let value = Stage::new(settings.kernel()?).map_err(Code::from)?;
+        // SAFETY: a slot fits into the storage by size and alignment, and the storage was written.
+        unsafe { stage.cast::<Slot>().write(Slot { tag: STAGE_TAG, stage: value }) };
+        Ok(())
+    }))
+}
+
+/// What the tissue is to be given for what the device has measured: the tool behind the coupling.
+/// `device` and `tool` may be one sample.
+///
+/// # Safety
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a sample,
+/// `tool` storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_sample(
+    stage: *mut StageStorage,
+    device: *const Sample,
+    tool: *mut Sample,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { self::stage(stage) }.and_then(|stage| {
+        // SAFETY: the caller's promises are handed on.
+        let Sample { position_m, engaged } = unsafe { memory::read(device) }?;
+        memory::check(tool)?;
+        let value = stage.sample(&ToolSample { position_m: position_m.into(), engaged });
+        let value = Sample { position_m: value.position_m.into(), engaged: value.engaged };
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(tool, value) }
+    }))
+}
+
+/// Gives the device an answer; where a pointer is bad, force 0 in the safe state.
+///
+/// # Safety
+/// As [`chaincell_stage_output`].
+unsafe fn give(
+    stage: *mut StageStorage,
+    output: *mut Output,
+    work: impl FnOnce(&mut Stage) -> Result<TickOutput, Code>,
+) -> Code {
+    if let Err(code) = memory::check(output) {
+        return code;
+    }
+    // SAFETY: the caller's promises are handed on.
+    let (code, answer) = match unsafe { self::stage(stage) }.and_then(work) {
+        Ok(answer) => (Code::Ok, Output::of(&answer)),
+        Err(code) => (code, SAFE),
+    };
+    // SAFETY: checked above, and the caller says that it is storage.
+    unsafe { output.write(answer) };
+    code
+}
+
+/// What the device is given for what the tissue has answered to the tool of
+/// `chaincell_stage_sample`. `tissue` and `output` may be one output.
+///
+/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says force 0
+/// with `CHAINCELL_FLAG_SAFE_STATE`.
+///
+/// # Safety
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,
+/// `output` storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_output(
+    stage: *mut StageStorage,
+    tissue: *const Output,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        give(stage, output, |stage| {
+            let tissue = memory::read(tissue)?;
+            Ok(stage.output(&TickOutput {
+                force_n: tissue.force_n.into(),
+                energy_j: tissue.energy_j,
+                work_j: tissue.work_j,
+                stiffness_n_per_m: tissue.stiffness_n_per_m,
+                contacts: tissue.contacts,
+                flags: Flags(tissue.flags),
+            }))
+        })
+    }
+}
+
+/// What the device is given in a tick without a sample; the tissue has no tick then.
+///
+/// # Safety
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `output` is storage for
+/// the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_missed(
+    stage: *mut StageStorage,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { give(stage, output, |stage| Ok(stage.missed())) }
+}

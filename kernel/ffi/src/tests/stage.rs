@@ -1,0 +1,157 @@
+//! The output stage through the interface: the kernel's own, and every refusal.
+
+use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
+use chaincell_kernel::{TickOutput, ToolSample};
+
+use super::{NO_OUTPUT, call};
+use crate::{Code, DeviceKind, FLAG_SAFE_STATE, Output, Sample, StageSettings, StageStorage};
+
+const DEVICES: [(DeviceKind, Device); 5] = [
+    (DeviceKind::Touch, Device::Touch),
+    (DeviceKind::Premium, Device::Premium),
+    (DeviceKind::Falcon, Device::Falcon),
+    (DeviceKind::Omega, Device::Omega),
+    (DeviceKind::Sigma, Device::Sigma),
+];
+
+fn settings(device: DeviceKind) -> StageSettings {
+    let mut settings = StageSettings {
+        tick_s: 0.0,
+        coupling_n_per_m: -1.0,
+        coupling_n_s_per_m: -1.0,
+        passivity: 0,
+        device_damping_n_s_per_m: -1.0,
+        delay_ticks: 9,
+        max_slew_n_per_s: 0.0,
+        max_force_n: 0.0,
+        ramp_ticks: 0,
+        watchdog_ticks: 0,
+    };
+    assert_eq!(call!(chaincell_stage_default(device as i32, &mut settings)), Code::Ok);
+    settings
+}
+
+fn make(settings: &StageSettings) -> (Code, StageStorage) {
+    let mut stage = StageStorage { opaque: [7; crate::STAGE_WORDS] };
+    let code = call!(chaincell_stage_init(&mut stage, settings));
+    (code, stage)
+}
+
+/// A spring of 900 N/m about the origin.
+fn answer(tool: [f32; 3]) -> Output {
+    let [x, y, z] = tool.map(|x| -900.0 * x);
+    Output {
+        force_n: [x, y, z],
+        energy_j: 0.1,
+        work_j: 0.0,
+        stiffness_n_per_m: 900.0,
+        contacts: 1,
+        flags: 0,
+    }
+}
+
+/// Samples, a bad one, silence: the same bits as from the kernel's own stage.
+#[test]
+fn a_stage_is_the_kernels() {
+    for (kind, device) in DEVICES {
+        let (code, mut stage) = make(&settings(kind));
+        assert_eq!(code, Code::Ok);
+        let mut own = Stage::new(KernelSettings::for_device(device)).unwrap();
+        for tick in 0..400_u16 {
+            let mut output = NO_OUTPUT;
+            if (250..320).contains(&tick) {
+                assert_eq!(call!(chaincell_stage_missed(&mut stage, &mut output)), Code::Ok);
+                assert_eq!(output, Output::of(&own.missed()), "{kind:?} {tick}");
+                continue;
+            }
+            let x = 1.0e-5 * f32::from(tick) * if tick == 200 { f32::NAN } else { 1.0 };
+            let mut sample = Sample { position_m: [x, 0.5 * x, 0.0], engaged: 1 };
+            let own_sample = ToolSample { position_m: sample.position_m.into(), engaged: 1 };
+            let (this, there) = (&raw const sample, &raw mut sample);
+            assert_eq!(call!(chaincell_stage_sample(&mut stage, this, there)), Code::Ok);
+            let tool = own.sample(&own_sample);
+            assert_eq!(
+                sample.position_m.map(f32::to_bits),
+                tool.position_m.data.0[0].map(f32::to_bits)
+            );
+            assert_eq!(sample.engaged, tool.engaged);
+            let tissue = answer(if tick == 200 { [0.0; 3] } else { sample.position_m });
+            let code = call!(chaincell_stage_output(&mut stage, &tissue, &mut output));
+            assert_eq!(code, Code::Ok);
+            let wanted = own.output(&TickOutput {
+                force_n: tissue.force_n.into(),
+                energy_j: tissue.energy_j,
+                work_j: tissue.work_j,
+                stiffness_n_per_m: tissue.stiffness_n_per_m,
+                contacts: tissue.contacts,
+                flags: chaincell_kernel::Flags(tissue.flags),
+            });
+            assert_eq!(output, Output::of(&wanted), "{kind:?} {tick}");
+        }
+    }
+}
+
+#[test]
+fn every_setting_out_of_range_is_named() {
+    let refused = |change: fn(&mut StageSettings), wanted: Code| {
+        let mut settings = settings(DeviceKind::Falcon);
+        change(&mut settings);
+        let (code, mut stage) = make(&settings);
+        assert_eq!(code, wanted);
+        let code = call!(chaincell_stage_missed(&mut stage, &mut NO_OUTPUT.clone()));
+        assert_eq!(code, if wanted == Code::Ok { Code::Ok } else { Code::NotInitialised });
+    };
+    refused(|s| (s.coupling_n_per_m, s.passivity) = (0.0, 0), Code::Ok);
+    refused(|s| s.tick_s = 0.0, Code::StageTick);
+    refused(|s| s.coupling_n_per_m = -1.0, Code::StageCoupling);
+    refused(|s| s.coupling_n_s_per_m = f32::NAN, Code::StageCoupling);
+    refused(|s| s.device_damping_n_s_per_m = 2.0e6, Code::StagePassivity);
+    refused(|s| s.delay_ticks = 2, Code::StagePassivity);
+    refused(|s| s.delay_ticks = 256, Code::StagePassivity);
+    refused(|s| s.max_slew_n_per_s = 0.0, Code::StageSlew);
+    refused(|s| s.max_force_n = f32::NAN, Code::StageMaxForce);
+    refused(|s| s.ramp_ticks = 65_537, Code::StageTicks);
+    refused(|s| s.watchdog_ticks = 60_001, Code::StageTicks);
+    for device in [-1, 5, i32::MAX] {
+        let mut settings = settings(DeviceKind::Touch);
+        assert_eq!(call!(chaincell_stage_default(device, &mut settings)), Code::StageDevice);
+    }
+}
+
+/// Null and misaligned, and storage without a stage: refused, and the force is 0.
+#[test]
+fn bad_pointers_give_no_force() {
+    let (_, mut stage) = make(&settings(DeviceKind::Touch));
+    let mut empty = StageStorage::EMPTY;
+    let mut sample = Sample { position_m: [0.0; 3], engaged: 1 };
+    let tissue = answer([1.0; 3]);
+    let null = core::ptr::null_mut::<StageStorage>();
+    let beyond = (&raw mut stage).wrapping_byte_add(1);
+    let is_safe = |output: &Output| output.force_n == [0.0; 3] && output.flags == FLAG_SAFE_STATE;
+    for (bad, code) in
+        [(null, Code::Null), (beyond, Code::Misaligned), (&raw mut empty, Code::NotInitialised)]
+    {
+        let mut output = NO_OUTPUT;
+        assert_eq!(call!(chaincell_stage_output(bad, &tissue, &mut output)), code);
+        assert!(is_safe(&output));
+        output = NO_OUTPUT;
+        assert_eq!(call!(chaincell_stage_missed(bad, &mut output)), code);
+        assert!(is_safe(&output));
+        let there = &raw mut sample;
+        assert_eq!(call!(chaincell_stage_sample(bad, there, there)), code);
+        if code != Code::NotInitialised {
+            assert_eq!(call!(chaincell_stage_init(bad, &settings(DeviceKind::Touch))), code);
+        }
+    }
+    let (none, nothing) = (core::ptr::null::<Output>(), core::ptr::null_mut::<Output>());
+    let mut output = NO_OUTPUT;
+    assert_eq!(call!(chaincell_stage_output(&mut stage, none, &mut output)), Code::Null);
+    assert!(is_safe(&output));
+    assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, nothing)), Code::Null);
+    assert_eq!(call!(chaincell_stage_missed(&mut stage, nothing)), Code::Null);
+    let (of, to) = (core::ptr::null::<Sample>(), core::ptr::null_mut::<Sample>());
+    assert_eq!(call!(chaincell_stage_sample(&mut stage, of, &raw mut sample)), Code::Null);
+    assert_eq!(call!(chaincell_stage_sample(&mut stage, &raw const sample, to)), Code::Null);
+    assert_eq!(call!(chaincell_stage_init(&mut stage, core::ptr::null())), Code::Null);
+    assert_eq!(call!(chaincell_stage_default(0, core::ptr::null_mut())), Code::Null);
+}
