@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::Flags;
 
-use super::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 use super::complain::complain;
 use super::hand::Hand;
 use super::histogram::{Latencies, Summary};
@@ -86,7 +86,7 @@ pub struct ControlReport {
     pub silences: u64,
     /// Largest change of the force at the device from one moment to the next \[N\].
     pub largest_force_step_n: f32,
-    /// Faults on purpose, of the whole plan.
+    /// Faults on purpose.
     pub injected: Option<Injected>,
     /// From the send to the arrival of its answer \[ns\].
     pub round_trip_ns: Summary,
@@ -132,11 +132,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     wait_for_server(&scene, &ports, options.wait_for_server_s)?;
     let refused =
         if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
-    let plan = match &options.faults {
-        None => Plan::faultless(poses.len()),
-        Some((faults, seed)) => Plan::new(poses.len(), faults, *seed),
-    };
-    let mut run = Run::new(poses, &plan, &ports, options)?;
+    let mut run = Run::new(poses, &ports, options)?;
     run.play();
     run.linger();
     Ok(run.finish(refused))
@@ -183,7 +179,7 @@ fn wait_for_server(
 
 struct Run<'a> {
     poses: &'a [ToolPose],
-    plan: &'a Plan,
+    plan: Plan,
     ports: &'a Ports<ToolForce, ToolPose>,
     waiter: Waiter,
     hand: Hand,
@@ -191,7 +187,7 @@ struct Run<'a> {
     /// When each pose was sent first, `u64::MAX` for never.
     sent_ns: Vec<u64>,
     /// The highest of the poses sent.
-    highest: Option<usize>,
+    highest: Option<u64>,
     sent: u64,
     overtaken: u64,
     answered: Vec<bool>,
@@ -209,7 +205,6 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(
         poses: &'a [ToolPose],
-        plan: &'a Plan,
         ports: &'a Ports<ToolForce, ToolPose>,
         options: &ControlOptions,
     ) -> Result<Self> {
@@ -220,7 +215,7 @@ impl<'a> Run<'a> {
         let now_ns = now_ns();
         Ok(Self {
             poses,
-            plan,
+            plan: Plan::new(poses.len() as u64, options.faults),
             ports,
             waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
             hand: Hand::new(options.watchdog_ms, options.ramp_ms, now_ns),
@@ -243,24 +238,24 @@ impl<'a> Run<'a> {
     }
 
     fn play(&mut self) {
-        let plan = self.plan;
-        for sending in &plan.sendings {
+        while let Some(sending) = self.plan.next() {
             self.receive_until(self.start_ns + sending.due_ns, |_| false);
             if interrupt::asked() {
                 self.interrupted = true;
                 return;
             }
-            self.send(sending);
+            self.send(&sending);
         }
     }
 
     fn scheduled_ns(&self, index: usize) -> u64 {
-        self.start_ns + index as u64 * self.plan.period_ns
+        self.start_ns + index as u64 * self.plan.period_ns()
     }
 
     fn send(&mut self, sending: &Sending) {
         let (send_ns, due_ns) = (now_ns(), self.start_ns + sending.due_ns);
-        let pose = sending.pose(self.poses[sending.index]);
+        let index = sending.index as usize;
+        let pose = sending.pose(self.poses[index]);
         if let Err(why) = self.ports.publisher.send_copy(pose) {
             complain(&mut self.failed, "cannot send a pose", why);
         }
@@ -268,7 +263,7 @@ impl<'a> Run<'a> {
         self.send_late.record(send_ns.saturating_sub(due_ns));
         self.waiter.expect_after(send_ns);
         if !sending.again {
-            self.sent_ns[sending.index] = send_ns;
+            self.sent_ns[index] = send_ns;
             self.sent += 1;
             self.overtaken += u64::from(self.highest > Some(sending.index));
             self.highest = self.highest.max(Some(sending.index));
@@ -291,7 +286,8 @@ impl<'a> Run<'a> {
             if now_ns >= moment_ns {
                 return;
             }
-            self.waiter.pause(moment_ns, &self.ports.wake);
+            // A hand is looked after every millisecond, also in a long wait.
+            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
         }
     }
 
@@ -354,7 +350,7 @@ impl<'a> Run<'a> {
                 sends_failed: self.failed,
                 silences: self.hand.silences(),
                 largest_force_step_n: self.hand.largest_step_n(),
-                injected: self.plan.injected,
+                injected: self.plan.injected(),
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),
                 state_hash: match self.state_hash {
