@@ -3,11 +3,12 @@
 
 use std::time::{Duration, Instant};
 
-use iceoryx2::node::Node;
+use iceoryx2::node::{Node, NodeView};
 use iceoryx2::port::client::Client;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::publish_subscribe;
 
 /// Longest wait for a service or a message.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -173,6 +174,62 @@ impl Commander {
         let pending = self.client.send_copy(order).unwrap();
         eventually(|| pending.receive().unwrap().map(|reply| *reply))
     }
+}
+
+/// The pose as another release might declare it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.ToolPose.v2")]
+#[repr(C)]
+pub struct PoseOfAnotherRelease {
+    /// Tool position \[m\].
+    pub position_m: [f64; 3],
+}
+
+/// The pose under its own name in another layout.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.ToolPose.v1")]
+#[repr(C)]
+pub struct OtherPose {
+    /// Number of the tick.
+    pub tick: u64,
+    /// Tool position \[m\].
+    pub position_m: [f64; 3],
+}
+
+/// A program that has one of the scene's services open for its own messages.
+#[derive(Debug)]
+pub struct OtherService<Message: ZeroCopySend + std::fmt::Debug + 'static> {
+    _service: publish_subscribe::PortFactory<ipc::Service, Message, ()>,
+    _node: Node<ipc::Service>,
+}
+
+impl<Message: ZeroCopySend + std::fmt::Debug> OtherService<Message> {
+    /// Opens the scene's service, or creates it.
+    ///
+    /// # Errors
+    /// What iceoryx2 says when it is there for other messages.
+    pub fn create(scene: &str, topic: &str) -> Result<Self, String> {
+        let node = node();
+        let builder = node.service_builder(&service(scene, topic)).publish_subscribe::<Message>();
+        let service = builder.open_or_create().map_err(|why| format!("{why:?}"))?;
+        Ok(Self { _service: service, _node: node })
+    }
+}
+
+/// Nodes of a process that has died which nobody has cleared up.
+#[must_use]
+pub fn dead_nodes_of(process: u32) -> usize {
+    let mut found = 0;
+    let listed = Node::<ipc::Service>::list(&Config::default(), |node| {
+        if let NodeState::Dead(view) = &node
+            && view.id().pid::<ipc::Service>().is_ok_and(|pid| pid.value() as u32 == process)
+        {
+            found += 1;
+        }
+        CallbackProgression::Continue
+    });
+    listed.unwrap();
+    found
 }
 
 fn node() -> Node<ipc::Service> {

@@ -14,9 +14,9 @@ const SOON: Duration = Duration::from_secs(20);
 /// Flag of the safe state.
 const SAFE_STATE: u32 = 16;
 
-/// A server to which no silence counts as one.
+/// A server to which no silence counts as one, and whose forces are published as they are.
 fn serve(place: &Place, options: &[&str]) -> Running {
-    place.serve(&[&["--watchdog-ms", "0", "--json"], options].concat())
+    place.serve(&[&["--watchdog-ms", "0", "--ramp-ms", "0", "--json"], options].concat())
 }
 
 fn command(place: &Place, action: &[&str]) -> chaincell_tests::Ended {

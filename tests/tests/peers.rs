@@ -165,7 +165,8 @@ fn poses_of_another_program_drive_the_tissue() {
     let _turn = turn();
     let place = Place::new("foreign");
     let out = place.folder.path().join("out");
-    let serve = place.serve(&["--watchdog-ms", "1000", "--out", text(&out), "--json"]);
+    let silence = ["--watchdog-ms", "1000", "--ramp-ms", "0"];
+    let serve = place.serve(&[&silence[..], &["--out", text(&out), "--json"]].concat());
     let outsider = Outsider::join(&place.scene, true);
     let pose = |tick: u64, z: f32| Pose { tick, position_m: [0.0, 0.0, z], engaged: 1 };
     // Two poses lost after 11, two repeated, one bad.

@@ -160,19 +160,16 @@ pub fn run(
     let both = common.to_args();
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
     serve_args.extend(both.iter().cloned());
-    let plan = match &sides.faults {
-        None => Plan::faultless(poses.len() as u64),
-        Some((faults, seed)) => Plan::new(poses.len() as u64, faults, *seed),
-    };
+    let totals = Plan::new(poses.len() as u64, sides.faults).totals();
     serve_args.extend(sides.serve_args);
-    serve_args.extend(["--ticks".into(), plan.answers().to_string().into()]);
+    serve_args.extend(["--ticks".into(), totals.answers.to_string().into()]);
     if let Some(out) = files.out {
         serve_args.extend(["--force".into(), "--out".into(), out.into()]);
     }
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(both);
     control_args.extend(sides.control_args);
-    let motion_ms = plan.sendings().last().map_or(0, |last| last.due_ns / MILLISECOND_NS);
+    let motion_ms = totals.end_ns / MILLISECOND_NS;
     let options = CosimOptions { serve_args, control_args, motion_ms, ready_s: READY_S };
     Ok(Session { reports: orchestra::cosim(&options)?, floor })
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::Flags;
 
-use super::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 use super::complain::complain;
 use super::hand::Hand;
 use super::histogram::{Latencies, Summary};
@@ -100,7 +100,7 @@ pub struct ControlReport {
     pub silences: u64,
     /// Largest change of the force at the device from one moment to the next \[N\].
     pub largest_force_step_n: f32,
-    /// Faults on purpose, of the whole plan.
+    /// Faults on purpose.
     pub injected: Option<Injected>,
     /// From the send to the arrival of its answer \[ns\].
     pub round_trip_ns: Summary,
@@ -159,11 +159,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     wait_for_server(&scene, &ports, options.wait_for_server_s)?;
     let refused =
         if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
-    let plan = match &options.faults {
-        None => Plan::faultless(poses.len()),
-        Some((faults, seed)) => Plan::new(poses.len(), faults, *seed),
-    };
-    let mut run = Run::new(poses, &plan, &ports, options)?;
+    let mut run = Run::new(poses, &ports, options)?;
     run.play();
     run.linger();
     Ok(run.finish(refused, options.histogram))
@@ -200,7 +196,7 @@ fn wait_for_server(
 
 struct Run<'a> {
     poses: Playlist<'a>,
-    plan: &'a Plan,
+    plan: Plan,
     ports: &'a Ports<ToolForce, ToolPose>,
     waiter: Waiter,
     hand: Hand,
@@ -225,7 +221,6 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(
         poses: Playlist<'a>,
-        plan: &'a Plan,
         ports: &'a Ports<ToolForce, ToolPose>,
         options: &ControlOptions,
     ) -> Result<Self> {
@@ -237,7 +232,7 @@ impl<'a> Run<'a> {
         let now_ns = now_ns();
         Ok(Self {
             poses,
-            plan,
+            plan: Plan::new(poses.len() as u64, options.faults),
             ports,
             waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
             hand: Hand::new(options.watchdog_ms, options.ramp_ms, now_ns),
@@ -260,8 +255,7 @@ impl<'a> Run<'a> {
     }
 
     fn play(&mut self) {
-        let plan = self.plan;
-        for sending in plan.sendings() {
+        while let Some(sending) = self.plan.next() {
             self.receive_until(self.start_ns + sending.due_ns, |_| false);
             if interrupt::asked() {
                 self.interrupted = true;
@@ -272,7 +266,7 @@ impl<'a> Run<'a> {
     }
 
     fn scheduled_ns(&self, index: u64) -> u64 {
-        self.start_ns + index * self.plan.period_ns
+        self.start_ns + index * self.plan.period_ns()
     }
 
     fn send(&mut self, sending: &Sending) {
@@ -308,7 +302,8 @@ impl<'a> Run<'a> {
             if now_ns >= moment_ns {
                 return;
             }
-            self.waiter.pause(moment_ns, &self.ports.wake);
+            // A hand is looked after every millisecond, also in a long wait.
+            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
         }
     }
 
@@ -381,7 +376,7 @@ impl<'a> Run<'a> {
                 sends_failed: self.failed,
                 silences: self.hand.silences(),
                 largest_force_step_n: self.hand.largest_step_n(),
-                injected: self.plan.injected,
+                injected: self.plan.injected(),
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),
                 state_hash: match self.state_hash {

@@ -1,14 +1,16 @@
 //! Faults on purpose, between the schedule of poses and shared memory: the same for a seed.
 //!
-//! All of them are drawn before the first pose, so that the loop that sends only looks them up.
+//! They are drawn pose by pose from the seed alone: what is known before a run is known after it,
+//! and the memory does not depend on its length.
 
+use std::collections::VecDeque;
 use std::str::FromStr;
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS};
+use super::clock::{MILLISECOND_NS, SECOND_NS};
 use super::payload::ToolPose;
 
 /// Longest delay of a late pose, and longest stop \[ms\].
@@ -156,7 +158,7 @@ fn whole(
     number.ok_or_else(|| format!("{kind}: \"{text}\" must be from 1 to {most} [{unit}]"))
 }
 
-/// What was done on purpose.
+/// What was done on purpose so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Injected {
     /// Seed that it was drawn with.
@@ -200,149 +202,147 @@ impl Sending {
     }
 }
 
-/// All messages of a run, in the order of sending.
-#[derive(Debug, Clone, PartialEq)]
+/// The messages of a run, one after the other in the order of sending.
+#[derive(Debug, Clone)]
 pub struct Plan {
-    messages: Messages,
-    /// Time from one scheduled pose to the next \[ns\].
-    pub period_ns: u64,
-    /// What was done, `None` for a plan without faults.
-    pub injected: Option<Injected>,
+    faults: Faults,
+    random: Pcg64,
+    poses: u64,
+    /// The next pose to look at.
+    next: u64,
+    /// Messages ready to be sent.
+    ready: VecDeque<Sending>,
+    /// A pose that waits for the next one to be sent.
+    behind: Option<Sending>,
+    /// The last message's moment.
+    time_ns: u64,
+    /// The highest pose sent.
+    highest: Option<u64>,
+    done: Injected,
+    asked: bool,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-enum Messages {
-    /// So many poses, each once and on time: they take no memory.
-    OnTime(u64),
-    Drawn(Vec<Sending>),
+/// What a whole plan comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Totals {
+    /// Poses that the server should execute and answer.
+    pub answers: u64,
+    /// When the last message is sent, counted from the beginning \[ns\].
+    pub end_ns: u64,
 }
 
 impl Plan {
-    /// Every pose once, on time.
+    /// The messages of so many poses: each once and on time, or with faults and their seed.
     #[must_use]
-    pub fn faultless(poses: u64) -> Self {
-        Self { messages: Messages::OnTime(poses), period_ns: PERIOD_NS, injected: None }
-    }
-
-    /// The messages of so many poses with faults; 24 bytes each.
-    #[must_use]
-    pub fn new(poses: u64, faults: &Faults, seed: u64) -> Self {
-        let mut draft = Draft {
-            random: Pcg64::seed_from_u64(seed),
-            done: Injected { seed, rate_hz: faults.rate_hz, ..Injected::default() },
-            sendings: Vec::new(),
-            behind: None,
-        };
-        for index in 0..poses {
-            draft.pose(index, faults);
-        }
-        let Draft { mut done, mut sendings, behind, .. } = draft;
-        sendings.extend(behind);
-        done.stops = u64::from(stop(&mut sendings, faults));
-        done.overtaken = put_in_time(&mut sendings);
+    pub fn new(poses: u64, faults: Option<(Faults, u64)>) -> Self {
+        let asked = faults.is_some();
+        let (faults, seed) = faults.unwrap_or_default();
         Self {
-            messages: Messages::Drawn(sendings),
-            period_ns: faults.period_ns(),
-            injected: Some(done),
+            faults,
+            random: Pcg64::seed_from_u64(seed),
+            poses,
+            next: 0,
+            ready: VecDeque::with_capacity(4),
+            behind: None,
+            time_ns: 0,
+            highest: None,
+            done: Injected { seed, rate_hz: faults.rate_hz, ..Injected::default() },
+            asked,
         }
     }
 
-    /// The messages in order.
-    pub fn sendings(&self) -> impl Iterator<Item = Sending> + '_ {
-        let (on_time, drawn) = match &self.messages {
-            Messages::OnTime(poses) => (*poses, [].as_slice()),
-            Messages::Drawn(sendings) => (0, sendings.as_slice()),
-        };
-        let due = |index| Sending { index, due_ns: index * PERIOD_NS, again: false, nan: false };
-        (0..on_time).map(due).chain(drawn.iter().copied())
-    }
-
-    /// Poses that the server should execute and answer.
+    /// Time from one scheduled pose to the next \[ns\].
     #[must_use]
-    pub fn answers(&self) -> u64 {
-        let (sent, overtaken) = (self.poses_sent(), self.injected.map_or(0, |done| done.overtaken));
-        sent - overtaken
+    pub fn period_ns(&self) -> u64 {
+        self.faults.period_ns()
     }
 
-    /// Poses that are sent, each counted once.
+    /// What was done so far, `None` where no faults were asked for.
     #[must_use]
-    pub fn poses_sent(&self) -> u64 {
-        self.sendings().filter(|sending| !sending.again).count() as u64
+    pub fn injected(&self) -> Option<Injected> {
+        self.asked.then_some(self.done)
     }
-}
 
-/// Holds back what is due in the stop; false where the run ends before it.
-fn stop(sendings: &mut [Sending], faults: &Faults) -> bool {
-    let Some(stop) = faults.stop else { return false };
-    let begins = u64::from(stop.after_poses);
-    let ends_ns = begins * faults.period_ns() + u64::from(stop.ms) * MILLISECOND_NS;
-    let mut any = false;
-    for sending in sendings.iter_mut().filter(|sending| sending.index >= begins) {
-        sending.due_ns = sending.due_ns.max(ends_ns);
-        any = true;
+    /// What the rest comes to. Cost: that of going through it.
+    #[must_use]
+    pub fn totals(&self) -> Totals {
+        let mut rest = self.clone();
+        let sent = rest.by_ref().filter(|sending| !sending.again).count() as u64;
+        Totals { answers: sent - rest.done.overtaken, end_ns: rest.time_ns }
     }
-    any
-}
 
-/// No message is due before the one ahead of it. Returns the number of those that a later pose is
-/// ahead of.
-fn put_in_time(sendings: &mut [Sending]) -> u64 {
-    let (mut time_ns, mut highest, mut overtaken) = (0, None, 0);
-    for sending in sendings {
-        time_ns = sending.due_ns.max(time_ns);
-        sending.due_ns = time_ns;
-        let is_behind = highest.is_some_and(|highest| sending.index < highest);
-        overtaken += u64::from(!sending.again && is_behind);
-        highest = highest.max(Some(sending.index));
-    }
-    overtaken
-}
-
-/// A plan under way.
-struct Draft {
-    random: Pcg64,
-    done: Injected,
-    sendings: Vec<Sending>,
-    /// A pose that waits for the next one to be sent.
-    behind: Option<Sending>,
-}
-
-impl Draft {
     /// From 0 to below 1.
     fn draw(&mut self) -> f64 {
         f64::from(self.random.next_u32()) / 4_294_967_296.0
     }
 
-    fn pose(&mut self, index: u64, faults: &Faults) {
+    /// Makes the messages of the next pose ready.
+    fn look(&mut self) {
+        let index = self.next;
+        self.next += 1;
         // Always the same number of draws, so that one fault's share leaves the others' poses be.
         let [late, delay, lost, dup, reorder, nan, burst] = [(); 7].map(|()| self.draw());
-        if lost < faults.lost {
+        if lost < self.faults.lost {
             self.done.lost += 1;
             return;
         }
-        let mut due_ns = index * faults.period_ns();
-        if late < faults.late {
-            let delay_ms = 1.0 + delay * f64::from(faults.late_ms - 1);
+        let mut due_ns = index * self.period_ns();
+        if late < self.faults.late {
+            let delay_ms = 1.0 + delay * f64::from(self.faults.late_ms - 1);
             due_ns += (delay_ms * MILLISECOND_NS as f64) as u64;
             self.done.late += 1;
         }
-        if burst < faults.burst {
-            due_ns += u64::from(faults.burst_poses - 1) * faults.period_ns();
+        if burst < self.faults.burst {
+            due_ns += u64::from(self.faults.burst_poses - 1) * self.period_ns();
             self.done.bursts += 1;
         }
-        let nan = nan < faults.nan;
+        let nan = nan < self.faults.nan;
         self.done.nan += u64::from(nan);
         let sending = Sending { index, due_ns, again: false, nan };
-        if reorder < faults.reorder && self.behind.is_none() {
+        if reorder < self.faults.reorder && self.behind.is_none() {
             self.behind = Some(sending);
             return;
         }
-        self.sendings.push(sending);
-        self.sendings.extend(self.behind.take());
-        if dup < faults.dup {
-            self.sendings.push(Sending { again: true, ..sending });
+        self.ready.push_back(sending);
+        self.ready.extend(self.behind.take());
+        if dup < self.faults.dup {
+            self.ready.push_back(Sending { again: true, ..sending });
             self.done.duplicated += 1;
         }
+    }
+
+    /// The earliest moment of a pose that a stop holds up \[ns\].
+    fn held_until_ns(&mut self, index: u64) -> u64 {
+        match self.faults.stop {
+            Some(stop) if index >= u64::from(stop.after_poses) => {
+                self.done.stops = 1;
+                u64::from(stop.after_poses) * self.period_ns() + u64::from(stop.ms) * MILLISECOND_NS
+            }
+            _ => 0,
+        }
+    }
+}
+
+impl Iterator for Plan {
+    type Item = Sending;
+
+    /// Allocates nothing.
+    fn next(&mut self) -> Option<Sending> {
+        while self.ready.is_empty() && self.next < self.poses {
+            self.look();
+        }
+        if self.ready.is_empty() {
+            self.ready.extend(self.behind.take());
+        }
+        let mut sending = self.ready.pop_front()?;
+        // No message is due before the one ahead of it.
+        sending.due_ns = sending.due_ns.max(self.held_until_ns(sending.index)).max(self.time_ns);
+        self.time_ns = sending.due_ns;
+        if !sending.again && self.highest > Some(sending.index) {
+            self.done.overtaken += 1;
+        }
+        self.highest = self.highest.max(Some(sending.index));
+        Some(sending)
     }
 }
 

@@ -1,0 +1,69 @@
+//! Clocks that jump, and clocks that differ from process to process.
+
+use std::process::Command;
+
+use chaincell_tests::{chaincell, turn};
+
+use super::*;
+
+/// A library that makes every look at the wall clock jump by 400 days, back and forth.
+const JUMPS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/clock_jumps.c");
+
+#[test]
+fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
+    let _turn = turn();
+    let place = place("jumps");
+    let library = place.folder.path().join("clock_jumps.so");
+    let built =
+        Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o", text(&library), JUMPS]).output();
+    if !built.is_ok_and(|built| built.status.success()) {
+        println!("SKIPPED a_wall_clock_that_jumps_at_every_look_changes_nothing: no C compiler");
+        return;
+    }
+    let jumping = |command: &mut Command| Running::start(command.env("LD_PRELOAD", &library));
+    // It does jump: two looks, at least 700 days apart.
+    let looks = [(); 2].map(|()| {
+        let ended =
+            jumping(Command::new("sh").args(["-c", "date +%s; date +%s"])).end(SOON).with(0);
+        ended.out.lines().map(|line| line.parse::<i64>().unwrap()).collect::<Vec<_>>()
+    });
+    let now = std::time::UNIX_EPOCH.elapsed().unwrap().as_secs() as i64;
+    assert!(looks.concat().iter().all(|look| (look - now).abs() > 300 * 86_400), "{looks:?}");
+    let serve_args = ["serve", text(&place.model), "--scene", &place.scene, "--contact", "40"];
+    let mut serve = jumping(chaincell().args(serve_args).args(["--json", "--wait", "event"]));
+    serve.wait_for_line("ready");
+    let outsider = Outsider::join(&place.scene, false);
+    let path = hold(&place, 800);
+    let control_args = ["control", "--scene", &place.scene, "--json", "--path", text(&path)];
+    let control = jumping(chaincell().args(control_args).args(["--wait", "event"]));
+    let (ended, seen) = until_end(control, &outsider);
+    let report = ended.with(0).json();
+    assert_eq!((count(&report, "ticks_answered"), count(&report, "ticks_unanswered")), (800, 0));
+    assert_gentle(&seen);
+    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), 800);
+    tell_seen("wall clock jumps by 400 days at every look", 800, 0, &seen);
+}
+
+#[test]
+fn clocks_a_day_apart_are_no_matter() {
+    let _turn = turn();
+    let apart = ["--time", "--fork", "--monotonic", "86400", "--boottime", "86400"];
+    let may = Command::new("unshare").args(apart).arg("true").output();
+    if !may.is_ok_and(|tried| tried.status.success()) {
+        println!("SKIPPED clocks_a_day_apart_are_no_matter: `unshare --time` is not permitted");
+        return;
+    }
+    let place = place("apart");
+    let serve = place.serve(&["--json"]);
+    let outsider = Outsider::join(&place.scene, false);
+    let path = hold(&place, 800);
+    let control_args = ["control", "--scene", &place.scene, "--json", "--path", text(&path)];
+    let mut command = Command::new("unshare");
+    command.args(apart).arg(chaincell().get_program()).args(control_args);
+    let (ended, seen) = until_end(Running::start(&mut command), &outsider);
+    let report = ended.with(0).json();
+    assert_eq!((count(&report, "ticks_answered"), count(&report, "ticks_unanswered")), (800, 0));
+    assert_gentle(&seen);
+    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), 800);
+    tell_seen("monotonic clocks a day apart", 800, 0, &seen);
+}

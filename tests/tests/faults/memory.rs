@@ -1,0 +1,95 @@
+//! Shared memory that is full: in a mount namespace of its own, with a small one.
+
+use std::process::Command;
+
+use chaincell_tests::files::bake;
+use chaincell_tests::{chaincell, turn};
+
+use super::*;
+
+/// Runs shell lines where /dev/shm has so many kilobytes and `$chaincell` is the command; `None`
+/// with a line that says so where this user may not.
+fn with_memory(test: &str, kilobytes: u32, lines: &str) -> Option<Ended> {
+    let may = Command::new("unshare").args(["-m", "true"]).output();
+    if !may.is_ok_and(|tried| tried.status.success()) {
+        println!("SKIPPED {test}: `unshare -m` is not permitted");
+        return None;
+    }
+    let script = format!("mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 99\n{lines}");
+    let mut command = Command::new("unshare");
+    command.args(["-m", "sh", "-c", &script]).env("chaincell", chaincell().get_program());
+    Some(Running::start(&mut command).end(SOON))
+}
+
+/// What a session leaves in shared memory but iceoryx2's own lock.
+const LEFT: &str = "ls /dev/shm | grep -v global_mgmt";
+
+#[test]
+fn too_little_of_it_is_told_and_nothing_is_left() {
+    let _turn = turn();
+    let place = place("little");
+    let serve = format!(
+        "\"$chaincell\" serve {} --scene {} --contact 40 --seconds 1; code=$?; {LEFT}; exit $code",
+        text(&place.model),
+        place.scene
+    );
+    for kilobytes in [64, 1024, 3072] {
+        let Some(ended) = with_memory("too_little", kilobytes, &serve) else { return };
+        let ended = ended.with(2);
+        assert!(ended.err.contains("shared memory is full: /dev/shm has"), "{}", ended.err);
+        assert_eq!(ended.out, "", "left behind, or ready");
+    }
+    assert_eq!(with_memory("enough", 8192, &serve).unwrap().with(0).out.lines().count(), 6);
+}
+
+#[test]
+fn too_little_for_the_states_is_told_before_ready() {
+    let _turn = turn();
+    let place = place("states");
+    let model = bake(place.folder.path(), "plane:240x240x0.01", &["--hats", "none", "--lean"]);
+    let serve = format!(
+        "\"$chaincell\" serve {} --scene {} --seconds 1; code=$?; {LEFT}; exit $code",
+        text(&model),
+        place.scene
+    );
+    let Some(ended) = with_memory("states", 6144, &serve) else { return };
+    let ended = ended.with(2);
+    assert!(ended.err.contains("shared memory is full"), "{}", ended.err);
+    assert_eq!(ended.out, "", "left behind, or ready");
+}
+
+#[test]
+fn a_session_goes_on_while_another_program_fills_it() {
+    let _turn = turn();
+    let place = place("filled");
+    let path = hold(&place, 1500);
+    let (scene, folder) = (&place.scene, text(place.folder.path()));
+    let lines = format!(
+        "\"$chaincell\" serve {} --scene {scene} --contact 40 --json > {folder}/serve.out & s=$!
+        until grep -q ready {folder}/serve.out; do sleep 0.01; done
+        \"$chaincell\" control --scene {scene} --path {} --json > {folder}/control.out & c=$!
+        sleep 0.5
+        dd if=/dev/zero of=/dev/shm/filler bs=64k 2> {folder}/dd.err
+        df --output=avail /dev/shm | tail -1
+        \"$chaincell\" control --scene {scene} --seconds 0.1 2> {folder}/second.err; echo $?
+        wait $c; echo $?
+        rm /dev/shm/filler
+        \"$chaincell\" control --scene {scene} --seconds 0.1 > {folder}/third.out; echo $?
+        kill -INT $s; wait $s; echo $?
+        {LEFT}",
+        text(&place.model),
+        text(&path)
+    );
+    let Some(ended) = with_memory("filled", 16_384, &lines) else { return };
+    let numbers: Vec<&str> = ended.out.split_whitespace().collect();
+    assert_eq!(numbers, ["0", "2", "0", "0", "130"], "{ended:?}");
+    let read = |name: &str| std::fs::read_to_string(place.folder.path().join(name)).unwrap();
+    let last =
+        |name: &str| -> Value { serde_json::from_str(read(name).lines().last().unwrap()).unwrap() };
+    assert!(read("second.err").contains("shared memory is full"), "{}", read("second.err"));
+    let (control, serve) = (last("control.out"), last("serve.out"));
+    assert_eq!((count(&control, "ticks_answered"), count(&control, "ticks_unanswered")), (1500, 0));
+    assert_eq!((count(&serve, "ticks_executed"), count(&serve, "sends_failed")), (1600, 0));
+    let step_n = control["largest_force_step_n"].as_f64().unwrap();
+    tell("shared memory filled by another program", 1600, 0, step_n, f64::NAN);
+}

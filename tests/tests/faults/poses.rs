@@ -1,0 +1,125 @@
+//! Poses that are late, lost, repeated, out of order, no numbers, too fast, in bursts.
+
+use chaincell_tests::outsider::{Outsider, Pose};
+use chaincell_tests::{run, turn};
+
+use super::*;
+
+/// Poses of a run.
+const POSES: u64 = 1000;
+
+/// What both sides say of a press with faults, and what an outside program has seen of it.
+#[track_caller]
+fn press(faults: &str) -> (Value, Value, Vec<Force>) {
+    let place = place("poses");
+    let serve = place.serve(&["--json"]);
+    let outsider = Outsider::join(&place.scene, false);
+    let path = hold(&place, POSES);
+    let control = control(&place, &["--path", text(&path), "--inject", faults, "--inject-seed=7"]);
+    let (ended, seen) = until_end(control, &outsider);
+    let report = ended.with(0).json();
+    let served = serve.interrupt().with(130).json();
+    assert_gentle(&seen);
+    let injected = &report["injected"];
+    let (lost, overtaken) = (count(injected, "lost"), count(injected, "overtaken"));
+    assert_eq!(count(&report, "ticks_sent"), POSES - lost, "{faults}");
+    assert_eq!(count(&report, "ticks_answered"), POSES - lost - overtaken, "{faults}");
+    assert_eq!(count(&report, "ticks_unanswered"), 0, "{faults}");
+    assert_eq!(count(&report, "foreign_answers"), 0, "{faults}");
+    assert_eq!(count(&served, "ticks_executed"), POSES - lost - overtaken, "{faults}");
+    assert_eq!(
+        count(&served, "poses_repeated"),
+        overtaken + count(injected, "duplicated"),
+        "{faults}"
+    );
+    assert_eq!(served["state_hash"], report["state_hash"], "{faults}");
+    let answered = count(&report, "ticks_answered");
+    tell_seen(&format!("`--inject {faults}`"), answered, POSES - answered, &seen);
+    (report, served, seen)
+}
+
+#[test]
+fn late_lost_and_bursts() {
+    let _turn = turn();
+    for (faults, name) in [("late:5%@5", "late"), ("lost:1%", "lost"), ("burst:2%@50", "bursts")] {
+        let (report, _, _) = press(faults);
+        assert!(count(&report["injected"], name) > 0, "{faults}");
+    }
+}
+
+#[test]
+fn twice_and_out_of_order() {
+    let _turn = turn();
+    for (faults, name) in [("dup:2%", "duplicated"), ("reorder:2%", "overtaken")] {
+        let (report, _, _) = press(faults);
+        assert!(count(&report["injected"], name) > 0, "{faults}");
+    }
+}
+
+#[test]
+fn no_numbers() {
+    let _turn = turn();
+    let (report, _, seen) = press("nan:2%");
+    let bad = count(&report["injected"], "nan");
+    let held = seen.iter().filter(|force| force.flags & (STALE | 2) == 2).count() as u64;
+    assert!(bad > 0 && held == bad, "{held} of {bad} bad samples held");
+}
+
+#[test]
+fn ten_times_as_fast() {
+    let _turn = turn();
+    let (report, served, _) = press("rate:10000");
+    assert_eq!(count(&report["injected"], "rate_hz"), 10_000);
+    assert_eq!(count(&served, "sends_failed"), 0);
+}
+
+#[test]
+fn a_stop_and_all_of_them_at_once() {
+    let _turn = turn();
+    let (_, served, seen) = press("stop:200@600");
+    assert!(count(&served, "watchdog_fired") >= 1);
+    assert!(seen.iter().any(|force| force.flags & SAFE != 0), "the force did not fall to 0");
+    press("late:5%,lost:1%,dup:1%,reorder:1%,nan:1%,burst:2%,stop:100@500");
+}
+
+#[test]
+fn bad_samples_without_end_take_the_force_away_along_a_ramp() {
+    let _turn = turn();
+    let place = place("bad-samples");
+    let serve = place.serve(&["--json", "--watchdog-ms", "0"]);
+    let outsider = Outsider::join(&place.scene, true);
+    let mut seen = Vec::new();
+    let mut send = |ticks: std::ops::Range<u64>, bad: bool| {
+        for tick in ticks {
+            let z = if bad { f32::NAN } else { -depth_m(tick) };
+            outsider.send(Pose { tick, position_m: [0.0, 0.0, z], engaged: 1 });
+            seen.push(outsider.receive());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        *seen.last().unwrap()
+    };
+    let full_n = size_n(&send(0..300, false));
+    let safe = send(300..400, true);
+    assert_eq!((safe.force_n, safe.flags & SAFE), ([0.0; 3], SAFE));
+    let again_n = size_n(&send(400..500, false));
+    assert!((again_n - full_n).abs() < 0.01 * full_n, "{again_n} N after, {full_n} N before");
+    assert_gentle(&seen);
+    let served = serve.interrupt().with(130).json();
+    assert_eq!(count(&served, "ticks_executed"), 500);
+    tell_seen("100 poses in a row with NaN", 500, 0, &seen);
+}
+
+#[test]
+fn faults_that_there_are_not_are_refused() {
+    for (faults, part) in [
+        ("late", "give KIND:VALUE"),
+        ("lost:2", "give a share from 0% to 100%"),
+        ("rate:0", "from 1 to 100000 [Hz]"),
+        ("slow:1%", "there are late, lost, dup"),
+    ] {
+        let ended = run(["control", "--inject", faults]).with(2);
+        assert!(ended.err.contains(&format!("--inject {faults}: ")), "{}", ended.err);
+        assert!(ended.err.contains(part), "{}", ended.err);
+        run(["cosim", "--inject", faults]).with(2);
+    }
+}

@@ -1,0 +1,55 @@
+//! Programs that use the scene's names for messages of another release or make.
+
+use chaincell_tests::outsider::{OtherPose, OtherService, Outsider, PoseOfAnotherRelease};
+use chaincell_tests::{Running, run, turn};
+
+use super::*;
+
+#[test]
+fn a_service_of_another_release_or_layout_is_refused_by_name() {
+    let _turn = turn();
+    let place = place("other-type");
+    let args = ["serve", text(&place.model), "--scene", &place.scene, "--contact", "40"];
+    {
+        let _release = OtherService::<PoseOfAnotherRelease>::create(&place.scene, "pose").unwrap();
+        for ended in [run(args), run(["control", "--scene", &place.scene])] {
+            let ended = ended.with(2);
+            for part in [
+                &format!("chaincell/{}/pose", place.scene),
+                "chaincell.ToolPose.v2 of 24 bytes",
+                "chaincell.ToolPose.v1 of 24 bytes",
+                "--scene NAME",
+            ] {
+                assert!(ended.err.contains(part), "{}", ended.err);
+            }
+            assert!(!ended.out.contains("ready"), "{}", ended.out);
+        }
+    }
+    {
+        let _layout = OtherService::<OtherPose>::create(&place.scene, "pose").unwrap();
+        let ended = run(args).with(2);
+        assert!(ended.err.contains("chaincell.ToolPose.v1 of 32 bytes"), "{}", ended.err);
+    }
+    // Once it is gone the scene is ours.
+    place.serve(&[]).interrupt().with(130);
+}
+
+#[test]
+fn a_program_of_another_release_or_layout_cannot_join_and_disturbs_nobody() {
+    let _turn = turn();
+    let place = place("other-joins");
+    let serve = place.serve(&["--json"]);
+    let outsider = Outsider::join(&place.scene, false);
+    let control: Running = holding_control(&place, 800);
+    let mut seen = until(&outsider, |force| force.tick >= 250);
+    assert!(OtherService::<PoseOfAnotherRelease>::create(&place.scene, "pose").is_err());
+    assert!(OtherService::<OtherPose>::create(&place.scene, "pose").is_err());
+    assert!(OtherService::<OtherPose>::create(&place.scene, "force").is_err());
+    let (ended, more) = until_end(control, &outsider);
+    seen.extend(more);
+    let report = ended.with(0).json();
+    assert_eq!((count(&report, "ticks_answered"), count(&report, "foreign_answers")), (800, 0));
+    assert_gentle(&seen);
+    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), 800);
+    tell_seen("programs with another layout or release", 800, 0, &seen);
+}
