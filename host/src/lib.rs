@@ -18,4 +18,5 @@ pub mod recording;
 pub mod reference;
 pub mod render;
 pub mod report;
+pub mod stress;
 pub mod terminal;

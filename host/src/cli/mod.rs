@@ -17,6 +17,7 @@ mod scene;
 mod serve;
 mod session;
 mod state;
+mod stress;
 
 pub(crate) use scene::{automatic, contact_cells};
 pub(crate) use session::inward;
@@ -47,6 +48,7 @@ enum Work {
     Latency(latency::Args),
     Report(report::Args),
     Paper(paper::Args),
+    Stress(stress::Args),
     Identify(Box<identify::Args>),
 }
 
@@ -69,6 +71,7 @@ impl Cli {
             Work::Latency(args) => latency::execute(&args),
             Work::Report(args) => report::execute(&args),
             Work::Paper(args) => paper::execute(&args),
+            Work::Stress(args) => stress::execute(&args),
             Work::Identify(args) => identify::execute(&args),
         }
     }
