@@ -279,7 +279,10 @@ impl<'m> Engine<'m> {
             }
             (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
-            (Scheme::GaussSeidel, Arithmetic::F32) if model.colours() == 0 => {
+            // A body without free cells has none either, and needs none.
+            (Scheme::GaussSeidel, Arithmetic::F32)
+                if model.colours() == 0 && model.fixed().len() < model.cells() =>
+            {
                 return Err(Error::input(
                     "--dynamics gauss-seidel: the model has no colours; bake it with --colours",
                 ));

@@ -20,4 +20,5 @@ pub mod render;
 pub mod report;
 pub mod soak;
 pub mod staged;
+pub mod stress;
 pub mod terminal;

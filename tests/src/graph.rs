@@ -4,6 +4,7 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::mesh::Mesh;
+pub use chaincell_host::stress::{FIXED_RESOLUTION, energy_j};
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -121,41 +122,6 @@ impl Case {
         let cell = model.input_id().iter().position(|&id| id == last).unwrap() as u16;
         Engine::in_numbers(network, scheme, numbers, &[cell])
     }
-}
-
-/// Sum of k d^2 / 2 in double precision at the published positions, and its allowance: 4 eps (E +
-/// sum of k u d) for the kernel's sum, and what the rounding of each stored coordinate, an eps of
-/// it or `resolution` mean link lengths, does to every link.
-#[must_use]
-pub fn energy_j(engine: &mut Engine<'_>, resolution: f64) -> (f64, f64) {
-    let positions_m = engine.positions_m();
-    let model = engine.network().model();
-    let eps = f64::from(f32::EPSILON);
-    let from_centre = |cell: usize| {
-        let away = |axis: usize| positions_m[cell][axis] - f64::from(model.centre_m()[axis]);
-        (0..3).map(|axis| away(axis).powi(2)).sum::<f64>().sqrt()
-    };
-    let (mut energy, mut allowance) = (0.0, 0.0);
-    for i in 0..model.cells() {
-        for link in model.row(i) {
-            let j = usize::from(model.upper()[link]);
-            let u: f64 = (0..3)
-                .map(|axis| (positions_m[j][axis] - positions_m[i][axis]).powi(2))
-                .sum::<f64>()
-                .sqrt();
-            let l0 = f64::from(model.rest_lengths()[link]) * f64::from(model.unit_m());
-            let alpha = f64::from(model.link_alpha(link));
-            let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
-            let k = f64::from(model.link_weight(link)) * f64::from(model.stiffness_n_per_m());
-            // A step and its sum with the position round once each.
-            let rounding =
-                eps * (from_centre(i) + from_centre(j)) + resolution * f64::from(model.unit_m());
-            energy += 0.5 * k * d * d;
-            allowance += 4.0 * eps * (0.5 * k * d * d + k * u * d);
-            allowance += k * rounding * (d + 0.5 * rounding);
-        }
-    }
-    (energy, allowance)
 }
 
 /// A tool sample.

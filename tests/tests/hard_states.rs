@@ -8,7 +8,7 @@
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_kernel::{Model, Unloading};
-use chaincell_tests::graph::{Case, case, energy_j, sample};
+use chaincell_tests::graph::{Case, FIXED_RESOLUTION, case, energy_j, sample};
 use clap::ValueEnum;
 use proptest::prelude::*;
 
@@ -17,9 +17,6 @@ const TICKS: usize = 40;
 /// Cases, some hundred sweeps each.
 const CASES: u32 = 1_000;
 const CASES_SLOW: u32 = 100_000;
-
-/// What fixed point leaves open of a length [mean link lengths].
-const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
 
 /// Nearly the largest K of fixed point [mean link lengths].
 const FIXED_RANGE: f64 = 62.9;

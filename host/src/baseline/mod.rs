@@ -37,6 +37,15 @@ pub trait Baseline {
     fn positions(&self) -> &[[f32; 3]];
 }
 
+/// A baseline that can be put into any state and let go again.
+pub trait Movable: Baseline {
+    /// Puts every cell at a position, without motion \[mean link lengths from the centre\].
+    fn set_positions(&mut self, positions: &[[f32; 3]]);
+
+    /// Lets a cell go that was held; not for fixed ones.
+    fn release(&mut self, cell: usize);
+}
+
 /// Ends, rest lengths, stiffness and inverse masses as position-based and mass-spring codes keep
 /// them.
 struct Springs {
@@ -46,6 +55,8 @@ struct Springs {
     stiffness_n_per_m: Vec<f32>,
     /// 0 for fixed and held cells [1/kg].
     inverse_mass_per_kg: Vec<f32>,
+    /// Of every free cell [1/kg].
+    free_per_kg: f32,
 }
 
 impl Springs {
@@ -70,7 +81,12 @@ impl Springs {
             inverse_mass_per_kg: cells
                 .map(|cell| if model.is_fixed(cell as u16) { 0.0 } else { inverse })
                 .collect(),
+            free_per_kg: inverse,
         }
+    }
+
+    fn release(&mut self, cell: usize) {
+        self.inverse_mass_per_kg[cell] = self.free_per_kg;
     }
 }
 

@@ -20,6 +20,7 @@ mod session;
 mod soak;
 mod stage;
 mod state;
+mod stress;
 
 pub(crate) use scene::{automatic, contact_cells};
 pub(crate) use session::inward;
@@ -51,6 +52,7 @@ enum Work {
     Soak(soak::Args),
     Report(report::Args),
     Paper(paper::Args),
+    Stress(stress::Args),
     Identify(Box<identify::Args>),
 }
 
@@ -74,6 +76,7 @@ impl Cli {
             Work::Soak(args) => soak::execute(&args),
             Work::Report(args) => report::execute(&args),
             Work::Paper(args) => paper::execute(&args),
+            Work::Stress(args) => stress::execute(&args),
             Work::Identify(args) => identify::execute(&args),
         }
     }

@@ -232,7 +232,7 @@ impl<'a> Run<'a> {
         let now_ns = now_ns();
         Ok(Self {
             poses,
-            plan: Plan::new(poses.len() as u64, options.faults),
+            plan: Plan::new(poses.len(), options.faults),
             ports,
             waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
             hand: Hand::new(options.watchdog_ms, options.ramp_ms, now_ns),

@@ -1,0 +1,115 @@
+//! The suite as a table for a terminal of 100 columns.
+
+use std::fmt::Write;
+
+use comfy_table::presets::{ASCII_HORIZONTAL_ONLY, NOTHING};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width};
+
+use super::Suite;
+use super::case::Outcome;
+use super::rivals::{Rival, Verdict};
+
+/// Columns of the terminal.
+const WIDTH: u16 = 100;
+/// Widths of the table's columns.
+const COLUMNS: [u16; 6] = [20, 30, 7, 8, 16, 14];
+/// Failures that are shown of a case; all stand in the JSON.
+const SHOWN: usize = 5;
+
+/// The table, the failures in full, what number types refuse.
+#[must_use]
+pub fn table(suite: &Suite) -> String {
+    let mut table = plain(&COLUMNS);
+    table.load_style(ASCII_HORIZONTAL_ONLY);
+    table.set_header(["case", "checked besides (*)", "result", "nearest", "mass-spring", "PBD"]);
+    table.add_rows(suite.cases.iter().map(row));
+    let mut notes = plain(&[WIDTH]);
+    notes.add_row([format!("(*) in every tick: {}.", suite.every_tick)]);
+    notes.add_row([NOTES]);
+    let mut text = format!("{}\n{}\n", table.trim_fmt(), notes.trim_fmt());
+    for case in suite.cases.iter().filter(|case| !case.ok) {
+        let _ = writeln!(text, "\n{} FAILED:", case.name);
+        for failed in case.failures.iter().take(SHOWN) {
+            let failure = &failed.failure;
+            let _ = writeln!(
+                text,
+                "  {}, tick {}: {:?}: {}",
+                failed.place, failure.tick, failure.check, failure.what
+            );
+        }
+        if let Some(more) = case.failures.len().checked_sub(SHOWN).filter(|&more| more > 0) {
+            let _ = writeln!(text, "  and {more} more");
+        }
+    }
+    let mut refused = suite
+        .cases
+        .iter()
+        .flat_map(|case| case.refused.iter().map(|why| format!("  {}: {why}\n", case.name)));
+    if let Some(first) = refused.next() {
+        text += "\nRefused, with the reason:\n";
+        text += &first;
+        text.extend(refused);
+    }
+    let _ = write!(
+        text,
+        "\n{} of {} cases ok, {} runs, {} ticks",
+        suite.done - suite.failed,
+        suite.done,
+        suite.runs,
+        suite.ticks
+    );
+    text
+}
+
+/// A table without lines, of columns of these widths.
+fn plain(widths: &[u16]) -> Table {
+    let mut table = Table::new();
+    table.load_style(NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    table.set_width(WIDTH).set_header(vec![""; widths.len()]);
+    for (column, &width) in table.column_iter_mut().zip(widths) {
+        column.set_padding((0, 1)).set_constraint(ColumnConstraint::Absolute(Width::Fixed(width)));
+    }
+    table
+}
+
+/// What the columns of the other methods mean.
+const NOTES: &str = "nearest: the figure nearest to its bound, which is 1: E of what a tool may load, \
+    F of 2 k sqrt(W E), x of K, r of the rounding allowed. mass-spring (step of 1 ms / its largest \
+    stable step) and PBD (XPBD, links in order, steps of 1 ms, compliance 1/k): as many link passes \
+    a tick as track, a tenth of a velocity lost a step; the worst of the case's trials, with the part \
+    of E0 left at its end. E0: the largest of the start, of track and of what the tool could load \
+    into a body at a standstill. BLOWS UP @tick: not finite, over 10 E0, or beyond 1000 links.";
+
+fn row(case: &Outcome) -> [String; 6] {
+    let other = |rival| case.others.get(&rival).map(Verdict::to_string);
+    let usual = other(Rival::MassSpring);
+    let stable = other(Rival::MassSpringStable);
+    let springs = match (usual, stable) {
+        (Some(usual), Some(stable)) if usual == stable => usual,
+        (Some(usual), Some(stable)) => format!("{usual} /\n{stable}"),
+        _ => "-".to_owned(),
+    };
+    [
+        case.name.to_owned(),
+        case.checks.to_owned(),
+        if case.ok { "ok" } else { "FAILED" }.to_owned(),
+        nearest(case),
+        springs,
+        other(Rival::PositionBased).unwrap_or_else(|| "-".to_owned()),
+    ]
+}
+
+/// The figure that came nearest to its bound, which is 1.
+fn nearest(case: &Outcome) -> String {
+    let of = [
+        ("energy_over_bound", "E"),
+        ("force_over_bound", "F"),
+        ("coordinate_over_k", "x"),
+        ("rounding_over_allowance", "r"),
+    ];
+    let figures = of.iter().filter_map(|(key, name)| Some((name, *case.figures.get(*key)?)));
+    match figures.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((name, value)) => format!("{name} {value:.2}"),
+        None => "-".to_owned(),
+    }
+}
