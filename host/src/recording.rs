@@ -111,8 +111,6 @@ pub struct Played {
     pub ticks: u32,
     /// Commands.
     pub commands: u32,
-    /// Ticks without a sample.
-    pub missed: u64,
     /// Entries whose hash was compared.
     pub compared: u32,
 }
@@ -138,11 +136,6 @@ pub fn play(
                     tissue.tick(&record.sample);
                 }
                 played.ticks += 1;
-            }
-            Entry::Missed(missed) => {
-                played.missed += u64::from(missed.ticks);
-                // No cell has moved, and there is no hash.
-                return Ok(());
             }
             Entry::Command(record) => {
                 match record.command {

@@ -154,12 +154,6 @@ impl Running {
         self.end(SHORT)
     }
 
-    /// The process's number.
-    #[must_use]
-    pub fn id(&self) -> u32 {
-        self.child.id()
-    }
-
     fn pid(&self) -> Pid {
         Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap()
     }

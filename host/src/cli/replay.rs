@@ -40,7 +40,6 @@ struct ReplayReport {
     model_checksum: String,
     ticks: u32,
     commands: u32,
-    ticks_missed: u64,
     hashes_compared: u32,
     state_hash: String,
     end: String,
@@ -77,7 +76,7 @@ pub fn execute(args: &Args) -> Result<()> {
             return Err(Error::file("replay", path, why));
         }
     };
-    let Played { ticks, commands, missed, compared } = played;
+    let Played { ticks, commands, compared } = played;
     let report = ReplayReport {
         cells: model.cells(),
         links: model.links(),
@@ -86,7 +85,6 @@ pub fn execute(args: &Args) -> Result<()> {
         model_checksum: format!("{:08x}", model.checksum()),
         ticks,
         commands,
-        ticks_missed: missed,
         hashes_compared: compared,
         state_hash: format!("{:016x}", tissue.state_hash()),
         end: end.map_or("not reached".into(), |end| end.to_string()),
@@ -107,9 +105,6 @@ pub fn execute(args: &Args) -> Result<()> {
     terminal::say(format_args!(
         "{ticks} ticks replayed to the same bits, {compared} state hashes compared"
     ))?;
-    if missed > 0 {
-        terminal::say(format_args!("  {:<14}{missed} ticks without one", "samples"))?;
-    }
     if commands > 0 {
         terminal::say(format_args!("  {:<14}{commands}", "commands"))?;
     }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use chaincell_kernel::stage::{Coupling, Passivity, Stage};
-use chaincell_kernel::trace::{CommandRecord, Missed, header_bytes};
+use chaincell_kernel::trace::{CommandRecord, header_bytes};
 use chaincell_kernel::{Settings, ToolSample};
 use nalgebra::Vector3;
 
@@ -183,8 +183,8 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
             75 => Command::Resume,
             120 => Command::Reset,
             _ if at % 70 == 69 => {
+                // A silence lets the force fall and moves no cell: the trace does without it.
                 (0..12).for_each(|_| _ = stage.missed());
-                recording.bytes.extend(recording.writer.missed(&Missed { tick, ticks: 12 }));
                 continue;
             }
             _ => continue,
@@ -210,6 +210,6 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     let (mut again, ..) = tissue(&trace, path, model).unwrap();
     let mut played = Played::default();
     assert_eq!(play(&trace, &mut again, &mut played), Ok(End::Complete));
-    assert_eq!(played, Played { ticks: 200, commands: 3, missed: 24, compared: 203 });
+    assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203 });
     assert_eq!(again.state_hash(), engine.state_hash());
 }

@@ -148,8 +148,6 @@ pub enum Entry {
     Tick(super::Record),
     /// A command between two ticks.
     Command(CommandRecord),
-    /// Ticks without a sample.
-    Missed(super::Missed),
 }
 
 impl Entry {
@@ -163,7 +161,6 @@ impl Entry {
             Self::Command(record) => {
                 super::record::compare(index, record.tick, record.state_hash, here)
             }
-            Self::Missed(_) => Ok(false),
         }
     }
 }

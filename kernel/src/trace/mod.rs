@@ -41,15 +41,14 @@
 //!      8     12  tool position [m] (f32 bits x 3)
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
-//!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`];
-//!                3 = ticks without a sample, whose bytes stand at [`Missed`]
+//!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`]
 //!     34      2  bit 0: a hash was taken
 //!     36      4  CRC-32 of: the header's CRC, r (u32), the 36 bytes before
 //! ```
 //!
-//! A record is one executed tick, one command between two, or the ticks that passed without a
-//! sample; numbers of ticks are those of the session, and need not be consecutive. With an output
-//! stage a sample is the device's, as received. The trace ends with its bytes, with an incomplete
+//! A record is one executed tick or one command between two; numbers of ticks are those of the
+//! session, and need not be consecutive. With an output stage a sample is the device's, as received;
+//! ticks without a sample move no cell and leave no record. The trace ends with its bytes, with an incomplete
 //! record (it was cut), or where nothing but zeros follow (memory taken beforehand). Who writes a
 //! record's checksum last leaves an incomplete record too where he is stopped within one: its
 //! checksum is zero and nothing but zeros follow. A record's checksum holds for its place in its
@@ -57,7 +56,6 @@
 
 mod command;
 mod header;
-mod missed;
 mod record;
 mod stage;
 #[cfg(test)]
@@ -65,7 +63,6 @@ mod tests;
 
 pub use command::{Command, CommandError, CommandRecord, Entry};
 pub use header::{Header, RecordedProbe, TraceError, header_bytes};
-pub use missed::Missed;
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
@@ -93,8 +90,6 @@ pub const RECORD_BYTES: usize = 40;
 pub const KIND_SAMPLE: u16 = 1;
 /// Kind of a record that holds a command; read by [`Reader::entries`] alone.
 pub const KIND_COMMAND: u16 = 2;
-/// Kind of a record that holds ticks without a sample; read by [`Reader::entries`] alone.
-pub const KIND_MISSED: u16 = 3;
 /// Number types by the names of `--number`, with their codes.
 pub const NUMBERS: [(&str, u16); 3] = [("f32", 1), ("fixed", 2), ("f64", 3)];
 /// Schemes by the names of `--dynamics`, with their codes.

@@ -5,8 +5,8 @@ use core::fmt;
 use nalgebra::Vector3;
 
 use super::{
-    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_MISSED, KIND_SAMPLE, Missed,
-    RECORD_BYTES, TraceError, put,
+    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, RECORD_BYTES,
+    TraceError, put,
 };
 use crate::model::Model;
 use crate::sample::ToolSample;
@@ -89,11 +89,6 @@ impl Writer {
         self.encode(record.tick, [command, parameter, value, 0], record.state_hash, KIND_COMMAND)
     }
 
-    /// The bytes of the next record, for ticks without a sample.
-    pub fn missed(&mut self, missed: &Missed) -> [u8; RECORD_BYTES] {
-        self.encode(missed.tick, [missed.ticks, 0, 0, 0], None, KIND_MISSED)
-    }
-
     fn encode(
         &mut self,
         tick: u64,
@@ -140,10 +135,6 @@ impl fmt::Display for End {
             Self::Kind(record, KIND_COMMAND) => {
                 write!(f, "record {record} is a command, which only a host's replay carries out")
             }
-            Self::Kind(record, KIND_MISSED) => write!(
-                f,
-                "record {record} holds ticks without a sample, which only a host's replay plays"
-            ),
             Self::Kind(record, kind) => write!(
                 f,
                 "record {record} is of kind {kind}, unknown here: take the release that wrote it"
@@ -265,9 +256,6 @@ impl<'t> Reader<'t> {
         self.walk(|index, bytes| {
             let entry = match self.sound(index, bytes)? {
                 (KIND_SAMPLE, words) => Entry::Tick(sample(&words)),
-                (kind @ KIND_MISSED, words) => {
-                    Entry::Missed(missed(&words).ok_or(End::Kind(index, kind))?)
-                }
                 (kind, words) => Entry::Command(command(&words).ok_or(End::Kind(index, kind))?),
             };
             Ok(each(index, &entry))
@@ -309,7 +297,7 @@ impl<'t> Reader<'t> {
             return Err(End::Damaged(index));
         }
         let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        let known = matches!(kind, KIND_SAMPLE | KIND_COMMAND | KIND_MISSED);
+        let known = matches!(kind, KIND_SAMPLE | KIND_COMMAND);
         if known && bits <= WITH_HASH { Ok((kind, words)) } else { Err(End::Kind(index, kind)) }
     }
 
@@ -374,11 +362,4 @@ fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
     let command = Command::from_words([kind, parameter, value]).ok()?;
     let record = CommandRecord { tick: long(t0, t1), command, state_hash: state_hash(words) };
     (zero == 0).then_some(record)
-}
-
-/// `None` where the words mean no ticks.
-fn missed(words: &[u32; WORDS]) -> Option<Missed> {
-    let [t0, t1, ticks, zeros @ .., kind, _] = words;
-    let plain = zeros.iter().all(|&word| word == 0) && *kind == u32::from(KIND_MISSED);
-    (plain && *ticks > 0).then_some(Missed { tick: long(*t0, *t1), ticks: *ticks })
 }

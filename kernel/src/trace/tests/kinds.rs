@@ -83,39 +83,6 @@ fn a_stage_that_contradicts_itself_is_refused() {
     }
 }
 
-#[test]
-fn ticks_without_a_sample_stand_between_the_ticks() {
-    let missed = Missed { tick: 1000, ticks: 77 };
-    let mut trace = vec![0; header_bytes(HELD.len())];
-    let (mut writer, front) = Writer::begin(&header(), &held().0, &mut trace).unwrap();
-    trace.extend(writer.record(&session()[0]));
-    trace.extend(writer.missed(&missed));
-    trace.extend(writer.record(&session()[1]));
-    let mut found = Vec::new();
-    let end = Reader::open(&trace).unwrap().entries(|_, entry| {
-        found.push(match entry {
-            Entry::Tick(record) => Ok(record.tick),
-            Entry::Missed(missed) => Err(*missed),
-            Entry::Command(command) => panic!("{command:?}"),
-        });
-        Ok::<(), ()>(())
-    });
-    assert_eq!((found, end), (vec![Ok(1000), Err(missed), Ok(1007)], Ok(End::Complete)));
-    let (records, end) = read(&trace).unwrap();
-    assert_eq!((records.len(), end), (1, End::Kind(1, KIND_MISSED)));
-    assert!(end.to_string().contains("ticks without a sample"), "{end}");
-    // Another word, or no ticks: sound bytes that mean nothing.
-    let at = front + RECORD_BYTES;
-    for (by, word) in [(8, 0_u32), (12, 1), (20, 1), (24, 1)] {
-        let mut trace = trace.clone();
-        trace[at + by..at + by + 4].copy_from_slice(&word.to_le_bytes());
-        let place = [&trace[60..64], &1_u32.to_le_bytes(), &trace[at..at + 36]].concat();
-        let crc = CRC.checksum(&place);
-        trace[at + 36..at + 40].copy_from_slice(&crc.to_le_bytes());
-        assert_eq!(entries(&trace).1, End::Kind(1, KIND_MISSED), "{word} at {by}");
-    }
-}
-
 /// Whatever part of its last record a killed writer has stored, the checksum aside.
 #[test]
 fn a_record_that_was_not_finished_is_a_cut() {
