@@ -238,7 +238,8 @@ fn the_bits_are_the_same_however_they_are_computed() {
             let engaged = u32::from(tick % 370 < 330);
             let sample = ToolSample { position_m: centre_m(2 * tick).into(), engaged };
             let [one, scalar, sleepless] = engines.each_mut().map(|engine| {
-                let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } = engine.tick(&sample);
+                let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } =
+                    engine.tick(&sample);
                 let force = force_n.data.0[0].map(f32::to_bits);
                 (force, [energy_j, work_j].map(f32::to_bits), contacts, flags, engine.state_hash())
             });
