@@ -13,6 +13,7 @@
 //! - [`trace`]: a session's samples and state hashes, to be played again bit for bit.
 //! - [`Number`]: what cells and links are computed in, a parameter of [`Track`] and [`Euler`]:
 //!   `f32`, fixed point ([`I8F24`]) or `f64`.
+//! - [`stage`]: between an answer and a hand: coupling, passivity, limits, ramp, watchdog.
 //! - [`trace`]: recorded sessions, the same bytes on every target.
 //!
 //! ```

@@ -1,7 +1,7 @@
 //! Passivity controller: takes back what sampling has made, and gives no more than was put in.
 //!
 //! - L < 0: a damping force -alpha v with alpha = -L / (h |v|^2), at most `2 (1/2 + delay) k h`, twice
-//!   what a spring of the stiffness k that is shown makes, and at most [`ALPHA_MAX`]: the rest
+//!   what a spring of the stiffness k that is shown makes, and at most 20 N s/m: the rest
 //!   stays in the ledger. What the last tick has ordered and the device does not feel yet is not
 //!   ordered again.
 //!   The damping of motions down to a count a tick goes to half and less: below that a velocity is

@@ -44,11 +44,12 @@ mod observer;
 mod ramp;
 mod settings;
 mod slew;
+#[cfg(test)]
+mod tests;
 mod watchdog;
 
 pub use settings::{
-    COUPLING_DEFAULT_MAX, COUPLING_MAX, Coupling, Device, Passivity, StageError, StageSettings,
-    TICK_S, TICKS_MAX,
+    COUPLING_MAX, Coupling, Device, Passivity, StageError, StageSettings, TICK_S, TICKS_MAX,
 };
 
 use crate::cell::{add, dot, scale, sub};

@@ -8,10 +8,6 @@ pub const TICK_S: core::ops::RangeInclusive<f32> = 1.0e-5..=1.0;
 /// Largest stiffness of a coupling \[N/m\], and largest damping \[N s/m\].
 pub const COUPLING_MAX: f32 = 1.0e6;
 
-/// Stiffest coupling of the defaults: beyond it a handle of 0.2 kg that is held softly hums at the
-/// size of some encoder counts \[N/m\].
-pub const COUPLING_DEFAULT_MAX: f32 = 2000.0;
-
 /// A spring and damper between the device and the tool in the tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
@@ -69,6 +65,17 @@ impl Device {
             Self::Sigma => 4000.0,
         }
     }
+
+    /// Stiffness of the default coupling: that of the device, or the most at which the controller
+    /// keeps a handle of its mass quiet in a loose hand, for all its encoder's counts \[N/m\].
+    #[must_use]
+    pub const fn coupling_n_per_m(self) -> f32 {
+        match self {
+            Self::Touch => 400.0,
+            Self::Premium | Self::Falcon => 1000.0,
+            Self::Omega | Self::Sigma => 2000.0,
+        }
+    }
 }
 
 /// The stages between a tissue and a device; each may be absent.
@@ -103,16 +110,16 @@ impl StageSettings {
         watchdog_ticks: 0,
     };
 
-    /// Every stage, for a device at 1 kHz whose force acts a tick late: coupling at the device's
-    /// stiffness but at most [`COUPLING_DEFAULT_MAX`], 0.5 N s/m of damping of its own, full force in 10 ms, a ramp of
+    /// Every stage, for a device at 1 kHz whose force acts a tick late:
+    /// [`Device::coupling_n_per_m`], 0.5 N s/m of damping of its own, full force in 10 ms, a ramp of
     /// 100 ms, silence for 20 ms.
     #[must_use]
     pub const fn for_device(device: Device) -> Self {
-        let most = device.max_stiffness_n_per_m();
-        let stiffness_n_per_m =
-            if most < COUPLING_DEFAULT_MAX { most } else { COUPLING_DEFAULT_MAX };
         Self {
-            coupling: Some(Coupling { stiffness_n_per_m, damping_n_s_per_m: 0.0 }),
+            coupling: Some(Coupling {
+                stiffness_n_per_m: device.coupling_n_per_m(),
+                damping_n_s_per_m: 0.0,
+            }),
             passivity: Some(Passivity { device_damping_n_s_per_m: 0.5, delay_ticks: 1 }),
             max_slew_n_per_s: 100.0 * device.max_force_n(),
             max_force_n: device.max_force_n(),
