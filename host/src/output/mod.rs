@@ -125,6 +125,8 @@ fn is_ours(name: &str) -> bool {
         "model.chaincell",
         "identified.json",
         "residuals.csv",
+        "stress.json",
+        "stress.txt",
     ];
     snapshot || report || paper || chart || fixed.contains(&name)
 }
