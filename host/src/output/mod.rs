@@ -131,6 +131,8 @@ fn is_ours(name: &str) -> bool {
         "histogram.csv",
         "histogram.svg",
         "histogram.png",
+        "stress.json",
+        "stress.txt",
     ];
     snapshot || report || paper || chart || fixed.contains(&name)
 }
