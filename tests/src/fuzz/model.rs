@@ -12,6 +12,8 @@ use super::bodies;
 use super::watch::Watch;
 use crate::graph::sample;
 
+/// Farthest centre for which positions in metres tell cells apart [mean link lengths].
+const CENTRE_MAX: f32 = 1e6;
 /// Bytes of the image's own length in its header.
 const LENGTH: std::ops::Range<usize> = 12..16;
 
@@ -46,8 +48,9 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
     let cells = bodies::free_cells(&model, 1, 2);
     let Ok(mut engine) = Engine::in_numbers(network, scheme, numbers, &cells) else { return };
+    let near = model.centre_m().iter().all(|x| x.abs() <= CENTRE_MAX * model.unit_m());
     // That the hats' inverse is one is the bake's word.
-    let mut watch = Watch::new(scheme, numbers, model.hats() == 0);
+    let mut watch = Watch::new(scheme, numbers, near && model.hats() == 0);
     let [x, y, z] = model.centre_m();
     let depth = model.unit_m();
     let down = [x, y, z - 0.7 * depth];
