@@ -228,15 +228,12 @@ impl Looks {
         }
         if now >= self.next_line {
             self.next_line += PROGRESS;
-            let (serve, control) = (self.serve.growth(), self.control.growth());
             terminal::note(format_args!(
-                "soak: {:.0} of {:.0} s; serve {} kB{}, control {} kB{}",
+                "soak: {:.0} of {:.0} s; {}, {}",
                 now.as_secs_f64(),
                 self.length.as_secs_f64(),
-                serve.first_kb,
-                signed(serve.growth_kb),
-                control.first_kb,
-                signed(control.growth_kb)
+                taken("serve", self.serve.growth()),
+                taken("control", self.control.growth())
             ));
         }
     }
@@ -247,8 +244,12 @@ impl Looks {
     }
 }
 
-fn signed(growth_kb: i64) -> String {
-    if growth_kb == 0 { String::new() } else { format!(" {growth_kb:+} kB") }
+fn taken(side: &str, memory: Growth) -> String {
+    match (memory.looks, memory.growth_kb) {
+        (0, _) => format!("{side} warms up"),
+        (_, 0) => format!("{side} {} kB", memory.first_kb),
+        (_, growth_kb) => format!("{side} {} kB {growth_kb:+} kB", memory.first_kb),
+    }
 }
 
 fn report(

@@ -4,7 +4,7 @@
 //! - [`load`]: keeps the other cores and the memory busy.
 //! - [`memory`]: what a process takes, page by page, and whether it grew.
 //! - [`report`]: all figures of a run, and the verdict.
-//! - [`write`]: the histogram as text, CSV and chart.
+//! - [`write`](mod@write): the histogram as text, CSV and chart.
 
 pub mod load;
 pub mod memory;
