@@ -68,6 +68,8 @@ fn child_options() -> Option<(ServeOptions, u64)> {
         domain: Domain { prefix: None, root: Some(root.into()) },
         ticks: Some(ticks),
         seconds: Some(LIMIT.as_secs_f64()),
+        // The forces compared are the tissue's own.
+        ramp_ms: 0,
         realtime: false,
         ends_with_parent: true,
         ..ServeOptions::default()

@@ -86,6 +86,7 @@ struct CosimSummary {
 
 pub fn execute(args: &Args) -> Result<()> {
     let ticks = ticks(args.seconds)?;
+    let faults = args.inject.faults()?;
     args.common.check()?;
     let scratch = session::scratch()?;
     let (image, model_path) = match &args.model {
@@ -93,7 +94,6 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let faults = args.inject.faults()?;
     let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));

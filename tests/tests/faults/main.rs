@@ -30,8 +30,9 @@ const PRESS_TICKS: u64 = 200;
 const STALE: u32 = 4;
 /// The force is zero.
 const SAFE: u32 = 16;
-/// Part of the largest force that no step may reach: a ramp's own is a twentieth.
-const STEP_PART: f64 = 0.125;
+/// Part of the largest force that no step may reach: a ramp's own is a twentieth, what the tissue
+/// does meanwhile comes on top.
+const STEP_PART: f64 = 0.15;
 
 /// A stiff plane, whose middle a server holds with some newtons, and a scene.
 fn place(test: &str) -> Place {

@@ -48,7 +48,7 @@ fn too_little_for_the_states_is_told_before_ready() {
     let place = place("states");
     let model = bake(place.folder.path(), "plane:240x240x0.01", &["--hats", "none", "--lean"]);
     let serve = format!(
-        "\"$chaincell\" serve {} --scene {} --seconds 1; code=$?; {LEFT}; exit $code",
+        "\"$chaincell\" serve {} --scene {} --contact 28920 --seconds 1; code=$?; {LEFT}; exit $code",
         text(&model),
         place.scene
     );

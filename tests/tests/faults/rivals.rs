@@ -20,7 +20,7 @@ fn a_second_publisher_is_not_heard_until_the_first_is_gone_and_then_without_a_ju
     // The rival's tool is somewhere else.
     let mut tick = RIVAL;
     let mut send = || {
-        outsider.send(Pose { tick, position_m: [0.004, 0.0, 0.005], engaged: 1 });
+        outsider.send(Pose { tick, position_m: [0.004, 0.0, -0.005], engaged: 1 });
         tick += 1;
         std::thread::sleep(Duration::from_millis(1));
         tick
