@@ -12,8 +12,7 @@ use std::path::Path;
 use chaincell_kernel::Model;
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError, TraceError,
-    Writer,
+    Command, End, Entry, Header, Reader, Record, RecordedProbe, ReplayError, TraceError, Writer,
 };
 use clap::ValueEnum;
 
@@ -158,20 +157,10 @@ pub fn play(
 /// # Errors
 /// A file that is there, with what to do; a folder that cannot be written.
 pub fn check_place(path: &Path, force: bool) -> Result<()> {
-    let refused = |why| Err(Error::input(format!("--trace {}: {why}", path.display())));
-    if path.exists() && !path.is_file() {
-        return refused("it is there and no file: name another one");
-    }
+    file::check_kind("--trace", path)?;
     if path.is_file() {
-        let mut front = Vec::new();
-        let file = File::open(path).and_then(|file| file.take(8).read_to_end(&mut front));
-        file.map_err(|why| Error::file("read", path, why))?;
-        if !front.is_empty() && front != MAGIC {
-            return refused("the file is there and is no trace: name another one");
-        }
-        if !force {
-            return refused("the file is there: name another one, or pass --force to overwrite it");
-        }
+        let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
+        file::check_content("--trace", path, &file, force)?;
     }
     let folder = output::folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;

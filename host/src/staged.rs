@@ -2,7 +2,7 @@
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{TickOutput, ToolSample};
+use chaincell_kernel::{Drive, TickOutput, ToolSample};
 
 use crate::cosim::command::Refusal;
 use crate::cosim::payload::NodePosition;
@@ -25,6 +25,14 @@ impl<'m> Staged<'m> {
     /// # Errors
     /// A setting out of range.
     pub fn new(engine: Engine<'m>, settings: Option<StageSettings>) -> Result<Self> {
+        let goes_by_position =
+            settings.is_some_and(|of| of.coupling.is_some() || of.passivity.is_some());
+        if goes_by_position && engine.network().settings().drive == Drive::Current {
+            return Err(Error::input(
+                "--drive current: coupling and passivity control are for a tool that prescribes \
+                 positions; pass --coupling none --passivity none",
+            ));
+        }
         let stage = settings.map(Stage::new).transpose();
         let stage = stage.map_err(|why| Error::input(format!("output stage: {why}")))?;
         Ok(Self { engine, stage })

@@ -69,7 +69,7 @@ impl Flags {
     pub const MOTION_CLAMPED: Self = Self(1);
     /// A bad sample: the last good one stands in, or the safe state is on.
     pub const BAD_SAMPLE: Self = Self(2);
-    /// No sample within the watchdog's time (set by the process around the kernel).
+    /// No sample within the watchdog's time (set by the output stage, or the process around).
     pub const STALE: Self = Self(4);
     /// The force was shortened to the limit in force.
     pub const FORCE_CLAMPED: Self = Self(8);

@@ -92,6 +92,9 @@ struct ServeSummary<'a> {
     scene: SceneReport,
     watchdog_ms: u32,
     ramp_ms: u32,
+    hash_every: u64,
+    max_pose_hz: u32,
+    state_hz: u32,
     stage: Option<StageReport>,
 }
 
@@ -109,6 +112,7 @@ pub fn execute(args: &Args) -> Result<()> {
         ends_with_parent: args.common.ends_with_parent,
         watchdog_ms: args.watchdog_ms,
         ramp_ms: args.ramp_ms,
+        max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
         histogram: args.common.histogram,
@@ -126,7 +130,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;
     let report = server.run(&mut tissue, &mut recorder)?;
-    recorder.finish_trace()?;
+    // Told last, so that it costs no other result.
+    let finished = recorder.finish_trace();
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         folder
@@ -140,6 +145,9 @@ pub fn execute(args: &Args) -> Result<()> {
             scene,
             watchdog_ms: args.watchdog_ms,
             ramp_ms: args.ramp_ms,
+            hash_every: args.hash_every,
+            max_pose_hz: args.max_pose_hz,
+            state_hz: args.state_hz,
             stage: args.stage.report(),
         };
         folder.write_json("summary.json", &summary)?;
@@ -148,6 +156,7 @@ pub fn execute(args: &Args) -> Result<()> {
         tell_unrecorded(&report);
     }
     print(args, &report)?;
+    finished?;
     if report.ended_by == Ending::Interrupt { Err(Error::Interrupted) } else { Ok(()) }
 }
 

@@ -14,6 +14,7 @@ use crate::cosim::inject::{Faults, Plan};
 use crate::cosim::motion::Press;
 use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
 use crate::cosim::payload::ToolPose;
+use crate::cosim::serve::POSE_HZ;
 use crate::cosim::services::{Domain, Scene};
 use crate::cosim::wait::Wait;
 use crate::engine::{Contact, Engine};
@@ -161,10 +162,19 @@ pub fn run(
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
     serve_args.extend(both.iter().cloned());
     let totals = Plan::new(poses.len() as u64, sides.faults).totals();
+    if totals.answers == 0 {
+        return Err(Error::input("--inject: no pose would be left to answer; lose fewer of them"));
+    }
+    if let Some((faults, _)) = sides.faults {
+        // What is sent faster on purpose is to be executed.
+        let pose_hz = faults.rate_hz.max(POSE_HZ);
+        serve_args.extend(["--max-pose-hz".into(), pose_hz.to_string().into()]);
+    }
     serve_args.extend(sides.serve_args);
     serve_args.extend(["--ticks".into(), totals.answers.to_string().into()]);
     if let Some(out) = files.out {
         serve_args.extend(["--force".into(), "--out".into(), out.into()]);
+        serve_args.extend(["--record-ticks".into(), totals.answers.to_string().into()]);
     }
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(both);

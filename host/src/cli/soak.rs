@@ -94,8 +94,12 @@ impl Plan {
         let hours_s = args.hours.map(|hours| 3600.0 * hours);
         let seconds = hours_s.or(args.seconds).unwrap_or(SECONDS);
         if !SECONDS_RANGE.contains(&seconds) {
+            let given = match args.hours {
+                Some(hours) => format!("--hours {hours}"),
+                None => format!("--seconds {seconds}"),
+            };
             return Err(Error::input(format!(
-                "--seconds {seconds}: must be from {} to {} (31 days)",
+                "{given}: must be from {} s to {} s (31 days)",
                 SECONDS_RANGE.start(),
                 SECONDS_RANGE.end()
             )));

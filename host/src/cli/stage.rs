@@ -8,14 +8,13 @@ use serde::Serialize;
 
 /// Time of a tick [s].
 const TICK_S: f32 = 1e-3;
-/// Ramp on engaging of a device's profile [ticks].
-const DEVICE_RAMP_TICKS: u16 = 20;
 
 /// What stands between the tissue and the device; nothing unless one of these is given.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Output stage")]
 pub struct StageArgs {
-    /// Device whose limits the stage keeps; what is given beside it goes before its profile
+    /// Device whose profile the stage takes; what is given beside it goes before the profile. Counts
+    /// on 0.5 N s/m of damping in the device: give --passivity with your own
     #[arg(long, value_enum, value_name = "DEVICE")]
     device: Option<DeviceArg>,
     /// Virtual coupling, a spring [N/m] and a damper [N s/m] between device and tool: K, K:B or none
@@ -90,7 +89,9 @@ impl StageArgs {
             || self.max_slew_n_per_s.is_some()
             || self.max_device_force_n.is_some()
             || self.engage_ramp_ms.is_some();
-        let profile = self.device.map_or(StageSettings::NONE, |device| profile(device.into()));
+        let profile = self
+            .device
+            .map_or(StageSettings::NONE, |device| StageSettings::for_device(device.into()));
         let settings = StageSettings {
             tick_s: TICK_S,
             coupling: self.coupling.map_or(profile.coupling, |choice| choice.0),
@@ -138,20 +139,6 @@ impl StageArgs {
             max_device_force_n: finite(settings.max_force_n),
             engage_ramp_ms: settings.ramp_ticks,
         })
-    }
-}
-
-/// The limits of a device. Its own damping is not published, so none is counted on.
-fn profile(device: Device) -> StageSettings {
-    StageSettings {
-        coupling: Some(Coupling {
-            stiffness_n_per_m: device.max_stiffness_n_per_m(),
-            damping_n_s_per_m: 0.0,
-        }),
-        passivity: Some(Passivity { device_damping_n_s_per_m: 0.0, delay_ticks: 1 }),
-        max_force_n: device.max_force_n(),
-        ramp_ticks: DEVICE_RAMP_TICKS,
-        ..StageSettings::NONE
     }
 }
 
@@ -209,8 +196,8 @@ mod tests {
     #[test]
     fn what_is_given_goes_before_the_profile() {
         let falcon = stage(&["--device", "falcon"]).settings().unwrap();
-        assert_eq!((falcon.max_force_n, falcon.ramp_ticks), (8.0, 20));
-        assert_eq!(falcon.coupling.unwrap().stiffness_n_per_m, 3000.0);
+        let profile = StageSettings::for_device(Device::Falcon);
+        assert_eq!(falcon, StageSettings { watchdog_ticks: 0, ..profile });
         let args = ["--device=falcon", "--coupling=none", "--max-device-force-n=2"];
         let mine = stage(&args).settings().unwrap();
         assert_eq!((mine.max_force_n, mine.coupling), (2.0, None));

@@ -90,7 +90,8 @@ pub struct ControlReport {
     pub missed_sent_late: u64,
     /// Of the others, the ones whose tick took more than 1 ms.
     pub missed_in_step: u64,
-    /// Times the tissue's watchdog said that poses had stopped coming.
+    /// Messages in which the tissue's watchdog said that poses had stopped coming, one each
+    /// millisecond of the force's fall.
     pub stale_answers: u64,
     /// Answers to poses that were not sent, or were answered already.
     pub foreign_answers: u64,
@@ -202,8 +203,6 @@ struct Run<'a> {
     hand: Hand,
     start_ns: u64,
     outstanding: Outstanding,
-    /// The highest of the poses sent.
-    highest: Option<u64>,
     overtaken: u64,
     forces: Vec<ToolForce>,
     round_trip: Latencies,
@@ -238,7 +237,6 @@ impl<'a> Run<'a> {
             hand: Hand::new(options.watchdog_ms, options.ramp_ms, now_ns),
             start_ns: now_ns + LOOK_NS,
             outstanding: Outstanding::new(),
-            highest: None,
             overtaken: 0,
             forces,
             round_trip: Latencies::new()?,
@@ -256,7 +254,7 @@ impl<'a> Run<'a> {
 
     fn play(&mut self) {
         while let Some(sending) = self.plan.next() {
-            self.receive_until(self.start_ns + sending.due_ns, |_| false);
+            self.receive_until(self.start_ns + sending.due_ns, |_| interrupt::asked());
             if interrupt::asked() {
                 self.interrupted = true;
                 return;
@@ -280,8 +278,7 @@ impl<'a> Run<'a> {
         self.waiter.expect_after(send_ns);
         if !sending.again {
             self.outstanding.send(sending.index, send_ns);
-            self.overtaken += u64::from(self.highest > Some(sending.index));
-            self.highest = self.highest.max(Some(sending.index));
+            self.overtaken += u64::from(sending.overtaken);
         }
     }
 
@@ -354,7 +351,9 @@ impl<'a> Run<'a> {
     }
 
     fn linger(&mut self) {
-        let end_ns = now_ns() + LINGER_NS;
+        // Who has asked for the end does not wait long, nor does who has started this process.
+        let linger_ns = if self.interrupted { LINGER_NS / 4 } else { LINGER_NS };
+        let end_ns = now_ns() + linger_ns;
         self.receive_until(end_ns, |run| run.unanswered() == 0);
     }
 

@@ -21,7 +21,7 @@ impl Hand {
     /// Feels no force and has just heard of its tissue.
     pub(super) fn new(watchdog_ms: u32, ramp_ms: u32, now_ns: u64) -> Self {
         Self {
-            ramp: Ramp::new(ramp_ms),
+            ramp: Ramp::new(ramp_ms, f32::INFINITY),
             watchdog_ns: u64::from(watchdog_ms) * MILLISECOND_NS,
             heard_ns: now_ns,
             fall_ns: None,

@@ -192,6 +192,8 @@ pub struct Sending {
     pub again: bool,
     /// Whether its position is to be no number.
     pub nan: bool,
+    /// Whether a later pose was sent already: the server counts it and does not execute it.
+    pub overtaken: bool,
 }
 
 impl Sending {
@@ -298,7 +300,7 @@ impl Plan {
         }
         let nan = nan < self.faults.nan;
         self.done.nan += u64::from(nan);
-        let sending = Sending { index, due_ns, again: false, nan };
+        let sending = Sending { index, due_ns, again: false, nan, overtaken: false };
         if reorder < self.faults.reorder && self.behind.is_none() {
             self.behind = Some(sending);
             return;
@@ -338,9 +340,8 @@ impl Iterator for Plan {
         // No message is due before the one ahead of it.
         sending.due_ns = sending.due_ns.max(self.held_until_ns(sending.index)).max(self.time_ns);
         self.time_ns = sending.due_ns;
-        if !sending.again && self.highest > Some(sending.index) {
-            self.done.overtaken += 1;
-        }
+        sending.overtaken = !sending.again && self.highest > Some(sending.index);
+        self.done.overtaken += u64::from(sending.overtaken);
         self.highest = self.highest.max(Some(sending.index));
         Some(sending)
     }

@@ -2,9 +2,11 @@
 //! none is left.
 
 use std::fs::{OpenOptions, read_dir};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 
-use rustix::fs::{FallocateFlags, fallocate, statvfs};
+use rustix::fs::{FallocateFlags, OFlags, fallocate, statvfs};
 use rustix::io::Errno;
+use rustix::process::geteuid;
 
 use crate::error::{Error, Result};
 
@@ -34,12 +36,15 @@ pub(super) fn take(prefix: &str) -> Result<()> {
         if !entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
             continue;
         }
-        // Files of other users, and those that have just gone, are not ours to fill.
-        let Ok(file) = OpenOptions::new().write(true).open(entry.path()) else { continue };
-        let Ok(details) = file.metadata() else { continue };
-        if details.len() == 0 {
+        // What other users put there, and what has just gone, is not ours to fill or to wait for.
+        let Ok(details) = entry.metadata() else { continue };
+        let is_ours = details.is_file() && details.uid() == geteuid().as_raw();
+        if !is_ours || details.len() == 0 {
             continue;
         }
+        let mut options = OpenOptions::new();
+        options.write(true).custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
+        let Ok(file) = options.open(entry.path()) else { continue };
         if fallocate(&file, FallocateFlags::KEEP_SIZE, 0, details.len()) == Err(Errno::NOSPC) {
             return Err(full(0));
         }

@@ -2,36 +2,36 @@
 //!
 //! One thread receives, ticks and sends. A second thread for shared memory would stand between
 //! each pose and its answer all the same; instead, new readers are connected while no pose waits,
-//! so that only one that joins during a tick delays that tick's answer (see [`PeerCost`]). States
+//! so that only one that joins during a tick delays that tick's answer (see [`PeerCost`](super::peers::PeerCost)). States
 //! for viewers and commands have their turn while no pose waits too.
 
 mod beside;
+mod options;
 mod rate;
 mod watchdog;
 
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
-use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::sample::ToolSample;
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use super::command::CommandServer;
 use super::complain::complain;
-use super::histogram::{Latencies, Summary};
+use super::histogram::Latencies;
 use super::payload::{ToolForce, ToolPose};
-use super::peers::{Call, PeerCost, PeerWatch};
+use super::peers::{Call, PeerWatch};
 use super::ramp::Ramp;
 use super::realtime::{self, Role};
 use super::record::Recorder;
-use super::services::{Domain, Ports, Scene};
-use super::spans::Spans;
+use super::services::{Ports, Scene};
 use super::state::StatePublisher;
 use super::tissue::TissueEngine;
 use super::wait::{Wait, Waiter};
 use crate::error::Result;
 use crate::{interrupt, terminal};
 
+pub use options::{Ending, ServeOptions, ServeReport};
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
 
@@ -41,115 +41,6 @@ const LOOK_NS: u64 = 5 * MILLISECOND_NS;
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 /// Span between looks whether the publisher in charge is still alive \[ns\].
 const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
-
-/// How to serve a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ServeOptions {
-    /// Name of the scene, `None` for the unnamed one.
-    pub scene: Option<String>,
-    /// Where iceoryx2 keeps its files.
-    pub domain: Domain,
-    /// How to wait for poses.
-    pub wait: Wait,
-    /// Silence after which the published force falls to 0, 0 for never \[ms\].
-    pub watchdog_ms: u32,
-    /// Time in which it falls, and rises when poses come again; 0 for at once \[ms\].
-    pub ramp_ms: u32,
-    /// A state hash every this many ticks; 0 leaves it to the end of the run.
-    pub hash_every: u64,
-    /// Most poses executed a second, 0 for any number; see [`POSE_HZ`] \[Hz\].
-    pub max_pose_hz: u32,
-    /// Whether the report has a histogram.
-    pub histogram: bool,
-    /// Ends after this many executed ticks.
-    pub ticks: Option<u64>,
-    /// Ends after this long \[s\].
-    pub seconds: Option<f64>,
-    /// Whether to ask for real-time privileges.
-    pub realtime: bool,
-    /// Whether to end when the process that started this one has ended.
-    pub ends_with_parent: bool,
-}
-
-impl Default for ServeOptions {
-    fn default() -> Self {
-        Self {
-            scene: None,
-            domain: Domain::default(),
-            wait: Wait::default(),
-            watchdog_ms: 20,
-            ramp_ms: 20,
-            hash_every: 1,
-            max_pose_hz: POSE_HZ,
-            histogram: false,
-            ticks: None,
-            seconds: None,
-            realtime: true,
-            ends_with_parent: false,
-        }
-    }
-}
-
-/// Why a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Ending {
-    /// All ticks were executed.
-    Ticks,
-    /// The time was up.
-    Seconds,
-    /// The user asked to stop.
-    Interrupt,
-}
-
-/// What happened while serving.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ServeReport {
-    /// Poses that were executed and answered.
-    pub ticks_executed: u64,
-    /// Poses whose tick was not above the publisher's last one: not executed.
-    pub poses_repeated: u64,
-    /// Poses of a second publisher while the first was alive: not executed.
-    pub poses_refused: u64,
-    /// Poses beyond `--max-pose-hz`: not executed.
-    #[serde(default)]
-    pub poses_throttled: u64,
-    /// Publishers that poses were accepted from.
-    pub publishers: u64,
-    /// Answers that shared memory did not take.
-    pub sends_failed: u64,
-    /// Times the watchdog let the force fall to 0.
-    pub watchdog_fired: u64,
-    /// Largest change of the published force from a message to the next one \[N\].
-    pub largest_force_step_n: f32,
-    /// Executed ticks kept in the recorder.
-    pub ticks_recorded: u64,
-    /// Executed ticks that found the recorder full.
-    pub ticks_unrecorded: u64,
-    /// Poses answered with force 0 while paused; they count as executed.
-    pub ticks_paused: u64,
-    /// Commands carried out.
-    pub commands_done: u64,
-    /// Commands refused.
-    pub commands_refused: u64,
-    /// States sent to viewers.
-    pub states_sent: u64,
-    /// Time to send a state, between ticks \[ns\].
-    pub state_ns: Summary,
-    /// Time of a tick \[ns\].
-    pub step_ns: Summary,
-    /// Cost of peers that joined and left.
-    pub peers: PeerCost,
-    /// Hash of the final state, 16 lower-case hexadecimal digits.
-    pub state_hash: String,
-    /// Why the run ended.
-    pub ended_by: Ending,
-    /// Privileges that were refused, with the reason.
-    pub refused: Vec<String>,
-    /// Histogram of `step_ns`, where it was asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step_histogram: Option<Spans>,
-}
 
 /// A scene whose services exist and that is ready for poses.
 #[derive(Debug)]
@@ -298,7 +189,7 @@ impl<'a> Run<'a> {
             answer: None,
             stale: false,
             fall_ns: None,
-            ramp: Ramp::new(server.options.ramp_ms),
+            ramp: Ramp::new(server.options.ramp_ms, server.options.max_slew_n_per_s),
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
@@ -330,13 +221,15 @@ impl<'a> Run<'a> {
                     self.beside(false);
                     continue;
                 }
-                Some(_) => {}
+                // Poses that are not executed keep commands and viewers waiting no more than others.
+                Some(_) => self.beside(false),
                 None => {
+                    // Before the wait: behind it poses may lie in the queue.
+                    self.watch(now_ns());
                     self.beside(true);
                     self.wait();
                 }
             }
-            self.watch(now_ns());
         }
     }
 
@@ -395,9 +288,7 @@ impl<'a> Run<'a> {
             }
             _ => {
                 self.publishers += 1;
-                if self.publishers > 1 {
-                    self.ramp.begin();
-                }
+                self.ramp.begin();
             }
         }
         self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });

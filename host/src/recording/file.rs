@@ -133,29 +133,46 @@ impl TraceFile {
     }
 }
 
+fn refused<T>(option: &str, path: &Path, why: &str) -> Result<T> {
+    Err(Error::input(format!("{option} {}: {why}", path.display())))
+}
+
+/// Refuses what is there and no file.
+pub(super) fn check_kind(option: &str, path: &Path) -> Result<()> {
+    if path.exists() && !path.is_file() {
+        return refused(option, path, "it is there and no file: name another one");
+    }
+    Ok(())
+}
+
+/// Refuses a file that holds something: with `force` an earlier trace may go, anything else stays.
+pub(super) fn check_content(option: &str, path: &Path, file: &File, force: bool) -> Result<()> {
+    let mut front = Vec::new();
+    let read = file.take(MAGIC.len() as u64).read_to_end(&mut front);
+    read.map_err(|why| Error::file("read", path, why))?;
+    if !front.is_empty() && front != MAGIC {
+        return refused(option, path, "the file is there and is no trace: name another one");
+    }
+    if !front.is_empty() && !force {
+        let why = "the file is there: name another one, or pass --force to overwrite it";
+        return refused(option, path, why);
+    }
+    Ok(())
+}
+
 /// Opens the file for this process alone, emptied.
 fn open(option: &str, path: &Path, force: bool) -> Result<File> {
-    let refused = |why: &str| Err(Error::input(format!("{option} {}: {why}", path.display())));
     let failed = |why: std::io::Error| Error::file("write", path, why);
-    if path.exists() && !path.is_file() {
-        return refused("it is there and no file: name another one");
-    }
+    check_kind(option, path)?;
     let mut options = OpenOptions::new();
     let mut file =
         options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
     match file.try_lock() {
         Ok(()) => {}
-        Err(TryLockError::WouldBlock) => return refused(TAKEN),
+        Err(TryLockError::WouldBlock) => return refused(option, path, TAKEN),
         Err(TryLockError::Error(why)) => return Err(failed(why)),
     }
-    let mut front = Vec::new();
-    (&file).take(MAGIC.len() as u64).read_to_end(&mut front).map_err(failed)?;
-    if !front.is_empty() && front != MAGIC {
-        return refused("the file is there and is no trace: name another one");
-    }
-    if !front.is_empty() && !force {
-        return refused("the file is there: name another one, or pass --force to overwrite it");
-    }
+    check_content(option, path, &file, force)?;
     file.set_len(0).and_then(|()| file.rewind()).map_err(failed)?;
     Ok(file)
 }
@@ -171,14 +188,14 @@ pub fn check_idle(option: &str, path: &Path) -> Result<()> {
     let is_taken = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
     let taken = path.is_file() && File::open(path).is_ok_and(is_taken);
     if taken {
-        return Err(Error::input(format!("{option} {}: {TAKEN}", path.display())));
+        return refused(option, path, TAKEN);
     }
     Ok(())
 }
 
 /// Takes so many bytes of the disk, all zero.
 fn take_room(file: &mut File, bytes: u64) -> std::io::Result<()> {
-    match fallocate(&*file, FallocateFlags::empty(), 0, bytes) {
+    match rustix::io::retry_on_intr(|| fallocate(&*file, FallocateFlags::empty(), 0, bytes)) {
         Ok(()) => Ok(()),
         Err(rustix::io::Errno::OPNOTSUPP) => {
             let zeros = [0; 1 << 16];

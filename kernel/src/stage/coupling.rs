@@ -4,13 +4,15 @@
 //! E(p) + `k_c` |x - p|^2 / 2. Each tick takes one damped step of its gradient,
 //!
 //! ```text
-//! (b_c / h + (k_c + k_t) / theta) dp = k_c (x - p) + F + (b_c / h) dx
+//! (b_c / h + k_c + k_t / theta) dp = k_c (x - p) + F + (b_c / h) dx
 //! ```
 //!
-//! with F the tissue's force in the last tick and `k_t` an upper bound of the stiffness that the
-//! tissue can show within a tick. E curves upwards by at most `k_t`, so for theta <= 2 and a device
-//! at rest no step raises the joint energy, however stiff the tissue is against the coupling; the
-//! plain p = x + F / `k_c` diverges where it is stiffer. Shown to the device is
+//! with F the tissue's force in the last tick and `k_t` the largest bound of its stiffness within a
+//! tick that it has told since the tool took hold. E curves upwards by at most `k_t`, so for
+//! theta <= 2 and a device at rest no step raises the joint energy, however stiff the tissue is
+//! against the coupling; the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe
+//! touches, the tissue tells no stiffness: its first step into it is the device's own. In free air
+//! p = x, and nothing is shown. Shown to the device is
 //! `k_c` (p - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
 //!
 //! Where the tissue has cut the tool's motion short (flag 1), the proxy does not go on that way:
@@ -33,8 +35,9 @@ pub(super) struct Proxy {
     /// Its motion in this tick, and its last one that was not zero \[m\].
     moved: [f32; 3],
     way: [f32; 3],
-    /// What the tissue said in the last tick: force \[N\] and the bound of its stiffness \[N/m\].
+    /// What the tissue said in the last tick \[N\].
     force: [f32; 3],
+    /// The largest bound of its stiffness so far \[N/m\].
     stiffness: f32,
     /// Whether the tissue cut the last motion short.
     is_cut: bool,
@@ -61,15 +64,18 @@ impl Proxy {
 
     /// Notes what the tissue has answered.
     pub(super) fn feel(&mut self, force: [f32; 3], stiffness: f32, is_cut: bool) {
-        (self.force, self.stiffness, self.is_cut) = (force, stiffness, is_cut);
+        (self.force, self.is_cut) = (force, is_cut);
+        if stiffness > self.stiffness {
+            self.stiffness = stiffness;
+        }
     }
 
-    /// One step, the device being at `device` after a motion of `dx`; `tick_s` is h.
-    pub(super) fn step(&mut self, of: &Coupling, tick_s: f32, device: [f32; 3], dx: [f32; 3]) {
-        let damping = of.damping_n_s_per_m / tick_s;
+    /// One step, the device being at `device` after a motion of `dx` in `time_s`.
+    pub(super) fn step(&mut self, of: &Coupling, time_s: f32, device: [f32; 3], dx: [f32; 3]) {
+        let damping = of.damping_n_s_per_m / time_s;
         let spring = scale(of.stiffness_n_per_m, sub(device, self.at));
         let pull = add(add(spring, self.force), scale(damping, dx));
-        let against = damping + (of.stiffness_n_per_m + self.stiffness) / THETA;
+        let against = damping + of.stiffness_n_per_m + self.stiffness / THETA;
         let step = scale(1.0 / against, pull);
         let goes_on = self.is_cut && dot(step, self.way) > 0.0;
         let to = if goes_on { self.at } else { add(self.at, step) };
@@ -84,12 +90,12 @@ impl Proxy {
     pub(super) fn force(
         &self,
         of: &Coupling,
-        tick_s: f32,
+        time_s: f32,
         device: [f32; 3],
         dx: [f32; 3],
     ) -> [f32; 3] {
         let spring = scale(of.stiffness_n_per_m, sub(self.at, device));
-        add(spring, scale(of.damping_n_s_per_m / tick_s, sub(self.moved, dx)))
+        add(spring, scale(of.damping_n_s_per_m / time_s, sub(self.moved, dx)))
     }
 
     /// What the coupling's spring stores with the device at `device` \[J\].

@@ -84,8 +84,9 @@ pub struct Stage {
     begins: bool,
     /// Whether the sample under way is good.
     is_good: bool,
-    /// The force before the controller, behind it, and the last one given \[N\].
-    plain: [f32; 3],
+    /// Ticks since the last good sample.
+    ticks: u16,
+    /// The force before ramp and limits, and the last one given \[N\].
     asked: [f32; 3],
     given: [f32; 3],
     /// What the tissue last said.
@@ -112,7 +113,7 @@ impl Stage {
             engaged: false,
             begins: false,
             is_good: false,
-            plain: [0.0; 3],
+            ticks: 1,
             asked: [0.0; 3],
             given: [0.0; 3],
             energy_j: 0.0,
@@ -136,16 +137,17 @@ impl Stage {
         }
         let position: [f32; 3] = device.position_m.into();
         let engaged = device.engaged == 1;
-        self.begins = engaged && !self.engaged;
+        // Until an answer has come: the first one may get lost.
+        self.begins = engaged && (self.begins || !self.engaged);
         self.engaged = engaged;
         self.dx = if self.begins { [0.0; 3] } else { sub(position, self.device) };
         self.device = position;
         if self.settings.passivity.is_some() {
-            self.observer.see(position);
+            self.observer.see(position, self.ticks);
         }
         let Some(coupling) = &self.settings.coupling else { return *device };
         if engaged && !self.begins {
-            self.proxy.step(coupling, self.settings.tick_s, position, self.dx);
+            self.proxy.step(coupling, self.time_s(), position, self.dx);
         } else {
             self.proxy.follow(position);
         }
@@ -161,7 +163,7 @@ impl Stage {
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
         let is_safe = !is_sound || answer.flags.contains(Flags::SAFE_STATE);
         if is_safe {
-            (self.plain, self.asked) = ([0.0; 3], [0.0; 3]);
+            self.asked = [0.0; 3];
             self.ramp.fall();
         }
         if !self.is_good {
@@ -185,13 +187,15 @@ impl Stage {
             self.asked = self.wanted(&answer);
             if self.settings.passivity.is_some() && self.observer.is_overdrawn() {
                 self.ramp.back_off();
+                answer.flags.insert(Flags::FORCE_CLAMPED);
             } else {
                 self.ramp.up();
             }
         } else {
-            (self.plain, self.asked) = ([0.0; 3], [0.0; 3]);
+            self.asked = [0.0; 3];
             self.ramp.fall();
         }
+        (self.begins, self.ticks) = (false, 1);
         self.give(&mut answer);
         if is_safe {
             self.mark_safe(&mut answer);
@@ -208,6 +212,7 @@ impl Stage {
 
     /// The last force, or what the watchdog leaves of it.
     fn silent(&mut self, mut answer: TickOutput) -> TickOutput {
+        self.ticks = self.ticks.saturating_add(1);
         if self.watchdog.miss(self.settings.watchdog_ticks) {
             self.ramp.down();
             answer.flags.insert(Flags::STALE);
@@ -244,17 +249,21 @@ impl Stage {
         }
     }
 
+    /// Time since the last good sample \[s\].
+    fn time_s(&self) -> f32 {
+        f32::from(self.ticks) * self.settings.tick_s
+    }
+
     /// The force behind coupling and passivity control.
     fn wanted(&mut self, answer: &TickOutput) -> [f32; 3] {
         let tick_s = self.settings.tick_s;
         let (force, stiffness) = match &self.settings.coupling {
             Some(coupling) => (
-                self.proxy.force(coupling, tick_s, self.device, self.dx),
+                self.proxy.force(coupling, self.time_s(), self.device, self.dx),
                 coupling.stiffness_n_per_m,
             ),
             None => (answer.force_n.into(), answer.stiffness_n_per_m),
         };
-        self.plain = force;
         match &self.settings.passivity {
             Some(passivity) => {
                 self.controller.control(&self.observer, passivity, tick_s, stiffness, force)
@@ -264,20 +273,24 @@ impl Stage {
     }
 
     /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the observer:
-    /// the plain force, what the controller's part comes to behind the clamp, and the slew's lag.
+    /// the force before clamp and ramp, and the slew's lag.
     fn give(&mut self, answer: &mut TickOutput) {
         let share = self.ramp.share();
         let (asked, is_clamped) = clamp::clamped(self.asked, self.settings.max_force_n);
         if is_clamped {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
-        let target = scale(share, asked);
+        // There is one zero.
+        let target = scale(share, asked).map(|x| x + 0.0);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let given = slew::limited(self.given, target, most);
+        let mut given = slew::limited(self.given, target, most);
+        if !given.iter().all(|x| x.is_finite()) {
+            (self.asked, given) = ([0.0; 3], [0.0; 3]);
+            answer.flags.insert(Flags::SAFE_STATE);
+        }
         self.given = given;
         if self.settings.passivity.is_some() {
-            let (plain, _) = clamp::clamped(self.plain, self.settings.max_force_n);
-            let mut counts = add(self.plain, sub(asked, plain));
+            let mut counts = self.asked;
             // Where next to nothing is given there is nothing to tell.
             if share > SHARE_MIN {
                 counts = add(counts, scale(1.0 / share, sub(given, target)));

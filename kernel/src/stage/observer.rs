@@ -11,10 +11,9 @@
 //! T = the tissue's exact ledger ([`work_j`](crate::TickOutput::work_j)), V = what the coupling
 //! stores, b = the damping that the device has for sure. S < 0: the hand got back more than it ever
 //! gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
-//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). G leaves
-//! out what ramp and clamp take away, which is not sampling's doing, but has the slew limit's lag,
-//! which makes energy too, and of the controller's part what gets through the clamp. Losses in the tissue count neither way; the coupling's own
-//! make L rise. L is kept within
+//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). G is the force before
+//! ramp and clamp, whose doing is not sampling's, less the slew limit's lag, which makes energy too.
+//! Losses in the tissue count neither way; the coupling's own make L rise. L is kept within
 //! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing.
 //!
 //! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
@@ -22,7 +21,9 @@
 //! of r = q / m a tick, on average r / 2 beyond it. Motions of r >= q a tick are anywhere in their
 //! count. So the position that counts lags what was measured by (q - r) / 2, never below 0, along the
 //! motion; noise of one count moves it little. b |dx|^2 / (m h) is the least dissipation of such a
-//! motion, and V is taken at that position. q = the smallest step that the device has shown so far.
+//! motion, and V is taken at that position. q = the smallest step that the device has shown so far:
+//! right for encoders along the axes; of joints' encoders it takes too small a one, and the
+//! controller then sees slow motions as jumps.
 //!
 //! Source: B. Hannaford, J.-H. Ryu, Time-domain passivity control of haptic interfaces (2002);
 //! J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997); quantisation:
@@ -39,6 +40,9 @@ pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;
 pub(super) const DEBT_MAX_J: f32 = 1.0e-3;
 /// Largest step that is taken for a count \[m\].
 const COUNT_MAX_M: f32 = 1.0e-4;
+
+/// Ticks without a count after which the device stands still.
+const STILL_TICKS: u16 = 1000;
 
 /// Forces on their way to the device, the last one first \[N\].
 type Forces = [[f32; 3]; 2];
@@ -79,8 +83,8 @@ impl Observer {
         stored: 0.0,
     };
 
-    /// A sample of the device's position.
-    pub(super) fn see(&mut self, position: [f32; 3]) {
+    /// A sample of the device's position, `ticks` after the last one.
+    pub(super) fn see(&mut self, position: [f32; 3], ticks: u16) {
         let Some(measured) = self.measured.replace(position) else {
             self.at = position;
             return;
@@ -95,6 +99,7 @@ impl Observer {
         let before = self.at;
         let axes = self.at.iter_mut().zip(&mut self.still).zip(position).zip(steps);
         for (((at, still), x), step) in axes {
+            *still = still.saturating_add(ticks.saturating_sub(1));
             if step == 0.0 {
                 *still = still.saturating_add(1);
                 continue;
@@ -105,6 +110,9 @@ impl Observer {
             *still = 1;
         }
         self.dx = sub(self.at, before);
+        if self.took >= STILL_TICKS {
+            self.rate = [0.0; 3];
+        }
         let ticks = f32::from(self.took);
         if self.dx != [0.0; 3] {
             self.rate = scale(1.0 / ticks, self.dx);
@@ -121,7 +129,8 @@ impl Observer {
     /// The tool takes hold: a ledger begins, the coupling storing `stored` \[J\].
     pub(super) fn begin(&mut self, stored: f32) {
         (self.port, self.sampling, self.stored) = (TwoFloat::ZERO, TwoFloat::ZERO, stored);
-        (self.given, self.asked) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
+        // What was given still acts.
+        self.asked = [[0.0; 3]; 2];
     }
 
     /// Books a tick in which the tool did `work` on the tissue and after which the coupling stores

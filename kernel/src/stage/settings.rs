@@ -5,13 +5,15 @@ pub const TICKS_MAX: u16 = 60_000;
 
 /// Range of a tick's time \[s\].
 pub const TICK_S: core::ops::RangeInclusive<f32> = 1.0e-5..=1.0;
+/// Least stiffness of a coupling \[N/m\].
+pub const COUPLING_MIN: f32 = 1.0;
 /// Largest stiffness of a coupling \[N/m\], and largest damping \[N s/m\].
 pub const COUPLING_MAX: f32 = 1.0e6;
 
 /// A spring and damper between the device and the tool in the tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
-    /// Stiffness, above 0 and at most [`COUPLING_MAX`] \[N/m\].
+    /// Stiffness, [`COUPLING_MIN`] to [`COUPLING_MAX`] \[N/m\].
     pub stiffness_n_per_m: f32,
     /// Damping, 0 to [`COUPLING_MAX`] [N s/m].
     pub damping_n_s_per_m: f32,
@@ -138,7 +140,7 @@ impl StageSettings {
         let damping = |x: f32| (0.0..=COUPLING_MAX).contains(&x);
         let coupling = self.coupling.is_none_or(|of| {
             let stiffness = of.stiffness_n_per_m;
-            above_0(stiffness) && stiffness <= COUPLING_MAX && damping(of.damping_n_s_per_m)
+            (COUPLING_MIN..=COUPLING_MAX).contains(&stiffness) && damping(of.damping_n_s_per_m)
         });
         let passivity = self
             .passivity
@@ -166,7 +168,7 @@ impl StageSettings {
 pub enum StageError {
     /// The time of a tick is not within [`TICK_S`].
     Tick,
-    /// The coupling's stiffness is not positive, its damping negative, or one above
+    /// The coupling's stiffness is below [`COUPLING_MIN`], its damping negative, or one above
     /// [`COUPLING_MAX`].
     Coupling,
     /// The device's damping is negative or above [`COUPLING_MAX`], or the delay above 1 tick.
@@ -184,11 +186,9 @@ impl core::fmt::Display for StageError {
         f.write_str(match self {
             Self::Tick => "the time of a tick must be 1e-5 to 1 s",
             Self::Coupling => {
-                "the coupling's stiffness must be positive, its damping at least 0, both at most 1e6"
+                "the coupling's stiffness must be 1 to 1e6 N/m, its damping 0 to 1e6 N s/m"
             }
-            Self::Passivity => {
-                "the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
-            }
+            Self::Passivity => "the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick",
             Self::Slew => "the slew limit must be positive",
             Self::MaxForce => "the largest force must be positive",
             Self::Ticks => "ramp and watchdog must be at most 60000 ticks",

@@ -3,7 +3,7 @@
 use crate::cell::{add, dot, scale, sub};
 use crate::sqrt::sqrt;
 
-/// `force` moved towards `target` by at most `most` \[N\], rounded towards `force`.
+/// `force` moved towards `target` by at most `most` \[N\], within the rounding of its coordinates.
 pub(super) fn limited(force: [f32; 3], target: [f32; 3], most: f32) -> [f32; 3] {
     let way = sub(target, force);
     let length = sqrt(dot(way, way));
