@@ -70,7 +70,18 @@ fn ten_times_as_fast() {
     let _turn = turn();
     let (report, served, _) = press("rate:10000");
     assert_eq!(count(&report["injected"], "rate_hz"), 10_000);
-    assert_eq!(count(&served, "sends_failed"), 0);
+    assert_eq!((count(&served, "sends_failed"), count(&served, "poses_throttled")), (0, 0));
+}
+
+/// Beyond the burst that a server takes at once, `cosim` lets it take the rate that it asks for.
+#[test]
+fn ten_times_as_fast_for_half_a_second() {
+    let _turn = turn();
+    let place = place("fast");
+    let model = text(&place.model);
+    let args = ["cosim", model, "--seconds", "5", "--inject", "rate:10000", "--json"];
+    let report = run(args).with(0).json();
+    assert_eq!((count(&report, "ticks_answered"), count(&report, "poses_throttled")), (5000, 0));
 }
 
 #[test]

@@ -73,16 +73,18 @@ fn tool(scale: Scale, found: &mut Findings) -> Result<()> {
     Ok(())
 }
 
+/// A coordinate of a cell along an axis.
+type State = fn(usize, u32) -> f32;
+
 fn positions(scale: Scale, found: &mut Findings) -> Result<()> {
     let body = the_box(scale)?;
     let ticks = scale.ticks(60);
-    let small = |cell: usize, axis: u32| {
+    let small: State = |cell, axis| {
         let x = extreme(3 * cell as u32 + axis);
         if x.abs() < 1.0 { x } else { f32::MIN_POSITIVE }
     };
-    let large = |cell: usize, axis: u32| extreme(3 * cell as u32 + axis).signum() * COORDINATE_MAX;
-    let states: [(&str, fn(usize, u32) -> f32); 2] = [("smallest", small), ("1e6 links", large)];
-    for (label, of) in states {
+    let large: State = |cell, axis| extreme(3 * cell as u32 + axis).signum() * COORDINATE_MAX;
+    for (label, of) in [("smallest", small), ("1e6 links", large)] {
         let trial = Trial::new(label, &body, ticks);
         let trial = trial.from(move |_, cell| [0, 1, 2].map(|axis| of(cell, axis)));
         found.play(&Trial { compared: false, ..trial })?;

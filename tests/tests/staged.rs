@@ -1,0 +1,95 @@
+//! The output stage in `serve`: what a device is given, and sessions behind it once more.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use chaincell_tests::files::{Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::place::Place;
+use chaincell_tests::{Running, run, scene, turn};
+
+/// A stiff plane and a path that presses its middle by 20 mm to some newtons, and holds.
+fn place(test: &str, ticks: u64) -> (Place, PathBuf) {
+    let folder = scratch();
+    let stiff = ["--alpha", "0", "--stiffness-n-per-m", "1000"];
+    let model = bake(folder.path(), "plane:9x9x0.01", &stiff);
+    let path = folder.path().join("press.csv");
+    let row = |tick: u64| (tick, [0.0, 0.0, -1e-4 * tick.min(200) as f32], 1);
+    write_path(&path, (0..ticks).map(row));
+    (Place { folder, model, scene: scene(test) }, path)
+}
+
+/// Serves `ticks` ticks of the path behind a stage, and what `beside` does meanwhile.
+fn session(test: &str, ticks: u64, stage: &[&str], beside: impl Fn(&str)) -> (Place, PathBuf) {
+    let (place, path) = place(test, ticks);
+    let out = place.folder.path().join("out");
+    let count = ticks.to_string();
+    let own = ["--ticks", &count, "--out", text(&out), "--json"];
+    let serve = place.serve(&[&own[..], stage].concat());
+    let control = ["control", "--scene", &place.scene, "--path", text(&path), "--json"];
+    let control = Running::chaincell(control);
+    beside(&place.scene);
+    control.end(Duration::from_secs(60)).with(0);
+    serve.end(Duration::from_secs(60)).with(0);
+    (place, out)
+}
+
+#[test]
+fn a_device_gets_no_more_than_its_stage_allows_and_the_session_is_replayed() {
+    let _turn = turn();
+    let stage = ["--device", "omega", "--max-device-force-n", "1", "--max-slew-n-per-s", "20"];
+    let (_place, out) = session("staged", 600, &stage, |_| {});
+    let forces = Table::read(&out.join("force.csv")).vectors("fx_n");
+    let size = |f: [f64; 3]| f.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let largest = forces.iter().map(|&f| size(f)).fold(0.0, f64::max);
+    assert!((0.99..=1.0).contains(&largest), "{largest}");
+    let steps = forces
+        .windows(2)
+        .map(|pair| size(std::array::from_fn(|axis| pair[1][axis] - pair[0][axis])));
+    let step = steps.fold(0.0, f64::max);
+    assert!((0.005..=0.020_001).contains(&step), "{step}");
+    let found = summary(&out);
+    assert_eq!(found["stage"]["device"], "omega");
+    assert_eq!(found["stage"]["max_device_force_n"], 1.0);
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!((&replayed["ticks"], &replayed["hashes_compared"]), (&600.into(), &600.into()));
+    assert_eq!(replayed["state_hash"], found["state_hash"]);
+    // Without its coupling the tissue comes to another state: the stage is part of the session.
+    let path = out.join("path.csv");
+    let again = out.with_file_name("again");
+    let model = out.join("model.chaincell");
+    let held = ["--contact", "40", "--force"];
+    let plain = ["run", text(&model), "--path", text(&path), "--out", text(&again)];
+    let plain = [&plain[..], &held].concat();
+    run(&plain).with(0);
+    assert_ne!(summary(&again)["state_hash"], found["state_hash"]);
+    run([&plain[..], &stage].concat()).with(0);
+    assert_eq!(summary(&again)["state_hash"], found["state_hash"]);
+}
+
+#[test]
+fn pauses_and_resets_are_replayed_behind_a_stage() {
+    let _turn = turn();
+    let stage = ["--coupling", "500:0.5", "--passivity", "0.2"];
+    let (_place, out) = session("staged-commands", 1500, &stage, |scene| {
+        for command in ["pause", "resume", "reset"] {
+            std::thread::sleep(Duration::from_millis(150));
+            run(["command", "--scene", scene, command]).with(0);
+        }
+    });
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!((&replayed["ticks"], &replayed["commands"]), (&1500.into(), &3.into()));
+    assert_eq!(replayed["state_hash"], summary(&out)["state_hash"]);
+}
+
+#[test]
+fn a_stage_that_goes_by_positions_is_refused_with_a_current() {
+    let (place, path) = place("staged-current", 10);
+    let out = place.folder.path().join("out");
+    let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
+    let refused = run([&args[..], &["--drive", "current", "--device", "touch"]].concat()).with(2);
+    assert!(refused.err.contains("--drive current") && refused.err.contains("--coupling none"));
+    let limits = ["--drive", "current", "--max-device-force-n", "2"];
+    run([&args[..], &limits].concat()).with(0);
+}
