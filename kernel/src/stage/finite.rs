@@ -5,7 +5,7 @@
 
 use crate::sample::{Flags, TickOutput, ToolSample};
 
-/// Largest coordinate of a device's position, [m].
+/// Largest coordinate of a device's position \[m\].
 const REACH_M: f32 = 1.0e3;
 /// Largest coordinate of a force, a stiffness or a work, in SI units.
 const MOST: f32 = 1.0e9;

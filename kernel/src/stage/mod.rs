@@ -49,7 +49,8 @@ mod tests;
 mod watchdog;
 
 pub use settings::{
-    COUPLING_MAX, Coupling, Device, Passivity, StageError, StageSettings, TICK_S, TICKS_MAX,
+    COUPLING_MAX, COUPLING_MIN, Coupling, Device, Passivity, StageError, StageSettings, TICK_S,
+    TICKS_MAX,
 };
 
 use crate::cell::{add, dot, scale, sub};

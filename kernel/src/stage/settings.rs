@@ -1,6 +1,6 @@
 //! What the output stage does, checked once.
 
-/// Largest ramp or watchdog [ticks].
+/// Largest ramp or watchdog \[ticks\].
 pub const TICKS_MAX: u16 = 60_000;
 
 /// Range of a tick's time \[s\].
