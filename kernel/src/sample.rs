@@ -71,7 +71,8 @@ impl Flags {
     pub const BAD_SAMPLE: Self = Self(2);
     /// No sample within the watchdog's time (set by the output stage, or the process around).
     pub const STALE: Self = Self(4);
-    /// The force was shortened to the limit in force.
+    /// The force was shortened to the limit in force, or the output stage lets it go since passivity
+    /// control cannot keep up.
     pub const FORCE_CLAMPED: Self = Self(8);
     /// Safe state: the force is zero.
     pub const SAFE_STATE: Self = Self(16);

@@ -5,14 +5,14 @@
 //! 1. finite check: a bad sample is no sample, a bad answer is no force (always there);
 //! 2. virtual coupling: the tool is a proxy on a spring;
 //! 3. passivity observer and controller, on the tissue's exact energy ledger;
-//! 4. slew limit;
-//! 5. magnitude clamp;
-//! 6. ramp after engaging and after a silence;
-//! 7. watchdog: without samples the last force holds for a while, then falls.
+//! 4. magnitude clamp;
+//! 5. ramp after engaging and after a silence;
+//! 6. watchdog: without samples the last force holds for a while, then falls;
+//! 7. slew limit.
 //!
-//! Clamp, ramp and watchdog bound what the slew limit moves towards, so that it bounds the step between any two forces that the device is given, whatever happens: also on
-//! release, on a bad answer and in a silence, where the force goes to zero by steps of that size.
-//! Without a slew limit it goes there at once.
+//! The slew limit is the last, so that it bounds the step between any two forces that the device is
+//! given, whatever happens: also on release, on a bad answer and in a silence, where the force goes
+//! to zero by steps of that size. Without a slew limit it goes there at once.
 //!
 //! A firmware's tick:
 //!

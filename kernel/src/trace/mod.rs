@@ -52,7 +52,8 @@
 //! record (it was cut), or where nothing but zeros follow (memory taken beforehand). Who writes a
 //! record's checksum last leaves an incomplete record too where he is stopped within one: its
 //! checksum is zero and nothing but zeros follow. A record's checksum holds for its place in its
-//! own trace alone, so remains of an earlier trace in the same memory are not taken for records. Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
+//! own trace alone, so remains of an earlier trace in the same memory are not taken for records.
+//! Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
 
 mod command;
 mod header;
