@@ -46,13 +46,13 @@ impl Ramp {
     pub(crate) fn begin(&mut self) {
         self.from_n = self.shown_n;
         self.done_ns = 0;
-        self.has_ended = false;
+        self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
     }
 
     /// As [`Self::begin`], towards force 0: nothing is left to do where 0 is shown already.
     pub(crate) fn begin_fall(&mut self) {
         self.begin();
-        self.has_ended = self.shown_n == Vector3::zeros();
+        self.has_ended |= self.shown_n == Vector3::zeros();
     }
 
     /// Whether the force itself is shown.

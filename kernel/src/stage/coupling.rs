@@ -70,9 +70,9 @@ impl Proxy {
         }
     }
 
-    /// One step, the device being at `device` after a motion of `dx` in `time_s`.
-    pub(super) fn step(&mut self, of: &Coupling, time_s: f32, device: [f32; 3], dx: [f32; 3]) {
-        let damping = of.damping_n_s_per_m / time_s;
+    /// One step, the device being at `device` after a motion of `dx`; `tick_s` is h.
+    pub(super) fn step(&mut self, of: &Coupling, tick_s: f32, device: [f32; 3], dx: [f32; 3]) {
+        let damping = of.damping_n_s_per_m / tick_s;
         let spring = scale(of.stiffness_n_per_m, sub(device, self.at));
         let pull = add(add(spring, self.force), scale(damping, dx));
         let against = damping + of.stiffness_n_per_m + self.stiffness / THETA;
@@ -86,7 +86,7 @@ impl Proxy {
         self.at = to;
     }
 
-    /// What the coupling exerts on the device \[N\].
+    /// What the coupling exerts on the device, `time_s` after the last sample \[N\].
     pub(super) fn force(
         &self,
         of: &Coupling,

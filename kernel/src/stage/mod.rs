@@ -148,7 +148,8 @@ impl Stage {
         }
         let Some(coupling) = &self.settings.coupling else { return *device };
         if engaged && !self.begins {
-            self.proxy.step(coupling, self.time_s(), position, self.dx);
+            // As if no tick were missing: where the tissue is does not depend on silences.
+            self.proxy.step(coupling, self.settings.tick_s, position, self.dx);
         } else {
             self.proxy.follow(position);
         }
