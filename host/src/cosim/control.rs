@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
             plan: Plan::new(poses.len(), options.faults),
             ports,
             waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
-            hand: Hand::new(options.watchdog_ms, options.ramp_ms, now_ns),
+            hand: Hand::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
             start_ns: now_ns + LOOK_NS,
             outstanding: Outstanding::new(),
             overtaken: 0,
@@ -316,7 +316,8 @@ impl<'a> Run<'a> {
     }
 
     fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
-        self.hand.hears(force.force_n, arrival_ns);
+        self.hand.hears(arrival_ns);
+        self.hand.show(force.force_n, arrival_ns);
         if Flags(force.flags).contains(Flags::STALE) {
             self.stale += 1;
             return;

@@ -2,8 +2,9 @@
 //!
 //! One thread receives, ticks and sends. A second thread for shared memory would stand between
 //! each pose and its answer all the same; instead, new readers are connected while no pose waits,
-//! so that only one that joins during a tick delays that tick's answer (see [`PeerCost`](super::peers::PeerCost)). States
-//! for viewers and commands have their turn while no pose waits too.
+//! so that only one that joins during a tick delays that tick's answer (see
+//! [`PeerCost`](super::peers::PeerCost)). States for viewers and commands have their turn while no
+//! pose waits too.
 
 mod beside;
 mod options;
@@ -18,10 +19,10 @@ use chaincell_kernel::sample::ToolSample;
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use super::command::CommandServer;
 use super::complain::complain;
+use super::hand::Hand;
 use super::histogram::Latencies;
 use super::payload::{ToolForce, ToolPose};
 use super::peers::{Call, PeerWatch};
-use super::ramp::Ramp;
 use super::realtime::{self, Role};
 use super::record::Recorder;
 use super::services::{Ports, Scene};
@@ -143,12 +144,8 @@ struct Run<'a> {
     in_charge: Option<InCharge>,
     rate: PoseRate,
     alive_until_ns: u64,
-    last_pose_ns: u64,
     answer: Option<ToolForce>,
-    stale: bool,
-    /// When the falling force is published next.
-    fall_ns: Option<u64>,
-    ramp: Ramp,
+    hand: Hand,
     end_ns: u64,
     publishers: u64,
     executed: u64,
@@ -156,7 +153,6 @@ struct Run<'a> {
     refused: u64,
     throttled: u64,
     failed: u64,
-    fired: u64,
     paused_ticks: u64,
     obeyed: u64,
     disobeyed: u64,
@@ -170,6 +166,7 @@ impl<'a> Run<'a> {
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
         let start_ns = now_ns();
+        let ServeOptions { watchdog_ms, ramp_ms, max_slew_n_per_s, .. } = server.options;
         let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
         waiter.expect_after(start_ns);
         Ok(Self {
@@ -185,11 +182,8 @@ impl<'a> Run<'a> {
             in_charge: None,
             rate: server.rate,
             alive_until_ns: 0,
-            last_pose_ns: start_ns,
             answer: None,
-            stale: false,
-            fall_ns: None,
-            ramp: Ramp::new(server.options.ramp_ms, server.options.max_slew_n_per_s),
+            hand: Hand::new(watchdog_ms, ramp_ms, max_slew_n_per_s, start_ns),
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
@@ -197,7 +191,6 @@ impl<'a> Run<'a> {
             refused: 0,
             throttled: 0,
             failed: 0,
-            fired: 0,
             paused_ticks: 0,
             obeyed: 0,
             disobeyed: 0,
@@ -236,7 +229,7 @@ impl<'a> Run<'a> {
     fn wait(&mut self) {
         self.connect_peers();
         let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
-        let deadline_ns = self.fall_ns.map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
+        let deadline_ns = self.hand.fall_ns().map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
         self.waiter.pause(deadline_ns, &self.server.ports.wake);
     }
 
@@ -288,7 +281,7 @@ impl<'a> Run<'a> {
             }
             _ => {
                 self.publishers += 1;
-                self.ramp.begin();
+                self.hand.begin_ramp();
             }
         }
         self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
@@ -296,10 +289,9 @@ impl<'a> Run<'a> {
             complain(&mut self.throttled, "poses come faster than --max-pose-hz", pose.tick);
             return false;
         }
-        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.last_pose_ns));
+        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.hand.heard_ns()));
         self.waiter.expect_after(arrival_ns);
-        self.last_pose_ns = arrival_ns;
-        self.hears();
+        self.hand.hears(arrival_ns);
         true
     }
 
@@ -371,8 +363,8 @@ impl<'a> Run<'a> {
             poses_throttled: self.throttled,
             publishers: self.publishers,
             sends_failed: self.failed,
-            watchdog_fired: self.fired,
-            largest_force_step_n: self.ramp.largest_step_n(),
+            watchdog_fired: self.hand.silences(),
+            largest_force_step_n: self.hand.largest_step_n(),
             ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
             ticks_paused: self.paused_ticks,

@@ -82,7 +82,6 @@ pub struct ServeReport {
     /// Poses of a second publisher while the first was alive: not executed.
     pub poses_refused: u64,
     /// Poses beyond `--max-pose-hz`: not executed.
-    #[serde(default)]
     pub poses_throttled: u64,
     /// Publishers that poses were accepted from.
     pub publishers: u64,
