@@ -147,9 +147,17 @@ fn positive(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| "must be above 0 and finite".to_owned())
 }
 
-fn not_negative(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|x: &f32| x.is_finite() && *x >= 0.0);
-    number.ok_or_else(|| "must be at least 0 and finite".to_owned())
+fn number(text: &str) -> Result<f32, String> {
+    text.parse().map_err(|_| format!("\"{text}\" is no number"))
+}
+
+/// A part of the stage in the ranges that the kernel takes.
+fn part<Part: Copy>(
+    part: Part,
+    settings: impl FnOnce(Option<Part>) -> StageSettings,
+) -> Result<Choice<Part>, String> {
+    settings(Some(part)).check().map_err(|why| why.to_string())?;
+    Ok(Choice(Some(part)))
 }
 
 fn coupling(text: &str) -> Result<Choice<Coupling>, String> {
@@ -157,18 +165,17 @@ fn coupling(text: &str) -> Result<Choice<Coupling>, String> {
         return Ok(Choice(None));
     }
     let (stiffness, damping) = text.split_once(':').unwrap_or((text, "0"));
-    Ok(Choice(Some(Coupling {
-        stiffness_n_per_m: positive(stiffness).map_err(|why| format!("the stiffness {why}"))?,
-        damping_n_s_per_m: not_negative(damping).map_err(|why| format!("the damping {why}"))?,
-    })))
+    let coupling =
+        Coupling { stiffness_n_per_m: number(stiffness)?, damping_n_s_per_m: number(damping)? };
+    part(coupling, |coupling| StageSettings { coupling, ..StageSettings::NONE })
 }
 
 fn passivity(text: &str) -> Result<Choice<Passivity>, String> {
     if text == "none" {
         return Ok(Choice(None));
     }
-    let device_damping_n_s_per_m = not_negative(text)?;
-    Ok(Choice(Some(Passivity { device_damping_n_s_per_m, delay_ticks: 1 })))
+    let passivity = Passivity { device_damping_n_s_per_m: number(text)?, delay_ticks: 1 };
+    part(passivity, |passivity| StageSettings { passivity, ..StageSettings::NONE })
 }
 
 #[cfg(test)]
