@@ -119,7 +119,7 @@ pub struct ControlReport {
 }
 
 /// Histograms of a controller's run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ControlSpans {
     /// From the send to the arrival of its answer.
     pub round_trip: Spans,

@@ -76,24 +76,17 @@ impl SoakFloor {
     #[must_use]
     pub fn of(before: &ControlReport, after: Option<&ControlReport>) -> Self {
         let missed = |run: Option<&ControlReport>| run.map(Missed::of).unwrap_or_default();
+        let spans = |run: Option<&ControlReport>| {
+            run.and_then(|run| run.histogram.clone()).unwrap_or_default()
+        };
         let (first, last) = (missed(Some(before)), missed(after));
-        let spans = |run: &ControlReport| run.histogram.clone();
-        let (one, two) = (spans(before), after.and_then(spans));
-        let join = |one: Option<Spans>, two: Option<Spans>| {
-            one.unwrap_or_default().and(&two.unwrap_or_default())
-        };
-        let late = |spans: &Option<crate::cosim::control::ControlSpans>| {
-            spans.as_ref().map(|spans| spans.send_late.clone())
-        };
-        let trip = |spans: &Option<crate::cosim::control::ControlSpans>| {
-            spans.as_ref().map(|spans| spans.round_trip.clone())
-        };
+        let (one, two) = (spans(Some(before)), spans(after));
         Self {
             before: first,
             after: last,
             both: first.and(&last),
-            wakeup: join(late(&one), late(&two)),
-            round_trip: join(trip(&one), trip(&two)),
+            wakeup: one.send_late.and(&two.send_late),
+            round_trip: one.round_trip.and(&two.round_trip),
         }
     }
 }
