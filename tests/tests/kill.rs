@@ -4,15 +4,17 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::fs::File;
+use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use chaincell_kernel::trace::{End, Reader, Record};
-use chaincell_tests::files::text;
+use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
-use chaincell_tests::{Running, run, turn};
+use chaincell_tests::{Ended, Running, run, turn};
 use rustix::process::Signal;
 
 /// Servers that are killed.
@@ -23,6 +25,8 @@ const KILLS_SLOW: u64 = 200;
 const LIFE_US: u64 = 30_000;
 /// Poses that wait for the server at a time.
 const BURST: u64 = 8;
+/// Bytes of a trace before its records, of a session with one contact cell.
+const HEADER_BYTES: u64 = 64 + 8;
 
 /// The next number of a sequence without pattern (SplitMix64).
 fn random(state: &mut u64) -> u64 {
@@ -72,6 +76,41 @@ fn recorded(trace: &Path) -> (Vec<(u64, u64)>, End) {
         Ok::<(), ()>(())
     });
     (found, end.unwrap())
+}
+
+/// A kill hits the moment between an answer and its record in one case of many; a reader that looks
+/// as soon as the answer is there sees it often.
+#[test]
+fn an_answer_that_is_seen_has_its_record_in_the_file() {
+    let _turn = turn();
+    let place = Place::new("first");
+    let trace = place.folder.path().join("first.trace");
+    let record = ["--record", text(&trace), "--record-ticks", "3000", "--watchdog-ms", "0"];
+    let loop_options = ["--wait", "spin", "--ticks", "3000", "--max-pose-hz", "0"];
+    let serve = place.serve(&[&record[..], &loop_options].concat());
+    let outsider = Outsider::join(&place.scene, true);
+    let file = File::open(&trace).unwrap();
+    let mut bytes = [0; 40];
+    for tick in 0..3000 {
+        outsider.send(pose(tick));
+        let start = Instant::now();
+        let answer = loop {
+            if let Some(force) = outsider.try_receive() {
+                break force;
+            }
+            assert!(start.elapsed() < SHORT, "no answer to tick {tick}");
+        };
+        file.read_exact_at(&mut bytes, HEADER_BYTES + 40 * tick).unwrap();
+        let hash = u64::from_le_bytes(*bytes[24..].first_chunk().unwrap());
+        let checksum = u32::from_le_bytes(*bytes[36..].first_chunk().unwrap());
+        assert_eq!(
+            (answer.tick, answer.state_hash),
+            (tick, hash),
+            "answered before it is recorded"
+        );
+        assert_ne!(checksum, 0, "tick {tick} is not finished");
+    }
+    serve.end(SHORT).with(0);
 }
 
 #[test]
@@ -144,7 +183,11 @@ fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     outsider.send(pose(0));
     serve.end(SHORT).with(0);
     let trace = out.join("session.trace");
-    assert_eq!(std::fs::metadata(&trace).unwrap().len(), 64 + 8 + 40, "not cut to its length");
+    assert_eq!(
+        std::fs::metadata(&trace).unwrap().len(),
+        HEADER_BYTES + 40,
+        "not cut to its length"
+    );
 }
 
 #[test]
@@ -170,26 +213,44 @@ fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
     run(["replay", text(&trace), "--model", text(&moved)]).with(0);
 }
 
+/// How a command ends on a disk of 1 MB, named `disk`, that has an earlier result in `disk/out`;
+/// and that result alone is there then. `None` without the right to mount such a disk.
+fn on_a_small_disk(place: &Place, arguments: &[&str]) -> Option<Ended> {
+    let mount = "mount -t tmpfs -o size=1m none disk 2>/dev/null || exit 99; mkdir disk/out; \
+        echo earlier > disk/out/force.csv; \"$0\" \"$@\"; code=$?; \
+        [ \"$(find disk -type f)\" = disk/out/force.csv ] || exit 98; exit $code";
+    let _ = std::fs::create_dir(place.folder.path().join("disk"));
+    let binary = chaincell_tests::chaincell().get_program().to_owned();
+    let mut command = std::process::Command::new("unshare");
+    command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", mount]);
+    let ended = Running::start(command.arg(binary).args(arguments)).end(SHORT);
+    assert_ne!(ended.code, Some(98), "earlier results are gone, or something is left: {ended:?}");
+    (ended.code != Some(99) && !ended.err.contains("unshare")).then_some(ended)
+}
+
 #[test]
 fn a_disk_without_room_is_told_before_the_run() {
     let place = Place::new("room");
-    let mount = "mount -t tmpfs -o size=1m none \"$1\" 2>/dev/null || exit 99; place=$1; shift; \
-        \"$0\" \"$@\"; code=$?; ls -A \"$place\"; exit $code";
-    let disk = place.folder.path().join("disk");
-    std::fs::create_dir(&disk).unwrap();
-    let trace = disk.join("a.trace");
-    let binary = chaincell_tests::chaincell().get_program().to_owned();
-    let serve = ["serve", text(&place.model), "--scene", &place.scene, "--record", text(&trace)];
-    let mut command = std::process::Command::new("unshare");
-    command.args(["--mount", "sh", "-c", mount]).arg(binary).arg(&disk).args(serve);
-    let ended = Running::start(&mut command).end(SHORT);
-    if ended.code == Some(99) || ended.err.contains("unshare") {
-        println!("SKIPPED a_disk_without_room_is_told_before_the_run: no right to mount one");
-        return;
+    let path = place.folder.path().join("long.csv");
+    write_path(&path, (0..30_000).map(|tick| (tick, [0.0; 3], 0)));
+    let (model, path, scene) = (text(&place.model), text(&path), place.scene.as_str());
+    let out = ["--out", "disk/out", "--force"];
+    let serve = ["serve", model, "--scene", scene];
+    let commands = [
+        ([&serve[..], &["--record", "disk/a.trace"]].concat(), "--record disk/a.trace: ", "24.2"),
+        ([&serve[..], &out].concat(), "--out disk/out/session.trace: ", "24.2"),
+        ([&["run", model, "--path", path][..], &out].concat(), "--out disk/out/session", "1.2"),
+        ([&["cosim", model, "--seconds", "30"][..], &out].concat(), "--out disk/out/se", "1.4"),
+    ];
+    for (arguments, option, room_mb) in commands {
+        let Some(ended) = on_a_small_disk(&place, &arguments) else {
+            println!("SKIPPED a_disk_without_room_is_told_before_the_run: no right to mount one");
+            return;
+        };
+        let ended = ended.with(2);
+        for wanted in [option, &format!("no room for the trace, {room_mb} MB"), "--record-ticks"] {
+            assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);
+        }
+        assert!(!ended.out.contains("ready"), "{ended:?}");
     }
-    let ended = ended.with(2);
-    for wanted in ["--record", "no room for the trace, 24.2 MB", "--record-ticks"] {
-        assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);
-    }
-    assert_eq!(ended.out, "", "left behind, or said to be ready");
 }

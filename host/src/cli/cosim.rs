@@ -16,6 +16,7 @@ use crate::bake::{BakeOptions, ImageBytes, bake};
 use crate::cosim::histogram::Summary;
 use crate::cosim::inject::Injected;
 use crate::cosim::peers::PeerCost;
+use crate::cosim::record::Recorder;
 use crate::cosim::tissue::TissueEngine;
 use crate::error::{Error, Result};
 use crate::mesh::{self, MeshOptions};
@@ -98,6 +99,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
+    // Earlier results are not removed for a session that has no room.
+    let records = Recorder::trace_records(poses.len());
+    recording::check_room("--out", &out.join(recording::TRACE), records)?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
         output::write_whole(&model_path, image.as_bytes())?;

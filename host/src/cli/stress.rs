@@ -39,6 +39,10 @@ pub struct Args {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    if std::env::var_os("CHAINCELL_LOG").is_none() {
+        // What the kernel warns of is what the cases are made of.
+        log::set_max_level(log::LevelFilter::Error);
+    }
     let scale = Scale { quick: args.quick, slow: args.slow };
     let options = Options { scale, only: args.only.clone() };
     let cases = selected(&options);

@@ -11,7 +11,7 @@
 //! cut it short all the same would end this one at the next write beyond the cut.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, Write};
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, compiler_fence};
@@ -19,10 +19,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use chaincell_kernel::trace::{CommandRecord, MAGIC, RECORD_BYTES, Record, Writer};
-use rustix::fs::{FallocateFlags, fallocate};
 
 use super::Recording;
 use super::map::{Map, Pages};
+use super::room::{self, no_room};
 use crate::error::{Error, Result};
 
 /// Bytes ahead of the loop that are kept writable: six seconds at 1 kHz.
@@ -59,9 +59,11 @@ impl TraceFile {
         begun: Recording,
         records: usize,
     ) -> Result<Self> {
-        let bytes = records.saturating_mul(RECORD_BYTES).saturating_add(begun.bytes.len());
+        let bytes = room::bytes_of(records).saturating_add(begun.bytes.len() as u64);
+        // Before anything is removed.
+        room::check(option, path, records)?;
         let mut file = open(option, path, force)?;
-        let taken = take_room(&mut file, bytes as u64).and_then(|()| {
+        let taken = room::take(&mut file, bytes).and_then(|()| {
             let mut map = Map::of(&file)?;
             // Where the kernel knows no such call, every page is touched.
             if map.pages().prepare(0, map.len()).is_err() {
@@ -73,12 +75,7 @@ impl TraceFile {
         let map = taken.map_err(|why| {
             // What was there before is gone; the rest of an attempt helps nobody.
             let _ = std::fs::remove_file(path);
-            Error::input(format!(
-                "{option} {}: no room for the trace, {:.1} MB ({why}): free \
-                 some, name a file elsewhere, or lower --record-ticks",
-                path.display(),
-                bytes as f64 * 1e-6
-            ))
+            no_room(option, path, bytes, &why)
         })?;
         let at = begun.bytes.len();
         let ahead = Ahead::start(map.pages(), at);
@@ -191,24 +188,6 @@ pub fn check_idle(option: &str, path: &Path) -> Result<()> {
         return refused(option, path, TAKEN);
     }
     Ok(())
-}
-
-/// Takes so many bytes of the disk, all zero.
-fn take_room(file: &mut File, bytes: u64) -> std::io::Result<()> {
-    match rustix::io::retry_on_intr(|| fallocate(&*file, FallocateFlags::empty(), 0, bytes)) {
-        Ok(()) => Ok(()),
-        Err(rustix::io::Errno::OPNOTSUPP) => {
-            let zeros = [0; 1 << 16];
-            let mut left = bytes;
-            while left > 0 {
-                let part = left.min(zeros.len() as u64);
-                file.write_all(zeros.get(..part as usize).unwrap_or(&zeros))?;
-                left -= part;
-            }
-            Ok(())
-        }
-        Err(why) => Err(why.into()),
-    }
 }
 
 /// A thread that keeps the pages ahead of the loop writable.
