@@ -1,13 +1,17 @@
-//! Passivity controller: takes back what sampling has made, and gives no more than was put in.
+//! Passivity controller: takes back what sampling has made, and lets the hand have back no more than
+//! it has put in.
 //!
-//! - L < 0: a damping force -alpha v with alpha = -L / (h |v|^2), at most `2 (1/2 + delay) k h`, twice
-//!   what a spring of the stiffness k that is shown makes, and at most 20 N s/m: the rest
-//!   stays in the ledger. What the last tick has ordered and the device does not feel yet is not
-//!   ordered again.
-//!   The damping of motions down to a count a tick goes to half and less: below that a velocity is
-//!   mostly the encoder's noise.
-//! - S: a force that pushes the hand the way it goes does at most the work that is left of S in the
-//!   next tick. A tool that stands still is given the force as it is.
+//! Both are a damping force -alpha v, together at most `2 (1/2 + delay) k h`, twice what a spring of
+//! the stiffness k that is shown makes, and at most 20 N s/m: a tick's delay and an encoder's count
+//! make a stronger damper one that drives.
+//!
+//! - L < 0: alpha = -L / (h |v|^2); the rest stays in the ledger. What the last tick has ordered and
+//!   the device does not feel yet is not ordered again.
+//! - S: a force that pushes the hand the way it goes does the work that is left of S in the next
+//!   tick; what goes beyond is damped. A tool that stands still is given the force as it is.
+//!
+//! The damping of motions down to a count a tick goes to half and less: below that a velocity is
+//! mostly the encoder's noise.
 
 use crate::cell::{dot, scale, sub};
 use crate::sqrt::sqrt;
@@ -44,24 +48,19 @@ impl Controller {
         if squared <= STILL_M2 {
             return force;
         }
-        let mut force = force;
-        let debt = -observer.sampling_j() - under_way;
-        if debt > 0.0 {
-            let makes = (1.0 + 2.0 * f32::from(of.delay_ticks)) * stiffness * tick_s;
-            let alpha = if makes < ALPHA_MAX { makes } else { ALPHA_MAX };
-            let (wanted, most) = (debt / squared, alpha / tick_s);
-            let share = if wanted < most { wanted } else { most };
-            let fast = sqrt(squared);
-            let share = share * fast / (fast + observer.count());
-            self.ordered = share * squared;
-            force = sub(force, scale(share, rate));
-        }
-        let reserve = observer.reserve_j(of);
-        let reserve = if reserve > 0.0 { reserve } else { 0.0 };
-        let work = dot(force, rate);
-        if work > reserve {
-            force = sub(force, scale((work - reserve) / squared, rate));
-        }
-        force
+        let makes = (1.0 + 2.0 * f32::from(of.delay_ticks)) * stiffness * tick_s;
+        let alpha = if makes < ALPHA_MAX { makes } else { ALPHA_MAX };
+        let most = alpha / tick_s;
+        let fast = sqrt(squared);
+        let is_motion = fast / (fast + observer.count());
+        let damp = |wanted_j: f32, most: f32| {
+            let wanted = if wanted_j > 0.0 { wanted_j / squared } else { 0.0 };
+            is_motion * if wanted < most { wanted } else { most }
+        };
+        let made = damp(-observer.sampling_j() - under_way, most);
+        let force = sub(force, scale(made, rate));
+        let over = damp(dot(force, rate) - observer.reserve_j(of), most - made);
+        self.ordered = (made + over) * squared;
+        sub(force, scale(over, rate))
     }
 }

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! with F the tissue's force in the last tick and `k_t` the largest bound of its stiffness within a
-//! tick that it has told since the tool took hold. E curves upwards by at most `k_t`, so for
+//! tick that it has told since there was contact. E curves upwards by at most `k_t`, so for
 //! theta <= 2 and a device at rest no step raises the joint energy, however stiff the tissue is
 //! against the coupling; the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe
 //! touches, the tissue tells no stiffness: its first step into it is the device's own. In free air
@@ -27,6 +27,10 @@ use crate::stage::settings::Coupling;
 /// Share of the largest step that cannot raise the joint energy: 2 is the bound, 1 the safest.
 const THETA: f32 = 1.5;
 
+/// What is left of a stiffness after a tick without contact. At once forgotten, a proxy that a stiff
+/// tissue has pushed out by a step would plunge into it again.
+const FORGOTTEN: f32 = 1.0 - 1.0 / 16.0;
+
 /// The proxy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Proxy {
@@ -37,7 +41,7 @@ pub(super) struct Proxy {
     way: [f32; 3],
     /// What the tissue said in the last tick \[N\].
     force: [f32; 3],
-    /// The largest bound of its stiffness so far \[N/m\].
+    /// The largest bound of its stiffness in this contact \[N/m\].
     stiffness: f32,
     /// Whether the tissue cut the last motion short.
     is_cut: bool,
@@ -67,6 +71,8 @@ impl Proxy {
         (self.force, self.is_cut) = (force, is_cut);
         if stiffness > self.stiffness {
             self.stiffness = stiffness;
+        } else if stiffness == 0.0 {
+            self.stiffness *= FORGOTTEN;
         }
     }
 

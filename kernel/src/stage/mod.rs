@@ -83,8 +83,10 @@ pub struct Stage {
     /// Whether the tool is engaged, as of the last good sample, and in this tick for the first time.
     engaged: bool,
     begins: bool,
-    /// Whether the sample under way is good.
+    /// Whether a good sample waits for its answer.
     is_good: bool,
+    /// Whether ticks are missing in the ledger.
+    has_gap: bool,
     /// Ticks since the last good sample.
     ticks: u16,
     /// The force before ramp and limits, and the last one given \[N\].
@@ -114,6 +116,7 @@ impl Stage {
             engaged: false,
             begins: false,
             is_good: false,
+            has_gap: false,
             ticks: 1,
             asked: [0.0; 3],
             given: [0.0; 3],
@@ -132,6 +135,8 @@ impl Stage {
     ///
     /// A sample that is bad here (not good, or a coordinate beyond 1 km) is bad for the tissue too.
     pub fn sample(&mut self, device: &ToolSample) -> ToolSample {
+        // The answer to the last one has not come.
+        self.has_gap |= self.is_good;
         self.is_good = finite::is_good(device);
         if !self.is_good {
             return finite::spoilt(device);
@@ -158,8 +163,8 @@ impl Stage {
 
     /// What the device is given for what the tissue has answered to [`Self::sample`].
     ///
-    /// Energy, work, stiffness and contacts are the tissue's. After a bad sample the answer is that of
-    /// [`Self::missed`], with the tissue's flags.
+    /// Energy, work, stiffness and contacts are the tissue's. After a bad sample, and without one since
+    /// the last answer, it is that of [`Self::missed`], with the tissue's flags.
     pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
         let (mut answer, is_sound) = finite::checked(tissue);
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
@@ -187,8 +192,8 @@ impl Stage {
         let acts = self.engaged && !is_safe;
         if acts {
             self.asked = self.wanted(&answer);
-            if self.settings.passivity.is_some() && self.observer.is_overdrawn() {
-                self.ramp.back_off();
+            let is_overdrawn = self.settings.passivity.is_some() && self.observer.is_overdrawn();
+            if is_overdrawn && self.ramp.back_off() {
                 answer.flags.insert(Flags::FORCE_CLAMPED);
             } else {
                 self.ramp.up();
@@ -197,7 +202,7 @@ impl Stage {
             self.asked = [0.0; 3];
             self.ramp.fall();
         }
-        (self.begins, self.ticks) = (false, 1);
+        (self.begins, self.is_good, self.ticks) = (false, false, 1);
         self.give(&mut answer);
         if is_safe {
             self.mark_safe(&mut answer);
@@ -216,8 +221,14 @@ impl Stage {
     fn silent(&mut self, mut answer: TickOutput) -> TickOutput {
         self.ticks = self.ticks.saturating_add(1);
         if self.watchdog.miss(self.settings.watchdog_ticks) {
+            self.has_gap = true;
             self.ramp.down();
             answer.flags.insert(Flags::STALE);
+        }
+        if !self.engaged {
+            // The answer to its release may have got lost.
+            self.asked = [0.0; 3];
+            self.ramp.fall();
         }
         self.give(&mut answer);
         if answer.flags.contains(Flags::STALE) || answer.flags.contains(Flags::SAFE_STATE) {
@@ -246,9 +257,14 @@ impl Stage {
         if self.begins && self.is_good {
             self.controller = Controller::NEW;
             self.observer.begin(stored);
+        } else if self.has_gap && self.is_good {
+            self.controller = Controller::NEW;
+            self.observer.resume(stored);
         } else if self.engaged {
-            self.observer.book(passivity, self.settings.tick_s, answer.work_j, stored);
+            let energies = [answer.work_j, stored, answer.energy_j];
+            self.observer.book(passivity, self.settings.tick_s, energies);
         }
+        self.has_gap &= !self.is_good;
     }
 
     /// Time since the last good sample \[s\].

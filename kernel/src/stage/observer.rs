@@ -14,7 +14,13 @@
 //! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). G is the force before
 //! ramp and clamp, whose doing is not sampling's, less the slew limit's lag, which makes energy too.
 //! Losses in the tissue count neither way; the coupling's own make L rise. L is kept within
-//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing.
+//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S at most
+//! [`SURPLUS_MAX_J`] above what tissue and coupling store, so that what the tissue has lost is no
+//! credit. A debt of either fades within [`FADE_S`]: counts hide a little of every tick, which adds
+//! up in a long hold, and the controller would answer it with the encoder's noise.
+//!
+//! Where ticks are missing in the ledger (an answer was lost, or a silence in which the force fell),
+//! L begins anew and S stays.
 //!
 //! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
 //! a jump in the last one: the device has just crossed the border of two counts and is, at a motion
@@ -36,8 +42,10 @@ use crate::two_float::TwoFloat;
 
 /// Largest surplus of L \[J\].
 pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;
-/// Largest debt of L \[J\].
+/// Largest debt of L and of S \[J\].
 pub(super) const DEBT_MAX_J: f32 = 1.0e-3;
+/// Time in which a debt fades to 1/e \[s\].
+const FADE_S: f32 = 1.0;
 /// Largest step that is taken for a count \[m\].
 const COUNT_MAX_M: f32 = 1.0e-4;
 
@@ -133,23 +141,23 @@ impl Observer {
         self.asked = [[0.0; 3]; 2];
     }
 
+    /// Ticks are missing: L begins anew, the coupling storing `stored` \[J\].
+    pub(super) fn resume(&mut self, stored: f32) {
+        (self.sampling, self.stored) = (TwoFloat::ZERO, stored);
+    }
+
     /// Books a tick in which the tool did `work` on the tissue and after which the coupling stores
-    /// `stored` \[J\].
-    pub(super) fn book(&mut self, of: &Passivity, tick_s: f32, work: f32, stored: f32) {
+    /// `stored`, the tissue at most `level` \[J\].
+    pub(super) fn book(&mut self, of: &Passivity, tick_s: f32, [work, stored, level]: [f32; 3]) {
         let [given, asked] = [self.given, self.asked]
             .map(|[last, before]| if of.delay_ticks == 0 { last } else { before });
-        let dx = self.dx;
-        self.port = self.port.plus((-dot(given, dx)).into());
+        let (dx, fade) = (self.dx, tick_s / FADE_S);
+        let port = self.port.plus((-dot(given, dx)).into());
+        self.port = kept(port, level + stored + SURPLUS_MAX_J, fade);
         let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);
         let gained = TwoFloat::from(lost - dot(asked, dx)).minus(work.into());
         let sampling = self.sampling.plus(gained).minus((stored - self.stored).into());
-        self.sampling = if sampling.hi > SURPLUS_MAX_J {
-            SURPLUS_MAX_J.into()
-        } else if sampling.hi < -DEBT_MAX_J {
-            (-DEBT_MAX_J).into()
-        } else {
-            sampling
-        };
+        self.sampling = kept(sampling, SURPLUS_MAX_J, fade);
         self.stored = stored;
     }
 
@@ -186,9 +194,24 @@ impl Observer {
         self.sampling.hi
     }
 
-    /// What the hand may still get back, S less what is on its way at the present motion \[J\].
+    /// What the hand may still get back, S less what is on its way at the present motion, at least
+    /// 0 \[J\].
     pub(super) fn reserve_j(&self, of: &Passivity) -> f32 {
         let coming = if of.delay_ticks == 0 { 0.0 } else { dot(self.given[0], self.rate) };
-        self.port.hi - coming
+        let reserve = self.port.hi - coming;
+        if reserve > 0.0 { reserve } else { 0.0 }
+    }
+}
+
+/// A sum at most `most`, its debt faded by the share `fade` and at most [`DEBT_MAX_J`].
+fn kept(sum: TwoFloat, most: f32, fade: f32) -> TwoFloat {
+    if sum.hi > most {
+        most.into()
+    } else if sum.hi >= 0.0 {
+        sum
+    } else if sum.hi < -DEBT_MAX_J {
+        (-DEBT_MAX_J).into()
+    } else {
+        sum.minus((fade * sum.hi).into())
     }
 }

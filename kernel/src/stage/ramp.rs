@@ -26,11 +26,13 @@ impl Ramp {
         self.taken = self.taken.saturating_sub(1);
     }
 
-    /// Down by a sixteenth; not without a ramp.
-    pub(super) fn back_off(&mut self) {
-        if self.of > 1 {
+    /// Down by a sixteenth; false without a ramp, which stays as it is.
+    pub(super) fn back_off(&mut self) -> bool {
+        let is_ramp = self.of > 1;
+        if is_ramp {
             self.taken = self.taken.saturating_sub(self.of.div_ceil(16));
         }
+        is_ramp
     }
 
     /// The share, 0 to 1.

@@ -78,6 +78,16 @@ impl Device {
             Self::Omega | Self::Sigma => 2000.0,
         }
     }
+
+    /// Damping of the default coupling: what keeps a soft hand from swinging on it, where the
+    /// encoder's counts are fine enough to be damped [N s/m].
+    #[must_use]
+    pub const fn coupling_n_s_per_m(self) -> f32 {
+        match self {
+            Self::Touch | Self::Premium | Self::Falcon => 0.0,
+            Self::Omega | Self::Sigma => 0.5,
+        }
+    }
 }
 
 /// The stages between a tissue and a device; each may be absent.
@@ -113,14 +123,14 @@ impl StageSettings {
     };
 
     /// Every stage, for a device at 1 kHz whose force acts a tick late:
-    /// [`Device::coupling_n_per_m`], 0.5 N s/m of damping of its own, full force in 10 ms, a ramp of
-    /// 100 ms, silence for 20 ms.
+    /// [`Device::coupling_n_per_m`] and [`Device::coupling_n_s_per_m`], 0.5 N s/m of damping of its
+    /// own, full force in 10 ms, a ramp of 100 ms, silence for 20 ms.
     #[must_use]
     pub const fn for_device(device: Device) -> Self {
         Self {
             coupling: Some(Coupling {
                 stiffness_n_per_m: device.coupling_n_per_m(),
-                damping_n_s_per_m: 0.0,
+                damping_n_s_per_m: device.coupling_n_s_per_m(),
             }),
             passivity: Some(Passivity { device_damping_n_s_per_m: 0.5, delay_ticks: 1 }),
             max_slew_n_per_s: 100.0 * device.max_force_n(),

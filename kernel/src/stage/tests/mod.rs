@@ -1,5 +1,8 @@
 //! Any bits in, only forces within the limits out; and the stages one after the other.
 
+mod control;
+mod missing;
+
 use super::*;
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -189,77 +192,6 @@ fn a_coupling_shows_the_tissues_force() {
             "{stiffness}: {last:?} {wanted}"
         );
     }
-}
-
-/// A device on a given path against a wall of `stiffness` N/m at 0, the tissue's ledger exact.
-fn against_a_wall(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -> Vec<f32> {
-    let (mut stage, mut stored) = (Stage::new(settings).unwrap(), 0.0);
-    let force = |tick: u16| {
-        let position_m = Vector3::new(0.0, 0.0, path(tick));
-        let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
-        let depth = (-tool.position_m.z).max(0.0);
-        let before = core::mem::replace(&mut stored, 0.5 * stiffness * depth * depth);
-        let answer = TickOutput {
-            force_n: Vector3::new(0.0, 0.0, stiffness * depth),
-            work_j: stored - before,
-            stiffness_n_per_m: if depth > 0.0 { stiffness } else { 0.0 },
-            ..TickOutput::NONE
-        };
-        stage.output(&answer).force_n.z
-    };
-    (0..4000).map(force).collect()
-}
-
-#[test]
-fn a_press_beyond_the_clamp_keeps_its_force() {
-    for device in [Device::Touch, Device::Premium, Device::Falcon, Device::Omega, Device::Sigma] {
-        let settings = StageSettings::for_device(device);
-        // 0.1 m/s down to 60 mm, then held.
-        let path = |tick: u16| 0.001 - 1.0e-4 * f32::from(tick.min(600));
-        let forces = against_a_wall(settings, 2.0e4, path);
-        assert!(forces[2000..].iter().all(|&f| f > 0.99 * settings.max_force_n), "{device:?}");
-    }
-}
-
-#[test]
-fn in_free_air_a_coupling_shows_nothing() {
-    let settings = StageSettings { passivity: None, ..StageSettings::for_device(Device::Omega) };
-    let path = |tick: u16| 0.1 + 1.0e-4 * f32::from(tick % 600);
-    // The rounding of positions at 0.1 m, times the spring.
-    assert!(against_a_wall(settings, 2.0e4, path).iter().all(|f| f.abs() < 1e-4));
-}
-
-/// What a motion took, not the tick in which it became known, is what a damper goes by.
-#[test]
-fn a_motion_over_lost_ticks_is_no_jump() {
-    let coupling = Some(Coupling { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 5.0 });
-    let mut stage = Stage::new(StageSettings { coupling, ..StageSettings::NONE }).unwrap();
-    let tick = |stage: &mut Stage, z: f32| {
-        let tool = stage.sample(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 });
-        // A wall that holds the tool where it is.
-        let force_n = -1.0e6 * tool.position_m;
-        let answer = TickOutput { force_n, stiffness_n_per_m: 1.0e6, ..TickOutput::NONE };
-        stage.output(&answer).force_n.z
-    };
-    for _ in 0..10 {
-        tick(&mut stage, 0.0);
-    }
-    for _ in 0..19 {
-        stage.missed();
-    }
-    // 2 mm in 20 ticks: 2 N of the spring, 0.5 N of the damper.
-    let force = tick(&mut stage, -0.002);
-    assert!((2.3..2.6).contains(&force), "{force}");
-}
-
-/// An answer that never came: the first one that does begins the ramp.
-#[test]
-fn the_ramp_waits_for_the_first_answer() {
-    let mut stage = Stage::new(StageSettings { ramp_ticks: 4, ..StageSettings::NONE }).unwrap();
-    let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -0.001), engaged: 1 };
-    stage.sample(&sample);
-    stage.missed();
-    assert_eq!(tick(&mut stage, -0.001).force_n.z, 0.25);
 }
 
 #[test]

@@ -1,0 +1,123 @@
+//! Coupling and passivity control against a wall on given paths.
+
+use super::*;
+
+const DEVICES: [Device; 5] =
+    [Device::Touch, Device::Premium, Device::Falcon, Device::Omega, Device::Sigma];
+
+/// A device on a given path against a wall of `stiffness` N/m at 0, the tissue's ledger exact.
+fn against_a_wall(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -> Vec<f32> {
+    outputs(settings, stiffness, path).iter().map(|output| output.force_n.z).collect()
+}
+
+/// As [`against_a_wall`], everything that is given.
+fn outputs(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -> Vec<TickOutput> {
+    let (mut stage, mut stored) = (Stage::new(settings).unwrap(), 0.0);
+    let tick = |tick: u16| {
+        let position_m = Vector3::new(0.0, 0.0, path(tick));
+        let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
+        let depth = (-tool.position_m.z).max(0.0);
+        let before = core::mem::replace(&mut stored, 0.5 * stiffness * depth * depth);
+        let answer = TickOutput {
+            force_n: Vector3::new(0.0, 0.0, stiffness * depth),
+            work_j: stored - before,
+            energy_j: stored,
+            stiffness_n_per_m: if depth > 0.0 { stiffness } else { 0.0 },
+            ..TickOutput::NONE
+        };
+        stage.output(&answer)
+    };
+    (0..4000).map(tick).collect()
+}
+
+#[test]
+fn a_press_beyond_the_clamp_keeps_its_force() {
+    for device in DEVICES {
+        let settings = StageSettings::for_device(device);
+        // 0.1 m/s down to 60 mm, then held.
+        let path = |tick: u16| 0.001 - 1.0e-4 * f32::from(tick.min(600));
+        let forces = against_a_wall(settings, 2.0e4, path);
+        assert!(forces[2000..].iter().all(|&f| f > 0.99 * settings.max_force_n), "{device:?}");
+    }
+}
+
+#[test]
+fn in_free_air_a_coupling_shows_nothing() {
+    let settings = StageSettings { passivity: None, ..StageSettings::for_device(Device::Omega) };
+    let path = |tick: u16| 0.1 + 1.0e-4 * f32::from(tick % 600);
+    // The rounding of positions at 0.1 m, times the spring.
+    assert!(against_a_wall(settings, 2.0e4, path).iter().all(|f| f.abs() < 1e-4));
+}
+
+/// Pressed into a wall far stiffer than the coupling and drawn out again, the coupling is what it was.
+#[test]
+fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
+    for device in DEVICES {
+        let settings = StageSettings { passivity: None, ..StageSettings::for_device(device) };
+        let path = |tick: u16| match tick {
+            0..1000 => 1.0e-3 - 1.0e-5 * f32::from(tick.min(300)),
+            _ => 2.0e-4 * f32::from(tick % 500 + 10),
+        };
+        let forces = against_a_wall(settings, 2.0e4, path);
+        assert!(forces[900] > 0.3, "{device:?}: no touch, {} N", forces[900]);
+        assert!(forces[1250..].iter().all(|f| f.abs() < 1e-3), "{device:?}");
+    }
+}
+
+/// The ledger's debt fades, so a force that was let go comes back to a hand at rest.
+#[test]
+fn a_force_that_was_let_go_comes_back_to_a_hand_at_rest() {
+    let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Omega) };
+    // 0.3 m/s down to 5 mm, against more than the controller can make up for.
+    let path = |tick: u16| 1.0e-3 - 3.0e-4 * f32::from(tick.min(20));
+    let seen = outputs(settings, 1.0e4, path);
+    let has_let_go = |output: &TickOutput| output.flags.contains(Flags::FORCE_CLAMPED);
+    assert!(seen[..200].iter().any(|output| has_let_go(output) && output.force_n.z < 6.0));
+    assert!(seen[1000..].iter().all(|output| output.force_n.z > 11.9), "{:?}", seen[3999]);
+}
+
+/// Without a ramp there is nothing to let go with, and nothing is said to be.
+#[test]
+fn without_a_ramp_no_force_is_let_go() {
+    let settings = StageSettings {
+        coupling: None,
+        ramp_ticks: 0,
+        max_force_n: f32::INFINITY,
+        ..StageSettings::for_device(Device::Omega)
+    };
+    let path = |tick: u16| 1.0e-3 - 3.0e-4 * f32::from(tick.min(20));
+    let seen = outputs(settings, 1.0e4, path);
+    assert!(seen.iter().all(|output| !output.flags.contains(Flags::FORCE_CLAMPED)));
+    assert!((seen[3999].force_n.z - 50.0).abs() < 0.1, "{}", seen[3999].force_n.z);
+}
+
+/// What a tissue has swallowed for long pays for no push later.
+#[test]
+fn what_was_lost_in_the_tissue_is_no_credit() {
+    let settings = StageSettings { coupling: None, ..StageSettings::for_device(Device::Falcon) };
+    // 2 N against the motion, or none, for 10 s to and fro; then 2 N along with it.
+    let pushed = |rubs: bool| {
+        let mut stage = Stage::new(settings).unwrap();
+        let mut z = 0.0;
+        let mut tick = |step: f32, force: f32| {
+            z += step;
+            let position_m = Vector3::new(0.0, 0.0, z);
+            let _ = stage.sample(&ToolSample { position_m, engaged: 1 });
+            let answer = TickOutput {
+                force_n: Vector3::new(0.0, 0.0, force),
+                work_j: -force * step,
+                stiffness_n_per_m: 5000.0,
+                ..TickOutput::NONE
+            };
+            stage.output(&answer).force_n.z
+        };
+        for at in 0..10_000 {
+            let step = if at % 500 < 250 { -1.0e-4 } else { 1.0e-4 };
+            tick(step, if rubs { -2.0 * step.signum() } else { 0.0 });
+        }
+        (0..200).map(|_| tick(1.0e-4, 2.0)).sum::<f32>() / 200.0
+    };
+    let (after_rubbing, without) = (pushed(true), pushed(false));
+    assert!(without < 1.5, "{without} N");
+    assert!((after_rubbing - without).abs() < 0.05, "{after_rubbing} N, {without} N");
+}
