@@ -87,8 +87,9 @@ pub struct Stage {
     is_good: bool,
     /// Whether ticks are missing in the ledger.
     has_gap: bool,
-    /// Ticks since the last good sample.
+    /// Ticks since the last good sample, and those that its motion took.
     ticks: u16,
+    took: u16,
     /// The force before ramp and limits, and the last one given \[N\].
     asked: [f32; 3],
     given: [f32; 3],
@@ -118,6 +119,7 @@ impl Stage {
             is_good: false,
             has_gap: false,
             ticks: 1,
+            took: 1,
             asked: [0.0; 3],
             given: [0.0; 3],
             energy_j: 0.0,
@@ -148,8 +150,9 @@ impl Stage {
         self.engaged = engaged;
         self.dx = if self.begins { [0.0; 3] } else { sub(position, self.device) };
         self.device = position;
+        (self.took, self.ticks) = (self.ticks.max(1), 0);
         if self.settings.passivity.is_some() {
-            self.observer.see(position, self.ticks);
+            self.observer.see(position, self.took);
         }
         let Some(coupling) = &self.settings.coupling else { return *device };
         if engaged && !self.begins {
@@ -267,9 +270,9 @@ impl Stage {
         self.has_gap &= !self.is_good;
     }
 
-    /// Time since the last good sample \[s\].
+    /// Time of the last motion \[s\].
     fn time_s(&self) -> f32 {
-        f32::from(self.ticks) * self.settings.tick_s
+        f32::from(self.took) * self.settings.tick_s
     }
 
     /// The force behind coupling and passivity control.

@@ -108,6 +108,47 @@ fn ticks_that_are_missing_are_no_debt() {
     };
     let (whole, silent) = (forces(0, 0.0), forces(150, 0.05));
     for (at, (one, other)) in whole.iter().zip(&silent).enumerate() {
-        assert!((-0.01..0.25).contains(&(one - other)), "tick {at}: {one} N, after silences {other} N");
+        assert!(
+            (-0.01..0.25).contains(&(one - other)),
+            "tick {at}: {one} N, after silences {other} N"
+        );
+    }
+}
+
+/// What the coupling has stored meanwhile is no debt either; the proxy stands where the last force that
+/// it was told has left it.
+#[test]
+fn answers_that_are_lost_are_no_debt() {
+    let forces = |lost: core::ops::Range<u16>| {
+        let profile = StageSettings::for_device(Device::Omega);
+        let settings = StageSettings { max_force_n: f32::INFINITY, ..profile };
+        let mut stage = Stage::new(settings).unwrap();
+        let mut stored = 0.0;
+        let tick = |tick: u16| {
+            let position_m = Vector3::new(0.0, 0.0, -1.0e-4 * f32::from(tick));
+            let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
+            let depth = -tool.position_m.z;
+            let before = core::mem::replace(&mut stored, 500.0 * depth * depth);
+            let answer = TickOutput {
+                force_n: Vector3::new(0.0, 0.0, 1000.0 * depth),
+                work_j: stored - before,
+                energy_j: stored,
+                stiffness_n_per_m: 1000.0,
+                ..TickOutput::NONE
+            };
+            let answered =
+                if lost.contains(&tick) { stage.missed() } else { stage.output(&answer) };
+            answered.force_n.z
+        };
+        (0..320).map(tick).collect::<Vec<f32>>()
+    };
+    let (whole, holed) = (forces(0..0), forces(300..310));
+    for at in 310..320 {
+        assert!(
+            (whole[at] - holed[at]).abs() < 0.05 * whole[at],
+            "{at}: {} N, {} N",
+            whole[at],
+            holed[at]
+        );
     }
 }
