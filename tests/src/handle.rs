@@ -6,7 +6,7 @@
 //! quantised. All energies are those of the continuous motion.
 
 use chaincell_kernel::ToolSample;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 type V = Vector3<f64>;
 
@@ -22,8 +22,10 @@ pub struct Handle {
     pub mass_kg: f64,
     /// Viscous damping [N s/m].
     pub damping_n_s_per_m: f64,
-    /// Step of the measured position, 0 for none \[m\].
+    /// Step of the measured position along the encoders' axes, 0 for none \[m\].
     pub count_m: f64,
+    /// From the axes of space to those of the encoders.
+    pub axes: Rotation3<f64>,
     /// Ticks between an answer and its force.
     pub delay_ticks: usize,
 }
@@ -77,12 +79,10 @@ impl Moving {
     /// What the device measures.
     #[must_use]
     pub fn sample(&self, engaged: bool) -> ToolSample {
-        let count = self.handle.count_m;
+        let Handle { count_m: count, axes, .. } = self.handle;
         let read = |x: f64| if count > 0.0 { (x / count).round() * count } else { x };
-        ToolSample {
-            position_m: self.position.map(|x| read(x) as f32),
-            engaged: u32::from(engaged),
-        }
+        let measured = axes.inverse() * (axes * self.position).map(read);
+        ToolSample { position_m: measured.map(|x| x as f32), engaged: u32::from(engaged) }
     }
 
     /// One tick under a new answer: it acts after the delay.

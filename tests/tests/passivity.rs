@@ -11,12 +11,11 @@
 //! 1,000,000 ticks in all; with `CHAINCELL_SLOW=1` as many for each case.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
-use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_host::bake::ImageBytes;
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
-use chaincell_kernel::{Model, Network, Settings, Tissue, ToolSample, Track, Unloading};
-use chaincell_tests::handle::{Hand, Handle, Moving};
-use nalgebra::Vector3;
+use chaincell_kernel::{Model, Network, Settings, Tissue, ToolSample, Track};
+use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, column};
+use nalgebra::{Rotation3, Vector3};
 
 /// Ticks of all cases together, and of each in the slow suite.
 const TICKS: u32 = 1_000_000;
@@ -24,32 +23,6 @@ const TICKS: u32 = 1_000_000;
 const CYCLE: u32 = 5_000;
 /// Most energy made in a cycle by itself [J].
 const CYCLE_J: f64 = 5.0e-5;
-/// Links of the soft and of the stiff body [N/m].
-const TISSUES: [f32; 2] = [100.0, 5000.0];
-/// Stiffness [N/m] and damping [N s/m] of a soft and of a stiff grip.
-const GRIPS: [(f64, f64); 2] = [(50.0, 0.5), (1000.0, 5.0)];
-/// Handles: mass [kg] and step of the encoder [m].
-const DEVICES: [(Device, f64, f64); 5] = [
-    (Device::Touch, 0.05, 55.0e-6),
-    (Device::Premium, 0.1, 30.0e-6),
-    (Device::Falcon, 0.2, 60.0e-6),
-    (Device::Omega, 0.2, 10.0e-6),
-    (Device::Sigma, 0.3, 2.0e-6),
-];
-/// Damping of every handle [N s/m], what the stage counts on.
-const DAMPING: f64 = 0.5;
-
-/// A column of 12 cells of 1 cm, its bottom fixed.
-fn column(stiffness_n_per_m: f32) -> ImageBytes {
-    let mesh = load("box:2x2x3x0.01", &MeshOptions::default()).unwrap();
-    let options = BakeOptions {
-        stiffness_n_per_m: PerCell::Uniform(stiffness_n_per_m.into()),
-        hats: HatSpacing::None,
-        ..BakeOptions::default()
-    };
-    bake(&mesh, &[0, 3, 6, 9], &options).unwrap()
-}
-
 /// Where the hand wants to be, from where the contact cell rests [m], and whether it holds.
 fn wish(tick: u32, depth: f64) -> (Vector3<f64>, bool) {
     let at = tick % CYCLE;
@@ -80,55 +53,26 @@ struct Seen {
     ticks: u32,
 }
 
-fn run(
-    image: &ImageBytes,
-    settings: StageSettings,
-    device: usize,
-    grip: usize,
-    ticks: u32,
-) -> Seen {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let settings_of = Settings { unloading: Unloading::Off, ..Settings::for_model(&model) };
-    let network = Network::new(model, settings_of).unwrap();
-    let mut tissue = Tissue::<16, Track, 1>::new();
-    tissue.reset(&network).unwrap();
-    let cell = network.model().cell_of_input(2).unwrap();
-    tissue.choose_contacts(&network, &[cell]).unwrap();
-    let start = tissue.view().position_m(network.model(), cell.into()).unwrap().map(f64::from);
-    let mut stage = Stage::new(settings).unwrap();
-    let (_, mass_kg, count_m) = DEVICES[device];
-    let handle = Handle { mass_kg, damping_n_s_per_m: DAMPING, count_m, delay_ticks: 1 };
-    let mut moving = Moving::new(handle, start);
-    let (stiffness_n_per_m, damping_n_s_per_m) = GRIPS[grip];
-    let mut hand = Hand { stiffness_n_per_m, damping_n_s_per_m, holds: true, at: start };
+fn run(image: &ImageBytes, choice: Choice, ticks: u32) -> Seen {
+    let mut the = Loop::new(image, choice);
     let mut seen = Seen { hold_n: f64::INFINITY, ..Seen::default() };
-    let spring_n_per_m = settings.coupling.map_or(0.0, |of| f64::from(of.stiffness_n_per_m));
-    let mut from_j = 0.0;
-    let mut last = Vector3::zeros();
+    let (mut from_j, mut last_n) = (0.0, Vector3::zeros());
     for tick in 0..ticks {
         let (way, holds) = wish(tick, 0.01);
-        (hand.at, hand.holds) = (start + way, holds);
-        let device = moving.sample(true);
-        let tool = stage.sample(&device);
-        let answer = tissue.tick(&network, &tool);
-        let force = stage.output(&answer).force_n;
-        seen.step_n = seen.step_n.max((force - last).map(f64::from).norm());
-        seen.force_n = seen.force_n.max(force.map(f64::from).norm());
-        last = force;
-        moving.tick(force, &hand);
+        the.tick(way, holds);
+        seen.step_n = seen.step_n.max((the.force_n - last_n).norm());
+        seen.force_n = seen.force_n.max(the.force_n.norm());
+        last_n = the.force_n;
         seen.ticks = tick + 1;
-        let got_j = moving.port_j - moving.lost_j;
         if tick % CYCLE == 0 {
-            let apart_m = tool.position_m.map(f64::from) - device.position_m.map(f64::from);
-            let coupling_j = 0.5 * spring_n_per_m * apart_m.norm_squared();
-            from_j = got_j + f64::from(answer.energy_j) + coupling_j;
+            from_j = the.got_j() + the.stored_j;
         }
-        seen.made_j = seen.made_j.max(got_j);
-        seen.cycle_j = seen.cycle_j.max(got_j - from_j);
-        seen.kinetic_j = seen.kinetic_j.max(moving.kinetic_j());
+        seen.made_j = seen.made_j.max(the.got_j());
+        seen.cycle_j = seen.cycle_j.max(the.got_j() - from_j);
+        seen.kinetic_j = seen.kinetic_j.max(the.moving.kinetic_j());
         if (1_200..1_400).contains(&(tick % CYCLE)) {
-            seen.rest_m_per_s = seen.rest_m_per_s.max(moving.velocity.norm());
-            seen.hold_n = seen.hold_n.min(force.map(f64::from).norm());
+            seen.rest_m_per_s = seen.rest_m_per_s.max(the.moving.velocity.norm());
+            seen.hold_n = seen.hold_n.min(the.force_n.norm());
         }
         if seen.kinetic_j > 100.0 {
             break;
@@ -137,20 +81,40 @@ fn run(
     seen
 }
 
-fn print(name: &str, device: usize, tissue: f32, grip: usize, seen: &Seen) {
+fn print(name: &str, choice: &Choice, tissue: f32, seen: &Seen) {
     let Seen { made_j, cycle_j, hold_n, rest_m_per_s, kinetic_j, force_n, step_n, ticks } = seen;
     println!(
         "{name} {:?}, links {tissue} N/m, hand {} N/m: made {made_j:.1e} J in {ticks} ticks, {cycle_j:.1e} J in a cycle, at rest \
          {rest_m_per_s:.1e} m/s and {hold_n:.2} N, motion at most {kinetic_j:.1e} J, force {force_n:.2} N, step {step_n:.2} N",
-        DEVICES[device].0, GRIPS[grip].0
+        DEVICES[choice.device].0, GRIPS[choice.grip].0
     );
 }
 
 /// What a coupling takes to be shifted by two counts, and as much again for sums in single precision.
-fn allowed_j(settings: &StageSettings, device: usize) -> f64 {
-    let stiffness = settings.coupling.map_or(0.0, |of| f64::from(of.stiffness_n_per_m));
-    let shift = 2.0 * DEVICES[device].2;
-    stiffness * shift * shift
+fn allowed_j(choice: &Choice) -> f64 {
+    let shift = 2.0 * DEVICES[choice.device].2;
+    choice.coupling_n_per_m() * shift * shift
+}
+
+/// Every device in both grips.
+fn choices() -> impl Iterator<Item = Choice> {
+    (0..DEVICES.len()).flat_map(|device| (0..GRIPS.len()).map(move |grip| Choice::of(device, grip)))
+}
+
+/// Runs, and holds against the bounds.
+fn check(name: &str, image: &ImageBytes, stiffness: f32, choice: Choice, ticks: u32) {
+    let (settings, profile) = (choice.settings, DEVICES[choice.device].0);
+    let seen = run(image, choice, ticks);
+    print(name, &choice, stiffness, &seen);
+    let bound = allowed_j(&choice);
+    assert!(seen.made_j <= bound, "{profile:?}: {} J, allowed {bound}", seen.made_j);
+    assert!(seen.cycle_j <= CYCLE_J, "{profile:?}: {} J in a cycle", seen.cycle_j);
+    let step = 1.000_01 * f64::from(settings.max_slew_n_per_s * settings.tick_s);
+    assert!(seen.step_n <= step && seen.force_n <= f64::from(settings.max_force_n));
+    assert!(seen.hold_n > 0.02, "{profile:?}: {} N", seen.hold_n);
+    assert!(seen.rest_m_per_s < 0.03, "{profile:?}: {} m/s", seen.rest_m_per_s);
+    // What the hand itself puts into its taps.
+    assert!(seen.kinetic_j < 0.1, "{profile:?}: {}", seen.kinetic_j);
 }
 
 #[test]
@@ -163,34 +127,44 @@ fn no_energy_is_made() {
     }
     for stiffness in TISSUES {
         let image = column(stiffness);
-        for (device, &(profile, ..)) in DEVICES.iter().enumerate() {
-            for grip in 0..GRIPS.len() {
-                let settings = StageSettings::for_device(profile);
-                let seen = run(&image, settings, device, grip, ticks);
-                print("with", device, stiffness, grip, &seen);
-                let bound = allowed_j(&settings, device);
-                assert!(seen.made_j <= bound, "{profile:?}: {} J, allowed {bound}", seen.made_j);
-                assert!(seen.cycle_j <= CYCLE_J, "{profile:?}: {} J in a cycle", seen.cycle_j);
-                let step = 1.000_01 * f64::from(settings.max_slew_n_per_s * settings.tick_s);
-                assert!(seen.step_n <= step && seen.force_n <= f64::from(settings.max_force_n));
-                assert!(seen.hold_n > 0.02, "{profile:?}: {} N", seen.hold_n);
-                assert!(seen.rest_m_per_s < 0.03, "{profile:?}: {} m/s", seen.rest_m_per_s);
-                // What the hand itself puts into its taps.
-                assert!(seen.kinetic_j < 0.1, "{profile:?}: {}", seen.kinetic_j);
-            }
+        for choice in choices() {
+            check("with", &image, stiffness, choice, ticks);
         }
+    }
+}
+
+/// Encoders that sit in joints count along no axis of space.
+#[test]
+fn no_energy_is_made_by_encoders_askew() {
+    let image = column(TISSUES[1]);
+    let axes = Rotation3::from_euler_angles(0.3, 0.5, 0.7);
+    for choice in choices() {
+        check("askew", &image, TISSUES[1], Choice { axes, ..choice }, TICKS / 20);
     }
 }
 
 #[test]
 fn without_the_stage_the_same_loop_oscillates() {
     let image = column(TISSUES[1]);
-    for (device, (profile, ..)) in DEVICES.iter().enumerate() {
-        for grip in 0..GRIPS.len() {
-            let seen = run(&image, StageSettings::NONE, device, grip, 20_000);
-            print("without", device, TISSUES[1], grip, &seen);
-            assert!(seen.made_j > 0.05, "{profile:?}: {} J", seen.made_j);
-        }
+    for choice in choices() {
+        let choice = Choice { settings: StageSettings::NONE, ..choice };
+        let seen = run(&image, choice, 20_000);
+        print("without", &choice, TISSUES[1], &seen);
+        assert!(seen.made_j > 0.05, "{:?}: {} J", DEVICES[choice.device].0, seen.made_j);
+    }
+}
+
+/// On the stiff body a coupling alone is not enough, but for the lightest one in a soft hand.
+#[test]
+fn without_passivity_control_the_coupling_makes_energy() {
+    let image = column(TISSUES[1]);
+    for choice in choices().filter(|choice| (choice.device, choice.grip) != (0, 0)) {
+        let settings = StageSettings { passivity: None, ..choice.settings };
+        let choice = Choice { settings, ..choice };
+        let seen = run(&image, choice, TICKS / 20);
+        print("coupling", &choice, TISSUES[1], &seen);
+        let is_bad = seen.made_j > 100.0 * allowed_j(&choice) && seen.cycle_j > 10.0 * CYCLE_J;
+        assert!(is_bad, "{:?}: {} J, {} J", DEVICES[choice.device].0, seen.made_j, seen.cycle_j);
     }
 }
 

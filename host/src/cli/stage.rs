@@ -20,7 +20,8 @@ pub struct StageArgs {
     /// Virtual coupling, a spring [N/m] and a damper [N s/m] between device and tool: K, K:B or none
     #[arg(long, value_name = "K[:B]", value_parser = coupling, allow_hyphen_values = true)]
     coupling: Option<Choice<Coupling>>,
-    /// Passivity observer and controller: the damping that the device has for sure [N s/m], or none
+    /// Passivity observer and controller: the damping that the device has for sure [N s/m], or none.
+    /// Where it cannot keep up it lets the force go along --engage-ramp-ms, not without one
     #[arg(long, value_name = "BDEV", value_parser = passivity, allow_hyphen_values = true)]
     passivity: Option<Choice<Passivity>>,
     /// Largest change of the device's force [N/s]

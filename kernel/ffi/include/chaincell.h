@@ -637,7 +637,7 @@ typedef struct chaincell_stage_settings {
      */
     float tick_s;
     /**
-     * Stiffness of the virtual coupling, 0 for none, at most 1e6 [N/m].
+     * Stiffness of the virtual coupling, 1 to 1e6, 0 for none [N/m].
      */
     float coupling_n_per_m;
     /**

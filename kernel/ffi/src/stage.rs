@@ -46,7 +46,7 @@ pub enum DeviceKind {
 pub struct StageSettings {
     /// Time of a tick, 1e-5 to 1 \[s\].
     pub tick_s: f32,
-    /// Stiffness of the virtual coupling, 0 for none, at most 1e6 \[N/m\].
+    /// Stiffness of the virtual coupling, 1 to 1e6, 0 for none \[N/m\].
     pub coupling_n_per_m: f32,
     /// Its damping, 0 to 1e6 \[N s/m\].
     pub coupling_n_s_per_m: f32,

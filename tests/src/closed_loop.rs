@@ -1,0 +1,128 @@
+//! A tissue behind an output stage, a modelled device and a hand: the loop of the passivity tests.
+
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::stage::{Device, Stage, StageSettings};
+use chaincell_kernel::{Model, Network, Settings, Tissue, Track, Unloading};
+use nalgebra::{Rotation3, Vector3};
+
+use crate::handle::{Hand, Handle, Moving};
+
+/// Links of the soft and of the stiff body [N/m].
+pub const TISSUES: [f32; 2] = [100.0, 5000.0];
+/// Stiffness [N/m] and damping [N s/m] of a soft and of a stiff grip.
+pub const GRIPS: [(f64, f64); 2] = [(50.0, 0.5), (1000.0, 5.0)];
+/// Handles: mass \[kg\] and step of the encoder \[m\].
+pub const DEVICES: [(Device, f64, f64); 5] = [
+    (Device::Touch, 0.05, 55.0e-6),
+    (Device::Premium, 0.1, 30.0e-6),
+    (Device::Falcon, 0.2, 60.0e-6),
+    (Device::Omega, 0.2, 10.0e-6),
+    (Device::Sigma, 0.3, 2.0e-6),
+];
+/// Damping of every handle [N s/m], what the stage counts on.
+const DAMPING: f64 = 0.5;
+
+/// A column of 12 cells of 1 cm, its bottom fixed.
+#[must_use]
+pub fn column(stiffness_n_per_m: f32) -> ImageBytes {
+    let mesh = load("box:2x2x3x0.01", &MeshOptions::default()).unwrap();
+    let options = BakeOptions {
+        stiffness_n_per_m: PerCell::Uniform(stiffness_n_per_m.into()),
+        hats: HatSpacing::None,
+        ..BakeOptions::default()
+    };
+    bake(&mesh, &[0, 3, 6, 9], &options).unwrap()
+}
+
+/// What of a loop is chosen.
+#[derive(Debug, Clone, Copy)]
+pub struct Choice {
+    /// The output stage.
+    pub settings: StageSettings,
+    /// Place in [`DEVICES`].
+    pub device: usize,
+    /// Place in [`GRIPS`].
+    pub grip: usize,
+    /// From the axes of space to those of the encoders.
+    pub axes: Rotation3<f64>,
+}
+
+impl Choice {
+    /// A device behind its own profile, its encoders along the axes of space.
+    #[must_use]
+    pub fn of(device: usize, grip: usize) -> Self {
+        let settings = StageSettings::for_device(DEVICES[device].0);
+        Self { settings, device, grip, axes: Rotation3::identity() }
+    }
+
+    /// Stiffness of the coupling, 0 without one [N/m].
+    #[must_use]
+    pub fn coupling_n_per_m(&self) -> f64 {
+        self.settings.coupling.map_or(0.0, |of| of.stiffness_n_per_m.into())
+    }
+}
+
+/// The loop.
+pub struct Loop<'m> {
+    choice: Choice,
+    network: Network<'m>,
+    tissue: Tissue<16, Track, 1>,
+    stage: Stage,
+    /// Device and hand.
+    pub moving: Moving,
+    start: Vector3<f64>,
+    /// What the device was given last \[N\].
+    pub force_n: Vector3<f64>,
+    /// Upper bound of what tissue and coupling store \[J\].
+    pub stored_j: f64,
+}
+
+impl<'m> Loop<'m> {
+    /// At rest, the tool engaged at one of the column's upper corners.
+    #[must_use]
+    pub fn new(image: &'m ImageBytes, choice: Choice) -> Self {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let settings = Settings { unloading: Unloading::Off, ..Settings::for_model(&model) };
+        let network = Network::new(model, settings).unwrap();
+        let mut tissue = Tissue::new();
+        tissue.reset(&network).unwrap();
+        let cell = model.cell_of_input(2).unwrap();
+        tissue.choose_contacts(&network, &[cell]).unwrap();
+        let start = tissue.view().position_m(&model, cell.into()).unwrap().map(f64::from);
+        let (_, mass_kg, count_m) = DEVICES[choice.device];
+        let axes = choice.axes;
+        let handle = Handle { mass_kg, damping_n_s_per_m: DAMPING, count_m, axes, delay_ticks: 1 };
+        Self {
+            choice,
+            network,
+            tissue,
+            stage: Stage::new(choice.settings).unwrap(),
+            moving: Moving::new(handle, start),
+            start,
+            force_n: Vector3::zeros(),
+            stored_j: 0.0,
+        }
+    }
+
+    /// A tick, the hand, while it `holds`, wanting to be `way` off the start \[m\].
+    pub fn tick(&mut self, way: Vector3<f64>, holds: bool) {
+        let device = self.moving.sample(true);
+        let tool = self.stage.sample(&device);
+        let answer = self.tissue.tick(&self.network, &tool);
+        let force_n = self.stage.output(&answer).force_n;
+        let apart_m = (tool.position_m - device.position_m).map(f64::from);
+        self.stored_j = f64::from(answer.energy_j)
+            + 0.5 * self.choice.coupling_n_per_m() * apart_m.norm_squared();
+        self.force_n = force_n.map(f64::from);
+        let (stiffness_n_per_m, damping_n_s_per_m) = GRIPS[self.choice.grip];
+        let at = self.start + way;
+        self.moving.tick(force_n, &Hand { stiffness_n_per_m, damping_n_s_per_m, holds, at });
+    }
+
+    /// What hand and handle have got out of nothing so far, or rather put in \[J\].
+    #[must_use]
+    pub fn got_j(&self) -> f64 {
+        self.moving.port_j - self.moving.lost_j
+    }
+}

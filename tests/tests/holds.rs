@@ -1,0 +1,105 @@
+//! Long holds behind the output stage: no chatter, no hum beyond two counts of the encoder.
+//!
+//! A hand presses by 10 mm, at once, within the stage's ramp, or later and slower, and holds still.
+//! From ten seconds on the force stays within two counts of the coupling's spring and 0.03 N. What
+//! hand and handle get out of a hum they cannot see is bounded as power. What they get on the way in
+//! is at most what tissue and coupling store: the ramp lets go what was not paid for.
+//!
+//! 20 s a case; ten minutes with `CHAINCELL_SLOW=1`.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::ImageBytes;
+use chaincell_kernel::stage::StageSettings;
+use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, column};
+use nalgebra::Vector3;
+
+/// First tick of a press, and the ticks that it takes.
+const PRESSES: [(u32, u32); 3] = [(0, 30), (0, 60), (400, 600)];
+/// Ticks after which all should be quiet.
+const QUIET: u32 = 10_000;
+/// Most that a hand gets out of a hum [W].
+const HUM_W: f64 = 1.0e-5;
+
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// Least and largest force once all should be quiet [N].
+    force_n: [f64; 2],
+    /// Mean power that hand and handle got since [W].
+    power_w: f64,
+    /// Most that they got out of nothing before [J], and most that was stored [J].
+    made_j: f64,
+    stored_j: f64,
+}
+
+fn hold(image: &ImageBytes, choice: Choice, press: usize, ticks: u32) -> Seen {
+    let (start, length) = PRESSES[press];
+    let mut the = Loop::new(image, choice);
+    let mut seen = Seen { force_n: [f64::INFINITY, 0.0], power_w: 0.0, made_j: 0.0, stored_j: 0.0 };
+    let mut quiet_j = 0.0;
+    for tick in 0..ticks {
+        let share = f64::from(tick.saturating_sub(start).min(length)) / f64::from(length);
+        the.tick(Vector3::new(0.0, 0.0, -0.01 * share), true);
+        if tick < QUIET {
+            seen.made_j = seen.made_j.max(the.got_j());
+            seen.stored_j = seen.stored_j.max(the.stored_j);
+            quiet_j = the.got_j();
+        } else {
+            let size = the.force_n.norm();
+            seen.force_n = [seen.force_n[0].min(size), seen.force_n[1].max(size)];
+        }
+    }
+    seen.power_w = (the.got_j() - quiet_j) / (f64::from(ticks - QUIET) * 1.0e-3);
+    seen
+}
+
+/// Every device in both grips, pressed in every way.
+fn cases() -> impl Iterator<Item = (Choice, usize)> {
+    let choices = (0..DEVICES.len())
+        .flat_map(|device| (0..GRIPS.len()).map(move |grip| Choice::of(device, grip)));
+    choices.flat_map(|choice| (0..PRESSES.len()).map(move |press| (choice, press)))
+}
+
+fn print(name: &str, choice: &Choice, press: usize, tissue: f32, seen: &Seen) {
+    let Seen { force_n: [least, largest], power_w, made_j, stored_j } = seen;
+    println!(
+        "{name} {:?}, links {tissue} N/m, hand {} N/m, press {:?}: {least:.3} to {largest:.3} N, {power_w:.1e} W, made \
+         {made_j:.1e} J, stored {stored_j:.1e} J",
+        DEVICES[choice.device].0, GRIPS[choice.grip].0, PRESSES[press],
+    );
+}
+
+/// How far apart the forces of a hold may be [N].
+fn swing_n(choice: &Choice) -> f64 {
+    2.0 * choice.coupling_n_per_m() * DEVICES[choice.device].2 + 0.03
+}
+
+#[test]
+fn a_hold_is_quiet() {
+    let slow = std::env::var_os("CHAINCELL_SLOW").is_some();
+    let ticks = if slow { 600_000 } else { 20_000 };
+    if !slow {
+        println!("SKIPPED ten minutes for each case: CHAINCELL_SLOW is not set");
+    }
+    for stiffness in TISSUES {
+        let image = column(stiffness);
+        for (choice, press) in cases() {
+            let seen = hold(&image, choice, press, ticks);
+            print("with", &choice, press, stiffness, &seen);
+            let [least, largest] = seen.force_n;
+            assert!(least > 0.1 && largest - least <= swing_n(&choice), "{seen:?}");
+            assert!(seen.power_w <= HUM_W, "{seen:?}");
+            assert!(seen.made_j <= seen.stored_j, "{seen:?}");
+        }
+    }
+}
+
+#[test]
+fn without_the_stage_a_soft_hand_swings() {
+    let image = column(TISSUES[1]);
+    for (choice, press) in cases().filter(|(choice, _)| choice.grip == 0) {
+        let choice = Choice { settings: StageSettings::NONE, ..choice };
+        let seen = hold(&image, choice, press, 20_000);
+        print("without", &choice, press, TISSUES[1], &seen);
+        assert!(seen.force_n[1] - seen.force_n[0] > 5.0, "{seen:?}");
+    }
+}
