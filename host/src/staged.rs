@@ -85,3 +85,49 @@ impl TissueEngine for Staged<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use chaincell_kernel::stage::Device;
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::recording::tests::{engine, plane};
+
+    #[test]
+    fn a_reset_is_one_of_the_stage_too() {
+        let image = plane();
+        let settings = StageSettings { ramp_ticks: 50, ..StageSettings::for_device(Device::Omega) };
+        let begin = || Staged::new(engine(&image), Some(settings)).unwrap();
+        let press = |staged: &mut Staged<'_>| {
+            let tick = |tick: u8| {
+                let position_m = Vector3::new(0.0, 0.0, -1.0e-4 * f32::from(tick));
+                staged.tick(&ToolSample { position_m, engaged: 1 })
+            };
+            (0..100).map(tick).collect::<Vec<TickOutput>>()
+        };
+        let mut staged = begin();
+        let first = press(&mut staged);
+        assert!(first[99].force_n.z > 0.1 && first[99] != press(&mut staged)[99]);
+        staged.command(&Command::Reset).unwrap();
+        assert_eq!(press(&mut staged), first);
+        assert_eq!(press(&mut begin()), first);
+    }
+
+    #[test]
+    fn what_the_device_gets_is_the_stages() {
+        let image = plane();
+        let settings = StageSettings { max_force_n: 0.05, ..StageSettings::NONE };
+        let mut staged = Staged::new(engine(&image), Some(settings)).unwrap();
+        let mut plain = Staged::new(engine(&image), None).unwrap();
+        let sample = |z: f32| ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 };
+        for z in [0.0, -0.002, -0.004, -0.006, -0.008] {
+            let (shown, own) = (staged.tick(&sample(z)), plain.tick(&sample(z)));
+            assert!(shown.force_n.norm() <= 0.05, "{shown:?}");
+            assert_eq!((shown.energy_j, shown.work_j), (own.energy_j, own.work_j));
+        }
+        assert!(plain.tick(&sample(-0.008)).force_n.norm() > 0.1);
+        staged.tick(&sample(-0.008));
+        assert_eq!(staged.state_hash(), plain.state_hash());
+    }
+}

@@ -18,7 +18,7 @@ pub(crate) fn plane() -> ImageBytes {
 }
 
 /// A plane at rest, its middle held.
-fn engine(image: &ImageBytes) -> Engine<'_> {
+pub(crate) fn engine(image: &ImageBytes) -> Engine<'_> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let network = chaincell_kernel::Network::new(
         model,
