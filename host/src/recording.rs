@@ -24,7 +24,7 @@ use crate::staged::Staged;
 use crate::{interrupt, output};
 
 pub use file::{TraceFile, check_idle};
-pub use room::check as check_room;
+pub use room::{check as check_room, taken};
 
 /// Largest trace that is read: more than a day at 1 kHz.
 const BYTES_MAX: u64 = 1 << 32;

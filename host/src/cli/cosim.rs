@@ -100,8 +100,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that has no room.
-    let records = Recorder::trace_records(poses.len());
-    recording::check_room("--out", &out.join(recording::TRACE), records)?;
+    Folder::check_room(&out, Recorder::trace_records(poses.len()))?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
         output::write_whole(&model_path, image.as_bytes())?;

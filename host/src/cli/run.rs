@@ -109,13 +109,13 @@ pub fn execute(args: &Args) -> Result<()> {
         recording::check_place(trace, args.force)?;
     }
     // Nor for one that has no room.
-    let place = args.out.join(recording::TRACE);
     let rows = poses.iter().map(Vec::len).sum();
-    recording::check_room("--out", &place, rows)?;
+    Folder::check_room(&args.out, rows)?;
     let folder = Folder::open(&args.out, args.force)?;
     let (dynamics, number) = (args.scene.dynamics, args.scene.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let front = begun.bytes().to_vec();
+    let place = folder.file(recording::TRACE);
     let mut trace = TraceFile::create("--out", &place, args.force, begun, rows)?;
     let copy = args.trace.as_ref().filter(|copy| !is_same(copy, &place));
     if let Some(path) = copy {

@@ -174,9 +174,9 @@ fn recorder(
     }
     let Some(out) = &args.out else { return Ok((None, Recorder::default())) };
     // Earlier results are not removed for a session that has no room.
-    let place = out.join(recording::TRACE);
-    recording::check_room("--out", &place, records)?;
+    Folder::check_room(out, records)?;
     let folder = Folder::open(out, args.force)?;
+    let place = folder.file(recording::TRACE);
     let trace = TraceFile::create("--out", &place, args.force, begun, records)?;
     folder.write(recording::MODEL, image.as_bytes())?;
     Ok((Some(folder), Recorder::with_capacity(ticks).with_trace(trace)))

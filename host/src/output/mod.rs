@@ -54,6 +54,18 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Refuses, before [`Self::open`] removes anything, a run for whose trace of `records` records
+    /// there would be no room.
+    ///
+    /// # Errors
+    /// No room, with what to do.
+    pub fn check_room(path: &Path, records: usize) -> Result<()> {
+        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        let ours = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy()));
+        let given_up = ours.map(|entry| recording::taken(&entry.path())).sum();
+        recording::check_room("--out", &path.join(recording::TRACE), records, given_up)
+    }
+
     /// Path of a file in the folder.
     #[must_use]
     pub fn file(&self, name: &str) -> PathBuf {

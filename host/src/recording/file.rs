@@ -61,7 +61,7 @@ impl TraceFile {
     ) -> Result<Self> {
         let bytes = room::bytes_of(records).saturating_add(begun.bytes.len() as u64);
         // Before anything is removed.
-        room::check(option, path, records)?;
+        room::check(option, path, records, room::taken(path))?;
         let mut file = open(option, path, force)?;
         let taken = room::take(&mut file, bytes).and_then(|()| {
             let mut map = Map::of(&file)?;

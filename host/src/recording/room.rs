@@ -20,18 +20,25 @@ pub(super) fn bytes_of(records: usize) -> u64 {
     (records as u64).saturating_mul(RECORD_BYTES as u64)
 }
 
-/// Refuses a trace that the disk has no room for, what stands at `path` given up for it; a folder
-/// that is not there yet has nothing to lose and is told when it is made.
+/// What a file takes of its disk, 0 where there is none \[bytes\].
+pub fn taken(path: &Path) -> u64 {
+    path.metadata().map_or(0, |file| file.blocks().saturating_mul(BLOCK_BYTES))
+}
+
+/// Refuses a trace that the disk has no room for, `given_up` bytes of it being given up for the
+/// trace. A folder that is not there yet has nothing to lose and is told when it is made; a disk that
+/// does not tell its size is told when it is full.
 ///
 /// # Errors
 /// No room, with what to do.
-pub fn check(option: &str, path: &Path, records: usize) -> Result<()> {
-    let Ok(disk) = statvfs(folder_of(path)) else { return Ok(()) };
+pub fn check(option: &str, path: &Path, records: usize, given_up: u64) -> Result<()> {
+    // Where a link leads, there the room is.
+    let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let Ok(disk) = statvfs(folder_of(&place)) else { return Ok(()) };
     // A part of the disk is kept for root.
     let blocks = if geteuid().is_root() { disk.f_bfree } else { disk.f_bavail };
-    let earlier = path.metadata().map_or(0, |file| file.blocks().saturating_mul(BLOCK_BYTES));
     let (free, bytes) = (blocks.saturating_mul(disk.f_frsize), bytes_of(records));
-    if bytes > free.saturating_add(earlier) {
+    if disk.f_blocks > 0 && bytes > free.saturating_add(given_up) {
         return Err(no_room(option, path, bytes, &format!("{:.1} MB free", free as f64 * 1e-6)));
     }
     Ok(())

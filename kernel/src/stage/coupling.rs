@@ -8,11 +8,12 @@
 //! ```
 //!
 //! with F the tissue's force in the last tick and `k_t` the largest bound of its stiffness within a
-//! tick that it has told since there was contact. E curves upwards by at most `k_t`, so for
-//! theta <= 2 and a device at rest no step raises the joint energy, however stiff the tissue is
-//! against the coupling; the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe
-//! touches, the tissue tells no stiffness: its first step into it is the device's own. In free air
-//! p = x, and nothing is shown. Shown to the device is
+//! tick that it has told in this contact. E curves upwards by at most `k_t`, so for theta <= 2 and a
+//! device at rest no step raises the joint energy, however stiff the tissue is against the coupling;
+//! the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe touches, the tissue tells
+//! no stiffness: its first step into it is the device's own. Out of contact `k_t` fades, for a step
+//! may take the proxy out of a stiff tissue for a tick or two; on the way out it counts for nothing.
+//! So in free air p = x, and nothing is shown. Shown to the device is
 //! `k_c` (p - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
 //!
 //! Where the tissue has cut the tool's motion short (flag 1), the proxy does not go on that way:
@@ -39,9 +40,10 @@ pub(super) struct Proxy {
     /// Its motion in this tick, and its last one that was not zero \[m\].
     moved: [f32; 3],
     way: [f32; 3],
-    /// What the tissue said in the last tick \[N\].
+    /// What the tissue said in the last tick, and the last that was not zero \[N\].
     force: [f32; 3],
-    /// The largest bound of its stiffness in this contact \[N/m\].
+    out: [f32; 3],
+    /// The largest bound of its stiffness in this contact, fading out of contact \[N/m\].
     stiffness: f32,
     /// Whether the tissue cut the last motion short.
     is_cut: bool,
@@ -53,6 +55,7 @@ impl Proxy {
         moved: [0.0; 3],
         way: [0.0; 3],
         force: [0.0; 3],
+        out: [0.0; 3],
         stiffness: 0.0,
         is_cut: false,
     };
@@ -69,6 +72,9 @@ impl Proxy {
     /// Notes what the tissue has answered.
     pub(super) fn feel(&mut self, force: [f32; 3], stiffness: f32, is_cut: bool) {
         (self.force, self.is_cut) = (force, is_cut);
+        if force != [0.0; 3] {
+            self.out = force;
+        }
         if stiffness > self.stiffness {
             self.stiffness = stiffness;
         } else if stiffness == 0.0 {
@@ -81,7 +87,10 @@ impl Proxy {
         let damping = of.damping_n_s_per_m / tick_s;
         let spring = scale(of.stiffness_n_per_m, sub(device, self.at));
         let pull = add(add(spring, self.force), scale(damping, dx));
-        let against = damping + of.stiffness_n_per_m + self.stiffness / THETA;
+        // On its way out of a tissue that it has left there is nothing to be careful of.
+        let leaves = self.force == [0.0; 3] && dot(pull, self.out) > 0.0;
+        let tissue = if leaves { 0.0 } else { self.stiffness / THETA };
+        let against = damping + of.stiffness_n_per_m + tissue;
         let step = scale(1.0 / against, pull);
         let goes_on = self.is_cut && dot(step, self.way) > 0.0;
         let to = if goes_on { self.at } else { add(self.at, step) };

@@ -55,7 +55,7 @@ pub use settings::{
 
 use crate::cell::{add, dot, scale, sub};
 use crate::sample::{Flags, TickOutput, ToolSample};
-use controller::Controller;
+use controller::{Asked, Controller};
 use coupling::Proxy;
 use observer::Observer;
 use ramp::Ramp;
@@ -91,7 +91,7 @@ pub struct Stage {
     ticks: u16,
     took: u16,
     /// The force before ramp and limits, and the last one given \[N\].
-    asked: [f32; 3],
+    asked: Asked,
     given: [f32; 3],
     /// What the tissue last said.
     energy_j: f32,
@@ -120,7 +120,7 @@ impl Stage {
             has_gap: false,
             ticks: 1,
             took: 1,
-            asked: [0.0; 3],
+            asked: Asked::NONE,
             given: [0.0; 3],
             energy_j: 0.0,
             contacts: 0,
@@ -173,7 +173,7 @@ impl Stage {
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
         let is_safe = !is_sound || answer.flags.contains(Flags::SAFE_STATE);
         if is_safe {
-            self.asked = [0.0; 3];
+            self.asked = Asked::NONE;
             self.ramp.fall();
         }
         if !self.is_good {
@@ -195,14 +195,9 @@ impl Stage {
         let acts = self.engaged && !is_safe;
         if acts {
             self.asked = self.wanted(&answer);
-            let is_overdrawn = self.settings.passivity.is_some() && self.observer.is_overdrawn();
-            if is_overdrawn && self.ramp.back_off() {
-                answer.flags.insert(Flags::FORCE_CLAMPED);
-            } else {
-                self.ramp.up();
-            }
+            self.go_on_ramp(&mut answer);
         } else {
-            self.asked = [0.0; 3];
+            self.asked = Asked::NONE;
             self.ramp.fall();
         }
         (self.begins, self.is_good, self.ticks) = (false, false, 1);
@@ -213,9 +208,23 @@ impl Stage {
         answer
     }
 
+    /// A step of the ramp: down where the ledger is overdrawn, none where the hand would get more than
+    /// it has put in.
+    fn go_on_ramp(&mut self, answer: &mut TickOutput) {
+        let Some(passivity) = &self.settings.passivity else { return self.ramp.up() };
+        let push = dot(self.asked.force, self.observer.rate());
+        if self.observer.is_overdrawn() && self.ramp.back_off() {
+            answer.flags.insert(Flags::FORCE_CLAMPED);
+        } else if push <= self.observer.reserve_j(passivity) {
+            self.ramp.up();
+        }
+    }
+
     /// What the device is given in a tick without a sample; the tissue has no tick then. Flags
     /// [`Flags::STALE`] once the watchdog lets the force fall, [`Flags::SAFE_STATE`] once it is 0.
     pub fn missed(&mut self) -> TickOutput {
+        // The answer to the last sample has not come; one that comes late is no longer on time.
+        self.has_gap |= self.is_good;
         let (energy_j, contacts) = (self.energy_j, self.contacts);
         self.silent(TickOutput { energy_j, contacts, ..TickOutput::NONE })
     }
@@ -230,7 +239,7 @@ impl Stage {
         }
         if !self.engaged {
             // The answer to its release may have got lost.
-            self.asked = [0.0; 3];
+            self.asked = Asked::NONE;
             self.ramp.fall();
         }
         self.give(&mut answer);
@@ -276,7 +285,7 @@ impl Stage {
     }
 
     /// The force behind coupling and passivity control.
-    fn wanted(&mut self, answer: &TickOutput) -> [f32; 3] {
+    fn wanted(&mut self, answer: &TickOutput) -> Asked {
         let tick_s = self.settings.tick_s;
         let (force, stiffness) = match &self.settings.coupling {
             Some(coupling) => (
@@ -287,9 +296,10 @@ impl Stage {
         };
         match &self.settings.passivity {
             Some(passivity) => {
-                self.controller.control(&self.observer, passivity, tick_s, stiffness, force)
+                let limits = [stiffness, self.settings.max_force_n];
+                self.controller.control(&self.observer, passivity, tick_s, limits, force)
             }
-            None => force,
+            None => Asked::all_of(force),
         }
     }
 
@@ -297,21 +307,23 @@ impl Stage {
     /// the force before clamp and ramp, and the slew's lag.
     fn give(&mut self, answer: &mut TickOutput) {
         let share = self.ramp.share();
-        let (asked, is_clamped) = clamp::clamped(self.asked, self.settings.max_force_n);
+        let Asked { force, off } = self.asked;
+        let (asked, is_clamped) = clamp::clamped(force, self.settings.max_force_n);
         if is_clamped {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
+        let (asked, _) = clamp::clamped(sub(asked, off), self.settings.max_force_n);
         // There is one zero.
         let target = scale(share, asked).map(|x| x + 0.0);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
         let mut given = slew::limited(self.given, target, most);
         if !given.iter().all(|x| x.is_finite()) {
-            (self.asked, given) = ([0.0; 3], [0.0; 3]);
+            (self.asked, given) = (Asked::NONE, [0.0; 3]);
             answer.flags.insert(Flags::SAFE_STATE);
         }
         self.given = given;
         if self.settings.passivity.is_some() {
-            let mut counts = self.asked;
+            let mut counts = sub(force, off);
             // Where next to nothing is given there is nothing to tell.
             if share > SHARE_MIN {
                 counts = add(counts, scale(1.0 / share, sub(given, target)));

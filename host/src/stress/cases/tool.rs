@@ -112,12 +112,15 @@ fn jump(scale: Scale, found: &mut Findings, touch: Touch, every: u32) -> Result<
 fn nyquist(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
     let (body, unit_m, centre_m) = body(scale)?;
     let held = scale.ticks(HELD);
-    let top = body.plain()?.rest_position(usize::from(body.held(&body.plain()?)[0]))[2];
+    // The probe stands over a cell: between cells a shallow one touches nothing.
+    let [x, y, top] = body.plain()?.rest_position(usize::from(body.held(&body.plain()?)[0]));
     for amplitude in [0.5_f32, 0.01] {
         let script = around(unit_m, centre_m, held, move |tick| {
             let up = if tick % 2 == 0 { amplitude } else { -amplitude };
-            let height = if touch == Touch::Cells { 0.0 } else { top + RADIUS };
-            [0.05, 0.02, height + up]
+            match touch {
+                Touch::Cells => [0.05, 0.02, up],
+                Touch::Probe(_) => [x, y, top + RADIUS + up],
+            }
         });
         let label = format!("amplitude {amplitude} links");
         let trial = trial(&label, &body, scale, touch, unit_m).under(script);
