@@ -67,7 +67,7 @@ impl Choice {
 pub struct Loop<'m> {
     choice: Choice,
     network: Network<'m>,
-    tissue: Tissue<16, Track, 1>,
+    tissue: Tissue<400, Track, 64>,
     stage: Stage,
     /// Device and hand.
     pub moving: Moving,
@@ -82,14 +82,35 @@ impl<'m> Loop<'m> {
     /// At rest, the tool engaged at one of the column's upper corners.
     #[must_use]
     pub fn new(image: &'m ImageBytes, choice: Choice) -> Self {
+        let mut the = Self::begin(image, choice);
+        let model = *the.network.model();
+        let cell = model.cell_of_input(2).unwrap();
+        the.tissue.choose_contacts(&the.network, &[cell]).unwrap();
+        let start = the.tissue.view().position_m(&model, cell.into()).unwrap().map(f64::from);
+        the.stand(start);
+        the
+    }
+
+    /// At rest at `start`, the tool a probe of `radius_m`.
+    #[must_use]
+    pub fn with_probe(
+        image: &'m ImageBytes,
+        choice: Choice,
+        radius_m: f32,
+        start: Vector3<f64>,
+    ) -> Self {
+        let mut the = Self::begin(image, choice);
+        the.tissue.choose_probe(&the.network, radius_m).unwrap();
+        the.stand(start);
+        the
+    }
+
+    fn begin(image: &'m ImageBytes, choice: Choice) -> Self {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let settings = Settings { unloading: Unloading::Off, ..Settings::for_model(&model) };
         let network = Network::new(model, settings).unwrap();
         let mut tissue = Tissue::new();
         tissue.reset(&network).unwrap();
-        let cell = model.cell_of_input(2).unwrap();
-        tissue.choose_contacts(&network, &[cell]).unwrap();
-        let start = tissue.view().position_m(&model, cell.into()).unwrap().map(f64::from);
         let (_, mass_kg, count_m) = DEVICES[choice.device];
         let axes = choice.axes;
         let handle = Handle { mass_kg, damping_n_s_per_m: DAMPING, count_m, axes, delay_ticks: 1 };
@@ -98,11 +119,15 @@ impl<'m> Loop<'m> {
             network,
             tissue,
             stage: Stage::new(choice.settings).unwrap(),
-            moving: Moving::new(handle, start),
-            start,
+            moving: Moving::new(handle, Vector3::zeros()),
+            start: Vector3::zeros(),
             force_n: Vector3::zeros(),
             stored_j: 0.0,
         }
+    }
+
+    fn stand(&mut self, start: Vector3<f64>) {
+        (self.start, self.moving.position) = (start, start);
     }
 
     /// A tick, the hand, while it `holds`, wanting to be `way` off the start \[m\].
