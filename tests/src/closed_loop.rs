@@ -35,6 +35,13 @@ pub fn column(stiffness_n_per_m: f32) -> ImageBytes {
     bake(&mesh, &[0, 3, 6, 9], &options).unwrap()
 }
 
+/// The handle of a device, `axes` turning the axes of space to those of its encoders.
+#[must_use]
+pub fn handle(device: usize, axes: Rotation3<f64>) -> Handle {
+    let (_, mass_kg, count_m) = DEVICES[device];
+    Handle { mass_kg, damping_n_s_per_m: DAMPING, count_m, axes, delay_ticks: 1 }
+}
+
 /// What of a loop is chosen.
 #[derive(Debug, Clone, Copy)]
 pub struct Choice {
@@ -54,6 +61,18 @@ impl Choice {
     pub fn of(device: usize, grip: usize) -> Self {
         let settings = StageSettings::for_device(DEVICES[device].0);
         Self { settings, device, grip, axes: Rotation3::identity() }
+    }
+
+    /// Every device behind its own profile, in both grips.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..DEVICES.len())
+            .flat_map(|device| (0..GRIPS.len()).map(move |grip| Self::of(device, grip)))
+    }
+
+    /// How far apart the forces of a hold may be: two counts of the coupling's spring, and 0.03 N.
+    #[must_use]
+    pub fn swing_n(&self) -> f64 {
+        2.0 * self.coupling_n_per_m() * DEVICES[self.device].2 + 0.03
     }
 
     /// Stiffness of the coupling, 0 without one [N/m].
@@ -111,9 +130,7 @@ impl<'m> Loop<'m> {
         let network = Network::new(model, settings).unwrap();
         let mut tissue = Tissue::new();
         tissue.reset(&network).unwrap();
-        let (_, mass_kg, count_m) = DEVICES[choice.device];
-        let axes = choice.axes;
-        let handle = Handle { mass_kg, damping_n_s_per_m: DAMPING, count_m, axes, delay_ticks: 1 };
+        let handle = handle(choice.device, choice.axes);
         Self {
             choice,
             network,

@@ -9,7 +9,7 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use chaincell_kernel::trace::{End, Reader, Record};
+use chaincell_kernel::trace::{End, RECORD_BYTES, Reader, Record, header_bytes};
 use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
@@ -25,8 +25,6 @@ const KILLS_SLOW: u64 = 200;
 const LIFE_US: u64 = 30_000;
 /// Poses that wait for the server at a time.
 const BURST: u64 = 8;
-/// Bytes of a trace before its records, of a session with one contact cell.
-const HEADER_BYTES: u64 = 64 + 8;
 
 /// The next number of a sequence without pattern (SplitMix64).
 fn random(state: &mut u64) -> u64 {
@@ -90,7 +88,7 @@ fn an_answer_that_is_seen_has_its_record_in_the_file() {
     let serve = place.serve(&[&record[..], &loop_options].concat());
     let outsider = Outsider::join(&place.scene, true);
     let file = File::open(&trace).unwrap();
-    let mut bytes = [0; 40];
+    let mut bytes = [0; RECORD_BYTES];
     for tick in 0..3000 {
         outsider.send(pose(tick));
         let start = Instant::now();
@@ -100,7 +98,8 @@ fn an_answer_that_is_seen_has_its_record_in_the_file() {
             }
             assert!(start.elapsed() < SHORT, "no answer to tick {tick}");
         };
-        file.read_exact_at(&mut bytes, HEADER_BYTES + 40 * tick).unwrap();
+        let place = header_bytes(1) as u64 + tick * RECORD_BYTES as u64;
+        file.read_exact_at(&mut bytes, place).unwrap();
         let hash = u64::from_le_bytes(*bytes[24..].first_chunk().unwrap());
         let checksum = u32::from_le_bytes(*bytes[36..].first_chunk().unwrap());
         assert_eq!(
@@ -183,11 +182,7 @@ fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     outsider.send(pose(0));
     serve.end(SHORT).with(0);
     let trace = out.join("session.trace");
-    assert_eq!(
-        std::fs::metadata(&trace).unwrap().len(),
-        HEADER_BYTES + 40,
-        "not cut to its length"
-    );
+    assert_eq!(std::fs::metadata(&trace).unwrap().len(), 64 + 8 + 40, "not cut to its length");
 }
 
 #[test]

@@ -96,11 +96,6 @@ fn allowed_j(choice: &Choice) -> f64 {
     choice.coupling_n_per_m() * shift * shift
 }
 
-/// Every device in both grips.
-fn choices() -> impl Iterator<Item = Choice> {
-    (0..DEVICES.len()).flat_map(|device| (0..GRIPS.len()).map(move |grip| Choice::of(device, grip)))
-}
-
 /// Runs, and holds against the bounds.
 fn check(name: &str, image: &ImageBytes, stiffness: f32, choice: Choice, ticks: u32) {
     let (settings, profile) = (choice.settings, DEVICES[choice.device].0);
@@ -127,7 +122,7 @@ fn no_energy_is_made() {
     }
     for stiffness in TISSUES {
         let image = column(stiffness);
-        for choice in choices() {
+        for choice in Choice::all() {
             check("with", &image, stiffness, choice, ticks);
         }
     }
@@ -138,7 +133,7 @@ fn no_energy_is_made() {
 fn no_energy_is_made_by_encoders_askew() {
     let image = column(TISSUES[1]);
     let axes = Rotation3::from_euler_angles(0.3, 0.5, 0.7);
-    for choice in choices() {
+    for choice in Choice::all() {
         check("askew", &image, TISSUES[1], Choice { axes, ..choice }, TICKS / 20);
     }
 }
@@ -146,7 +141,7 @@ fn no_energy_is_made_by_encoders_askew() {
 #[test]
 fn without_the_stage_the_same_loop_oscillates() {
     let image = column(TISSUES[1]);
-    for choice in choices() {
+    for choice in Choice::all() {
         let choice = Choice { settings: StageSettings::NONE, ..choice };
         let seen = run(&image, choice, 20_000);
         print("without", &choice, TISSUES[1], &seen);
@@ -158,7 +153,7 @@ fn without_the_stage_the_same_loop_oscillates() {
 #[test]
 fn without_passivity_control_the_coupling_makes_energy() {
     let image = column(TISSUES[1]);
-    for choice in choices().filter(|choice| (choice.device, choice.grip) != (0, 0)) {
+    for choice in Choice::all().filter(|choice| (choice.device, choice.grip) != (0, 0)) {
         let settings = StageSettings { passivity: None, ..choice.settings };
         let choice = Choice { settings, ..choice };
         let seen = run(&image, choice, TICKS / 20);

@@ -5,8 +5,8 @@
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::{TickOutput, ToolSample};
-use chaincell_tests::closed_loop::DEVICES;
-use chaincell_tests::handle::{Hand, Handle, Moving};
+use chaincell_tests::closed_loop::{DEVICES, handle};
+use chaincell_tests::handle::{Hand, Moving};
 use nalgebra::{Rotation3, Vector3};
 
 /// A wall below z = 0, its ledger exact.
@@ -49,11 +49,9 @@ fn run(
     grip: Option<(f64, f64)>,
     wish_m: impl Fn(u32) -> f64,
 ) -> Seen {
-    let (profile, mass_kg, count_m) = DEVICES[device];
-    let mut stage = Stage::new(StageSettings::for_device(profile)).unwrap();
+    let mut stage = Stage::new(StageSettings::for_device(DEVICES[device].0)).unwrap();
     let mut wall = Wall { stiffness_n_per_m, stored_j: 0.0 };
-    let axes = Rotation3::identity();
-    let handle = Handle { mass_kg, damping_n_s_per_m: 0.5, count_m, axes, delay_ticks: 1 };
+    let handle = handle(device, Rotation3::identity());
     let mut moving = Moving::new(handle, Vector3::new(0.0, 0.0, from_m));
     let (mut port_j, mut speed_m_per_s) = (0.0_f64, 0.0_f64);
     for tick in 0..ticks {

@@ -12,20 +12,10 @@ fn against_a_wall(settings: StageSettings, stiffness: f32, path: impl Fn(u16) ->
 
 /// As [`against_a_wall`], everything that is given.
 fn outputs(settings: StageSettings, stiffness: f32, path: impl Fn(u16) -> f32) -> Vec<TickOutput> {
-    let (mut stage, mut stored) = (Stage::new(settings).unwrap(), 0.0);
+    let (mut stage, mut wall) = (Stage::new(settings).unwrap(), Wall::new(stiffness));
     let tick = |tick: u16| {
-        let position_m = Vector3::new(0.0, 0.0, path(tick));
-        let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
-        let depth = (-tool.position_m.z).max(0.0);
-        let before = core::mem::replace(&mut stored, 0.5 * stiffness * depth * depth);
-        let answer = TickOutput {
-            force_n: Vector3::new(0.0, 0.0, stiffness * depth),
-            work_j: stored - before,
-            energy_j: stored,
-            stiffness_n_per_m: if depth > 0.0 { stiffness } else { 0.0 },
-            ..TickOutput::NONE
-        };
-        stage.output(&answer)
+        let tool = stage.sample(&at_height(path(tick)));
+        stage.output(&wall.tick(&tool))
     };
     (0..4000).map(tick).collect()
 }

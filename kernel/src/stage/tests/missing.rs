@@ -72,21 +72,10 @@ fn ticks_that_are_missing_are_no_debt() {
     let profile = StageSettings::for_device(Device::Omega);
     let settings = StageSettings { coupling: None, ramp_ticks: 10, ..profile };
     let forces = |silence: u16, away: f32| {
-        let mut stage = Stage::new(settings).unwrap();
-        let mut stored = 0.0;
+        let (mut stage, mut wall) = (Stage::new(settings).unwrap(), Wall::new(1000.0));
         let mut go = |stage: &mut Stage, z: f32| {
-            let tool =
-                stage.sample(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 });
-            let depth = (-tool.position_m.z).max(0.0);
-            let before = core::mem::replace(&mut stored, 500.0 * depth * depth);
-            let answer = TickOutput {
-                force_n: Vector3::new(0.0, 0.0, 1000.0 * depth),
-                work_j: stored - before,
-                energy_j: stored,
-                stiffness_n_per_m: 1000.0,
-                ..TickOutput::NONE
-            };
-            stage.output(&answer).force_n.z
+            let tool = stage.sample(&at_height(z));
+            stage.output(&wall.tick(&tool)).force_n.z
         };
         for at in 0..600_u16 {
             go(&mut stage, -1.0e-5 * f32::from(at));
@@ -122,20 +111,10 @@ fn answers_that_are_lost_are_no_debt() {
     let forces = |lost: core::ops::Range<u16>, is_told: bool| {
         let profile = StageSettings::for_device(Device::Omega);
         let settings = StageSettings { max_force_n: f32::INFINITY, ..profile };
-        let mut stage = Stage::new(settings).unwrap();
-        let mut stored = 0.0;
+        let (mut stage, mut wall) = (Stage::new(settings).unwrap(), Wall::new(1000.0));
         let tick = |tick: u16| {
-            let position_m = Vector3::new(0.0, 0.0, -1.0e-4 * f32::from(tick));
-            let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
-            let depth = -tool.position_m.z;
-            let before = core::mem::replace(&mut stored, 500.0 * depth * depth);
-            let answer = TickOutput {
-                force_n: Vector3::new(0.0, 0.0, 1000.0 * depth),
-                work_j: stored - before,
-                energy_j: stored,
-                stiffness_n_per_m: 1000.0,
-                ..TickOutput::NONE
-            };
+            let tool = stage.sample(&at_height(-1.0e-4 * f32::from(tick)));
+            let answer = wall.tick(&tool);
             if !lost.contains(&tick) {
                 stage.output(&answer).force_n.z
             } else if is_told {
@@ -160,19 +139,10 @@ fn answers_that_are_lost_are_no_debt() {
 fn answers_that_are_late_are_shown() {
     let forces = |is_late: bool| {
         let mut stage = Stage::new(StageSettings::for_device(Device::Omega)).unwrap();
-        let mut stored = 0.0;
+        let mut wall = Wall::new(1000.0);
         let tick = |tick: u16| {
-            let position_m = Vector3::new(0.0, 0.0, -2.0e-5 * f32::from(tick));
-            let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
-            let depth = -tool.position_m.z;
-            let before = core::mem::replace(&mut stored, 500.0 * depth * depth);
-            let answer = TickOutput {
-                force_n: Vector3::new(0.0, 0.0, 1000.0 * depth),
-                work_j: stored - before,
-                energy_j: stored,
-                stiffness_n_per_m: 1000.0,
-                ..TickOutput::NONE
-            };
+            let tool = stage.sample(&at_height(-2.0e-5 * f32::from(tick)));
+            let answer = wall.tick(&tool);
             if is_late {
                 stage.missed();
             }

@@ -92,6 +92,35 @@ proptest! {
     }
 }
 
+/// A wall below z = 0, its ledger exact.
+struct Wall {
+    stiffness: f32,
+    stored: f32,
+}
+
+impl Wall {
+    fn new(stiffness: f32) -> Self {
+        Self { stiffness, stored: 0.0 }
+    }
+
+    fn tick(&mut self, tool: &ToolSample) -> TickOutput {
+        let depth = (-tool.position_m.z).max(0.0);
+        let before = core::mem::replace(&mut self.stored, 0.5 * self.stiffness * depth * depth);
+        TickOutput {
+            force_n: Vector3::new(0.0, 0.0, self.stiffness * depth),
+            work_j: self.stored - before,
+            energy_j: self.stored,
+            stiffness_n_per_m: if depth > 0.0 { self.stiffness } else { 0.0 },
+            ..TickOutput::NONE
+        }
+    }
+}
+
+/// An engaged tool at a height.
+fn at_height(z: f32) -> ToolSample {
+    ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 }
+}
+
 /// The force of a spring of 1 N a tick of motion, along z.
 fn tick(stage: &mut Stage, z: f32) -> TickOutput {
     let tool = stage.sample(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 });
