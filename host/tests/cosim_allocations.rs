@@ -16,9 +16,9 @@ use chaincell_host::cosim::services::{Domain, Scene};
 use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::tissue::TissueEngine;
 use chaincell_host::recording::{Recording, TraceFile};
-use chaincell_kernel::sample::{TickOutput, ToolSample};
 use chaincell_kernel::trace::Header;
 use chaincell_kernel::{Model, Network, Settings, Track};
+use chaincell_kernel::{TickOutput, ToolSample};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };

@@ -14,7 +14,7 @@ use chaincell_host::cosim::serve::{Ending, ServeOptions, Server};
 use chaincell_host::cosim::services::Scene;
 use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::wait::Wait;
-use chaincell_kernel::sample::Flags;
+use chaincell_kernel::Flags;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
 

@@ -3,7 +3,7 @@
 use iceoryx2::port::update_connections::UpdateConnections;
 use serde::{Deserialize, Serialize};
 
-use chaincell_kernel::sample::Flags;
+use chaincell_kernel::Flags;
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 use super::complain::complain;

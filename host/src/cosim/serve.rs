@@ -14,7 +14,7 @@ mod watchdog;
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
 
-use chaincell_kernel::sample::ToolSample;
+use chaincell_kernel::ToolSample;
 
 use super::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use super::command::CommandServer;

@@ -1,7 +1,7 @@
 //! What the loop needs of a tissue.
 
-use chaincell_kernel::sample::{TickOutput, ToolSample};
 use chaincell_kernel::trace::Command;
+use chaincell_kernel::{TickOutput, ToolSample};
 
 use super::command::Refusal;
 use super::payload::NodePosition;

@@ -11,7 +11,7 @@ use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{ServeOptions, ServeReport, Server};
 use chaincell_host::cosim::services::{Domain, Ports, Scene};
 use chaincell_host::cosim::tissue::TissueEngine;
-use chaincell_kernel::sample::{TickOutput, ToolSample};
+use chaincell_kernel::{TickOutput, ToolSample};
 use nalgebra::Vector3;
 
 /// Longest wait for anything that must happen.

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::settings::{Drive, Settings, Unloading};
+use crate::tick::settings::{Drive, Settings, Unloading};
 use crate::{Model, Network, Tissue, ToolSample, Track};
 
 static PLANE: &[u8] = crate::include_model!("../../../tests/data/plane9.chaincell");
