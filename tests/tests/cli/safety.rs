@@ -184,13 +184,13 @@ fn every_requirement_is_traced_to_tests_that_exist() {
 #[test]
 fn a_broken_trace_is_seen() {
     let good = "| H1 | harm |\n\n- **REQ-ENE-01** [H1] It holds.\n  \
-                Tests: `tests/tests/safety.rs::a_broken_trace_is_seen`, `.ci/deny`,\n  \
+                Tests: `tests/tests/cli/safety.rs::a_broken_trace_is_seen`, `.ci/deny`,\n  \
                 `tests/firmware/run#stack_bytes`.\n";
     assert_eq!(faults(good), Vec::<String>::new());
     for (from, to, expected) in [
         ("a_broken_trace_is_seen", "a_broken", "no test a_broken in"),
         ("a_broken_trace_is_seen", "faults", "no test faults in"),
-        ("tests/tests/safety.rs", "tests/tests/none.rs", "no file"),
+        ("tests/tests/cli/safety.rs", "tests/tests/none.rs", "no file"),
         ("`.ci/deny`", "`.ci/denied`", "no script .ci/denied"),
         ("`.ci/deny`", "`.ci/bring`", ".ci/bring is called by none"),
         ("stack_bytes", "heap_bytes", "no heap_bytes in"),
@@ -267,6 +267,6 @@ fn the_list_of_foreign_software_is_true() {
     assert!(
         stands == list,
         "kernel/SAFETY.md lists other software than the kernel has: \
-         CHAINCELL_RENEW=1 cargo test -p chaincell-tests --test safety writes it anew\n{list}"
+         CHAINCELL_RENEW=1 cargo test -p chaincell-tests --test cli safety writes it anew\n{list}"
     );
 }

@@ -108,7 +108,7 @@ fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
 
 /// The beginning of a trace.
 fn begun() -> Recording {
-    let image = ImageBytes::copy(include_bytes!("../../tests/data/plane9.chaincell"));
+    let image = ImageBytes::copy(include_bytes!("../data/plane9.chaincell"));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     Recording::of(&Header::of::<Track>(&network).unwrap(), &[40]).unwrap()

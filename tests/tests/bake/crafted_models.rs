@@ -9,7 +9,7 @@ use chaincell_kernel::{Model, include_model};
 use chaincell_tests::chaincell;
 use chaincell_tests::files::{scratch, text, write_path};
 
-static PLANE9: &[u8] = include_model!("../data/plane9.chaincell");
+static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
 /// Where the number of the input's nodes stands: the last word of the parameters, the first
 /// section of an image as the bake writes it.
 const INPUT_NODES_WORD: usize = 15;

@@ -99,23 +99,23 @@ fn converges_at_first_order(text: &str, diagonals: bool, alpha: f64) {
 
 #[test]
 fn euler_converges_with_8_neighbours() {
-    converges_at_first_order(include_str!("../data/plane_c8_a000_d050.csv"), true, 0.0);
+    converges_at_first_order(include_str!("../../data/plane_c8_a000_d050.csv"), true, 0.0);
 }
 
 #[test]
 fn euler_converges_with_4_neighbours() {
-    converges_at_first_order(include_str!("../data/plane_c4_a000_d050.csv"), false, 0.0);
+    converges_at_first_order(include_str!("../../data/plane_c4_a000_d050.csv"), false, 0.0);
 }
 
 #[test]
 fn euler_converges_with_a_band() {
-    converges_at_first_order(include_str!("../data/plane_c4_a100_d050.csv"), false, 0.1);
+    converges_at_first_order(include_str!("../../data/plane_c4_a100_d050.csv"), false, 0.1);
 }
 
 /// Cell by cell in place, far more slowly than `track` and without its memory.
 #[test]
 fn gauss_seidel_finds_the_minimum() {
-    let Reference(exact) = reference(include_str!("../data/plane_c8_a000_d050.csv"));
+    let Reference(exact) = reference(include_str!("../../data/plane_c8_a000_d050.csv"));
     let (positions, _) = run(true, 0.0, Scheme::GaussSeidel, 0.01);
     let errors: Vec<f64> =
         positions.iter().map(|positions| largest_distance(positions, &exact[3])).collect();
@@ -126,7 +126,7 @@ fn gauss_seidel_finds_the_minimum() {
 /// `track` answers the static question: the energy minimum, unique without a band.
 #[test]
 fn track_finds_the_minimum() {
-    let Reference(exact) = reference(include_str!("../data/plane_c8_a000_d050.csv"));
+    let Reference(exact) = reference(include_str!("../../data/plane_c8_a000_d050.csv"));
     let (positions, _) = run(true, 0.0, Scheme::Track, 0.1);
     let errors: Vec<f64> =
         positions.iter().map(|positions| largest_distance(positions, &exact[3])).collect();
@@ -218,28 +218,28 @@ fn rkl2_begins_anew_after_every_move() {
 
 #[test]
 fn rkl2_is_right_in_a_few_passes_with_8_neighbours() {
-    let text = include_str!("../data/plane_c8_a000_d050.csv");
+    let text = include_str!("../../data/plane_c8_a000_d050.csv");
     one_tick_is_right(text, true, 0.0, Scheme::Rkl2, 1e-3, [13, 45, 140]);
 }
 
 #[test]
 fn rkl2_is_right_in_a_few_passes_with_4_neighbours() {
-    let text = include_str!("../data/plane_c4_a000_d050.csv");
+    let text = include_str!("../../data/plane_c4_a000_d050.csv");
     one_tick_is_right(text, false, 0.0, Scheme::Rkl2, 1e-3, [13, 45, 120]);
 }
 
 #[test]
 fn rkl2_is_right_in_a_few_passes_with_a_band() {
-    let text = include_str!("../data/plane_c4_a100_d050.csv");
+    let text = include_str!("../../data/plane_c4_a100_d050.csv");
     one_tick_is_right(text, false, 0.1, Scheme::Rkl2, 1e-3, [13, 45, 120]);
 }
 
 #[test]
 fn rkl1_is_roughly_right_in_fewer_passes() {
-    let c8 = include_str!("../data/plane_c8_a000_d050.csv");
+    let c8 = include_str!("../../data/plane_c8_a000_d050.csv");
     one_tick_is_right(c8, true, 0.0, Scheme::Rkl1, 1e-2, [13, 35, 100]);
-    let c4 = include_str!("../data/plane_c4_a000_d050.csv");
+    let c4 = include_str!("../../data/plane_c4_a000_d050.csv");
     one_tick_is_right(c4, false, 0.0, Scheme::Rkl1, 1e-2, [13, 35, 80]);
-    let band = include_str!("../data/plane_c4_a100_d050.csv");
+    let band = include_str!("../../data/plane_c4_a100_d050.csv");
     one_tick_is_right(band, false, 0.1, Scheme::Rkl1, 1e-2, [13, 35, 80]);
 }

@@ -1,6 +1,6 @@
 //! Faults of a co-simulation, each injected into real processes: killed, stopped, cut off, lied to.
 //!
-//! Figures are printed as rows of a table: `cargo test -p chaincell-tests --test faults --
+//! Figures are printed as rows of a table: `cargo test -p chaincell-tests --test session faults --
 //! --nocapture | grep FAULT`.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
@@ -9,9 +9,9 @@ mod clock;
 mod kill;
 mod memory;
 mod poses;
-mod rivals;
 mod services;
 mod stand_still;
+mod two_publishers;
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-mod common;
-
 use std::ffi::OsString;
 use std::process::{Child, Command, Stdio};
 
@@ -14,9 +12,10 @@ use chaincell_host::cosim::record::Recorder;
 use chaincell_host::cosim::serve::{ServeOptions, Server, serve};
 use chaincell_host::cosim::services::{Domain, Scene};
 use chaincell_host::terminal;
+use chaincell_tests::turn;
 use iceoryx2::prelude::{Config, NodeBuilder, Path, PortFactory, SemanticString, ipc};
 
-use common::*;
+use super::spring::*;
 
 /// A child process, killed at the latest when the test ends.
 struct Killed(Child);
@@ -43,6 +42,8 @@ impl Drop for Killed {
 
 /// Arguments that make this test executable play one side.
 fn child_args(child: &str, options: &ServeOptions, ticks: u64) -> Vec<OsString> {
+    let (_, module) = module_path!().split_once("::").unwrap();
+    let child = &format!("{module}::{child}");
     let root = options.domain.root.as_ref().unwrap().display();
     let scene = options.scene.as_ref().unwrap();
     let play = format!("play={scene}={root}={ticks}");
@@ -95,6 +96,7 @@ fn child_control() {
 
 #[test]
 fn a_killed_server_is_replaced_without_clearing_up_by_hand() {
+    let _turn = turn();
     let (_root, options) = options();
     let sent = poses(0..50);
     for _ in 0..4 {
@@ -108,6 +110,7 @@ fn a_killed_server_is_replaced_without_clearing_up_by_hand() {
 
 #[test]
 fn a_killed_controller_is_replaced_while_the_server_runs_on() {
+    let _turn = turn();
     let (_root, mut options) = options();
     options.seconds = Some(2.0 * LIMIT.as_secs_f64());
     options.ticks = None;
@@ -131,6 +134,7 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
 
 #[test]
 fn a_service_with_other_limits_is_refused_with_the_remedy() {
+    let _turn = turn();
     let (_root, options) = options();
     drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
     let mut config = Config::default();
@@ -152,6 +156,7 @@ fn a_service_with_other_limits_is_refused_with_the_remedy() {
 
 #[test]
 fn cosim_collects_both_reports_and_leaves_no_child() {
+    let _turn = turn();
     let (_root, options) = options();
     let reports = cosim(&CosimOptions {
         serve_args: child_args("child_serve", &options, 200),
@@ -180,6 +185,7 @@ fn child_cosim() {
 
 #[test]
 fn a_killed_cosim_leaves_no_process_behind() {
+    let _turn = turn();
     let (_root, options) = options();
     let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
     let listener = watcher.force.subscriber_builder().create().unwrap();
@@ -195,6 +201,7 @@ fn a_killed_cosim_leaves_no_process_behind() {
 
 #[test]
 fn cosim_says_which_side_failed() {
+    let _turn = turn();
     let (_root, options) = options();
     let _other = Server::open(&options).unwrap();
     let error = cosim(&CosimOptions {

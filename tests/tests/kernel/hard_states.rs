@@ -1,7 +1,7 @@
 //! From any state at all the certified level never rises by itself and bounds what is published:
 //! inverted, flattened, coincident and exploded bodies, in every scheme.
 //!
-//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test hard_states` takes ten million
+//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test kernel hard_states` takes ten million
 //! sweeps instead of a hundred thousand.
 #![allow(clippy::unwrap_used)]
 

@@ -1,6 +1,6 @@
 //! Whole trajectories on the vector unit and without it: the same bits, tick by tick.
 //!
-//! `cargo test --release -p chaincell-tests --test same_bits` checks the fully optimised build.
+//! `cargo test --release -p chaincell-tests --test kernel same_bits` checks the fully optimised build.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};

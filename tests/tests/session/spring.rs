@@ -1,5 +1,4 @@
 //! What the tests of the co-simulation share: a spring for a tissue, scenes of their own.
-#![allow(dead_code, missing_docs)]
 
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};

@@ -1,6 +1,6 @@
 //! `soak`: both processes under load, every tick answered, no memory taken, all of it counted.
 //!
-//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test soak` runs for ten minutes.
+//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test session soak` runs for ten minutes.
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-mod common;
-
 use std::time::{Duration, Instant};
 
 use chaincell_host::cosim::control::{ControlOptions, control};
@@ -15,15 +13,17 @@ use chaincell_host::cosim::services::Scene;
 use chaincell_host::cosim::state::StateReader;
 use chaincell_host::cosim::wait::Wait;
 use chaincell_kernel::sample::Flags;
+use chaincell_tests::turn;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
 
 use nalgebra::Vector3;
 
-use common::*;
+use super::spring::*;
 
 #[test]
 fn every_pose_is_answered_in_order_in_every_wait_mode() {
+    let _turn = turn();
     for wait in [Wait::Hybrid, Wait::Spin, Wait::Event] {
         let (_root, mut options) = options();
         options.wait = wait;
@@ -51,6 +51,7 @@ fn every_pose_is_answered_in_order_in_every_wait_mode() {
 
 #[test]
 fn repeated_and_backward_ticks_are_counted_and_not_executed() {
+    let _turn = turn();
     let (_root, mut options) = options();
     options.ticks = Some(4);
     options.hash_every = 3;
@@ -67,6 +68,7 @@ fn repeated_and_backward_ticks_are_counted_and_not_executed() {
 
 #[test]
 fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
+    let _turn = turn();
     let (_root, mut options) = options();
     options.ticks = Some(1);
     let server = start_server(&options);
@@ -81,6 +83,7 @@ fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
 
 #[test]
 fn without_a_ramp_the_watchdog_publishes_once_and_never_ticks() {
+    let _turn = turn();
     let (_root, mut options) = options();
     options.ticks = Some(3);
     options.watchdog_ms = 100;
@@ -106,6 +109,7 @@ fn without_a_ramp_the_watchdog_publishes_once_and_never_ticks() {
 
 #[test]
 fn the_watchdog_lets_the_force_fall_and_rise_and_never_ticks() {
+    let _turn = turn();
     let (_root, mut options) = options();
     options.ticks = Some(83);
     options.watchdog_ms = 100;
@@ -154,6 +158,7 @@ fn the_watchdog_lets_the_force_fall_and_rise_and_never_ticks() {
 
 #[test]
 fn a_second_server_is_refused_until_the_first_has_ended() {
+    let _turn = turn();
     let (_root, options) = options();
     let first = Server::open(&options).unwrap();
     let refusal = Server::open(&options).unwrap_err();
@@ -167,6 +172,7 @@ fn a_second_server_is_refused_until_the_first_has_ended() {
 
 #[test]
 fn a_second_controller_is_refused_until_the_first_has_ended() {
+    let _turn = turn();
     let (_root, options) = options();
     let _server = Server::open(&options).unwrap();
     let first = Sender::new(&options);
@@ -180,6 +186,7 @@ fn a_second_controller_is_refused_until_the_first_has_ended() {
 
 #[test]
 fn a_missing_server_is_an_error_that_names_the_remedy() {
+    let _turn = turn();
     let (_root, options) = options();
     let control_options = ControlOptions { wait_for_server_s: 0.05, ..control_options(&options) };
     let error = control(&poses(0..3), &control_options).unwrap_err();
@@ -201,6 +208,7 @@ fn foreign_publisher(scene: &Scene) -> Publisher<ipc::Service, ToolPose, ()> {
 
 #[test]
 fn poses_of_a_second_live_publisher_are_not_executed() {
+    let _turn = turn();
     let (_root, mut options) = options();
     options.ticks = Some(30);
     let server = start_server(&options);
@@ -237,6 +245,7 @@ fn poses_of_a_second_live_publisher_are_not_executed() {
 
 #[test]
 fn states_are_sent_no_more_often_than_asked() {
+    let _turn = turn();
     let (_root, options) = options();
     let hz = 20;
     let begun = Instant::now();
@@ -264,6 +273,7 @@ fn states_are_sent_no_more_often_than_asked() {
 
 #[test]
 fn type_names_and_limits_are_those_of_the_contract() {
+    let _turn = turn();
     let (_root, options) = options();
     let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
     for (limits, name, bytes) in [
@@ -281,6 +291,7 @@ fn type_names_and_limits_are_those_of_the_contract() {
 
 #[test]
 fn the_floor_is_measured_in_every_wait_mode() {
+    let _turn = turn();
     for wait in [Wait::Hybrid, Wait::Spin, Wait::Event] {
         let (_root, options) = options();
         let floor = floor::measure(wait, false, 50, &options.domain).unwrap();
