@@ -8,8 +8,10 @@ use super::model_file;
 use super::reports::ModelReport;
 use crate::bake::{BakeOptions, HatSpacing, PerCell, bake};
 use crate::error::{Error, Result};
+use crate::files::output;
+use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions};
-use crate::{interrupt, output, terminal};
+use crate::terminal;
 
 /// Bake a mesh into a model image that the kernel reads in place.
 #[derive(Debug, clap::Args)]

@@ -4,11 +4,11 @@ use chaincell_kernel::Unloading;
 use chaincell_kernel::trace::Command;
 use serde::Serialize;
 
-use crate::cosim::clock::SECOND_NS;
-use crate::cosim::command::{CommandClient, Refusal, SWEEPS_MAX};
-use crate::cosim::payload::CommandMessage;
-use crate::cosim::services::{Domain, Scene};
 use crate::error::{Error, Result};
+use crate::session::ipc::command::{CommandClient, Refusal, SWEEPS_MAX};
+use crate::session::ipc::payload::CommandMessage;
+use crate::session::ipc::services::{Domain, Scene};
+use crate::session::timing::clock::SECOND_NS;
 use crate::terminal;
 
 /// Longest wait for the reply \[ns\].

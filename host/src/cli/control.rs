@@ -6,11 +6,11 @@ use clap::ValueEnum;
 
 use super::inject::{InjectArgs, tell_injected};
 use super::session::{LoopArgs, tell_refused};
-use crate::cosim::control::{ControlOptions, ControlReport, control};
-use crate::cosim::motion::Press;
-use crate::cosim::payload::ToolPose;
+use crate::engine::motion::Press;
 use crate::error::{Error, Result};
-use crate::path::{self, Rules};
+use crate::files::path::{self, Rules};
+use crate::session::ipc::payload::ToolPose;
+use crate::session::loops::control::{ControlOptions, ControlReport, control};
 use crate::terminal;
 
 /// Send tool poses at 1 kHz to a served scene and time its answers.

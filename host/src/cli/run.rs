@@ -11,15 +11,17 @@ use serde::Serialize;
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::stage::{StageArgs, StageReport};
-use crate::cosim::histogram::{Latencies, Summary};
-use crate::cosim::payload::ToolPose;
-use crate::cosim::tissue::TissueEngine;
+use crate::engine::staged::Staged;
+use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
-use crate::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
-use crate::path::{self, Rules};
-use crate::recording::{Recording, TraceFile};
-use crate::staged::Staged;
-use crate::{interrupt, recording, terminal};
+use crate::files::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
+use crate::files::path::{self, Rules};
+use crate::files::recording;
+use crate::files::recording::{Recording, TraceFile};
+use crate::interrupt;
+use crate::session::ipc::payload::ToolPose;
+use crate::session::timing::histogram::{Latencies, Summary};
+use crate::terminal;
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
 #[derive(Debug, clap::Args)]

@@ -1,9 +1,9 @@
 //! Model images; what is accepted is ticked in every scheme and number type.
 
 use chaincell_host::bake::{ImageBytes, Notes};
-use chaincell_host::contact;
-use chaincell_host::cosim::payload::NodePosition;
+use chaincell_host::engine::contact;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::session::ipc::payload::NodePosition;
 use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
 use chaincell_kernel::{Model, Network};
 use clap::ValueEnum;

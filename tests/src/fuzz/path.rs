@@ -1,8 +1,8 @@
 //! Path files, strict and recorded, played by the rules of `serve`.
 
-use chaincell_host::cosim::payload::ToolPose;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_host::path::{Rules, parse, to_text};
+use chaincell_host::files::path::{Rules, parse, to_text};
+use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_kernel::{Network, Settings, ToolSample};
 
 use super::bodies;

@@ -1,0 +1,5 @@
+//! Files of a run: the output folder, traces of sessions, tool paths.
+
+pub mod output;
+pub mod path;
+pub mod recording;
