@@ -7,10 +7,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use chaincell_host::bake::ImageBytes;
-use chaincell_host::engine::tissue::TissueEngine;
+use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::files::recording::{Recording, TraceFile};
 use chaincell_host::session::ipc::names::unique_scene;
-use chaincell_host::session::ipc::payload::{NodePosition, ToolPose};
+use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::services::{Domain, Scene};
 use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::loops::control::{ControlOptions, control};
@@ -83,7 +83,7 @@ impl TissueEngine for Counter {
         self.ticks
     }
 
-    fn read_nodes(&mut self, _to: &mut [NodePosition]) {
+    fn read_nodes(&mut self, _to: &mut [Node]) {
         self.states += 1;
     }
 }

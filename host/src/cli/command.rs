@@ -5,7 +5,7 @@ use chaincell_kernel::trace::Command;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::session::ipc::command::{CommandClient, Refusal, SWEEPS_MAX};
+use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
 use crate::session::ipc::services::{Domain, Scene};
 use crate::session::timing::clock::SECOND_NS;
@@ -75,7 +75,7 @@ pub fn execute(args: &Args) -> Result<()> {
         return Err(Error::input(format!(
             "refused (reason {}): {}",
             reply.reason,
-            Refusal::text(reply.reason)
+            refusal_text(reply.reason)
         )));
     }
     let report = Report {

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::stage::{StageArgs, StageReport};
+use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
@@ -19,7 +20,6 @@ use crate::files::path::{self, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
 use crate::interrupt;
-use crate::session::ipc::payload::ToolPose;
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal;
 
@@ -168,7 +168,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
 }
 
-fn check_snapshots(ticks: &[u64], poses: &[Vec<ToolPose>]) -> Result<()> {
+fn check_snapshots(ticks: &[u64], poses: &[Vec<Pose>]) -> Result<()> {
     let of_path: BTreeSet<u64> = poses.iter().flatten().map(|pose| pose.tick).collect();
     let (first, last) = (of_path.first().copied(), of_path.last().copied());
     match ticks.iter().find(|tick| !of_path.contains(tick)) {
@@ -195,8 +195,8 @@ pub struct Played {
 /// `after` being called behind each tick. Ends early, with what it has, when the user asks to stop.
 pub fn play(
     tissue: &mut Staged<'_>,
-    sequences: &[Vec<ToolPose>],
-    mut after: impl FnMut(&ToolPose, &mut Staged<'_>) -> Result<()>,
+    sequences: &[Vec<Pose>],
+    mut after: impl FnMut(&Pose, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = sequences.iter().map(Vec::len).sum();
     let mut played =
@@ -224,7 +224,7 @@ pub fn play(
 
 impl Played {
     /// One timed tick.
-    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &ToolPose) {
+    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose) {
         let sample = ToolSample::from(*pose);
         let start = Instant::now();
         let output = tissue.tick(&sample);

@@ -135,8 +135,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let finished = recorder.finish_trace();
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
-        folder
-            .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
+        let received = recorder.rows().iter().map(|row| row.0.into());
+        folder.write("path.csv", path::to_text(received).as_bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         let summary = ServeSummary {

@@ -7,12 +7,11 @@ use chaincell_kernel::Model;
 use tempfile::TempDir;
 
 use crate::engine::contact::{farthest, inward};
-use crate::engine::motion::Press;
+use crate::engine::motion::{Pose, Press};
 use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
 use crate::files::output;
 use crate::files::path;
-use crate::session::ipc::payload::ToolPose;
 use crate::session::ipc::services::{Domain, Scene};
 use crate::session::loops::floor::{self, Floor};
 use crate::session::loops::inject::{Faults, Plan};
@@ -96,7 +95,7 @@ pub struct Session {
 
 /// The built-in press on the contact cells of an engine, along their mean inward normal; with a
 /// probe from outside on the cell in the middle of `--contact auto`.
-pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<ToolPose>> {
+pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<Pose>> {
     let model = engine.network().model();
     let (cells, clearance_m) = match *engine.contact() {
         Contact::Cells(ref cells) => (cells.clone(), 0.0),
@@ -137,12 +136,7 @@ pub struct Sides {
 }
 
 /// Measures the floor, then runs both processes over `poses`.
-pub fn run(
-    files: &Files<'_>,
-    poses: &[ToolPose],
-    sides: Sides,
-    common: &LoopArgs,
-) -> Result<Session> {
+pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -> Result<Session> {
     let sent = files.scratch.join("sent.csv");
     output::write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
     let spinner = terminal::progress(1, "measuring the machine's floor");

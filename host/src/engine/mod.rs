@@ -18,8 +18,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::session::ipc::command::Refusal;
-use crate::session::ipc::payload::NodePosition;
+use tissue::{Node, Refusal};
 
 /// `--dynamics`: the scheme that moves the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
@@ -146,7 +145,7 @@ trait AnyTissue {
     fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
-    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [NodePosition]);
+    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
     fn forbid_sleep(&mut self, model: &Model<'_>);
@@ -184,18 +183,18 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
     }
 
-    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [NodePosition]) {
+    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]) {
         let ids = model.input_id();
         let has_fine = model.fine_nodes() > 0;
         for (place, &at) in to.iter_mut().zip(shown) {
             let index = at as usize;
             *place = if has_fine {
                 let position = self.view().fine_position_m(model, index).unwrap_or_default();
-                NodePosition { node: at, position_m: position.into() }
+                Node { id: at, position_m: position.into() }
             } else {
                 let position = to_m(model, self.position(model, index));
-                let node = ids.get(index).copied().unwrap_or(u32::MAX);
-                NodePosition { node, position_m: position.map(|x| x as f32) }
+                let id = ids.get(index).copied().unwrap_or(u32::MAX);
+                Node { id, position_m: position.map(|x| x as f32) }
             };
         }
     }
@@ -359,7 +358,7 @@ impl<'m> Engine<'m> {
 
     /// Published positions by ascending input id, as far as there is room. Allocates nothing once
     /// [`Self::node_count`] was asked.
-    pub fn read_nodes(&mut self, to: &mut [NodePosition]) {
+    pub fn read_nodes(&mut self, to: &mut [Node]) {
         let model = self.network.model();
         self.tissue.nodes(model, self.shown.get_or_init(|| shown(model)), to);
     }

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
-use crate::session::ipc::payload::ToolPose;
 
 /// Tremor of the hand: physiological tremor lies between 8 and 12 Hz \[Hz\].
 const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
@@ -15,6 +15,23 @@ const TICKS_PER_S: f64 = 1000.0;
 const PHASES: [f64; 3] = [0.1, 0.4, 0.75];
 /// Fewest ticks that have room for every phase.
 pub const TICKS_MIN: u64 = 20;
+
+/// The tool in one tick, as a row of a path file has it: any number may stand in it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pose {
+    /// Number of the tick.
+    pub tick: u64,
+    /// Tool position in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// 1 while the tool holds the contact cells, else 0.
+    pub engaged: u32,
+}
+
+impl From<Pose> for ToolSample {
+    fn from(pose: Pose) -> Self {
+        Self { position_m: Vector3::from(pose.position_m), engaged: pose.engaged }
+    }
+}
 
 /// A press along a line: a pure function of the tick, equal on every machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +63,7 @@ impl Press {
 
     /// The pose of a tick; the first tick is 0. Past the end the tool rests where it started.
     #[must_use]
-    pub fn pose(&self, tick: u64) -> ToolPose {
+    pub fn pose(&self, tick: u64) -> Pose {
         let [press, hold, retreat] = PHASES.map(|share| (share * self.ticks as f64) as u64);
         // The last tick lets go.
         let end = self.ticks - 1;
@@ -59,7 +76,7 @@ impl Press {
         let window = rise_and_fall(share(hold, retreat, tick));
         let position_m =
             self.touch_m + self.direction * depth_m + tremor(tick) * (0.01 * self.depth_m * window);
-        ToolPose {
+        Pose {
             tick,
             position_m: position_m.map(|coordinate| coordinate as f32).into(),
             engaged: u32::from((press..end).contains(&tick)),
@@ -68,7 +85,7 @@ impl Press {
 
     /// All poses, in order.
     #[must_use]
-    pub fn poses(&self) -> Vec<ToolPose> {
+    pub fn poses(&self) -> Vec<Pose> {
         (0..self.ticks).map(|tick| self.pose(tick)).collect()
     }
 }

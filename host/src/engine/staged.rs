@@ -5,10 +5,8 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Drive, TickOutput, ToolSample};
 
 use crate::engine::Engine;
-use crate::engine::tissue::TissueEngine;
+use crate::engine::tissue::{Node, Refusal, TissueEngine};
 use crate::error::{Error, Result};
-use crate::session::ipc::command::Refusal;
-use crate::session::ipc::payload::NodePosition;
 
 /// An engine with the stage between it and the device, or without one.
 ///
@@ -72,7 +70,7 @@ impl TissueEngine for Staged<'_> {
         self.engine.state_hash()
     }
 
-    fn read_nodes(&mut self, to: &mut [NodePosition]) {
+    fn read_nodes(&mut self, to: &mut [Node]) {
         self.engine.read_nodes(to);
     }
 

@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::session::ipc::payload::ToolPose;
 
 /// First line of every path file.
 pub const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
@@ -27,7 +27,7 @@ pub enum Rules {
 ///
 /// # Errors
 /// File, line and field of the first thing that breaks the rules, and the remedy.
-pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
+pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<Pose>>> {
     let file = File::open(path).map_err(|why| Error::file("open path", path, why))?;
     parse(BufReader::new(file), &path.display().to_string(), rules)
 }
@@ -36,9 +36,9 @@ pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<ToolPose>>> {
+pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<Pose>>> {
     let mut sequences = Vec::new();
-    let mut poses: Vec<ToolPose> = Vec::new();
+    let mut poses: Vec<Pose> = Vec::new();
     let mut bytes = Vec::new();
     for line in 1_u64.. {
         bytes.clear();
@@ -80,7 +80,7 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
 }
 
 /// One row.
-fn pose(row: &str, rules: Rules) -> std::result::Result<ToolPose, String> {
+fn pose(row: &str, rules: Rules) -> std::result::Result<Pose, String> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
     let &[tick, x, y, z, engaged] = fields.as_slice() else {
         return Err(format!("{} fields; a row has 5: {HEADER}", fields.len()));
@@ -104,15 +104,11 @@ fn pose(row: &str, rules: Rules) -> std::result::Result<ToolPose, String> {
     if rules == Rules::Strict && engaged_number > 1 {
         return Err(format!("field engaged `{engaged}`: must be 0 or 1"));
     }
-    Ok(ToolPose { tick, position_m, engaged: engaged_number })
+    Ok(Pose { tick, position_m, engaged: engaged_number })
 }
 
 /// Whether a row may stand behind the last.
-fn follows(
-    last: Option<&ToolPose>,
-    pose: &ToolPose,
-    rules: Rules,
-) -> std::result::Result<(), String> {
+fn follows(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Result<(), String> {
     match last {
         Some(last) if rules == Rules::Strict && Some(pose.tick) != last.tick.checked_add(1) => {
             Err(format!(
@@ -129,7 +125,7 @@ fn follows(
 /// The text of a path file; decimals that read back as the same single-precision numbers. Where a
 /// tick is not above the one before, another controller took over: the header stands once more.
 #[must_use]
-pub fn to_text(poses: impl IntoIterator<Item = ToolPose>) -> String {
+pub fn to_text(poses: impl IntoIterator<Item = Pose>) -> String {
     let mut text = format!("{HEADER}\n");
     let mut last = None;
     for pose in poses {
@@ -148,7 +144,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn strict(text: &str) -> Result<Vec<Vec<ToolPose>>> {
+    fn strict(text: &str) -> Result<Vec<Vec<Pose>>> {
         parse(text.as_bytes(), "p.csv", Rules::Strict)
     }
 
@@ -188,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_controller_that_numbers_anew_begins_a_sequence() {
-        let pose = |tick| ToolPose { tick, ..ToolPose::default() };
+        let pose = |tick| Pose { tick, ..Pose::default() };
         let text = to_text([5, 6, 2, 3, 3].map(pose));
         let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
         let ticks: Vec<Vec<u64>> =
@@ -200,8 +196,8 @@ mod tests {
     proptest! {
         #[test]
         fn text_round_trips_every_bit(bits in prop::collection::vec(any::<[u32; 3]>(), 1..20)) {
-            let poses: Vec<ToolPose> = (bits.iter().enumerate())
-                .map(|(tick, bits)| ToolPose {
+            let poses: Vec<Pose> = (bits.iter().enumerate())
+                .map(|(tick, bits)| Pose {
                     tick: tick as u64,
                     position_m: bits.map(|bits| Some(f32::from_bits(bits))
                         .filter(|x| !x.is_nan()).unwrap_or(f32::NAN)),
@@ -210,7 +206,7 @@ mod tests {
                 .collect();
             let text = to_text(poses.iter().copied());
             let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
-            let key = |pose: &ToolPose| (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged);
+            let key = |pose: &Pose| (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged);
             prop_assert!(back.iter().flatten().map(key).eq(poses.iter().map(key)));
         }
 

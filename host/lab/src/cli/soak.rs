@@ -14,11 +14,11 @@ use chaincell_host::cli::model_file;
 use chaincell_host::cli::scene::SceneArgs;
 use chaincell_host::cli::session::{self, LoopArgs, tell_refused};
 use chaincell_host::engine::Engine;
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::{self, Folder};
 use chaincell_host::files::path;
 use chaincell_host::interrupt;
-use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::services::Domain;
 use chaincell_host::session::loops::control::ControlReport;
 use chaincell_host::session::loops::floor;
@@ -178,13 +178,7 @@ struct Both {
     memory: [Growth; 2],
 }
 
-fn both(
-    args: &Args,
-    plan: &Plan,
-    poses: &[ToolPose],
-    model: &Path,
-    scratch: &Path,
-) -> Result<Both> {
+fn both(args: &Args, plan: &Plan, poses: &[Pose], model: &Path, scratch: &Path) -> Result<Both> {
     let sent = scratch.join("press.csv");
     output::write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
     let mut common = args.common.to_args();

@@ -10,8 +10,9 @@ use iceoryx2::port::server::Server;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::request_response;
 
-use chaincell_kernel::trace::{Command, CommandError};
+use chaincell_kernel::trace::Command;
 
+use crate::engine::tissue::Refusal;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
@@ -32,51 +33,18 @@ const CLIENTS_MAX: usize = 8;
 /// Commands of one program under way.
 const ACTIVE_MAX: usize = 4;
 
-/// Why a command was refused, by the number in its reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Refusal {
-    /// No such command, or a reserved word that is not zero.
-    Unknown = 1,
-    /// No such parameter.
-    Parameter = 2,
-    /// The value is out of the parameter's range.
-    Value = 3,
-    /// The parameter is fixed for a run, or under this scheme.
-    Fixed = 4,
-    /// The recording has no room for a further command.
-    Recording = 5,
-    /// The body could not be reset.
-    Reset = 6,
-    /// This server takes no commands.
-    Unsupported = 7,
-}
-
-impl Refusal {
-    /// The refusal of a reply's number, and what it means.
-    #[must_use]
-    pub fn text(reason: u32) -> &'static str {
-        match reason {
-            1 => "unknown command, or the server is of another release",
-            2 => "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set",
-            3 => "the value is out of range; sweeps are 1 to 1000, limits above 0",
-            4 => "fixed for a run: start chaincell serve again with another value",
-            5 => "the recording has no room for a further command: start chaincell serve again",
-            6 => "the body could not be reset: start chaincell serve again",
-            7 => "this server takes no commands",
-            _ => "for a reason unknown to this release",
-        }
-    }
-}
-
-impl From<CommandError> for Refusal {
-    fn from(why: CommandError) -> Self {
-        match why {
-            CommandError::Kind => Self::Unknown,
-            CommandError::Parameter => Self::Parameter,
-            CommandError::Fixed => Self::Fixed,
-            CommandError::Value => Self::Value,
-        }
+/// What the reason of a refused command means, by its number in a reply.
+#[must_use]
+pub fn refusal_text(reason: u32) -> &'static str {
+    match reason {
+        1 => "unknown command, or the server is of another release",
+        2 => "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set",
+        3 => "the value is out of range; sweeps are 1 to 1000, limits above 0",
+        4 => "fixed for a run: start chaincell serve again with another value",
+        5 => "the recording has no room for a further command: start chaincell serve again",
+        6 => "the body could not be reset: start chaincell serve again",
+        7 => "this server takes no commands",
+        _ => "for a reason unknown to this release",
     }
 }
 

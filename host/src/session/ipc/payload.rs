@@ -4,7 +4,9 @@ use std::mem::{offset_of, size_of};
 
 use chaincell_kernel::sample::ToolSample;
 use iceoryx2::prelude::ZeroCopySend;
-use nalgebra::Vector3;
+
+use crate::engine::motion::Pose;
+use crate::engine::tissue::Node;
 
 /// Type name of [`ToolPose`] in shared memory.
 pub(crate) const TOOL_POSE: &str = "chaincell.ToolPose.v1";
@@ -103,13 +105,31 @@ pub struct ReplyMessage {
     pub state_hash: u64,
     /// 0 done, 1 refused: nothing has changed.
     pub result: u32,
-    /// Why it was refused, see [`super::command::Refusal`]; 0 when done.
+    /// Why it was refused, see [`Refusal`](crate::engine::tissue::Refusal); 0 when done.
     pub reason: u32,
+}
+
+impl From<Node> for NodePosition {
+    fn from(node: Node) -> Self {
+        Self { node: node.id, position_m: node.position_m }
+    }
+}
+
+impl From<Pose> for ToolPose {
+    fn from(pose: Pose) -> Self {
+        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
+    }
+}
+
+impl From<ToolPose> for Pose {
+    fn from(pose: ToolPose) -> Self {
+        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
+    }
 }
 
 impl From<ToolPose> for ToolSample {
     fn from(pose: ToolPose) -> Self {
-        Self { position_m: Vector3::from(pose.position_m), engaged: pose.engaged }
+        Pose::from(pose).into()
     }
 }
 

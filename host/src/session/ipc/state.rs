@@ -11,7 +11,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::publish_subscribe;
 
-use crate::engine::tissue::TissueEngine;
+use crate::engine::tissue::{Node, TissueEngine};
 use crate::error::{Error, Result};
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
@@ -49,7 +49,7 @@ fn topic(scene: &Scene) -> Result<Topic> {
 pub(crate) struct StatePublisher {
     topic: Topic,
     publisher: Publisher<ipc::Service, [NodePosition], StateHeader>,
-    nodes: Vec<NodePosition>,
+    nodes: Vec<Node>,
     period_ns: u64,
     due_ns: u64,
     /// Sum over the ids of the readers, which changes when one joins.
@@ -79,7 +79,7 @@ impl StatePublisher {
         Ok(Self {
             topic,
             publisher,
-            nodes: vec![NodePosition::default(); nodes],
+            nodes: vec![Node::default(); nodes],
             period_ns: SECOND_NS / u64::from(hz),
             due_ns: 0,
             readers: 0,
@@ -126,7 +126,7 @@ impl StatePublisher {
         let nodes = u32::try_from(self.nodes.len()).unwrap_or(u32::MAX);
         let sent = self.publisher.loan_slice_uninit(self.nodes.len()).map(|mut sample| {
             *sample.user_header_mut() = StateHeader { nodes, ..header };
-            sample.write_from_slice(&self.nodes).send()
+            sample.write_from_fn(|at| self.nodes[at].into()).send()
         });
         match sent {
             Ok(Ok(_)) => {}

@@ -7,11 +7,10 @@ use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
 use super::profile::in_input_order;
 use crate::baseline::chainmail::{Chain, Graph, Limits};
 use crate::experiments::report::scene::Scene;
-use chaincell_host::engine::motion::Press;
+use chaincell_host::engine::motion::{Pose, Press};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
-use chaincell_host::session::ipc::payload::ToolPose;
 
 /// Sweeps a tick of the network.
 pub const SWEEPS: u16 = 4;
@@ -25,7 +24,7 @@ pub struct Probe {
     /// Radius \[m\].
     pub radius_m: f64,
     /// Its centre, tick by tick; engaged from the touch on.
-    pub poses: Vec<ToolPose>,
+    pub poses: Vec<Pose>,
     /// Tick of the pictures.
     pub shown: usize,
 }
@@ -57,8 +56,7 @@ impl Probe {
     /// Its centre when the pictures are taken, and when it first touches \[m\].
     #[must_use]
     pub fn centres_m(&self) -> [[f64; 3]; 2] {
-        let at =
-            |pose: Option<&ToolPose>| pose.map_or([0.0; 3], |pose| pose.position_m.map(f64::from));
+        let at = |pose: Option<&Pose>| pose.map_or([0.0; 3], |pose| pose.position_m.map(f64::from));
         let first = self.poses.iter().find(|pose| pose.engaged == 1);
         [at(self.poses.get(self.shown)), at(first)]
     }

@@ -4,7 +4,7 @@ use chaincell_kernel::sample::{Flags, TickOutput};
 use chaincell_kernel::trace::{Command, CommandRecord};
 
 use super::Run;
-use crate::session::ipc::command::Refusal;
+use crate::engine::tissue::Refusal;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader, ToolForce};
 use crate::session::timing::clock::now_ns;
 
