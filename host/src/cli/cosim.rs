@@ -16,9 +16,10 @@ use crate::bake::organ;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
-use crate::files::output::{self, Folder};
+use crate::files::output::Folder;
 use crate::files::path::{self, Rules};
 use crate::files::recording::{self, Played, Stop};
+use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::loops::inject::Injected;
 use crate::session::loops::peers::PeerCost;
@@ -103,7 +104,7 @@ pub fn execute(args: &Args) -> Result<()> {
     Folder::check_room(&out, Recorder::trace_records(poses.len()))?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
-        output::write_whole(&model_path, image.as_bytes())?;
+        write_whole(&model_path, image.as_bytes())?;
     }
     if !args.json {
         terminal::say(format_args!(

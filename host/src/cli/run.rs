@@ -15,10 +15,12 @@ use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
-use crate::files::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
+use crate::files::output::{Answer, Folder, cells_csv, force_csv, vtu};
 use crate::files::path::{self, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
+use crate::files::whole::folder_of;
+use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal;
@@ -105,7 +107,7 @@ pub fn execute(args: &Args) -> Result<()> {
     check_snapshots(&args.snapshot_ticks, &poses)?;
     let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     if let Some(trace) = &args.trace
-        && (args.out.exists() || output::folder_of(trace).exists())
+        && (args.out.exists() || folder_of(trace).exists())
     {
         // Earlier results are not removed for a run that cannot be.
         recording::check_place(trace, args.force)?;
@@ -122,7 +124,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let copy = args.trace.as_ref().filter(|copy| !is_same(copy, &place));
     if let Some(path) = copy {
         // A place that cannot be written is told before the run, not after it.
-        output::write_whole(path, &front)?;
+        write_whole(path, &front)?;
     }
     folder.write(recording::MODEL, image.as_bytes())?;
     let played = play(&mut tissue, &poses, |pose, tissue| {
@@ -136,7 +138,7 @@ pub fn execute(args: &Args) -> Result<()> {
     })?;
     trace.finish()?;
     if let Some(path) = copy {
-        output::write_whole(path, &recording::read(&place)?)?;
+        write_whole(path, &recording::read(&place)?)?;
     }
     let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;

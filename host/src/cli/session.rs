@@ -10,8 +10,8 @@ use crate::engine::contact::{farthest, inward};
 use crate::engine::motion::{Pose, Press};
 use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
-use crate::files::output;
 use crate::files::path;
+use crate::files::whole::write_whole;
 use crate::session::ipc::services::{Domain, Scene};
 use crate::session::loops::floor::{self, Floor};
 use crate::session::loops::inject::{Faults, Plan};
@@ -138,7 +138,7 @@ pub struct Sides {
 /// Measures the floor, then runs both processes over `poses`.
 pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -> Result<Session> {
     let sent = files.scratch.join("sent.csv");
-    output::write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
+    write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
     let spinner = terminal::progress(1, "measuring the machine's floor");
     let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
     spinner.finish_and_clear();

@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use crate::engine::Nodes;
 use crate::error::{Error, Result};
-use crate::files::output::{cells_csv, write_whole};
+use crate::files::output::cells_csv;
+use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::services::{Domain, Scene};

@@ -1,6 +1,8 @@
 //! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
 
 pub mod contact;
+#[cfg(test)]
+pub(crate) mod fixture;
 pub mod motion;
 pub mod staged;
 pub mod tissue;

@@ -90,7 +90,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::files::recording::tests::{engine, plane};
+    use crate::engine::fixture::{engine, plane};
 
     /// Pressed by 40 mm, 1 mm a tick.
     fn press(staged: &mut Staged<'_>) -> Vec<TickOutput> {

@@ -3,3 +3,4 @@
 pub mod output;
 pub mod path;
 pub mod recording;
+pub mod whole;

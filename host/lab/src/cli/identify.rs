@@ -14,7 +14,8 @@ use chaincell_host::cli::BodyArgs;
 use chaincell_host::cli::model_file;
 use chaincell_host::engine::contact::{contact_cells, inward};
 use chaincell_host::error::{Error, Result};
-use chaincell_host::files::output::{self, Folder};
+use chaincell_host::files::output::Folder;
+use chaincell_host::files::whole::{folder_of, write_whole};
 use chaincell_host::terminal;
 
 /// Part of a target that a fit may leave over, and still is one.
@@ -153,7 +154,7 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     folder.write_json("identified.json", &report)?;
     check_fit(&found, bench.direction)?;
-    output::write_whole(&args.output, image.as_bytes())?;
+    write_whole(&args.output, image.as_bytes())?;
     if args.json { terminal::say_json(&report) } else { print(args, &found, bench.direction) }
 }
 
@@ -192,7 +193,7 @@ fn refuse_model(spec: &str) -> Result<()> {
 /// A place that cannot be written is told before the fit, not after it.
 fn check_place(path: &Path) -> Result<()> {
     let failed = |why: std::io::Error| Error::file("write", path, why);
-    tempfile::tempfile_in(output::folder_of(path)).map_err(failed)?;
+    tempfile::tempfile_in(folder_of(path)).map_err(failed)?;
     if path.is_dir() {
         return Err(Error::file("write", path, "it is a folder; name a file"));
     }

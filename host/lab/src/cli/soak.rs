@@ -16,8 +16,9 @@ use chaincell_host::cli::session::{self, LoopArgs, tell_refused};
 use chaincell_host::engine::Engine;
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::error::{Error, Result};
-use chaincell_host::files::output::{self, Folder};
+use chaincell_host::files::output::Folder;
 use chaincell_host::files::path;
+use chaincell_host::files::whole::write_whole;
 use chaincell_host::interrupt;
 use chaincell_host::session::ipc::services::Domain;
 use chaincell_host::session::loops::control::ControlReport;
@@ -135,7 +136,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = session::press(&engine, args.depth_m, plan.press_ticks)?;
     let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     if args.model.is_none() {
-        output::write_whole(&model_path, image.as_bytes())?;
+        write_whole(&model_path, image.as_bytes())?;
     }
     let load = Load::start(match args.load {
         Some(threads) => threads.into(),
@@ -180,7 +181,7 @@ struct Both {
 
 fn both(args: &Args, plan: &Plan, poses: &[Pose], model: &Path, scratch: &Path) -> Result<Both> {
     let sent = scratch.join("press.csv");
-    output::write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
+    write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
     let mut common = args.common.to_args();
     common.push("--histogram".into());
     let mut serve_args: Vec<OsString> = vec!["serve".into(), model.into()];

@@ -9,6 +9,7 @@ mod grouped;
 mod links;
 mod minimum;
 mod npz;
+pub mod profile;
 mod trajectory;
 
 pub use links::{Held, Links};

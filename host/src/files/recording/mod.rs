@@ -21,7 +21,7 @@ use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
-use crate::files::output;
+use crate::files::whole::folder_of;
 use crate::interrupt;
 
 pub use file::{TraceFile, check_idle};
@@ -165,7 +165,7 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
         let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
         file::check_content("--trace", path, &file, force)?;
     }
-    let folder = output::folder_of(path);
+    let folder = folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
     check_idle("--trace", path)
 }

@@ -10,7 +10,7 @@ use rustix::fs::{FallocateFlags, fallocate, statvfs};
 use rustix::process::geteuid;
 
 use crate::error::{Error, Result};
-use crate::files::output::folder_of;
+use crate::files::whole::folder_of;
 
 /// Unit of a file's blocks, whatever those of its disk are \[bytes\].
 const BLOCK_BYTES: u64 = 512;

@@ -3,30 +3,14 @@
 use std::fs;
 use std::path::PathBuf;
 
+use chaincell_kernel::ToolSample;
 use chaincell_kernel::stage::{Coupling, Passivity, Stage};
 use chaincell_kernel::trace::{CommandRecord, header_bytes};
-use chaincell_kernel::{Settings, ToolSample};
 use nalgebra::Vector3;
 
 use super::*;
-use crate::bake::ImageBytes;
-
-/// The plane of 81 cells.
-pub(crate) fn plane() -> ImageBytes {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/plane9.chaincell");
-    ImageBytes::copy(&fs::read(path).unwrap())
-}
-
-/// A plane at rest, its middle held.
-pub(crate) fn engine(image: &ImageBytes) -> Engine<'_> {
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let network = chaincell_kernel::Network::new(
-        model,
-        Settings { sweeps: 3, ..Settings::for_model(&model) },
-    );
-    let middle = model.cell_of_input(40).unwrap();
-    Engine::new(network.unwrap(), Scheme::Track, &[middle]).unwrap()
-}
+use crate::engine::fixture::{engine, plane};
+use crate::files::output::Folder;
 
 /// The beginning of its trace.
 pub(crate) fn begun(stage: Option<&StageSettings>) -> Recording {
@@ -93,12 +77,12 @@ fn a_file_that_is_recorded_to_is_left_alone() {
     assert!(check_idle("--out", &path).is_err() && check_place(&path, true).is_err());
     let session = folder.path().join(TRACE);
     fs::rename(&path, &session).unwrap();
-    let refused = output::Folder::open(folder.path(), true).unwrap_err().to_string();
+    let refused = Folder::open(folder.path(), true).unwrap_err().to_string();
     assert!(refused.contains("another run is recording"), "{refused}");
     assert_eq!(fs::read(&session).unwrap(), before);
     drop(file);
     check_idle("--out", &session).unwrap();
-    output::Folder::open(folder.path(), true).unwrap();
+    Folder::open(folder.path(), true).unwrap();
     check_idle("--out", &session).unwrap();
 }
 

@@ -4,7 +4,7 @@ use chaincell_kernel::Model;
 use proptest::prelude::*;
 
 use super::*;
-use crate::experiments::paper::profile::{in_input_order, middle_row, nonlinearity};
+use crate::reference::profile::{in_input_order, middle_row, nonlinearity};
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::to_m;
 use chaincell_host::mesh::{Mesh, MeshOptions, load};

@@ -12,7 +12,6 @@ pub mod mechanics;
 pub mod methods;
 pub mod plane;
 mod press;
-pub mod profile;
 pub mod scaling;
 pub mod section;
 pub mod write;

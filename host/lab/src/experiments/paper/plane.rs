@@ -4,7 +4,6 @@
 use chaincell_kernel::{Network, Settings, Unloading};
 use serde_json::{Value, json};
 
-use super::profile::{in_input_order, middle_row, nonlinearity};
 use super::section::{Context, Figure, Numbers, Section};
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
 use crate::charts::plot::{Axis, Chart, Style};
@@ -12,6 +11,7 @@ use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
 use crate::experiments::report::press::sample;
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
+use crate::reference::profile::{in_input_order, middle_row, nonlinearity};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh, MeshOptions};

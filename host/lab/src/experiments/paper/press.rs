@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
 
-use super::profile::in_input_order;
 use crate::baseline::chainmail::{Chain, Graph, Limits};
 use crate::experiments::report::scene::Scene;
+use crate::reference::profile::in_input_order;
 use chaincell_host::engine::motion::{Pose, Press};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
 use chaincell_host::error::{Error, Result};

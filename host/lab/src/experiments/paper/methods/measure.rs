@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::body::{Body, HOLD_TICKS, PRESS_TICKS, farthest, turned};
 use super::method::Kind;
-use crate::experiments::paper::profile::{middle_row, nonlinearity};
+use crate::reference::profile::{middle_row, nonlinearity};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 use chaincell_host::session::timing::histogram::Latencies;

@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 use super::body::{Body, norm};
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
 use crate::baseline::{Baseline, MassSpring, Xpbd};
-use crate::experiments::paper::profile::in_input_order;
+use crate::reference::profile::in_input_order;
 use chaincell_host::engine::{Engine, Scheme, to_m};
 use chaincell_host::error::{Error, Result};
 

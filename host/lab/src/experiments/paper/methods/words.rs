@@ -7,8 +7,8 @@ use super::body::{HOLD_TICKS, PRESS_TICKS};
 use super::measure::{Row, TURN_DEGREES, of_plane};
 use super::method::{Kind, SWEEPS};
 use crate::charts::plot::{Axis, Chart, Style};
-use crate::experiments::paper::profile::middle_row;
 use crate::experiments::report::tables::{Table, percent};
+use crate::reference::profile::middle_row;
 use chaincell_host::error::{Error, Result};
 
 /// Largest rise of the energy that counts as rounding of single precision, over the energy.
