@@ -7,15 +7,15 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use chaincell_host::bake::ImageBytes;
-use chaincell_host::cosim::control::{ControlOptions, control};
-use chaincell_host::cosim::names::unique_scene;
-use chaincell_host::cosim::payload::{NodePosition, ToolPose};
-use chaincell_host::cosim::record::Recorder;
-use chaincell_host::cosim::serve::{ServeOptions, Server};
-use chaincell_host::cosim::services::{Domain, Scene};
-use chaincell_host::cosim::state::StateReader;
-use chaincell_host::cosim::tissue::TissueEngine;
-use chaincell_host::recording::{Recording, TraceFile};
+use chaincell_host::engine::tissue::{Node, TissueEngine};
+use chaincell_host::files::recording::{Recording, TraceFile};
+use chaincell_host::session::ipc::names::unique_scene;
+use chaincell_host::session::ipc::payload::ToolPose;
+use chaincell_host::session::ipc::services::{Domain, Scene};
+use chaincell_host::session::ipc::state::StateReader;
+use chaincell_host::session::loops::control::{ControlOptions, control};
+use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::serve::{ServeOptions, Server};
 use chaincell_kernel::sample::{TickOutput, ToolSample};
 use chaincell_kernel::trace::Header;
 use chaincell_kernel::{Model, Network, Settings, Track};
@@ -83,7 +83,7 @@ impl TissueEngine for Counter {
         self.ticks
     }
 
-    fn read_nodes(&mut self, _to: &mut [NodePosition]) {
+    fn read_nodes(&mut self, _to: &mut [Node]) {
         self.states += 1;
     }
 }

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use chaincell_host::bake::{BakeOptions, ImageBytes, bake as bake_mesh};
-use chaincell_host::contact::held;
+use chaincell_host::engine::contact::held;
 use chaincell_host::mesh::{Mesh, load};
 use chaincell_kernel::image::{
     CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind as section,

@@ -5,8 +5,8 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::mesh::{Mesh, load};
-use chaincell_host::reference::Links;
 use chaincell_kernel::{Drive, Flags, Model, Network, Settings, Unloading};
+use chaincell_lab::reference::Links;
 use chaincell_tests::graph::{case, energy_j, sample};
 use clap::ValueEnum;
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_host::reference::{Links, Npz, minimum, trajectory};
+use chaincell_lab::reference::{Links, Npz, minimum, trajectory};
 use chaincell_tests::reference;
 
 const CENTRE: usize = 220;

@@ -5,12 +5,12 @@
 use std::ffi::OsString;
 use std::process::{Child, Command, Stdio};
 
-use chaincell_host::cosim::control::control;
-use chaincell_host::cosim::orchestra::{CosimOptions, cosim};
-use chaincell_host::cosim::payload::ToolPose;
-use chaincell_host::cosim::record::Recorder;
-use chaincell_host::cosim::serve::{ServeOptions, Server, serve};
-use chaincell_host::cosim::services::{Domain, Scene};
+use chaincell_host::session::ipc::payload::ToolPose;
+use chaincell_host::session::ipc::services::{Domain, Scene};
+use chaincell_host::session::loops::control::control;
+use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::serve::{ServeOptions, Server, serve};
+use chaincell_host::session::supervise::{CosimOptions, cosim};
 use chaincell_host::terminal;
 use chaincell_tests::turn;
 use iceoryx2::prelude::{Config, NodeBuilder, Path, PortFactory, SemanticString, ipc};

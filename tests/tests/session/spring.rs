@@ -3,13 +3,13 @@
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use chaincell_host::cosim::control::{ControlOptions, ControlRun};
-use chaincell_host::cosim::names::unique_scene;
-use chaincell_host::cosim::payload::{ToolForce, ToolPose};
-use chaincell_host::cosim::record::Recorder;
-use chaincell_host::cosim::serve::{ServeOptions, ServeReport, Server};
-use chaincell_host::cosim::services::{Domain, Ports, Scene};
-use chaincell_host::cosim::tissue::TissueEngine;
+use chaincell_host::engine::tissue::TissueEngine;
+use chaincell_host::session::ipc::names::unique_scene;
+use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
+use chaincell_host::session::ipc::services::{Domain, Ports, Scene};
+use chaincell_host::session::loops::control::{ControlOptions, ControlRun};
+use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::serve::{ServeOptions, ServeReport, Server};
 use chaincell_kernel::sample::{TickOutput, ToolSample};
 use nalgebra::Vector3;
 

@@ -4,14 +4,14 @@
 
 use std::time::{Duration, Instant};
 
-use chaincell_host::cosim::control::{ControlOptions, control};
-use chaincell_host::cosim::floor;
-use chaincell_host::cosim::payload::{ToolForce, ToolPose};
-use chaincell_host::cosim::record::Recorder;
-use chaincell_host::cosim::serve::{Ending, ServeOptions, Server};
-use chaincell_host::cosim::services::Scene;
-use chaincell_host::cosim::state::StateReader;
-use chaincell_host::cosim::wait::Wait;
+use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
+use chaincell_host::session::ipc::services::Scene;
+use chaincell_host::session::ipc::state::StateReader;
+use chaincell_host::session::loops::control::{ControlOptions, control};
+use chaincell_host::session::loops::floor;
+use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::serve::{Ending, ServeOptions, Server};
+use chaincell_host::session::loops::wait::Wait;
 use chaincell_kernel::sample::Flags;
 use chaincell_tests::turn;
 use iceoryx2::port::publisher::Publisher;
