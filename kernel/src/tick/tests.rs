@@ -205,7 +205,9 @@ fn the_pins_carry_the_force() {
     let network = network(model, Drive::Position);
     let mut tissue = Tissue::<CELLS, Track>::new();
     tissue.reset(&network).unwrap();
-    tissue.choose_contacts(&network, &[3, 150, 151]).unwrap();
+    // The first of them has a pin.
+    let first = pins[2].cell as u16;
+    tissue.choose_contacts(&network, &[first, first + 60, first + 61]).unwrap();
     let way_m = [1.0, -2.0, 0.5].map(|way| way * model.unit_m());
     let mut force = [0.0; 3];
     for tick in 0..3000 {
