@@ -1,6 +1,6 @@
 //! The model: everything about a body that never changes, read in place from its image.
 
-use super::coarse_basis::Hats;
+use super::coarse_basis::CoarseBasis;
 use super::embedded_mesh::Fine;
 use super::image::{ModelError, Sections, kind, params};
 use super::terms::{Others, TermData};
@@ -47,7 +47,7 @@ pub struct Model<'a> {
     pub(crate) fixed: &'a [u16],
     pub(crate) input_id: &'a [u32],
     pub(crate) slices: Option<Slices<'a>>,
-    pub(crate) hats: Option<Hats<'a>>,
+    pub(crate) coarse_basis: Option<CoarseBasis<'a>>,
     pub(crate) colours: Option<Colours<'a>>,
     pub(crate) link_alphas: Option<&'a [f32]>,
     pub(crate) link_weights: Option<&'a [f32]>,
@@ -115,7 +115,7 @@ impl<'a> Model<'a> {
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, cells)?,
             slices: slices(&sections, cells)?,
-            hats: Hats::read(&sections, cells)?,
+            coarse_basis: CoarseBasis::read(&sections, cells)?,
             colours: colours(&sections)?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,

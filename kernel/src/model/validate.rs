@@ -45,7 +45,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     model.others.check(model)?;
     mobilities(model)?;
     slice_values(model)?;
-    hats(model)?;
+    basis(model)?;
     colours(model)?;
     ascending(kind::SURFACE, model.surface, model.cells())?;
     normals(model)?;
@@ -223,15 +223,15 @@ fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
 
 /// Every free cell stands in one box, with weights of at most 1 in all; the inverse is symmetric
 /// and finite. That it inverts is the bake's word, as rest positions are.
-fn hats(model: &Model<'_>) -> Result<(), ModelError> {
-    let Some(hats) = model.hats else { return Ok(()) };
-    rows(kind::HAT_ROWS, hats.rows, hats.cells.len())?;
-    let known = |hat: &u16| usize::from(*hat) < hats.count || *hat == NO_HAT;
-    if let Some(at_box) = hats.corners.iter().position(|corners| !corners.iter().all(known)) {
+fn basis(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(basis) = model.coarse_basis else { return Ok(()) };
+    rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;
+    let known = |hat: &u16| usize::from(*hat) < basis.count || *hat == NO_HAT;
+    if let Some(at_box) = basis.corners.iter().position(|corners| !corners.iter().all(known)) {
         return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
     }
-    let stands = hats.cells.as_flattened();
-    for (cell, (&entry, &mobility)) in hats.entry.iter().zip(model.mobility).enumerate() {
+    let stands = basis.cells.as_flattened();
+    for (cell, (&entry, &mobility)) in basis.entry.iter().zip(model.mobility).enumerate() {
         let here = stands.get(usize::from(entry)).copied().map(usize::from);
         let expected = if mobility > 0.0 { Some(cell) } else { None };
         if here != expected || (here.is_none() && entry != NO_HAT) {
@@ -239,8 +239,8 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
         }
     }
     for (stand, &cell) in stands.iter().enumerate() {
-        let entry = hats.entry.get(usize::from(cell)).copied().map(usize::from);
-        let weights = || (0..LANES).map(|corner| hats.weight(stand, corner));
+        let entry = basis.entry.get(usize::from(cell)).copied().map(usize::from);
+        let weights = || (0..LANES).map(|corner| basis.weight(stand, corner));
         let again = stand % 2 == 1 && entry == Some(stand - 1) && weights().all(|w| w == 0.0);
         if entry != Some(stand) && !again {
             return Err(ModelError::Index(kind::HAT_CELLS, at(stand)));
@@ -249,10 +249,10 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
         }
     }
-    for row in 0..hats.count {
-        for column in 0..hats.stride() {
-            let value = hats.inverse_at(row, column);
-            let mirrored = if column < hats.count { hats.inverse_at(column, row) } else { 0.0 };
+    for row in 0..basis.count {
+        for column in 0..basis.stride() {
+            let value = basis.inverse_at(row, column);
+            let mirrored = if column < basis.count { basis.inverse_at(column, row) } else { 0.0 };
             let in_range = value.abs() <= INVERSE_MAX && (row != column || value > 0.0);
             if !in_range || value != mirrored {
                 return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));

@@ -42,7 +42,8 @@ pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) ->
     body.awake.wake_all(model);
     // The leak moves cells that no link pulls.
     body.awake.postpone_sleep();
-    let sum = body.terms.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+    let sum =
+        body.terms.saturated_residual(&body.awake.set, body.state, body.residual, body.contacts);
     let energy = sum.times_power_of_two(0.125);
     let potential = body.terms.potential(energy, body.state, body.contacts);
     let step = step / model.capacitance();
@@ -83,7 +84,7 @@ impl<N: Loops> Scheme for Euler<N> {
             beyond
         } else {
             let set = &body.awake.set;
-            let energy = N::pass(body.terms, set, body.state, body.residual, body.contacts);
+            let energy = N::residual(body.terms, set, body.state, body.residual, body.contacts);
             body.level.set(body.terms.potential(energy, body.state, body.contacts));
             linear_step(body, step)
         };

@@ -36,7 +36,7 @@ use crate::number::Number;
 use crate::number::cell::{Cell, output};
 use crate::number::two_float::TwoFloat;
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// Room for the rounding of a current that was cut at the energy bound.
 const SHORT: f64 = 0.999;

@@ -1,7 +1,7 @@
 //! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
 
 use super::links::number::LinkNumber;
-use super::pass::Terms;
+use super::residual::Terms;
 use super::term::Term;
 use crate::model::Model;
 use crate::number::Number;
@@ -53,9 +53,9 @@ pub enum ContactError {
     /// The tissue has too little room to hold that many cells against the model's hats: size it
     /// with [`hats_room`](crate::hats_room).
     Hats {
-        /// Octets needed.
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
     /// The tool is engaged: cells change hands only while it is not.
@@ -71,9 +71,9 @@ pub enum ContactError {
     /// The tissue has too little room for a probe and the model's hats: size it with
     /// [`probe_room`](crate::probe_room).
     ProbeHats {
-        /// Octets needed.
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
 }
@@ -90,7 +90,7 @@ impl core::fmt::Display for ContactError {
             Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
             Self::Hats { needed, room } => write!(
                 f,
-                "holding these cells needs {needed} octets of room for the hats, there are {room}"
+                "holding these cells needs {needed} blocks of room for the hats, there are {room}"
             ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
             Self::Radius { max_m } => {
@@ -102,7 +102,7 @@ impl core::fmt::Display for ContactError {
             ),
             Self::ProbeHats { needed, room } => write!(
                 f,
-                "a probe needs {needed} octets of room for the hats, there are {room}: size it \
+                "a probe needs {needed} blocks of room for the hats, there are {room}: size it \
                  with probe_room, or bake with --hats none"
             ),
         }

@@ -9,16 +9,16 @@
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - [`current`]: a load, the current into the contact cells.
 //! - [`probe`]: which cells a sphere touches, and where it puts them.
-//! - `pass`, `sliced`: one pass, cell by cell and eight cells side by side.
+//! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
 
 pub mod current;
 pub mod held;
 pub mod links;
 pub(crate) mod number;
-pub(crate) mod pass;
 #[cfg(test)]
 mod pin;
 pub mod probe;
+pub(crate) mod residual;
 pub(crate) mod sliced;
 pub(crate) mod term;
 #[cfg(test)]

@@ -30,7 +30,7 @@
 
 use super::held::Contact;
 use super::links::number::LinkNumber;
-use super::pass::Terms;
+use super::residual::Terms;
 use super::term::Term;
 use crate::model::Model;
 use crate::number::Number;

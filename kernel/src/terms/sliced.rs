@@ -2,7 +2,7 @@
 
 use super::held::Contact;
 use super::links::sliced::SlicedLinks;
-use super::pass::Terms;
+use super::residual::Terms;
 use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
@@ -67,7 +67,7 @@ impl<'a> Contacts<'a> {
 
 /// The pass over slices, where unit and model allow it; whether they do. The states must lie
 /// within K.
-pub(crate) fn pass(
+pub(crate) fn residual(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     at: &[Cell],
@@ -79,12 +79,12 @@ pub(crate) fn pass(
         return false;
     };
     let contacts = Contacts::new(contacts);
-    run(terms.vectors, SlicedPass { terms, links, awake, at, residual, contacts, reduce });
+    run(terms.vectors, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
     true
 }
 
 /// A pass over the awake slices, and what it sums on the way.
-pub(crate) struct SlicedPass<'a, 'm, R> {
+pub(crate) struct SlicedResidual<'a, 'm, R> {
     pub terms: Terms<'a, 'm>,
     pub links: SlicedLinks<'a, 'm>,
     pub awake: &'a SliceSet,
@@ -94,7 +94,7 @@ pub(crate) struct SlicedPass<'a, 'm, R> {
     pub reduce: &'a mut R,
 }
 
-impl<R: Reduce> Work for SlicedPass<'_, '_, R> {
+impl<R: Reduce> Work for SlicedResidual<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
@@ -110,7 +110,7 @@ impl<R: Reduce> Work for SlicedPass<'_, '_, R> {
     }
 }
 
-impl<R: Reduce> SlicedPass<'_, '_, R> {
+impl<R: Reduce> SlicedResidual<'_, '_, R> {
     #[inline(always)]
     fn slice<V: F32x8, const VARIED: bool>(&mut self, slice: usize) {
         let mut buffer = [Cell::ZERO; LANES];

@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use super::held::Contact;
 use crate::model::Model;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::{
     ALIGNMENT, CHECKSUM_OFFSET, ENTRY_BYTES, FORMAT_VERSION, HEADER_BYTES, MAGIC, SECTION_VERSION,
     checksum, kind, params,
@@ -20,15 +20,15 @@ pub(crate) const ROUNDING_ROOM: f64 = 1.0e-3;
 pub(crate) fn matrix(
     model: &Model<'_>,
     pins: impl Iterator<Item = Pin>,
-    hats: &Hats<'_>,
+    basis: &CoarseBasis<'_>,
     held: &[Contact],
 ) -> Vec<Vec<f64>> {
     let row = |cell: usize| -> Vec<(usize, f64)> {
         let is_held = held.iter().any(|contact| contact.cell() == cell);
-        let row = hats.row_of(cell).filter(|_| !is_held);
+        let row = basis.row_of(cell).filter(|_| !is_held);
         row.map(|(hat, weight)| (hat, f64::from(weight))).collect()
     };
-    let mut matrix = vec![vec![0.0; hats.count]; hats.count];
+    let mut matrix = vec![vec![0.0; basis.count]; basis.count];
     let mut add = |map: &[(usize, f64)], weight: f32| {
         for &(a, x) in map {
             for &(b, y) in map {
@@ -150,17 +150,17 @@ pub(crate) fn pinned(from: &[u8], pins: &[Pin], afloat: bool) -> &'static [u8] {
             }
             kind::FIXED if afloat => section.clear(),
             kind::HAT_INVERSE => {
-                let hats = model.hats.unwrap();
-                let mut bound = matrix(&model, pins.iter().copied(), &hats, &[]);
+                let basis = model.coarse_basis.unwrap();
+                let mut bound = matrix(&model, pins.iter().copied(), &basis, &[]);
                 for (hat, row) in bound.iter_mut().enumerate() {
-                    row[hat] *= 1.0 + ROUNDING_ROOM * (hats.count as f64).sqrt();
+                    row[hat] *= 1.0 + ROUNDING_ROOM * (basis.count as f64).sqrt();
                 }
                 let inverse = inverse(bound);
                 let at = |i: usize, j: usize| {
-                    if j < hats.count { inverse[i.max(j)][i.min(j)] as f32 } else { 0.0 }
+                    if j < basis.count { inverse[i.max(j)][i.min(j)] as f32 } else { 0.0 }
                 };
-                let rows =
-                    (0..hats.count).flat_map(|i| (0..hats.octets() * LANES).map(move |j| at(i, j)));
+                let rows = (0..basis.count)
+                    .flat_map(|i| (0..basis.blocks() * LANES).map(move |j| at(i, j)));
                 *section = rows.flat_map(f32::to_le_bytes).collect();
             }
             _ => {}

@@ -19,9 +19,9 @@ pub enum ResetError {
     /// The model has hats, for which the scheme has too little room: size it with
     /// [`hats_room`](crate::hats_room), or bake the model without hats.
     Hats {
-        /// Octets needed.
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
     /// The scheme goes by colours, and the model has none: bake it with `--colours`.
@@ -40,7 +40,7 @@ impl fmt::Display for ResetError {
             }
             Self::Hats { needed, room } => write!(
                 f,
-                "the model's hats need {needed} octets of room, the tissue has {room}: size it with \
+                "the model's hats need {needed} blocks of room, the tissue has {room}: size it with \
                  hats_room, or bake with --hats none"
             ),
             Self::Colours => f.write_str("the model has no colours: bake it with --colours"),

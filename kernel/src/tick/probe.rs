@@ -28,7 +28,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         let moved = self.push_out(&sphere);
         if changed {
-            self.head.taken = D::take_out(model, self.room, self.contacts);
+            self.head.deflated = D::deflate(model, self.room, self.contacts);
         }
         if changed || moved {
             self.head.dynamics.pushed();

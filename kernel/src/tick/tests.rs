@@ -19,7 +19,7 @@ use crate::terms::tests::{pinned, with_word};
 /// 299 cells, 20 of them fixed; bands, weights, slices, 24 hats, colours and a surface.
 static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chaincell");
 const CELLS: usize = 299;
-/// Octets for a coarse level with 16 held cells or a probe.
+/// Blocks for a coarse level with 16 held cells or a probe.
 const ROOM: usize = 160;
 
 type Body<D> = Tissue<CELLS, D, 16>;

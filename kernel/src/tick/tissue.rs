@@ -15,7 +15,7 @@ use crate::number::two_float::Eight;
 use crate::number::{Number, float_env};
 use crate::solver::awake::Awake;
 use crate::solver::level::Level;
-use crate::solver::{CellArrays, Dynamics, Octets};
+use crate::solver::{Blocks, CellArrays, Dynamics};
 use crate::terms::held::{self, Contact, ContactError};
 use crate::terms::links::number::LinkNumber;
 
@@ -31,7 +31,7 @@ pub struct Head<D> {
     /// Radius of the probe, where contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
     /// Hats taken out for the probe's contacts; `None` where that cannot be done.
-    pub(crate) taken: Option<u16>,
+    pub(crate) deflated: Option<u16>,
     /// Where the probe touched first, relative to where it was engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],
     /// Whether the tool holds them.
@@ -64,7 +64,7 @@ impl<D: Dynamics> Head<D> {
         model: None,
         chosen: 0,
         probe: None,
-        taken: None,
+        deflated: None,
         touched_at: [0.0; 3],
         engaged: false,
         tool_origin_m: [0.0; 3],
@@ -107,7 +107,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             state: [Cell::ZERO; CELLS],
             residual: <D::Residual<CELLS> as CellArrays<D::Number>>::ZERO,
             own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
-            room: <D::Room as Octets>::ZERO,
+            room: <D::Room as Blocks>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
         }
     }
@@ -171,7 +171,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
 }
 
 /// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\]; `room` in
-/// octets.
+/// blocks of eight `f32`.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
     (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()

@@ -39,7 +39,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         if self.head.probe.is_some() {
             if engaged != self.head.engaged {
-                self.head.taken = Some(0);
+                self.head.deflated = Some(0);
                 self.head.chosen = 0;
             }
         } else if engaged && !self.head.engaged {

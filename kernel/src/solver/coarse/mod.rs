@@ -45,6 +45,6 @@ use crate::number::two_float::Eight;
 
 /// The vectors of one axis or of one correction, cut from the room.
 #[inline(always)]
-pub(crate) fn vector(room: &[Eight], octets: usize, index: usize) -> &[Eight] {
-    room.get(index * octets..(index + 1) * octets).unwrap_or(&[])
+pub(crate) fn vector(room: &[Eight], blocks: usize, index: usize) -> &[Eight] {
+    room.get(index * blocks..(index + 1) * blocks).unwrap_or(&[])
 }

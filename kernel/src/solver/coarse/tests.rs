@@ -16,23 +16,23 @@ pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/bo
 
 /// Solves for a right-hand side in the room; returns both sides, axis by axis.
 fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, f64) {
-    let hats = model.hats.unwrap();
-    let octets = hats.octets();
-    let mut room = vec![[0.0_f32; LANES]; hats_room(hats.count, held.len())];
-    hold(model, &hats, &mut room, held);
+    let basis = model.coarse_basis.unwrap();
+    let blocks = basis.blocks();
+    let mut room = vec![[0.0_f32; LANES]; hats_room(basis.count, held.len())];
+    hold(model, &basis, &mut room, held);
     for axis in 0..3 {
-        for hat in 0..hats.count {
+        for hat in 0..basis.count {
             let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
-            room[axis * octets + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+            room[axis * blocks + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
         }
     }
-    let solve = Solve { hats, room: &mut room, coarse: Coarse::Corrected(held.len()) };
+    let solve = Solve { basis, room: &mut room, coarse: Coarse::Corrected(held.len()) };
     let product = run(VectorUnit::find(), solve);
     let side = |from: usize| -> Vec<[f64; 3]> {
         let at = |hat: usize, axis: usize| {
-            f64::from(room[(from + axis) * octets + hat / LANES][hat % LANES])
+            f64::from(room[(from + axis) * blocks + hat / LANES][hat % LANES])
         };
-        (0..hats.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+        (0..basis.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
     };
     (side(0), side(3), f64::from(product.hi))
 }
@@ -51,8 +51,8 @@ fn held_cells_with_pins_are_corrected_for_exactly() {
 }
 
 fn corrected_for_exactly(model: &Model<'_>) {
-    let hats = model.hats.unwrap();
-    let whole = matrix(model, model.others.0.iter(), &hats, &[]);
+    let basis = model.coarse_basis.unwrap();
+    let whole = matrix(model, model.others.0.iter(), &basis, &[]);
     let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
     for count in [0, 1, 2, 7, 30, free.len()] {
         let held: Vec<Contact> = free
@@ -63,14 +63,14 @@ fn corrected_for_exactly(model: &Model<'_>) {
             .map(Contact::new)
             .collect();
         let (g, c, product) = solved(model, &held);
-        let masked = matrix(model, model.others.0.iter(), &hats, &held);
+        let masked = matrix(model, model.others.0.iter(), &basis, &held);
         let mut exact = 0.0;
-        for hat in 0..hats.count {
+        for hat in 0..basis.count {
             for axis in 0..3 {
-                let room = ROUNDING_ROOM * (hats.count as f64).sqrt();
+                let room = ROUNDING_ROOM * (basis.count as f64).sqrt();
                 let own = room * whole[hat][hat] * c[hat][axis];
                 let sum: f64 =
-                    (0..hats.count).map(|other| masked[hat][other] * c[other][axis]).sum();
+                    (0..basis.count).map(|other| masked[hat][other] * c[other][axis]).sum();
                 assert!(
                     (sum + own - g[hat][axis]).abs() < 2e-3,
                     "{count} held, hat {hat}: {sum} and {own} for {}",
@@ -81,8 +81,8 @@ fn corrected_for_exactly(model: &Model<'_>) {
                 assert!(own * c[hat][axis] >= 0.0);
             }
         }
-        let curved: f64 = (0..hats.count * hats.count)
-            .map(|at| (at / hats.count, at % hats.count))
+        let curved: f64 = (0..basis.count * basis.count)
+            .map(|at| (at / basis.count, at % basis.count))
             .flat_map(|(a, b)| (0..3).map(move |axis| (a, b, axis)))
             .map(|(a, b, axis)| c[a][axis] * masked[a][b] * c[b][axis])
             .sum();

@@ -22,12 +22,12 @@ use super::coarse::Coarse;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::terms::held::Contact;
 use crate::terms::links::number::LinkNumber;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// The arrays of `track`.
 pub struct Points<'a, N> {
@@ -63,11 +63,11 @@ impl Moved {
 #[allow(private_interfaces)]
 pub trait Loops: LinkNumber {
     /// Whether the hats of a model are used; without, `track` goes by its own cells alone.
-    const HATS: bool;
+    const COARSE: bool;
 
     /// One pass at the states `v`: residuals of awake slices, contact cells driven; gives
     /// the energy in internal units.
-    fn pass(
+    fn residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         v: &[Cell<Self>],
@@ -78,13 +78,13 @@ pub trait Loops: LinkNumber {
     }
 
     /// One pass of `track` at y: energy, r . r / W, r . s and r . `z_last`.
-    fn track_pass(
+    fn track_residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         points: &mut Points<'_, Self>,
         contacts: &[Contact<Self>],
     ) -> [TwoFloat; 4] {
-        scalar::track::pass(terms, awake, points, contacts)
+        scalar::track::residual(terms, awake, points, contacts)
     }
 
     /// The update of `track` without hats.
@@ -134,14 +134,14 @@ pub trait Loops: LinkNumber {
 }
 
 impl Loops for f64 {
-    const HATS: bool = false;
+    const COARSE: bool = false;
 }
 
 impl Loops for I8F24 {
-    const HATS: bool = false;
+    const COARSE: bool = false;
 }
 
 /// The hats of the model, where the number uses them.
-pub(crate) fn hats<'m, N: Loops>(model: &Model<'m>) -> Option<Hats<'m>> {
-    model.hats.filter(|_| N::HATS)
+pub(crate) fn coarse_basis<'m, N: Loops>(model: &Model<'m>) -> Option<CoarseBasis<'m>> {
+    model.coarse_basis.filter(|_| N::COARSE)
 }

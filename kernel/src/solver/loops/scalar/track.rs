@@ -12,10 +12,10 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Loops, Moved, Points};
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
-/// See `Loops::track_pass`.
-pub(crate) fn pass<N: Loops>(
+/// See `Loops::track_residual`.
+pub(crate) fn residual<N: Loops>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, N>,

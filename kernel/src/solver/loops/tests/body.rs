@@ -120,7 +120,7 @@ impl Body {
                 weights: varied.weights.then_some(&self.slice_weights),
             }),
             colours: None,
-            hats: None,
+            coarse_basis: None,
             link_alphas: varied.alphas.then_some(&self.alphas),
             link_weights: varied.weights.then_some(&self.weights),
             weight_min: 1.0,

@@ -18,8 +18,8 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::terms::held::Contact;
 use crate::terms::links::sliced::SlicedLinks;
-use crate::terms::pass::Terms;
-use crate::terms::sliced::{Contacts, SlicedPass};
+use crate::terms::residual::Terms;
+use crate::terms::sliced::{Contacts, SlicedResidual};
 use body::{Body, Link, Varied};
 
 /// Everything that a pass and the updates after it compute, as bits.
@@ -74,7 +74,7 @@ impl Case {
     fn scalar(&self, model: &Model<'_>) -> Outcome {
         self.outcome(
             model,
-            &|terms, awake, points, held| scalar::track::pass(terms, &awake.set, points, held),
+            &|terms, awake, points, held| scalar::track::residual(terms, &awake.set, points, held),
             &|awake, points| {
                 f32::track_step(
                     Terms { model, closed: self.closed, vectors: None, current: None },
@@ -104,7 +104,7 @@ impl Case {
                 let links = SlicedLinks::of(terms.links(), points.at).unwrap();
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
                 let (contacts, reduce) = (Contacts::new(held), &mut sums);
-                run(unit, SlicedPass { terms, links, awake, at, residual, contacts, reduce });
+                run(unit, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
                 sums.totals()
             },
             &|awake, points| {

@@ -72,7 +72,7 @@ impl<'a, 'm> Terms<'a, 'm> {
 
     /// The same at the outputs of all states; every slice has to be awake. Gives the sum of w d^2
     /// over the cells.
-    pub fn saturated_pass<N: LinkNumber>(
+    pub fn saturated_residual<N: LinkNumber>(
         self,
         awake: &SliceSet,
         v: &[Cell<N>],
