@@ -154,6 +154,7 @@ fn a_service_with_other_limits_is_refused_with_the_remedy() {
 fn cosim_collects_both_reports_and_leaves_no_child() {
     let (_root, options) = options();
     let reports = cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", &options, 200),
         control_args: child_args("child_control", &options, 200),
         motion_ms: 200,
@@ -170,6 +171,7 @@ fn cosim_collects_both_reports_and_leaves_no_child() {
 fn child_cosim() {
     let Some((options, ticks)) = child_options() else { return };
     let reports = cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", &options, ticks),
         control_args: child_args("child_control", &options, ticks),
         motion_ms: ticks,
@@ -198,6 +200,7 @@ fn cosim_says_which_side_failed() {
     let (_root, options) = options();
     let _other = Server::open(&options).unwrap();
     let error = cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", &options, 200),
         control_args: child_args("child_control", &options, 200),
         motion_ms: 200,
