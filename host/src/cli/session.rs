@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::engine::contact::{farthest, inward};
 use crate::engine::motion::{Pose, Press};
-use crate::engine::{Contact, Engine};
+use crate::engine::{Contact, Engine, rest_m};
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
@@ -105,7 +105,7 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut touch_m = direction.map(|x| -clearance_m * x / length);
     for &cell in &cells {
-        let at = crate::engine::to_m(model, model.rest_position(cell.into()).map(f64::from));
+        let at = rest_m(model, cell.into());
         for axis in 0..3 {
             touch_m[axis] += at[axis] / cells.len() as f64;
         }

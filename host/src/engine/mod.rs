@@ -469,6 +469,12 @@ pub struct Nodes {
     pub positions_m: Vec<[f64; 3]>,
 }
 
+/// Where a cell rests in the frame of the input mesh \[m\].
+#[must_use]
+pub fn rest_m(model: &Model<'_>, cell: usize) -> [f64; 3] {
+    to_m(model, model.rest_position(cell).map(f64::from))
+}
+
 /// An internal position in the frame of the input mesh \[m\].
 #[must_use]
 pub fn to_m(model: &Model<'_>, position: [f64; 3]) -> [f64; 3] {
