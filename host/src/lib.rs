@@ -1,24 +1,21 @@
 //! Tools around the chaincell kernel: the library behind the `chaincell` command.
+//!
+//! Each module uses only those above it:
+//!
+//! - [`error`], [`terminal`], [`interrupt`]: errors with exit codes, printing, Ctrl-C.
+//! - [`mesh`]: reads, generates and checks meshes.
+//! - [`mod@bake`]: turns a mesh into a model image.
+//! - [`engine`]: a tissue on the heap, its contact, its output stage, the built-in press.
+//! - [`files`]: traces, path files and output folders.
+//! - [`session`]: the 1 kHz loop over shared memory, both sides and their supervisor.
+//! - [`cli`]: the command line.
 
 pub mod bake;
-pub mod baseline;
 pub mod cli;
-pub mod contact;
-pub mod cosim;
 pub mod engine;
 pub mod error;
-pub mod identify;
+pub mod files;
 pub mod interrupt;
 pub mod mesh;
-pub mod output;
-pub mod paper;
-pub mod path;
-pub mod plot;
-pub mod recording;
-pub mod reference;
-pub mod render;
-pub mod report;
-pub mod soak;
-pub mod staged;
-pub mod stress;
+pub mod session;
 pub mod terminal;

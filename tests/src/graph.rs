@@ -4,8 +4,8 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::mesh::Mesh;
-pub use chaincell_host::stress::{FIXED_RESOLUTION, energy_j};
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+pub use chaincell_lab::experiments::stress::{FIXED_RESOLUTION, energy_j};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 

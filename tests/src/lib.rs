@@ -34,7 +34,7 @@ pub fn reference(test: &str) -> Option<PathBuf> {
 /// A scene name that no other test and no other run has.
 #[must_use]
 pub fn scene(test: &str) -> String {
-    chaincell_host::cosim::names::unique_scene(test)
+    chaincell_host::session::ipc::names::unique_scene(test)
 }
 
 /// Real-time loops of several tests would take each other's cores: each waits for its turn.

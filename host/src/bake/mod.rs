@@ -22,7 +22,7 @@ use network::Plan;
 pub use notes::Notes;
 
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, vertex_normals};
+use crate::mesh::{Mesh, MeshOptions, load, vertex_normals};
 
 /// A quantity of every link: one value, or one per input node, averaged over a link's ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,6 +102,15 @@ struct Body {
     /// Links of cells, `i < j`, sorted, with the index of the mesh's link.
     links: Vec<Link>,
     fixed: Vec<u16>,
+}
+
+/// The generated organ with the default options: the body of commands that are given none.
+///
+/// # Errors
+/// As [`bake`].
+pub fn organ() -> Result<ImageBytes> {
+    let mesh = load("organ", &MeshOptions::default())?;
+    bake(&mesh, &mesh.default_fixed, &BakeOptions::default())
 }
 
 /// Bakes a checked mesh with the nodes `fixed` (input ids) held for ever.

@@ -8,8 +8,10 @@ use super::model_file;
 use super::reports::ModelReport;
 use crate::bake::{BakeOptions, HatSpacing, PerCell, bake};
 use crate::error::{Error, Result};
+use crate::files::whole::write_whole;
+use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions};
-use crate::{interrupt, output, terminal};
+use crate::terminal;
 
 /// Bake a mesh into a model image that the kernel reads in place.
 #[derive(Debug, clap::Args)]
@@ -99,7 +101,7 @@ enum Units {
 
 pub fn execute(args: &Args) -> Result<()> {
     let (mesh, image) = args.body.bake(&args.mesh)?;
-    output::write_whole(&args.output, image.as_bytes())?;
+    write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;
     let report = ModelReport::new(&model, image.as_bytes().len());
     if args.json {

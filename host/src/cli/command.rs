@@ -4,11 +4,11 @@ use chaincell_kernel::Unloading;
 use chaincell_kernel::trace::Command;
 use serde::Serialize;
 
-use crate::cosim::clock::SECOND_NS;
-use crate::cosim::command::{CommandClient, Refusal, SWEEPS_MAX};
-use crate::cosim::payload::CommandMessage;
-use crate::cosim::services::{Domain, Scene};
 use crate::error::{Error, Result};
+use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
+use crate::session::ipc::payload::CommandMessage;
+use crate::session::ipc::services::{Domain, Scene};
+use crate::session::timing::clock::SECOND_NS;
 use crate::terminal;
 
 /// Longest wait for the reply \[ns\].
@@ -75,7 +75,7 @@ pub fn execute(args: &Args) -> Result<()> {
         return Err(Error::input(format!(
             "refused (reason {}): {}",
             reply.reason,
-            Refusal::text(reply.reason)
+            refusal_text(reply.reason)
         )));
     }
     let report = Report {

@@ -6,11 +6,11 @@ use clap::ValueEnum;
 
 use super::inject::{InjectArgs, tell_injected};
 use super::session::{LoopArgs, tell_refused};
-use crate::cosim::control::{ControlOptions, ControlReport, control};
-use crate::cosim::motion::Press;
-use crate::cosim::payload::ToolPose;
+use crate::engine::motion::{Pose, Press};
 use crate::error::{Error, Result};
-use crate::path::{self, Rules};
+use crate::files::path::{self, Rules};
+use crate::session::ipc::payload::ToolPose;
+use crate::session::loops::control::{ControlOptions, ControlReport, control};
 use crate::terminal;
 
 /// Send tool poses at 1 kHz to a served scene and time its answers.
@@ -90,7 +90,7 @@ pub fn ticks(seconds: f64) -> Result<u64> {
 }
 
 impl Args {
-    fn poses(&self) -> Result<Vec<ToolPose>> {
+    fn poses(&self) -> Result<Vec<Pose>> {
         match &self.path {
             Some(file) => path::read(file, Rules::Strict).map(|sequences| sequences.concat()),
             None => {
@@ -109,7 +109,7 @@ pub fn execute(args: &Args) -> Result<()> {
             args.wait_for_server_s
         )));
     }
-    let poses = args.poses()?;
+    let poses: Vec<ToolPose> = args.poses()?.into_iter().map(ToolPose::from).collect();
     let options = ControlOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,

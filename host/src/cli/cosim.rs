@@ -12,19 +12,20 @@ use super::run::play;
 use super::scene::{SceneArgs, SceneReport};
 use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
 use super::stage::{StageArgs, StageReport};
-use crate::bake::{BakeOptions, ImageBytes, bake};
-use crate::cosim::histogram::Summary;
-use crate::cosim::inject::Injected;
-use crate::cosim::peers::PeerCost;
-use crate::cosim::record::Recorder;
-use crate::cosim::tissue::TissueEngine;
+use crate::bake::organ;
+use crate::engine::staged::Staged;
+use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
-use crate::mesh::{self, MeshOptions};
-use crate::output::{self, Folder};
-use crate::path::{self, Rules};
-use crate::recording::{self, Played, Stop};
-use crate::staged::Staged;
-use crate::{interrupt, terminal};
+use crate::files::output::Folder;
+use crate::files::path::{self, Rules};
+use crate::files::recording::{self, Played, Stop};
+use crate::files::whole::write_whole;
+use crate::interrupt;
+use crate::session::loops::inject::Injected;
+use crate::session::loops::peers::PeerCost;
+use crate::session::loops::record::Recorder;
+use crate::session::timing::histogram::Summary;
+use crate::terminal;
 
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
 #[derive(Debug, clap::Args)]
@@ -103,7 +104,7 @@ pub fn execute(args: &Args) -> Result<()> {
     Folder::check_room(&out, Recorder::trace_records(poses.len()))?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
-        output::write_whole(&model_path, image.as_bytes())?;
+        write_whole(&model_path, image.as_bytes())?;
     }
     if !args.json {
         terminal::say(format_args!(
@@ -127,12 +128,6 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
     judge(&summary)
-}
-
-/// The default body, baked.
-pub(super) fn organ() -> Result<ImageBytes> {
-    let mesh = mesh::load("organ", &MeshOptions::default())?;
-    bake(&mesh, &mesh.default_fixed, &BakeOptions::default())
 }
 
 /// State hash after the poses as received, played once more without shared memory.

@@ -2,8 +2,8 @@
 
 use std::ffi::OsString;
 
-use crate::cosim::inject::{Faults, Injected};
 use crate::error::{Error, Result};
+use crate::session::loops::inject::{Faults, Injected};
 use crate::terminal;
 
 /// Faults between the schedule of poses and shared memory.

@@ -9,11 +9,12 @@ use super::model_file;
 use super::run::play;
 use super::scene::SceneArgs;
 use super::session::{self, Files, LoopArgs, Sides, tell_refused};
-use crate::cosim::cold;
-use crate::cosim::histogram::Summary;
+use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
-use crate::staged::Staged;
-use crate::{interrupt, terminal};
+use crate::interrupt;
+use crate::session::timing::cold;
+use crate::session::timing::histogram::Summary;
+use crate::terminal;
 
 /// Steps of `--worst`.
 const WORST_TICKS: u64 = 200;

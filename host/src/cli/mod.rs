@@ -4,30 +4,42 @@ mod bake;
 mod command;
 mod control;
 mod cosim;
-mod identify;
 mod info;
 mod inject;
 mod latency;
-mod model_file;
-mod paper;
+pub mod model_file;
 mod replay;
-mod report;
-mod reports;
+pub mod reports;
 mod run;
-mod scene;
+pub mod scene;
 mod serve;
-mod session;
-mod soak;
+pub mod session;
 mod stage;
 mod state;
-mod stress;
 
-pub(crate) use scene::{automatic, contact_cells};
-pub(crate) use session::inward;
+pub use bake::BodyArgs;
+
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::error::Result;
+use crate::{interrupt, terminal};
+
+/// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
+/// exit code. `name` is the command that the error message begins with.
+pub fn process(name: &str, execute: impl FnOnce() -> Result<()>) -> ExitCode {
+    env_logger::Builder::from_env(env_logger::Env::new().filter_or("CHAINCELL_LOG", "warn"))
+        .format_timestamp(None)
+        .init();
+    match interrupt::install().and_then(|()| execute()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            terminal::note(format_args!("{name}: {why}"));
+            ExitCode::from(why.exit_code())
+        }
+    }
+}
 
 /// Soft tissue that a haptic device can feel: bake a mesh, run it offline, serve it at 1 kHz.
 #[derive(Debug, Parser)]
@@ -49,11 +61,6 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
-    Soak(soak::Args),
-    Report(report::Args),
-    Paper(paper::Args),
-    Stress(stress::Args),
-    Identify(Box<identify::Args>),
 }
 
 impl Cli {
@@ -73,11 +80,6 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
-            Work::Soak(args) => soak::execute(&args),
-            Work::Report(args) => report::execute(&args),
-            Work::Paper(args) => paper::execute(&args),
-            Work::Stress(args) => stress::execute(&args),
-            Work::Identify(args) => identify::execute(&args),
         }
     }
 }

@@ -6,10 +6,10 @@ use chaincell_kernel::trace::{End, Reader, ReplayError};
 use serde::Serialize;
 
 use super::model_file;
-use crate::cosim::tissue::TissueEngine;
+use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
-use crate::recording::{self, Played, Stop};
+use crate::files::recording::{self, Played, Stop};
 use crate::terminal;
 
 /// Play a recorded trace again and compare the state after every tick, bit for bit.

@@ -11,15 +11,19 @@ use serde::Serialize;
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::stage::{StageArgs, StageReport};
-use crate::cosim::histogram::{Latencies, Summary};
-use crate::cosim::payload::ToolPose;
-use crate::cosim::tissue::TissueEngine;
+use crate::engine::motion::Pose;
+use crate::engine::staged::Staged;
+use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
-use crate::output::{self, Answer, Folder, cells_csv, force_csv, vtu};
-use crate::path::{self, Rules};
-use crate::recording::{Recording, TraceFile};
-use crate::staged::Staged;
-use crate::{interrupt, recording, terminal};
+use crate::files::output::{Answer, Folder, cells_csv, force_csv, vtu};
+use crate::files::path::{self, Rules};
+use crate::files::recording;
+use crate::files::recording::{Recording, TraceFile};
+use crate::files::whole::folder_of;
+use crate::files::whole::write_whole;
+use crate::interrupt;
+use crate::session::timing::histogram::{Latencies, Summary};
+use crate::terminal;
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
 #[derive(Debug, clap::Args)]
@@ -103,7 +107,7 @@ pub fn execute(args: &Args) -> Result<()> {
     check_snapshots(&args.snapshot_ticks, &poses)?;
     let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
     if let Some(trace) = &args.trace
-        && (args.out.exists() || output::folder_of(trace).exists())
+        && (args.out.exists() || folder_of(trace).exists())
     {
         // Earlier results are not removed for a run that cannot be.
         recording::check_place(trace, args.force)?;
@@ -120,7 +124,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let copy = args.trace.as_ref().filter(|copy| !is_same(copy, &place));
     if let Some(path) = copy {
         // A place that cannot be written is told before the run, not after it.
-        output::write_whole(path, &front)?;
+        write_whole(path, &front)?;
     }
     folder.write(recording::MODEL, image.as_bytes())?;
     let played = play(&mut tissue, &poses, |pose, tissue| {
@@ -134,7 +138,7 @@ pub fn execute(args: &Args) -> Result<()> {
     })?;
     trace.finish()?;
     if let Some(path) = copy {
-        output::write_whole(path, &recording::read(&place)?)?;
+        write_whole(path, &recording::read(&place)?)?;
     }
     let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
@@ -166,7 +170,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
 }
 
-fn check_snapshots(ticks: &[u64], poses: &[Vec<ToolPose>]) -> Result<()> {
+fn check_snapshots(ticks: &[u64], poses: &[Vec<Pose>]) -> Result<()> {
     let of_path: BTreeSet<u64> = poses.iter().flatten().map(|pose| pose.tick).collect();
     let (first, last) = (of_path.first().copied(), of_path.last().copied());
     match ticks.iter().find(|tick| !of_path.contains(tick)) {
@@ -193,8 +197,8 @@ pub struct Played {
 /// `after` being called behind each tick. Ends early, with what it has, when the user asks to stop.
 pub fn play(
     tissue: &mut Staged<'_>,
-    sequences: &[Vec<ToolPose>],
-    mut after: impl FnMut(&ToolPose, &mut Staged<'_>) -> Result<()>,
+    sequences: &[Vec<Pose>],
+    mut after: impl FnMut(&Pose, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = sequences.iter().map(Vec::len).sum();
     let mut played =
@@ -222,7 +226,7 @@ pub fn play(
 
 impl Played {
     /// One timed tick.
-    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &ToolPose) {
+    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose) {
         let sample = ToolSample::from(*pose);
         let start = Instant::now();
         let output = tissue.tick(&sample);

@@ -6,11 +6,9 @@ use chaincell_kernel::{Drive, Model, Network, Settings, SettingsError, Unloading
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::bake::Notes;
-use crate::contact;
-use crate::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
+use crate::engine::contact::contact_cells;
+use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
-use crate::mesh;
 
 /// Length of a tick [s].
 const TICK_S: f32 = 1e-3;
@@ -294,78 +292,4 @@ impl SceneArgs {
             model_checksum: format!("{:08x}", model.checksum()),
         }
     }
-}
-
-/// Contact cells of `--contact`, ascending.
-pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
-    if contact == "auto" {
-        return automatic(model);
-    }
-    let selector = contact.strip_prefix("cells:").unwrap_or(contact);
-    if selector.starts_with("probe:") {
-        return Err(Error::input(format!(
-            "--contact {contact}: probes are not supported; name cells with cells:SELECTOR"
-        )));
-    }
-    let notes = Notes::read(model);
-    let nodes = (model.input_nodes() as usize, places_m(model));
-    let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, "--contact")?;
-    contact::held(model, &nodes)
-}
-
-/// Input ids with their places at rest \[m\]: the cells', or those of the nodes that they carry.
-fn places_m<'m>(model: &Model<'m>) -> impl Iterator<Item = (u32, [f64; 3])> + use<'m> {
-    let model = *model;
-    let fine = (0..model.fine_nodes() as u32)
-        .filter_map(move |node| Some((node, model.fine_rest(node as usize)?)));
-    let cells = model.input_id().iter().zip(0..);
-    let coarse = cells.map(move |(&id, cell)| (id, model.rest_position(cell)));
-    let coarse = coarse.take(if model.fine_nodes() > 0 { 0 } else { model.cells() });
-    fine.chain(coarse).map(move |(id, rest)| (id, to_m(&model, rest.map(f64::from))))
-}
-
-/// The free surface cell farthest from the fixed cells (from the centre where none is fixed),
-/// with its free surface neighbours; any free cell where the model names no surface.
-pub fn automatic(model: &Model<'_>) -> Result<Vec<u16>> {
-    let surface = surface(model);
-    let farthest = farthest(model)?;
-    let neighbours = model.neighbours(farthest.into()).map(|(_, other)| other as u16);
-    let on_surface = |cell: &u16| surface.binary_search(cell).is_ok();
-    let mut cells: Vec<u16> =
-        neighbours.filter(|cell| on_surface(cell) && is_free(model, *cell)).collect();
-    cells.push(farthest);
-    cells.sort_unstable();
-    Ok(cells)
-}
-
-/// The surface cells, or all cells where the model names none; ascending.
-fn surface(model: &Model<'_>) -> Vec<u16> {
-    if model.surface().is_empty() {
-        (0..model.cells() as u16).collect()
-    } else {
-        model.surface().to_vec()
-    }
-}
-
-fn is_free(model: &Model<'_>, cell: u16) -> bool {
-    !model.is_fixed(cell) && model.neighbours(cell.into()).count() > 0
-}
-
-/// The cell in the middle of [`automatic`]'s.
-pub fn farthest(model: &Model<'_>) -> Result<u16> {
-    let at = |cell: u16| model.rest_position(cell.into());
-    let squared = |a: [f32; 3], b: [f32; 3]| -> f32 {
-        (0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum()
-    };
-    let clearance = |cell: u16| {
-        let nearest = model.fixed().iter().map(|&fixed| squared(at(cell), at(fixed)));
-        nearest.reduce(f32::min).unwrap_or_else(|| squared(at(cell), [0.0; 3]))
-    };
-    surface(model)
-        .into_iter()
-        .filter(|&cell| is_free(model, cell))
-        .max_by(|&a, &b| clearance(a).total_cmp(&clearance(b)).then(b.cmp(&a)))
-        .ok_or_else(|| {
-            Error::input("--contact auto: every cell is fixed; bake with fewer fixed cells")
-        })
 }

@@ -11,14 +11,15 @@ use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
 use super::stage::{StageArgs, StageReport};
 use crate::bake::ImageBytes;
-use crate::cosim::payload::ToolForce;
-use crate::cosim::record::Recorder;
-use crate::cosim::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
+use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
-use crate::output::{Answer, Folder, force_csv};
-use crate::recording::{self, Recording, TraceFile};
-use crate::staged::Staged;
-use crate::{path, terminal};
+use crate::files::output::{Answer, Folder, force_csv};
+use crate::files::path;
+use crate::files::recording::{self, Recording, TraceFile};
+use crate::session::ipc::payload::ToolForce;
+use crate::session::loops::record::Recorder;
+use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
+use crate::terminal;
 
 /// Ticks that are recorded unless the run's length is known: ten minutes.
 const RECORD_TICKS: usize = 600_000;
@@ -134,8 +135,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let finished = recorder.finish_trace();
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
-        folder
-            .write("path.csv", path::to_text(recorder.rows().iter().map(|row| row.0)).as_bytes())?;
+        let received = recorder.rows().iter().map(|row| row.0.into());
+        folder.write("path.csv", path::to_text(received).as_bytes())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         let summary = ServeSummary {

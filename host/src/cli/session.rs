@@ -6,20 +6,21 @@ use std::path::Path;
 use chaincell_kernel::Model;
 use tempfile::TempDir;
 
-use super::scene::farthest;
-use crate::cosim::clock::MILLISECOND_NS;
-use crate::cosim::floor::{self, Floor};
-use crate::cosim::histogram::Summary;
-use crate::cosim::inject::{Faults, Plan};
-use crate::cosim::motion::Press;
-use crate::cosim::orchestra::{self, CosimOptions, CosimReports};
-use crate::cosim::payload::ToolPose;
-use crate::cosim::serve::POSE_HZ;
-use crate::cosim::services::{Domain, Scene};
-use crate::cosim::wait::Wait;
+use crate::engine::contact::{farthest, inward};
+use crate::engine::motion::{Pose, Press};
 use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
-use crate::{output, path, terminal};
+use crate::files::path;
+use crate::files::whole::write_whole;
+use crate::session::ipc::services::{Domain, Scene};
+use crate::session::loops::floor::{self, Floor};
+use crate::session::loops::inject::{Faults, Plan};
+use crate::session::loops::serve::POSE_HZ;
+use crate::session::loops::wait::Wait;
+use crate::session::supervise::{CosimOptions, CosimReports, cosim};
+use crate::session::timing::clock::MILLISECOND_NS;
+use crate::session::timing::histogram::Summary;
+use crate::terminal;
 
 /// Ticks of each measurement of the machine's floor: a second and a half.
 const FLOOR_TICKS: u32 = 1500;
@@ -94,7 +95,7 @@ pub struct Session {
 
 /// The built-in press on the contact cells of an engine, along their mean inward normal; with a
 /// probe from outside on the cell in the middle of `--contact auto`.
-pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<ToolPose>> {
+pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<Pose>> {
     let model = engine.network().model();
     let (cells, clearance_m) = match *engine.contact() {
         Contact::Cells(ref cells) => (cells.clone(), 0.0),
@@ -111,18 +112,6 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     }
     let depth_m = depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
     Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
-}
-
-/// Into the body at some of its cells: against the sum of their normals, straight down where they
-/// have none.
-pub fn inward(model: &Model<'_>, cells: &[u16]) -> [f64; 3] {
-    let normals = cells.iter().filter_map(|cell| {
-        model.surface().binary_search(cell).ok().and_then(|at| model.normals().get(at))
-    });
-    let inward = normals.fold([0.0; 3], |sum: [f64; 3], normal| {
-        std::array::from_fn(|axis| sum[axis] - f64::from(normal[axis]))
-    });
-    if inward.iter().any(|&x| x != 0.0) { inward } else { [0.0, 0.0, -1.0] }
 }
 
 /// The model's bytes and the poses as files that the two processes read.
@@ -147,14 +136,9 @@ pub struct Sides {
 }
 
 /// Measures the floor, then runs both processes over `poses`.
-pub fn run(
-    files: &Files<'_>,
-    poses: &[ToolPose],
-    sides: Sides,
-    common: &LoopArgs,
-) -> Result<Session> {
+pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -> Result<Session> {
     let sent = files.scratch.join("sent.csv");
-    output::write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
+    write_whole(&sent, path::to_text(poses.iter().copied()).as_bytes())?;
     let spinner = terminal::progress(1, "measuring the machine's floor");
     let floor = floor::measure(common.wait, !common.no_realtime, FLOOR_TICKS, &Domain::default())?;
     spinner.finish_and_clear();
@@ -181,7 +165,7 @@ pub fn run(
     control_args.extend(sides.control_args);
     let motion_ms = totals.end_ns / MILLISECOND_NS;
     let options = CosimOptions { serve_args, control_args, motion_ms, ready_s: READY_S };
-    Ok(Session { reports: orchestra::cosim(&options)?, floor })
+    Ok(Session { reports: cosim(&options)?, floor })
 }
 
 fn wait_name(wait: Wait) -> OsString {

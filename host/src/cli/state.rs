@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cosim::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
-use crate::cosim::payload::{NodePosition, StateHeader};
-use crate::cosim::services::{Domain, Scene};
-use crate::cosim::state::StateReader;
 use crate::engine::Nodes;
 use crate::error::{Error, Result};
-use crate::output::{cells_csv, write_whole};
-use crate::{interrupt, terminal};
+use crate::files::output::cells_csv;
+use crate::files::whole::write_whole;
+use crate::interrupt;
+use crate::session::ipc::payload::{NodePosition, StateHeader};
+use crate::session::ipc::services::{Domain, Scene};
+use crate::session::ipc::state::StateReader;
+use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
+use crate::terminal;
 
 /// Span between looks for a state \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
@@ -23,7 +25,7 @@ const FIRST_NS: u64 = 5 * SECOND_NS;
 /// Look at the states that a running `serve` sends: a line a second, until it ends or Ctrl-C.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  chaincell state --scene left --once --csv now.csv\n\n\
-    Any program may read them: service chaincell/left/state, see chaincell::cosim::payload.")]
+    Any program may read them: service chaincell/left/state, see chaincell_host::session::ipc::payload.")]
 pub struct Args {
     /// Name of the scene that `serve` was started with
     #[arg(long, value_name = "NAME")]

@@ -1,6 +1,6 @@
 //! A reader with a planted defect: a run that does not find it proves nothing about the others.
 
-use chaincell_host::path::{Rules, parse};
+use chaincell_host::files::path::{Rules, parse};
 
 /// Takes `engaged` of a recorded session for 0 or 1, which only the strict rules see to.
 ///

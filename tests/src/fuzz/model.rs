@@ -1,8 +1,8 @@
 //! Model images; what is accepted is ticked in every scheme and number type.
 
 use chaincell_host::bake::{ImageBytes, Notes};
-use chaincell_host::contact;
-use chaincell_host::cosim::payload::NodePosition;
+use chaincell_host::engine::contact;
+use chaincell_host::engine::tissue::Node;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
 use chaincell_kernel::{Model, Network};
@@ -59,7 +59,7 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     {
         watch.tick(&mut engine, &sample(place, engaged));
     }
-    let mut nodes = vec![NodePosition::default(); engine.node_count()];
+    let mut nodes = vec![Node::default(); engine.node_count()];
     engine.read_nodes(&mut nodes);
     assert!(nodes.iter().flat_map(|node| node.position_m).all(f32::is_finite));
 }

@@ -1,8 +1,8 @@
 //! Path files, strict and recorded, played by the rules of `serve`.
 
-use chaincell_host::cosim::payload::ToolPose;
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_host::path::{Rules, parse, to_text};
+use chaincell_host::files::path::{Rules, parse, to_text};
 use chaincell_kernel::{Network, Settings, ToolSample};
 
 use super::bodies;
@@ -21,7 +21,7 @@ pub fn path(data: &[u8]) {
     let Ok(sequences) = recorded else { return };
     let poses = || sequences.iter().flatten().copied();
     let again = parse(to_text(poses()).as_bytes(), "again.csv", Rules::Recorded).unwrap();
-    let key = |pose: ToolPose| {
+    let key = |pose: Pose| {
         let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
         (pose.tick, pose.position_m.map(bits), pose.engaged)
     };
@@ -29,7 +29,7 @@ pub fn path(data: &[u8]) {
     play(&sequences);
 }
 
-fn play(sequences: &[Vec<ToolPose>]) {
+fn play(sequences: &[Vec<Pose>]) {
     let model = bodies::model(4);
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     let cells = bodies::free_cells(&model, 0, 1);

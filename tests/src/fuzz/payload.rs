@@ -1,8 +1,8 @@
 //! What other programs put into shared memory: poses and commands of any bits, in any order, by
 //! the rules of `serve`.
 
-use chaincell_host::cosim::payload::{CommandMessage, ToolPose};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Network, ToolSample};
 use clap::ValueEnum;

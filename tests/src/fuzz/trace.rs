@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use chaincell_host::recording;
+use chaincell_host::files::recording;
 use chaincell_kernel::trace::{
     Command, End, Entry, HEADER_BYTES, RECORD_BYTES, Reader, Writer, header_bytes,
 };

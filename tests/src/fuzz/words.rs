@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-use chaincell_host::identify::target::{Holding, parse};
 use chaincell_host::mesh::select;
+use chaincell_lab::experiments::identify::target::{Holding, parse};
 use tempfile::NamedTempFile;
 
 const NODES_M: [[f64; 3]; 4] =

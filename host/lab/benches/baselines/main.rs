@@ -1,0 +1,254 @@
+//! The press test beside other engines, same links, one thread, one process:
+//!
+//! ```sh
+//! cargo bench -p chaincell-host --features peers --bench peers [-- --json]
+//! ```
+//!
+//! Jolt's build script takes a checked prebuilt library from the net; without one it needs CMake
+//! 3.20 and a C++ compiler, and some minutes.
+//!
+//! One cell of a slab and of a block goes down by a tenth of the height in one step and stays;
+//! counted are steps and time until the displacement field stays within 5 % (L2 over the cells)
+//! and the force on the pressed cell within 1 % of the engine's own converged values. Steps are
+//! counted with the one that moves the cell; a step of chaincell is a sweep.
+//!
+//! Neither Jolt nor rapier gives the force on a prescribed particle: theirs is the pull of its
+//! links, extension times stiffness, at the positions they give. Settings and their reasons stand
+//! with the engines. The column `off` says how far an engine's converged field is from
+//! chaincell's, the minimum of the links' energy: elasticity that an engine drops shows there.
+
+mod jolt;
+mod ours;
+mod rapier;
+mod scene;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use chaincell_host::error::{Error, Result};
+use chaincell_lab::experiments::report::exact::distance;
+use chaincell_lab::experiments::report::scene::Scene;
+use serde::Serialize;
+
+use scene::{Pressed, length, minus};
+
+/// Field and force count as settled within these parts of the converged values.
+const FIELD: f64 = 0.05;
+const FORCE: f64 = 0.01;
+/// A run whose field still moves by more than this part in its last quarter has not converged.
+const DRIFT: f64 = 0.01;
+/// Steps that are enough to converge.
+const OURS_STEPS: usize = 4000;
+const JOLT_STEPS: usize = 1500;
+const RAPIER_STEPS: usize = 400;
+/// A press is timed so often: the median is told.
+const REPEATS: usize = 9;
+
+/// A body under one engine, at rest until pressed.
+pub trait Engine {
+    /// The step in which the cell goes down.
+    fn press(&mut self) -> Result<()>;
+    /// One step.
+    fn step(&mut self) -> Result<()>;
+    /// Positions in the model's order \[m\].
+    fn positions_m(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
+    /// Force on the pressed cell, in any unit, where the engine gives it.
+    fn force(&mut self) -> Option<[f64; 3]> {
+        None
+    }
+}
+
+/// One row of the table.
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    scene: &'static str,
+    engine: &'static str,
+    cells: usize,
+    links: usize,
+    /// Median.
+    step_ms: f64,
+    /// Until the field is settled.
+    field_steps: usize,
+    field_ms: f64,
+    /// Until field and force are.
+    steps: usize,
+    ms: f64,
+    /// `ms` over chaincell's.
+    ratio: f64,
+    /// Change of the field over the last quarter of the run, of its norm.
+    drift: f64,
+    /// Distance of the converged field from chaincell's, of that one's norm.
+    off: f64,
+}
+
+/// A fresh body of an engine.
+type Make<'a> = &'a dyn Fn() -> Result<Box<dyn Engine + 'a>>;
+
+/// Presses twice: for the converged values after `steps`, then against them.
+fn run(
+    scene: &Pressed<'_>,
+    engine: &'static str,
+    steps: usize,
+    make: Make<'_>,
+) -> Result<(Row, Vec<[f64; 3]>)> {
+    let (converged_m, converged, late_m) = converge(scene, steps, make)?;
+    let size = distance(&converged_m, &scene.rest_m);
+    let drift = distance(&late_m, &converged_m) / size;
+    let mut body = make()?;
+    let (mut times_ms, mut now) = (Vec::with_capacity(steps), Vec::new());
+    // The last step after which the field, and the force, was outside.
+    let mut outside = [0, 0];
+    for step in 1..=steps {
+        let begin = Instant::now();
+        if step == 1 { body.press() } else { body.step() }?;
+        times_ms.push(begin.elapsed().as_secs_f64() * 1e3);
+        body.positions_m(&mut now)?;
+        let field = distance(&now, &converged_m) / size;
+        let force = length(minus(force(&mut *body, scene, &now), converged)) / length(converged);
+        // A number that is none is outside too.
+        if field.is_nan() || field > FIELD {
+            outside[0] = step;
+        }
+        if force.is_nan() || force > FORCE {
+            outside[1] = step;
+        }
+    }
+    let [field_steps, force_steps] = outside.map(|step| step + 1);
+    let settled = field_steps.max(force_steps);
+    if settled > steps || drift.is_nan() || drift > DRIFT {
+        return Err(Error::check(format!("{engine}, {}: not converged in {steps}", scene.name)));
+    }
+    drop(body);
+    let [field_ms, ms] = time_ms(make, [field_steps, settled])?;
+    times_ms.sort_by(f64::total_cmp);
+    let row = Row {
+        scene: scene.name,
+        engine,
+        cells: scene.rest_m.len(),
+        links: scene.links.len(),
+        step_ms: times_ms[steps / 2],
+        field_steps,
+        field_ms,
+        steps: settled,
+        ms,
+        ratio: 1.0,
+        drift,
+        off: 0.0,
+    };
+    Ok((row, converged_m))
+}
+
+/// Median time of the first `steps` steps, for either number of them \[ms\].
+fn time_ms(make: Make<'_>, steps: [usize; 2]) -> Result<[f64; 2]> {
+    let mut times = [const { Vec::new() }; 2];
+    for _ in 0..REPEATS {
+        for (times, steps) in times.iter_mut().zip(steps) {
+            let mut body = make()?;
+            let begin = Instant::now();
+            body.press()?;
+            for _ in 1..steps {
+                body.step()?;
+            }
+            times.push(begin.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    Ok(times.map(|mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[REPEATS / 2]
+    }))
+}
+
+/// Positions and force after all steps, and the positions after three quarters of them.
+#[allow(clippy::type_complexity, reason = "used once, named above")]
+fn converge(
+    scene: &Pressed<'_>,
+    steps: usize,
+    make: Make<'_>,
+) -> Result<(Vec<[f64; 3]>, [f64; 3], Vec<[f64; 3]>)> {
+    let (mut body, mut now, mut late_m) = (make()?, Vec::new(), Vec::new());
+    for step in 1..=steps {
+        if step == 1 { body.press() } else { body.step() }?;
+        if step == steps * 3 / 4 {
+            body.positions_m(&mut late_m)?;
+        }
+    }
+    body.positions_m(&mut now)?;
+    let force = force(&mut *body, scene, &now);
+    Ok((now, force, late_m))
+}
+
+fn force(body: &mut dyn Engine, scene: &Pressed<'_>, positions_m: &[[f64; 3]]) -> [f64; 3] {
+    body.force().unwrap_or_else(|| scene.pull_m(positions_m))
+}
+
+/// All engines on one body, chaincell first.
+fn measure(name: &'static str, reference: Option<&PathBuf>) -> Result<Vec<Row>> {
+    let (scene, depth_m) = Scene::press(name, reference.map(PathBuf::as_path))?;
+    let scene = &Pressed::new(&scene, depth_m)?;
+    let (ours, ours_m) =
+        run(scene, "chaincell track", OURS_STEPS, &|| Ok(Box::new(ours::Ours::new(scene)?)))?;
+    let jolt = |name, tuning| {
+        run(scene, name, JOLT_STEPS, &|| Ok(Box::new(jolt::Jolt::new(scene, tuning)?)))
+    };
+    let peers = [
+        jolt("Jolt 5.6, XPBD edges, soonest", jolt::SOONEST)?,
+        jolt("Jolt 5.6, XPBD edges, elastic", jolt::ELASTIC)?,
+        run(scene, "rapier3d 0.36, edges", RAPIER_STEPS, &|| {
+            Ok(Box::new(rapier::Rapier::new(scene)?))
+        })?,
+    ];
+    let size = distance(&ours_m, &scene.rest_m);
+    let (ours_ms, mut rows) = (ours.ms, vec![ours]);
+    rows.extend(peers.into_iter().map(|(row, converged_m)| Row {
+        ratio: row.ms / ours_ms,
+        off: distance(&converged_m, &ours_m) / size,
+        ..row
+    }));
+    Ok(rows)
+}
+
+fn print(row: &Row) {
+    println!(
+        "{:<6} {:<30} {:>8.3} {:>7} {:>8.2} {:>7} {:>8.2} {:>7.1} {:>7.2} {:>6.0}",
+        row.scene,
+        row.engine,
+        row.step_ms,
+        row.field_steps,
+        row.field_ms,
+        row.steps,
+        row.ms,
+        row.ratio,
+        100.0 * row.drift,
+        100.0 * row.off
+    );
+}
+
+fn run_all() -> Result<()> {
+    let reference = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
+    if reference.is_none() {
+        eprintln!("SKIPPED slab and block: CHAINCELL_REFERENCE is not set; boxes of like size");
+    }
+    let scenes = ["slab", "block"].map(|name| measure(name, reference.as_ref()));
+    let rows = scenes.into_iter().collect::<Result<Vec<_>>>()?.concat();
+    if std::env::args().any(|argument| argument == "--json") {
+        println!("{}", serde_json::to_string_pretty(&rows).map_err(Error::check)?);
+        return Ok(());
+    }
+    println!(
+        "{:<6} {:<30} {:>8} {:>7} {:>8} {:>7} {:>8} {:>7} {:>7} {:>6}",
+        "body", "engine", "ms/step", "field", "ms", "+force", "ms", "ratio", "drift %", "off %"
+    );
+    rows.iter().for_each(print);
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    match run_all() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("{why}");
+            ExitCode::from(why.exit_code())
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Charts of a report: lines and markers over linear or decimal-logarithmic axes, as SVG and PNG.
+//!
+//! The font comes with the program, so a machine without any draws the same picture. Colours are
+//! those of Okabe and Ito (2008), told apart with every common colour vision; markers differ in
+//! shape too.
+
+mod canvas;
+mod draw;
+mod labels;
+pub(crate) mod raster;
+mod span;
+
+use chaincell_host::error::Result;
+use chaincell_host::files::output::Folder;
+
+/// Width and height of the PNG and of the SVG's own units \[px\]: to be shown at half that size,
+/// sharp on dense screens.
+pub const SIZE_PX: (u32, u32) = (1920, 1200);
+
+/// How an axis maps numbers to places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal distances, equal steps.
+    Linear,
+    /// Equal distances, equal factors; takes positive numbers only.
+    Log10,
+}
+
+/// An axis with its title, unit included: `error of the force [%]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    title: String,
+    scale: Scale,
+    range: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// A linear axis over the range of the data.
+    #[must_use]
+    pub fn linear(title: &str) -> Self {
+        Self { title: title.into(), scale: Scale::Linear, range: None }
+    }
+
+    /// A logarithmic axis over the range of the data.
+    #[must_use]
+    pub fn log10(title: &str) -> Self {
+        Self { title: title.into(), scale: Scale::Log10, range: None }
+    }
+
+    /// Shows `from` to `to` instead of the data's range; what lies outside is left out and counted.
+    /// A range that the scale cannot show is passed over.
+    #[must_use]
+    pub fn range(mut self, from: f64, to: f64) -> Self {
+        self.range = Some([from, to]);
+        self
+    }
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A solid line.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// Markers alone.
+    Markers,
+    /// Markers joined by a thin line.
+    MarkedLine,
+}
+
+/// Points that belong together; one that is left out interrupts the line.
+#[derive(Debug, Clone, PartialEq)]
+struct Series {
+    label: String,
+    points: Vec<[f64; 2]>,
+    style: Style,
+}
+
+/// A line across the frame.
+#[derive(Debug, Clone, PartialEq)]
+struct Guide {
+    vertical: bool,
+    at: f64,
+    label: String,
+}
+
+/// A short text beside a point.
+#[derive(Debug, Clone, PartialEq)]
+struct Note {
+    at: [f64; 2],
+    text: String,
+}
+
+/// A chart drawn as SVG and PNG.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// The SVG document.
+    pub svg: String,
+    /// The PNG file of [`SIZE_PX`].
+    pub png: Vec<u8>,
+    /// Points not drawn: not finite, not positive on a logarithmic axis, or outside a given range.
+    pub left_out: usize,
+}
+
+/// A chart to draw.
+///
+/// ```no_run
+/// use chaincell_host::output::Folder;
+/// use chaincell_host::plot::{Axis, Chart, Style};
+///
+/// # fn main() -> chaincell_host::error::Result<()> {
+/// let folder = Folder::open("report".as_ref(), false)?;
+/// Chart::new("Speed against error", Axis::log10("time a tick [us]"), Axis::log10("error [%]"))
+///     .series("track", Style::MarkedLine, &[[60.0, 30.0], [120.0, 8.0], [240.0, 1.5]])
+///     .series("euler", Style::Markers, &[[55.0, 80.0]])
+///     .front("Pareto front", &[[55.0, 80.0], [60.0, 30.0], [240.0, 1.5]])
+///     .vertical(1000.0, "1 ms")
+///     .note([120.0, 8.0], "2 sweeps")
+///     .write(&folder, "speed_error")?;
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    title: String,
+    x: Axis,
+    y: Axis,
+    series: Vec<Series>,
+    front: Option<(String, Vec<[f64; 2]>)>,
+    guides: Vec<Guide>,
+    notes: Vec<Note>,
+}
+
+impl Chart {
+    /// An empty chart.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis) -> Self {
+        let (series, guides, notes) = (Vec::new(), Vec::new(), Vec::new());
+        Self { title: title.into(), x, y, series, front: None, guides, notes }
+    }
+
+    /// Adds a series; `points` as x, y in the axes' units, a line in the given order. An empty
+    /// label keeps it out of the legend.
+    #[must_use]
+    pub fn series(mut self, label: &str, style: Style, points: &[[f64; 2]]) -> Self {
+        self.series.push(Series { label: label.into(), points: points.to_vec(), style });
+        self
+    }
+
+    /// Marks a front: a black line on top of the series with a ring around each point.
+    #[must_use]
+    pub fn front(mut self, label: &str, points: &[[f64; 2]]) -> Self {
+        self.front = Some((label.into(), points.to_vec()));
+        self
+    }
+
+    /// Adds a vertical guide line at `x`.
+    #[must_use]
+    pub fn vertical(mut self, x: f64, label: &str) -> Self {
+        self.guides.push(Guide { vertical: true, at: x, label: label.into() });
+        self
+    }
+
+    /// Adds a horizontal guide line at `y`.
+    #[must_use]
+    pub fn horizontal(mut self, y: f64, label: &str) -> Self {
+        self.guides.push(Guide { vertical: false, at: y, label: label.into() });
+        self
+    }
+
+    /// Adds a short text beside a point; it takes the free place nearest to it.
+    #[must_use]
+    pub fn note(mut self, at: [f64; 2], text: &str) -> Self {
+        self.notes.push(Note { at, text: text.into() });
+        self
+    }
+
+    /// Draws the chart. About a tenth of a second, most of it for the PNG.
+    ///
+    /// # Errors
+    /// What the drawing libraries refuse.
+    pub fn draw(&self) -> Result<Picture> {
+        let (svg, left_out) = draw::svg(self)?;
+        let png = raster::png(&svg)?;
+        Ok(Picture { svg, png, left_out })
+    }
+
+    /// Writes `name.svg` and `name.png`; returns the number of points left out.
+    ///
+    /// # Errors
+    /// As [`Self::draw`]; a file that cannot be written.
+    pub fn write(&self, folder: &Folder, name: &str) -> Result<usize> {
+        let picture = self.draw()?;
+        folder.write(&format!("{name}.svg"), picture.svg.as_bytes())?;
+        folder.write(&format!("{name}.png"), &picture.png)?;
+        Ok(picture.left_out)
+    }
+}
+
+/// Round values from `range[0]` to `range[1]`, about `count` of them, with their labels.
+pub(crate) fn ticks([from, to]: [f64; 2], count: usize) -> Vec<(f64, String)> {
+    let span = span::Span::new(&Axis::linear("").range(from, to), std::iter::empty(), count);
+    span.ticks.iter().map(|&tick| (tick, span.label(tick))).collect()
+}
+
+#[cfg(test)]
+mod tests;

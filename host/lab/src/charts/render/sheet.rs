@@ -1,0 +1,312 @@
+//! Panels side by side with one colour bar, and the texts around them.
+
+use std::fmt::Write as _;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+use super::body::Body;
+use super::camera::View;
+use super::frame::Frame;
+use super::{palette, shade};
+use crate::charts::plot::{self, Picture, SIZE_PX};
+use chaincell_host::error::{Error, Result};
+
+/// Pixels of the raster for one of the picture, along each axis.
+const FINE: u32 = 3;
+/// Room around everything, and between panels \[px\].
+const MARGIN: u32 = 28;
+const GAP: u32 = 20;
+/// Heights of the sheet's title and of a panel's \[px\].
+const TITLE: u32 = 62;
+const SUBTITLE: u32 = 46;
+/// Width that the colour bar takes with its texts, and of the bar alone \[px\].
+const BAR_ROOM: u32 = 210;
+const BAR: u32 = 40;
+/// Air around the bodies of a panel \[px\].
+const AIR: f64 = 14.0;
+/// Width of a line on a surface, in pixels of the raster.
+const WIRE: f32 = 3.0;
+/// Sizes of texts \[px\].
+const LARGE: u32 = 34;
+const TEXT: u32 = 29;
+/// Longest scale bar as a part of a panel's width.
+const SCALE_BAR: f64 = 0.22;
+const INK: &str = "#1e1e1e";
+
+/// What the colours mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColourBar {
+    /// Quantity and unit: `displacement [mm]`.
+    pub label: String,
+    /// Values at the lower and the upper end.
+    pub range: [f64; 2],
+}
+
+/// One view of some bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Text above it.
+    pub title: String,
+    /// What is shown.
+    pub bodies: Vec<Body>,
+    /// Centre and radius of a close-up \[m\]; else all panels show everything at one scale.
+    pub close_up: Option<([f64; 3], f64)>,
+}
+
+/// Panels that share view and colours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheet {
+    /// Text on top.
+    pub title: String,
+    /// Row by row.
+    pub panels: Vec<Panel>,
+    /// Panels in a row.
+    pub columns: u32,
+    /// Height of a panel without its title \[px\].
+    pub panel_height_px: u32,
+    /// From the bodies to the eye.
+    pub towards: [f64; 3],
+    /// Upwards; the light of the shadow falls against it.
+    pub up: [f64; 3],
+    /// Whether a shadow lies on the ground.
+    pub shadow: bool,
+    /// What the colours mean.
+    pub bar: ColourBar,
+}
+
+/// A rectangle \[px\].
+#[derive(Clone, Copy)]
+struct Place {
+    left: u32,
+    top: u32,
+    width: u32,
+    height: u32,
+}
+
+impl Sheet {
+    /// Draws the sheet. About a second, by the number of pixels rather than of triangles.
+    ///
+    /// # Errors
+    /// What the drawing libraries refuse.
+    pub fn draw(&self) -> Result<Picture> {
+        let rows = (self.panels.len() as u32).div_ceil(self.columns.max(1)).max(1);
+        let height = TITLE + rows * (SUBTITLE + self.panel_height_px) + MARGIN;
+        let size_px = (SIZE_PX.0, height);
+        let mut pixels = vec![[255; 3]; (size_px.0 * size_px.1) as usize];
+        let mut texts = String::new();
+        text(&mut texts, (MARGIN, TITLE - 18), LARGE, "start", &self.title);
+        for (at, panel) in self.panels.iter().enumerate() {
+            let place = self.place(at as u32);
+            let view = self.view(panel, place);
+            paste(&mut pixels, size_px.0, place, &self.raster(panel, view));
+            let middle = place.left + place.width / 2;
+            text(&mut texts, (middle, place.top - 12), TEXT, "middle", &panel.title);
+            scale_bar(&mut texts, place, view.pixels_per_m);
+            if panel.close_up.is_some() {
+                let Place { left, top, width, height } = place;
+                let _ = writeln!(
+                    texts,
+                    "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" \
+                     fill=\"none\" stroke=\"#b0b0b0\" stroke-width=\"2\"/>"
+                );
+            }
+        }
+        self.colour_bar(&mut texts, height);
+        let open = format!(
+            "<svg viewBox=\"0 0 {} {height}\" xmlns=\"http://www.w3.org/2000/svg\">\n",
+            size_px.0
+        );
+        let image = format!(
+            "<image x=\"0\" y=\"0\" width=\"{}\" height=\"{height}\" \
+             href=\"data:image/png;base64,{}\"/>\n",
+            size_px.0,
+            STANDARD.encode(encode(size_px, &pixels)?)
+        );
+        let over = plot::raster::over(&format!("{open}{texts}</svg>"), size_px, &pixels)?;
+        let svg = format!("{open}{image}{texts}</svg>\n");
+        Ok(Picture { svg, png: encode(size_px, &over)?, left_out: 0 })
+    }
+
+    fn place(&self, at: u32) -> Place {
+        let columns = self.columns.max(1);
+        let width = (SIZE_PX.0 - 2 * MARGIN - BAR_ROOM - (columns - 1) * GAP) / columns;
+        let top = TITLE + SUBTITLE + at / columns * (SUBTITLE + self.panel_height_px);
+        let left = MARGIN + at % columns * (width + GAP);
+        Place { left, top, width, height: self.panel_height_px }
+    }
+
+    fn view(&self, panel: &Panel, place: Place) -> View {
+        let size_px = (place.width, place.height);
+        match panel.close_up {
+            None => {
+                let whole = self.panels.iter().filter(|panel| panel.close_up.is_none());
+                let bodies: Vec<&Body> = whole.clone().flat_map(|panel| &panel.bodies).collect();
+                let shadows = whole.filter(|_| self.shadow);
+                let shadows: Vec<Body> =
+                    shadows.flat_map(|panel| shade::fallen(&panel.bodies, self.up)).collect();
+                let points = bodies.into_iter().chain(&shadows).flat_map(|body| &body.points_m);
+                View::fit(points, self.towards, self.up, size_px, AIR)
+            }
+            Some((centre, radius)) => {
+                let ends = [-radius, radius].into_iter().flat_map(|r| {
+                    (0..3).map(move |axis| {
+                        std::array::from_fn(|x| centre[x] + if x == axis { r } else { 0.0 })
+                    })
+                });
+                let ends: Vec<[f64; 3]> = ends.collect();
+                View::fit(ends.iter(), self.towards, self.up, size_px, 0.0)
+            }
+        }
+    }
+
+    /// The pixels of a panel.
+    fn raster(&self, panel: &Panel, view: View) -> Vec<[u8; 3]> {
+        let view = view.finer(FINE);
+        let mut frame = Frame::new(&view);
+        panel.bodies.iter().for_each(|body| frame.draw(&view, body, self.bar.range, WIRE));
+        let shadow = self.shadow && panel.close_up.is_none();
+        let ground = shadow.then(|| shade::ground(&view, &panel.bodies, self.up));
+        let light = shade::shade(&frame, ground.as_deref());
+        shade::shrink(&light, frame.width, FINE as usize)
+    }
+
+    fn colour_bar(&self, texts: &mut String, height: u32) {
+        let long = (height - TITLE - SUBTITLE - MARGIN).min(2 * SIZE_PX.1 / 3);
+        let top = TITLE + SUBTITLE + (height - TITLE - SUBTITLE - MARGIN - long) / 2;
+        let left = SIZE_PX.0 - MARGIN - BAR_ROOM + 36;
+        let steps = 128;
+        for step in 0..steps {
+            let [r, g, b] = palette::srgb((f64::from(step) + 0.5) / f64::from(steps));
+            let y = f64::from(top) + f64::from(long * (steps - 1 - step)) / f64::from(steps);
+            // A pixel more, so that no seam shows the ground.
+            let high = f64::from(long) / f64::from(steps) + if step > 0 { 1.0 } else { 0.0 };
+            let _ = writeln!(
+                texts,
+                "<rect x=\"{left}\" y=\"{y:.2}\" width=\"{BAR}\" height=\"{high:.2}\" \
+                 fill=\"#{r:02x}{g:02x}{b:02x}\"/>"
+            );
+        }
+        let _ = writeln!(
+            texts,
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{BAR}\" height=\"{long}\" fill=\"none\" \
+             stroke=\"{INK}\" stroke-width=\"2\"/>"
+        );
+        let [from, to] = self.bar.range;
+        let right = left + BAR;
+        for (value, label) in plot::ticks(self.bar.range, 6) {
+            let part = (value - from) / (to - from);
+            let y = f64::from(top + long) - part * f64::from(long);
+            let _ = writeln!(
+                texts,
+                "<path d=\"M{right} {y:.1}h10\" stroke=\"{INK}\" stroke-width=\"2\"/>"
+            );
+            text(texts, (right + 18, (y + 10.0) as u32), TEXT, "start", &label);
+        }
+        let (x, y) = (SIZE_PX.0 - MARGIN, top + long / 2);
+        let _ = writeln!(
+            texts,
+            "<text transform=\"translate({x} {y}) rotate(-90)\" text-anchor=\"middle\" \
+             font-family=\"sans-serif\" font-size=\"{TEXT}\" fill=\"{INK}\">{}</text>",
+            plain(&self.bar.label)
+        );
+    }
+}
+
+fn text(texts: &mut String, (x, y): (u32, u32), size: u32, anchor: &str, what: &str) {
+    let _ = writeln!(
+        texts,
+        "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" \
+         font-size=\"{size}\" fill=\"{INK}\">{}</text>",
+        plain(what)
+    );
+}
+
+/// A text as XML has it.
+fn plain(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// A round length at the lower left of a panel.
+fn scale_bar(texts: &mut String, place: Place, pixels_per_m: f64) {
+    let room_m = SCALE_BAR * f64::from(place.width) / pixels_per_m;
+    let power = 10_f64.powf(room_m.log10().floor());
+    let lead = [5.0, 2.0].into_iter().find(|lead| lead * power <= room_m).unwrap_or(1.0);
+    let long_m = lead * power;
+    let long = long_m * pixels_per_m;
+    let (x, y) = (place.left + 12, place.top + place.height - 16);
+    let _ = writeln!(
+        texts,
+        "<path d=\"M{x} {}v16h{long:.1}v-16\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"3\"/>",
+        y - 8
+    );
+    // Twelve digits hide the rounding of the power.
+    let millimetres = format!("{:.9}", 1e3 * long_m);
+    let label = format!("{} mm", millimetres.trim_end_matches('0').trim_end_matches('.'));
+    text(texts, (x, y - 16), TEXT, "start", &label);
+}
+
+fn paste(pixels: &mut [[u8; 3]], width: u32, place: Place, panel: &[[u8; 3]]) {
+    for (y, row) in panel.chunks_exact(place.width as usize).enumerate() {
+        let from = (place.top as usize + y) * width as usize + place.left as usize;
+        if let Some(to) = pixels.get_mut(from..from + row.len()) {
+            to.copy_from_slice(row);
+        }
+    }
+}
+
+/// The pixels as a PNG file.
+fn encode((width, height): (u32, u32), pixels: &[[u8; 3]]) -> Result<Vec<u8>> {
+    let failed = |why: png::EncodingError| Error::check(format!("picture: {why}"));
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_filter(png::Filter::Adaptive);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(pixels.as_flattened()).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::charts::render::Paint;
+
+    #[test]
+    fn a_sheet_has_its_pixels_and_texts_and_asks_for_nothing() {
+        let mut ball = Body::sphere([0.0; 3], 0.05, [0; 3], 12);
+        ball.paint = Paint::Values(ball.points_m.iter().map(|p| 1e3 * p[2]).collect());
+        let panel =
+            |title: &str| Panel { title: title.into(), bodies: vec![ball.clone()], close_up: None };
+        let sheet = Sheet {
+            title: "a < b".into(),
+            panels: vec![panel("one"), panel("two")],
+            columns: 2,
+            panel_height_px: 400,
+            towards: [0.0, -1.0, 0.3],
+            up: [0.0, 0.0, 1.0],
+            shadow: true,
+            bar: ColourBar { label: "height [mm]".into(), range: [-50.0, 50.0] },
+        };
+        let drawn = sheet.draw().unwrap();
+        assert!(drawn.svg.contains("a &lt; b") && drawn.svg.contains("height [mm]"));
+        assert!(drawn.svg.contains(">50 mm<") && drawn.svg.contains("data:image/png;base64,"));
+        let mut decoded = png::Decoder::new(std::io::Cursor::new(&drawn.png)).read_info().unwrap();
+        let mut bytes = vec![0; decoded.output_buffer_size().unwrap()];
+        let info = decoded.next_frame(&mut bytes).unwrap();
+        assert_eq!((info.width, info.height), (SIZE_PX.0, TITLE + SUBTITLE + 400 + MARGIN));
+        let pixel = |x: u32, y: u32| {
+            let at = 3 * (y * info.width + x) as usize;
+            [bytes[at], bytes[at + 1], bytes[at + 2]]
+        };
+        // A corner is white; the ball is dark on top and light below.
+        assert_eq!(pixel(2, 2), [255; 3]);
+        let place = sheet.place(1);
+        let (x, y) = (place.left + 20 + place.width / 2 - 20, place.top);
+        let (top, bottom) = (pixel(x, y + 60), pixel(x, y + 340));
+        assert!(top[0] < 110 && bottom[0] > 110, "{top:?} {bottom:?}");
+    }
+}

@@ -1,0 +1,44 @@
+//! The command line of the laboratory: one file a command.
+
+mod identify;
+mod paper;
+mod report;
+mod soak;
+mod stress;
+
+use clap::{Parser, Subcommand};
+
+use chaincell_host::error::Result;
+
+/// Experiments with chaincell: measurements, comparisons, material identification.
+#[derive(Debug, Parser)]
+#[command(name = "chaincell-lab", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Work,
+}
+
+#[derive(Debug, Subcommand)]
+enum Work {
+    Report(report::Args),
+    Paper(paper::Args),
+    Stress(stress::Args),
+    Soak(soak::Args),
+    Identify(Box<identify::Args>),
+}
+
+impl Cli {
+    /// Carries the command out.
+    ///
+    /// # Errors
+    /// What went wrong, with the exit code it stands for.
+    pub fn execute(self) -> Result<()> {
+        match self.command {
+            Work::Report(args) => report::execute(&args),
+            Work::Paper(args) => paper::execute(&args),
+            Work::Stress(args) => stress::execute(&args),
+            Work::Soak(args) => soak::execute(&args),
+            Work::Identify(args) => identify::execute(&args),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! `chaincell report`: speed against error on this machine.
+
+use std::path::PathBuf;
+
+use crate::experiments::report::collect::{Options, Report, collect, pieces};
+use crate::experiments::report::firmware;
+use crate::experiments::report::write::write;
+use chaincell_host::error::{Error, Result};
+use chaincell_host::files::output::Folder;
+use chaincell_host::terminal;
+
+/// Folder of a report unless given.
+const FOLDER: &str = "report";
+
+/// Measure speed against error on this machine and write REPORT.md, CSV files and pictures.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  chaincell report --out report\n  \
+    chaincell report --quick --json\n\n\
+    Every scheme and number of sweeps against exact energy minima and trajectories of the same\n\
+    links, computed in double precision. Single thread; leave the machine alone meanwhile.\n\
+    With --json alone nothing is written.")]
+pub struct Args {
+    /// Seconds instead of minutes: fewer bodies, sizes and repetitions
+    #[arg(long)]
+    quick: bool,
+    /// Folder of reference data with the real liver and the bodies of the press test
+    /// [default: CHAINCELL_REFERENCE; without it generated bodies]
+    #[arg(long, value_name = "DIR")]
+    reference: Option<PathBuf>,
+    /// Figures of emulated microcontrollers, written by `tests/firmware/run --json`, for the
+    /// report's table of number types
+    #[arg(long, value_name = "FILE")]
+    firmware: Option<PathBuf>,
+    /// Folder for the report [default: report]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite an earlier report in --out
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let given = args.reference.clone();
+    let reference = given.or_else(|| std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from));
+    let options = Options { quick: args.quick, reference };
+    let firmware = args.firmware.as_deref().map(firmware::read).transpose()?.unwrap_or_default();
+    let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
+    let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
+    let bar = terminal::progress(pieces(&options), "measuring");
+    let mut report = Report { firmware, ..Report::default() };
+    let ended = collect(&options, &mut report, &bar);
+    bar.finish_and_clear();
+    if !matches!(ended, Ok(()) | Err(Error::Interrupted)) {
+        return ended;
+    }
+    if let Some(folder) = &folder {
+        let quick = if args.quick { " --quick" } else { "" };
+        write(&report, folder, &format!("chaincell report{quick}"))?;
+    }
+    if args.json {
+        terminal::say_json(&report)?;
+    } else if let Some(out) = &out {
+        terminal::say(format_args!("{}", out.join("REPORT.md").display()))?;
+    }
+    ended
+}

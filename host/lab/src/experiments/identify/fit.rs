@@ -1,0 +1,488 @@
+//! The fit: weighted least squares from several starts.
+//!
+//! Levenberg and Marquardt as in MINPACK (crate `levenberg-marquardt`), Jacobian by differences.
+//! Every parameter is a smooth function of an unbounded coordinate: the logarithms of stiffness
+//! and time constant, and alpha itself, run between their bounds along the logistic curve. With
+//! a band the force sets in where the slack ends, so the residuals have kinks: the fit starts from
+//! the best of a fixed set of places and the best end counts.
+
+use std::sync::Mutex;
+use std::time::Instant;
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra_034::storage::Owned;
+use nalgebra_034::{DMatrix, DVector, Dyn};
+use serde::Serialize;
+
+use super::forward::{Predicted, predict};
+use super::target::{Target, rms};
+use super::uncertainty::{self, Estimate};
+use super::{Bench, Bounds, Parameters, start};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::terminal;
+
+/// Step of the coordinates for differences.
+const STEP: f64 = 0.01;
+/// Noise before it is known, in parts of a target's root mean square.
+const NOISE: f64 = 0.03;
+/// Least noise in the same parts: what the forward problem itself is good for.
+const NOISE_MIN: f64 = 1e-3;
+/// Fewest rows that tell their own noise.
+const ROWS_FOR_NOISE: usize = 5;
+/// Most evaluations of a descent, for every coordinate and one more.
+const PATIENCE: usize = 8;
+/// Relative decrease that ends a descent.
+const TOLERANCE: f64 = 1e-4;
+
+/// One unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unknown {
+    /// Stiffness of a group.
+    Stiffness(usize),
+    /// Alpha of a group.
+    Alpha(usize),
+    /// The body's time constant.
+    Time,
+}
+
+impl Unknown {
+    /// All unknowns of a bench: stiffnesses, alphas, and the time constant where data shows it.
+    #[must_use]
+    pub fn of(bench: &Bench<'_>) -> Vec<Self> {
+        let groups = 0..bench.groups.len();
+        let time = bench.has_time().then_some(Self::Time);
+        groups.clone().map(Self::Stiffness).chain(groups.map(Self::Alpha)).chain(time).collect()
+    }
+
+    /// Its value.
+    #[must_use]
+    pub fn get(self, parameters: &Parameters) -> f64 {
+        match self {
+            Self::Stiffness(group) => parameters.stiffness_n_per_m[group],
+            Self::Alpha(group) => parameters.alpha[group],
+            Self::Time => parameters.time_constant_s,
+        }
+    }
+
+    /// Changes its value.
+    pub fn set(self, parameters: &mut Parameters, value: f64) {
+        match self {
+            Self::Stiffness(group) => parameters.stiffness_n_per_m[group] = value,
+            Self::Alpha(group) => parameters.alpha[group] = value,
+            Self::Time => parameters.time_constant_s = value,
+        }
+    }
+
+    /// Its bounds.
+    #[must_use]
+    pub fn bounds(self, bounds: &Bounds) -> [f64; 2] {
+        match self {
+            Self::Stiffness(_) => bounds.stiffness_n_per_m,
+            Self::Alpha(_) => [0.0, bounds.alpha_max],
+            Self::Time => bounds.time_constant_s,
+        }
+    }
+
+    /// Value at a coordinate.
+    fn value(self, bounds: &Bounds, x: f64) -> f64 {
+        let [low, high] = self.bounds(bounds);
+        let part = 1.0 / (1.0 + (-x).exp());
+        match self {
+            Self::Alpha(_) => part * high,
+            _ => low * (high / low).powf(part),
+        }
+    }
+
+    /// Coordinate of a value, kept off the bounds.
+    fn coordinate(self, bounds: &Bounds, value: f64) -> f64 {
+        let [low, high] = self.bounds(bounds);
+        let part = match self {
+            Self::Alpha(_) => value / high,
+            _ => (value / low).ln() / (high / low).ln(),
+        };
+        let part = part.clamp(1e-3, 1.0 - 1e-3);
+        (part / (1.0 - part)).ln()
+    }
+}
+
+/// How the fit went on one target.
+#[derive(Debug, Clone, Serialize)]
+pub struct Goodness {
+    /// Name of the target.
+    pub name: String,
+    /// What it is.
+    pub kind: &'static str,
+    /// Unit of its numbers and of the errors here.
+    pub unit: &'static str,
+    /// Rows fitted.
+    pub rows: usize,
+    /// Rows held out.
+    pub rows_held_out: usize,
+    /// Root mean square of the measured numbers.
+    pub rms_measured: f64,
+    /// Root mean square residual of the rows fitted.
+    pub rms_residual: f64,
+    /// Root mean square residual of the rows held out.
+    pub rms_residual_held_out: Option<f64>,
+    /// Correlation of a residual with the next one, of a curve: far above 0 the model does not
+    /// follow the curve, and the intervals are too narrow.
+    pub correlation: Option<f64>,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Serialize)]
+pub struct Identified {
+    /// The parameters.
+    #[serde(skip)]
+    pub parameters: Parameters,
+    /// Each parameter with its interval.
+    #[serde(rename = "parameters")]
+    pub estimates: Vec<Estimate>,
+    /// What the data leaves open, in sentences.
+    pub undetermined: Vec<String>,
+    /// How well each target is met.
+    pub targets: Vec<Goodness>,
+    /// Evaluations of the forward problem.
+    pub evaluations: usize,
+    /// Time of the fit \[s\].
+    pub seconds: f64,
+    /// What the targets would have measured.
+    #[serde(skip)]
+    pub fitted: Predicted,
+    /// Which rows of each target were held out.
+    #[serde(skip)]
+    pub held_out: Vec<Vec<bool>>,
+}
+
+/// Residuals of the rows that are fitted, with their weights.
+pub(super) struct Fit<'a> {
+    pub bench: &'a Bench<'a>,
+    pub bounds: &'a Bounds,
+    pub unknowns: Vec<Unknown>,
+    pub held_out: Vec<Vec<bool>>,
+    /// Standard deviation of each target's noise.
+    pub noise: Vec<f64>,
+    counter: &'a Counter,
+}
+
+/// Counts evaluations for a progress bar.
+pub(super) struct Counter {
+    bar: indicatif::ProgressBar,
+}
+
+impl Fit<'_> {
+    /// The forward problem, counted.
+    pub fn predict(&self, parameters: &Parameters) -> Result<Predicted> {
+        let found = predict(self.bench, parameters);
+        self.counter.bar.inc(1);
+        found
+    }
+
+    /// (fit - measured) / noise of the rows fitted.
+    pub fn residuals(&self, predicted: &Predicted) -> Vec<f64> {
+        let each = self.bench.targets.iter().zip(predicted).zip(&self.noise).zip(&self.held_out);
+        let residuals = each.flat_map(|(((target, fit), noise), held)| {
+            difference(target, fit, held, false).into_iter().map(move |r| r / noise)
+        });
+        residuals.collect()
+    }
+
+    /// Predictions at several places, on as many threads as the machine has.
+    pub fn predict_all(&self, places: &[Parameters]) -> Result<Vec<Predicted>> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let share = places.len().div_ceil(threads).max(1);
+        std::thread::scope(|scope| {
+            let work = |part| move || -> Result<Vec<_>> { self.predict_part(part) };
+            let running: Vec<_> =
+                places.chunks(share).map(|part| scope.spawn(work(part))).collect();
+            let mut found = Vec::with_capacity(places.len());
+            for thread in running {
+                let part = thread.join().map_err(|_| Error::check("a thread of the fit died"))?;
+                found.extend(part?);
+            }
+            Ok(found)
+        })
+    }
+
+    fn predict_part(&self, places: &[Parameters]) -> Result<Vec<Predicted>> {
+        places.iter().map(|place| self.predict(place)).collect()
+    }
+
+    fn parameters(&self, x: &[f64]) -> Parameters {
+        let groups = self.bench.groups.len();
+        let mut parameters = Parameters {
+            stiffness_n_per_m: vec![1.0; groups],
+            alpha: vec![0.0; groups],
+            time_constant_s: 1.0,
+        };
+        for (unknown, &x) in self.unknowns.iter().zip(x) {
+            unknown.set(&mut parameters, unknown.value(self.bounds, x));
+        }
+        parameters
+    }
+
+    fn coordinates(&self, parameters: &Parameters) -> Vec<f64> {
+        let each = self.unknowns.iter();
+        each.map(|unknown| unknown.coordinate(self.bounds, unknown.get(parameters))).collect()
+    }
+
+    /// Follows the residuals downhill; where it ends, and half the sum of squares there.
+    fn descend(&self, start: &Parameters) -> Result<(Parameters, f64)> {
+        let x = DVector::from_vec(self.coordinates(start));
+        let mut descent = Descent { fit: self, x: x.clone(), at: None, failed: Mutex::new(None) };
+        descent.set_params(&x);
+        let method = LevenbergMarquardt::new().with_tol(TOLERANCE).with_patience(PATIENCE);
+        let (descent, report) = method.minimize(descent);
+        match descent.failed.into_inner() {
+            Ok(Some(why)) => Err(why),
+            _ => Ok((self.parameters(descent.x.as_slice()), report.objective_function)),
+        }
+    }
+}
+
+/// A descent under way.
+struct Descent<'a> {
+    fit: &'a Fit<'a>,
+    x: DVector<f64>,
+    at: Option<DVector<f64>>,
+    failed: Mutex<Option<Error>>,
+}
+
+impl Descent<'_> {
+    fn noted<T>(&self, result: Result<T>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(why) => {
+                if let Ok(mut failed) = self.failed.lock() {
+                    *failed = Some(why);
+                }
+                None
+            }
+        }
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.x.copy_from(x);
+        let found = self.fit.predict(&self.fit.parameters(x.as_slice()));
+        self.at = self.noted(found).map(|found| DVector::from_vec(self.fit.residuals(&found)));
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.x.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        self.at.clone()
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let at = self.at.as_ref()?;
+        let places: Vec<Parameters> = (0..self.x.len())
+            .map(|column| {
+                let mut x = self.x.clone();
+                x[column] += STEP;
+                self.fit.parameters(x.as_slice())
+            })
+            .collect();
+        let found = self.noted(self.fit.predict_all(&places))?;
+        let columns: Vec<DVector<f64>> = found
+            .iter()
+            .map(|found| (DVector::from_vec(self.fit.residuals(found)) - at) / STEP)
+            .collect();
+        Some(DMatrix::from_columns(&columns))
+    }
+}
+
+/// Fit less measured, of the rows held out or of the others.
+fn difference(target: &Target, fit: &[f64], held_out: &[bool], held: bool) -> Vec<f64> {
+    let observed = target.observed();
+    let rows = observed.iter().zip(fit).enumerate();
+    let width = target.width();
+    rows.filter(|(at, _)| held_out[at / width] == held).map(|(_, (o, f))| f - o).collect()
+}
+
+/// Finds the parameters of a bench; of every target the part `hold_out` of its rows, evenly
+/// spread, only judges the result. Deterministic. Cost: some hundred evaluations of the forward
+/// problem.
+///
+/// # Errors
+/// Targets that the body cannot meet in principle, bounds out of range, fewer numbers than
+/// unknowns, Ctrl-C.
+pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Identified> {
+    let start = Instant::now();
+    check(bench, bounds, hold_out)?;
+    let unknowns = Unknown::of(bench);
+    let counter = Counter { bar: terminal::progress(60 * unknowns.len() as u64, "identify") };
+    let held_out: Vec<Vec<bool>> =
+        bench.targets.iter().map(|target| spread(target.rows(), hold_out)).collect();
+    let noise: Vec<f64> = bench.targets.iter().map(|target| NOISE * target.scale()).collect();
+    let mut fit = Fit { bench, bounds, unknowns, held_out, noise, counter: &counter };
+    let mut best: Option<(Parameters, f64)> = None;
+    for start in start::best(&fit)? {
+        let end = fit.descend(&start)?;
+        if best.as_ref().is_none_or(|best| end.1 < best.1) {
+            best = Some(end);
+        }
+    }
+    let (mut parameters, _) = best.ok_or_else(|| Error::check("no start for the fit"))?;
+    fit.noise = noise_of(&fit, &fit.predict(&parameters)?);
+    if bench.targets.len() > 1 {
+        (parameters, _) = fit.descend(&parameters)?;
+    }
+    let fitted = fit.predict(&parameters)?;
+    let (estimates, undetermined) = uncertainty::judge(&fit, &parameters, &fitted)?;
+    let evaluations = counter.bar.position() as usize;
+    counter.bar.finish_and_clear();
+    Ok(Identified {
+        targets: goodness(bench.targets, &fitted, &fit.held_out),
+        parameters,
+        estimates,
+        undetermined,
+        evaluations,
+        seconds: start.elapsed().as_secs_f64(),
+        fitted,
+        held_out: fit.held_out,
+    })
+}
+
+/// Refuses what [`identify`] would, before anything is computed.
+///
+/// # Errors
+/// Targets that the body cannot meet in principle, bounds out of range, fewer numbers than
+/// unknowns.
+pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
+    bench.check()?;
+    check_bounds(bounds, hold_out)?;
+    let fitted = |target: &Target| {
+        let held_out = spread(target.rows(), hold_out).iter().filter(|held| **held).count();
+        target.width() * (target.rows() - held_out)
+    };
+    let numbers: usize = bench.targets.iter().map(fitted).sum();
+    let unknowns = Unknown::of(bench).len();
+    if numbers <= unknowns {
+        return Err(Error::input(format!(
+            "--target: {numbers} numbers to fit {unknowns} parameters; give more rows, hold out \
+             fewer, or name fewer groups"
+        )));
+    }
+    Ok(())
+}
+
+fn check_bounds(bounds: &Bounds, hold_out: f64) -> Result<()> {
+    for (option, [low, high]) in [
+        ("--stiffness-bounds-n-per-m", bounds.stiffness_n_per_m),
+        ("--time-constant-bounds-s", bounds.time_constant_s),
+    ] {
+        if !(low > 0.0 && high > low && high <= 1e12 && low >= 1e-12) {
+            return Err(Error::input(format!(
+                "{option} {low},{high}: give two numbers from 1e-12 to 1e12, the lower first"
+            )));
+        }
+    }
+    if !(bounds.alpha_max > 0.0 && bounds.alpha_max <= 0.95) {
+        return Err(Error::input(format!(
+            "--alpha-max {}: must be above 0 and at most 0.95",
+            bounds.alpha_max
+        )));
+    }
+    if (0.0..=0.5).contains(&hold_out) {
+        Ok(())
+    } else {
+        Err(Error::input(format!("--hold-out {hold_out}: must be from 0 to 0.5")))
+    }
+}
+
+/// Which of so many rows are held out: the part `share`, evenly spread.
+fn spread(rows: usize, share: f64) -> Vec<bool> {
+    let count = |row: usize| (row as f64 * share + 0.5).floor();
+    (0..rows).map(|row| rows > 1 && count(row + 1) > count(row)).collect()
+}
+
+/// Standard deviation of each target's noise, from its residuals.
+fn noise_of(fit: &Fit<'_>, found: &Predicted) -> Vec<f64> {
+    let numbers = fit.residuals(found).len() as f64;
+    // Every number takes its share of the unknowns.
+    let freedom = 1.0 - fit.unknowns.len() as f64 / numbers;
+    let each = fit.bench.targets.iter().zip(found).zip(&fit.held_out);
+    each.map(|((target, values), held)| {
+        let scale = target.scale();
+        if target.rows() < ROWS_FOR_NOISE {
+            return NOISE * scale;
+        }
+        (rms(&difference(target, values, held, false)) / freedom.sqrt()).max(NOISE_MIN * scale)
+    })
+    .collect()
+}
+
+fn goodness(targets: &[Target], fitted: &Predicted, held_out: &[Vec<bool>]) -> Vec<Goodness> {
+    let each = targets.iter().zip(fitted).zip(held_out);
+    each.map(|((target, values), held)| {
+        let residuals = difference(target, values, held, false);
+        let judged = difference(target, values, held, true);
+        let (kind, unit) = target.kind();
+        let rows_held_out = held.iter().filter(|held| **held).count();
+        let squares: f64 = residuals.iter().map(|r| r * r).sum();
+        let next: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        Goodness {
+            name: target.name.clone(),
+            kind,
+            unit,
+            rows: target.rows() - rows_held_out,
+            rows_held_out,
+            rms_measured: target.scale(),
+            rms_residual: rms(&residuals),
+            rms_residual_held_out: (rows_held_out > 0).then(|| rms(&judged)),
+            correlation: (target.width() == 1 && target.rows() >= ROWS_FOR_NOISE && squares > 0.0)
+                .then(|| next / squares),
+        }
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_run_between_the_bounds() {
+        let bounds = Bounds::default();
+        for (unknown, value) in
+            [(Unknown::Stiffness(0), 37.0), (Unknown::Alpha(0), 0.05), (Unknown::Time, 0.2)]
+        {
+            let x = unknown.coordinate(&bounds, value);
+            assert!((unknown.value(&bounds, x) / value - 1.0).abs() < 1e-9);
+            let [low, high] = unknown.bounds(&bounds);
+            for x in [-50.0, 50.0] {
+                let end = unknown.value(&bounds, x);
+                assert!((low..=high * (1.0 + 1e-9)).contains(&end), "{end}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_are_held_out_evenly() {
+        let held = spread(20, 0.2);
+        let rows: Vec<usize> = (0..20).filter(|&row| held[row]).collect();
+        assert_eq!(rows, [2, 7, 12, 17]);
+        assert!(spread(20, 0.0).iter().all(|held| !held) && spread(1, 0.5) == [false]);
+    }
+
+    #[test]
+    fn bad_bounds_are_named() {
+        let good = Bounds::default();
+        let named = |bounds: &Bounds, hold_out: f64, part: &str| {
+            let error = check_bounds(bounds, hold_out).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        };
+        named(&Bounds { stiffness_n_per_m: [2.0, 1.0], ..good }, 0.2, "--stiffness-bounds-n-per-m");
+        named(&Bounds { time_constant_s: [0.0, 1.0], ..good }, 0.2, "--time-constant-bounds-s");
+        named(&Bounds { alpha_max: f64::NAN, ..good }, 0.2, "--alpha-max");
+        named(&good, 0.9, "--hold-out 0.9");
+    }
+}

@@ -1,0 +1,275 @@
+//! The forward problem: what a body of given parameters would have measured.
+//!
+//! Curves and fields are those of the engine itself: `track` to the equilibrium at every
+//! displacement, `rkl2` through time. So what is identified is what a run with the model feels.
+
+use std::collections::BTreeMap;
+
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use nalgebra::Vector3;
+
+use super::target::{Data, Target};
+use super::{Bench, Parameters};
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
+
+/// Sweeps between two looks at the force.
+const SWEEPS: u16 = 16;
+/// Most ticks of so many sweeps at one displacement.
+const TICKS_MAX: usize = 24;
+/// A force or energy that changes by less than this fraction in a tick has settled.
+const SETTLED: f32 = 1e-6;
+/// Ticks in a row that must be so.
+const CALM_TICKS: usize = 2;
+/// Longest move of the tool between two equilibria [mean link lengths].
+const STRIDE_LINKS: f64 = 0.25;
+/// Time of the tick in which the tool makes its step, before which nothing relaxes
+/// [dimensionless time].
+const AT_ONCE: f32 = 1e-6;
+/// Sweeps a tick in time: so many for every Euler-bound root, and at least.
+const SWEEPS_PER_ROOT: f32 = 6.0;
+const SWEEPS_MIN: f32 = 24.0;
+/// Longest time a tick advances [dimensionless time].
+const TICK_TIME_MAX: f64 = 50.0;
+
+/// Values at every number of every target.
+pub type Predicted = Vec<Vec<f64>>;
+
+/// Bakes the body with parameters.
+///
+/// # Errors
+/// As the bake.
+pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
+    let whole = bench.groups.len() == 1 && bench.groups[0].nodes.len() == bench.mesh.nodes_m.len();
+    let per_cell = |base: &[f64], of_group: &[f64]| {
+        if let (true, [value]) = (whole, of_group) {
+            return PerCell::Uniform(*value);
+        }
+        let mut values = base.to_vec();
+        for (group, &value) in bench.groups.iter().zip(of_group) {
+            for &node in &group.nodes {
+                values[node as usize] = value;
+            }
+        }
+        PerCell::Each(values)
+    };
+    let options = BakeOptions {
+        stiffness_n_per_m: per_cell(
+            &bench.base(&bench.options.stiffness_n_per_m),
+            &parameters.stiffness_n_per_m,
+        ),
+        alpha: per_cell(&bench.base(&bench.options.alpha), &parameters.alpha),
+        ..bench.options.clone()
+    };
+    bake(bench.mesh, bench.fixed, &options)
+}
+
+/// What the targets would have measured on a body with these parameters. Pure: the same bits for
+/// the same arguments. Cost: a bake, some hundred sweeps for each displacement, some ten for each
+/// moment.
+///
+/// # Errors
+/// A displacement beyond what the body can be loaded with; Ctrl-C.
+pub fn predict(bench: &Bench<'_>, parameters: &Parameters) -> Result<Predicted> {
+    let image = image(bench, parameters)?;
+    let model = Model::from_bytes(image.as_bytes()).map_err(Error::check)?;
+    let equilibria = Equilibria::follow(bench, &model)?;
+    (bench.targets.iter())
+        .map(|target| match &target.data {
+            Data::Press { displacement_m, .. } => {
+                Ok(displacement_m.iter().map(|&d| equilibria.force_n(d)).collect())
+            }
+            Data::Field { displacement_m, nodes, .. } => {
+                Ok(equilibria.field(*displacement_m, nodes))
+            }
+            Data::Relaxation { displacement_m, time_s, .. } => {
+                relax(bench, &model, parameters.time_constant_s, *displacement_m, time_s)
+            }
+        })
+        .collect()
+}
+
+/// Displacements at which an equilibrium is asked for, ascending, those of fields marked.
+fn displacements(targets: &[Target]) -> Vec<(f64, bool)> {
+    let mut wanted: BTreeMap<u64, bool> = BTreeMap::new();
+    for target in targets {
+        match &target.data {
+            Data::Press { displacement_m, .. } => {
+                // The bits of positive numbers ascend as they do.
+                displacement_m.iter().for_each(|d| {
+                    wanted.entry(d.abs().to_bits()).or_default();
+                });
+            }
+            Data::Field { displacement_m, .. } => {
+                wanted.insert(displacement_m.to_bits(), true);
+            }
+            Data::Relaxation { .. } => {}
+        }
+    }
+    wanted.into_iter().map(|(bits, field)| (f64::from_bits(bits), field)).collect()
+}
+
+/// Equilibria of a growing press.
+struct Equilibria {
+    /// Force along the direction by the bits of the displacement \[N\].
+    force_n: BTreeMap<u64, f64>,
+    /// Displacements by input node, for fields \[m\].
+    fields: BTreeMap<u64, BTreeMap<u32, [f64; 3]>>,
+}
+
+impl Equilibria {
+    fn follow(bench: &Bench<'_>, model: &Model<'_>) -> Result<Self> {
+        let mut found = Self { force_n: BTreeMap::new(), fields: BTreeMap::new() };
+        let wanted = displacements(bench.targets);
+        if wanted.is_empty() {
+            return Ok(found);
+        }
+        let mut press = Press::new(bench, *model, Scheme::Track, SWEEPS)?;
+        let mut at_m = 0.0;
+        for (depth_m, field) in wanted {
+            let stride_m = STRIDE_LINKS * f64::from(model.unit_m());
+            let strides = ((depth_m - at_m) / stride_m).ceil().max(1.0);
+            for stride in 1..=strides as usize {
+                let part = stride as f64 / strides;
+                let force_n = press.settle(at_m + part * (depth_m - at_m), part == 1.0)?;
+                found.force_n.insert(depth_m.to_bits(), force_n);
+            }
+            at_m = depth_m;
+            if field {
+                found.fields.insert(depth_m.to_bits(), press.field());
+            }
+        }
+        Ok(found)
+    }
+
+    fn force_n(&self, displacement_m: f64) -> f64 {
+        self.force_n.get(&displacement_m.abs().to_bits()).copied().unwrap_or(f64::NAN)
+    }
+
+    fn field(&self, displacement_m: f64, nodes: &[u32]) -> Vec<f64> {
+        let field = self.fields.get(&displacement_m.to_bits());
+        let of = |node| field.and_then(|field| field.get(node)).copied().unwrap_or([f64::NAN; 3]);
+        nodes.iter().flat_map(of).collect()
+    }
+}
+
+/// The tool on a body.
+struct Press<'a, 'm> {
+    bench: &'a Bench<'a>,
+    engine: Engine<'m>,
+}
+
+impl<'a, 'm> Press<'a, 'm> {
+    /// In contact, at rest.
+    fn new(bench: &'a Bench<'a>, model: Model<'m>, scheme: Scheme, sweeps: u16) -> Result<Self> {
+        let settings = Settings {
+            max_tool_step_m: 1e3 * model.unit_m(),
+            unloading: Unloading::Off,
+            tick_time: AT_ONCE,
+            ..scheme.settings(&model, sweeps)
+        };
+        let network = Network::new(model, settings).map_err(Error::check)?;
+        let mut engine = Engine::new(network, scheme, bench.contacts)?;
+        engine.tick(&sample(bench, 0.0));
+        Ok(Self { bench, engine })
+    }
+
+    /// One tick with the tool at a depth: force along the direction \[N\], energy \[J\], flags.
+    fn tick(&mut self, depth_m: f64) -> (f32, f32, Flags) {
+        let output = self.engine.tick(&sample(self.bench, depth_m));
+        let force: [f32; 3] = output.force_n.into();
+        let along = force.iter().zip(self.bench.direction).map(|(f, d)| f64::from(*f) * d);
+        (-along.sum::<f64>() as f32, output.energy_j, output.flags)
+    }
+
+    /// Ticks until the force is that of the equilibrium \[N\]; on the way there a few suffice.
+    fn settle(&mut self, depth_m: f64, to_the_end: bool) -> Result<f64> {
+        let (mut last, mut calm, mut clamped) = (f32::NAN, 0, false);
+        let mut last_energy = f32::NAN;
+        let most = if to_the_end { TICKS_MAX } else { 4 };
+        for _ in 0..most {
+            if interrupt::asked() {
+                return Err(Error::Interrupted);
+            }
+            let (force, energy, flags) = self.tick(depth_m);
+            clamped = flags.contains(Flags::MOTION_CLAMPED);
+            let still = (force - last).abs() <= SETTLED * force.abs()
+                && (last_energy - energy).abs() <= SETTLED * energy;
+            calm = if still && !clamped { calm + 1 } else { 0 };
+            (last, last_energy) = (force, energy);
+            if calm >= CALM_TICKS {
+                break;
+            }
+        }
+        if clamped && to_the_end { Err(beyond(depth_m)) } else { Ok(f64::from(last)) }
+    }
+
+    /// Displacements by input node \[m\].
+    fn field(&mut self) -> BTreeMap<u32, [f64; 3]> {
+        let positions = self.engine.positions_m();
+        let nodes_m = &self.bench.mesh.nodes_m;
+        let ids = self.engine.network().model().input_id();
+        let moved = |(&id, at): (&u32, &[f64; 3])| {
+            let rest = nodes_m[id as usize];
+            (id, std::array::from_fn(|axis| at[axis] - rest[axis]))
+        };
+        ids.iter().zip(&positions).map(moved).collect()
+    }
+
+    /// From the next tick on a tick advances by so much [dimensionless time].
+    fn advance_by(&mut self, time: f64) -> Result<()> {
+        let (model, settings) = (self.engine.network().model(), self.engine.network().settings());
+        let roots = (time / f64::from(model.step_max())).sqrt() as f32;
+        let sweeps = (SWEEPS_MIN + SWEEPS_PER_ROOT * roots) as u16;
+        self.engine.choose(Settings { sweeps, tick_time: time as f32, ..*settings })
+    }
+}
+
+/// Force along the direction after a step at t = 0 \[N\].
+fn relax(
+    bench: &Bench<'_>,
+    model: &Model<'_>,
+    time_constant_s: f64,
+    depth_m: f64,
+    time_s: &[f64],
+) -> Result<Vec<f64>> {
+    let mut press = Press::new(bench, *model, Scheme::Rkl2, SWEEPS)?;
+    let (mut force, _, flags) = press.tick(depth_m);
+    if flags.contains(Flags::MOTION_CLAMPED) {
+        return Err(beyond(depth_m));
+    }
+    let mut at_s = 0.0;
+    let mut forces = Vec::with_capacity(time_s.len());
+    for &t in time_s {
+        let span = (t - at_s) / time_constant_s;
+        let ticks = (span / TICK_TIME_MAX).ceil();
+        // A body that has come to rest stays there.
+        let ticks = ticks.min(200.0);
+        if span > 0.0 {
+            press.advance_by((span / ticks).min(TICK_TIME_MAX))?;
+            for _ in 0..ticks as usize {
+                if interrupt::asked() {
+                    return Err(Error::Interrupted);
+                }
+                force = press.tick(depth_m).0;
+            }
+        }
+        at_s = t;
+        forces.push(f64::from(force));
+    }
+    Ok(forces)
+}
+
+fn beyond(depth_m: f64) -> Error {
+    Error::input(format!(
+        "a displacement of {depth_m} m loads the body with more than --energy-max-j allows; check \
+         the unit of the displacement, or raise it"
+    ))
+}
+
+fn sample(bench: &Bench<'_>, depth_m: f64) -> ToolSample {
+    let position_m = Vector3::from(bench.direction.map(|x| (x * depth_m) as f32));
+    ToolSample { position_m, engaged: 1 }
+}

@@ -1,0 +1,325 @@
+//! What was measured: curves and displacement fields, read from CSV files.
+
+use std::path::Path;
+
+use chaincell_host::error::{Error, Result};
+
+/// Header of a force-displacement curve.
+pub const PRESS_HEADER: &str = "displacement_m,force_n";
+/// Header of a relaxation curve.
+pub const RELAXATION_HEADER: &str = "time_s,force_n";
+/// Header of a displacement field.
+pub const FIELD_HEADER: &str = "node,ux_m,uy_m,uz_m";
+/// Fewest rows of a target.
+pub const ROWS_MIN: usize = 5;
+/// Largest file that is read \[bytes\].
+const BYTES_MAX: u64 = 64 << 20;
+
+/// The measured quantity and its numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    /// Force of the tool in equilibrium as the displacement grows.
+    Press {
+        /// Displacement of the tool along its direction, ascending \[m\].
+        displacement_m: Vec<f64>,
+        /// Force along that direction that the tool exerts \[N\].
+        force_n: Vec<f64>,
+    },
+    /// Force of the tool after a displacement in one step at t = 0.
+    Relaxation {
+        /// Displacement of the tool \[m\].
+        displacement_m: f64,
+        /// Time since then, ascending \[s\].
+        time_s: Vec<f64>,
+        /// Force along the direction that the tool exerts \[N\].
+        force_n: Vec<f64>,
+    },
+    /// Displacements of nodes in equilibrium.
+    Field {
+        /// Displacement of the tool \[m\].
+        displacement_m: f64,
+        /// Input ids, each once.
+        nodes: Vec<u32>,
+        /// `[row][axis]` \[m\].
+        displacements_m: Vec<[f64; 3]>,
+    },
+}
+
+/// Measured data with a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Name for messages, charts and tables: the file's.
+    pub name: String,
+    /// The numbers.
+    pub data: Data,
+}
+
+impl Target {
+    /// Rows: points of a curve, nodes of a field.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        match &self.data {
+            Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => force_n.len(),
+            Data::Field { nodes, .. } => nodes.len(),
+        }
+    }
+
+    /// Numbers a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        if matches!(self.data, Data::Field { .. }) { 3 } else { 1 }
+    }
+
+    /// The measured numbers, row by row \[N, or m for a field\].
+    #[must_use]
+    pub fn observed(&self) -> Vec<f64> {
+        match &self.data {
+            Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => force_n.clone(),
+            Data::Field { displacements_m, .. } => displacements_m.as_flattened().to_vec(),
+        }
+    }
+
+    /// Root mean square of the measured numbers.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        rms(&self.observed())
+    }
+
+    /// Kind in words, its unit.
+    #[must_use]
+    pub fn kind(&self) -> (&'static str, &'static str) {
+        match self.data {
+            Data::Press { .. } => ("force-displacement", "N"),
+            Data::Relaxation { .. } => ("relaxation", "N"),
+            Data::Field { .. } => ("field", "m"),
+        }
+    }
+}
+
+/// Root mean square, 0 of nothing.
+#[must_use]
+pub fn rms(values: &[f64]) -> f64 {
+    let squares: f64 = values.iter().map(|x| x * x).sum();
+    (squares / values.len().max(1) as f64).sqrt()
+}
+
+/// What a file leaves open.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Holding {
+    /// `--displacement-m`, of relaxation curves and fields.
+    pub displacement_m: Option<f64>,
+    /// `--force-n`, the tool's force with a field.
+    pub force_n: Option<f64>,
+}
+
+/// Reads a target; its header says what it is. A field with `--force-n` gives two.
+///
+/// # Errors
+/// File and line of the first thing that cannot be used, and the remedy.
+pub fn read(path: &Path, holding: &Holding) -> Result<Vec<Target>> {
+    let failed = |why: std::io::Error| Error::file("read --target", path, why);
+    let size = std::fs::metadata(path).map_err(failed)?.len();
+    if size > BYTES_MAX {
+        let limit = BYTES_MAX >> 20;
+        return Err(Error::file("read --target", path, format_args!("more than {limit} MiB")));
+    }
+    let text = std::fs::read_to_string(path).map_err(failed)?;
+    parse(&text, &path.display().to_string(), holding)
+}
+
+/// The same from text; `name` stands for the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
+    let text = text.trim_start_matches('\u{feff}');
+    let header = text.lines().next().unwrap_or_default().trim();
+    let rows = |width| Rows { name, header }.read(text, width);
+    let data = match header {
+        PRESS_HEADER => press(name, &rows(2)?)?,
+        RELAXATION_HEADER => relaxation(name, &rows(2)?, held(name, holding)?)?,
+        FIELD_HEADER => field(name, &rows(4)?, held(name, holding)?)?,
+        other => {
+            return Err(Error::input(format!(
+                "{name}:1: the header is `{}`; a target begins with `{PRESS_HEADER}`, \
+                 `{RELAXATION_HEADER}` or `{FIELD_HEADER}`",
+                other.escape_debug().take(60).collect::<String>()
+            )));
+        }
+    };
+    let is_field = matches!(data, Data::Field { .. });
+    let mut targets = vec![Target { name: name.to_owned(), data }];
+    if targets[0].scale() == 0.0 {
+        return Err(Error::input(format!(
+            "{name}: every value is 0, which no parameter changes; give a target that moves"
+        )));
+    }
+    if let (true, Some(force_n)) = (is_field, holding.force_n) {
+        if !(force_n.is_finite() && force_n > 0.0) {
+            return Err(Error::input(format!("--force-n {force_n}: must be above 0 and finite")));
+        }
+        let displacement_m = vec![held(name, holding)?];
+        let data = Data::Press { displacement_m, force_n: vec![force_n] };
+        targets.push(Target { name: format!("{name} --force-n"), data });
+    }
+    Ok(targets)
+}
+
+/// The tool's displacement, for files that do not hold it.
+fn held(name: &str, holding: &Holding) -> Result<f64> {
+    match holding.displacement_m {
+        Some(d) if d.is_finite() && d > 0.0 => Ok(d),
+        Some(d) => Err(Error::input(format!("--displacement-m {d}: must be above 0 and finite"))),
+        None => Err(Error::input(format!(
+            "{name}: a relaxation curve or a field needs the tool's displacement: --displacement-m"
+        ))),
+    }
+}
+
+/// Rows of numbers below a header.
+struct Rows<'a> {
+    name: &'a str,
+    header: &'a str,
+}
+
+impl Rows<'_> {
+    /// Line number and fields of every row.
+    fn read(&self, text: &str, width: usize) -> Result<Vec<(usize, Vec<f64>)>> {
+        let mut rows = Vec::new();
+        for (line, row) in (1..).zip(text.lines()).skip(1) {
+            if !row.trim().is_empty() {
+                rows.push((line, self.row(line, row, width)?));
+            }
+        }
+        if rows.len() < ROWS_MIN {
+            return Err(Error::input(format!(
+                "{}: {} rows; a target needs at least {ROWS_MIN}",
+                self.name,
+                rows.len()
+            )));
+        }
+        Ok(rows)
+    }
+
+    fn row(&self, line: usize, row: &str, width: usize) -> Result<Vec<f64>> {
+        let refuse = |why: String| Error::input(format!("{}:{line}: {why}", self.name));
+        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+        if fields.len() != width {
+            return Err(refuse(format!(
+                "{} fields; a row has {width}: {}",
+                fields.len(),
+                self.header
+            )));
+        }
+        let names = self.header.split(',');
+        let numbers = fields.iter().zip(names).map(|(text, name)| {
+            text.parse()
+                .ok()
+                .filter(|x: &f64| x.is_finite())
+                .ok_or_else(|| refuse(format!("field {name} `{text}`: must be a finite number")))
+        });
+        numbers.collect()
+    }
+}
+
+/// The first column of a curve, checked to be 0 or more and to ascend.
+fn ascending(name: &str, column: &str, rows: &[(usize, Vec<f64>)], hint: &str) -> Result<Vec<f64>> {
+    let mut last = None;
+    for (line, row) in rows {
+        let refuse = |why: &str| {
+            Err(Error::input(format!("{name}:{line}: field {column} {}: {why}", row[0])))
+        };
+        if row[0] < 0.0 {
+            return refuse("must be 0 or more; --direction says which way is forward");
+        }
+        if last.is_some_and(|last| row[0] <= last) {
+            return refuse(&format!("must be above that of the row before; {hint}"));
+        }
+        last = Some(row[0]);
+    }
+    Ok(rows.iter().map(|(_, row)| row[0]).collect())
+}
+
+fn press(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Data> {
+    let hint = "keep the loading branch alone";
+    let displacement_m = ascending(name, "displacement_m", rows, hint)?;
+    Ok(Data::Press { displacement_m, force_n: rows.iter().map(|(_, row)| row[1]).collect() })
+}
+
+fn relaxation(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<Data> {
+    let time_s = ascending(name, "time_s", rows, "sort the rows by time")?;
+    let force_n = rows.iter().map(|(_, row)| row[1]).collect();
+    Ok(Data::Relaxation { displacement_m, time_s, force_n })
+}
+
+fn field(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<Data> {
+    let mut nodes = Vec::with_capacity(rows.len());
+    let mut seen = std::collections::BTreeSet::new();
+    for (line, row) in rows {
+        let node = row[0];
+        if !(node.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&node)) {
+            return Err(Error::input(format!(
+                "{name}:{line}: field node {node}: must be a whole number from 0"
+            )));
+        }
+        if !seen.insert(node as u32) {
+            return Err(Error::input(format!(
+                "{name}:{line}: node {node} is given twice; give it once"
+            )));
+        }
+        nodes.push(node as u32);
+    }
+    let displacements_m = rows.iter().map(|(_, row)| [row[1], row[2], row[3]]).collect();
+    Ok(Data::Field { displacement_m, nodes, displacements_m })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str, holding: &Holding, part: &str) {
+        let error = parse(text, "t.csv", holding).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        let error = error.to_string();
+        assert!(error.contains(part), "{error}");
+    }
+
+    const AT: Holding = Holding { displacement_m: Some(0.01), force_n: None };
+
+    #[test]
+    fn the_header_says_what_a_target_is() {
+        let rows = "0,0\n1,2\n2,3\n3,5\n4,6\n";
+        let press = parse(&format!("{PRESS_HEADER}\n{rows}"), "a", &Holding::default()).unwrap();
+        assert_eq!((press[0].kind().0, press[0].rows()), ("force-displacement", 5));
+        let time = parse(&format!("{RELAXATION_HEADER}\n{rows}"), "b", &AT).unwrap();
+        assert_eq!(time[0].kind().0, "relaxation");
+        let rows = "5,0,0,1\n4,0,0,1\n3,0,1,0\n2,0,0,0\n1,2,0,0\n";
+        let holding = Holding { force_n: Some(2.0), ..AT };
+        let field = parse(&format!("{FIELD_HEADER}\r\n{rows}"), "c", &holding).unwrap();
+        assert_eq!((field.len(), field[0].observed().len(), field[1].rows()), (2, 15, 1));
+    }
+
+    #[test]
+    fn bad_targets_are_named_by_line() {
+        let press = |rows: &str| format!("{PRESS_HEADER}\n{rows}");
+        let good = "0,0\n1,2\n2,3\n3,5\n";
+        refused("x,y\n1,2\n", &AT, "t.csv:1: the header is `x,y`");
+        refused("", &AT, "t.csv:1");
+        refused(&press("0,0\n1\n"), &AT, "t.csv:3: 1 fields");
+        refused(&press("0,0\n1,abc\n"), &AT, "t.csv:3: field force_n `abc`");
+        refused(&press("0,0\n1,inf\n"), &AT, "t.csv:3: field force_n `inf`");
+        refused(&press("0,0\n1,2\n"), &AT, "2 rows; a target needs at least 5");
+        refused(&press(&format!("{good}2.5,1\n")), &AT, "t.csv:6: field displacement_m 2.5");
+        refused(&press(&format!("-1,0\n{good}")), &AT, "t.csv:2: field displacement_m -1");
+        refused(&press("0,0\n1,0\n2,0\n3,0\n4,0\n"), &AT, "every value is 0");
+        let time = format!("{RELAXATION_HEADER}\n{good}4,6\n");
+        refused(&time, &Holding::default(), "--displacement-m");
+        let bad = Holding { displacement_m: Some(f64::NAN), ..AT };
+        refused(&time, &bad, "--displacement-m NaN");
+        let field = |rows: &str| format!("{FIELD_HEADER}\n0,0,0,1\n1,0,0,1\n2,0,0,1\n{rows}");
+        refused(&field("1.5,0,0,1\n3,0,0,1\n"), &AT, "t.csv:5: field node 1.5");
+        refused(&field("1,0,0,1\n3,0,0,1\n"), &AT, "t.csv:5: node 1 is given twice");
+        let bad = Holding { force_n: Some(-1.0), ..AT };
+        refused(&field("3,0,0,1\n4,0,0,1\n"), &bad, "--force-n -1");
+    }
+}

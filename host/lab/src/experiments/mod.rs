@@ -1,0 +1,7 @@
+//! The experiments, one folder each.
+
+pub mod identify;
+pub mod paper;
+pub mod report;
+pub mod soak;
+pub mod stress;

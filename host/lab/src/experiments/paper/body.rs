@@ -1,0 +1,345 @@
+//! The bodies that the mechanics of the paper are shown on, and a tool that presses them.
+
+use chaincell_kernel::{Drive, Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::experiments::report::exact::norm;
+use crate::experiments::report::press::field;
+use crate::reference::Links;
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::engine::contact::{automatic, inward};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
+use chaincell_host::mesh::{self, Mesh, MeshOptions};
+
+/// Sweeps between two looks at the residual.
+const SWEEPS: u16 = 16;
+/// Looks at most: what has not settled then is told by its residual.
+const LOOKS_MAX: usize = 60;
+/// Sweeps at most until a press counts as settled.
+pub const SETTLE_SWEEPS: usize = LOOKS_MAX * SWEEPS as usize;
+/// Largest residual of a free cell at which a press counts as settled [force on the tool].
+const RESIDUAL: f64 = 1e-4;
+/// The same where the tool feels next to nothing: a few roundings [mean link lengths]; the force
+/// must then stay the same to this part from look to look.
+const RESIDUAL_MIN: f64 = 2e-6;
+const FORCE_STAYS: f64 = 1e-2;
+/// A force that is none: a link so far outside its band [mean link lengths].
+const NO_FORCE: f64 = 1e-5;
+/// Part of its way within which a loaded cell rests from look to look, and for how many looks.
+const REST: f64 = 1e-4;
+const CALM_LOOKS: usize = 3;
+/// Centre of the paper's plane.
+const CENTRE: u32 = 220;
+
+/// A mesh with the place that is pressed.
+pub struct Source {
+    /// Name in tables and files.
+    pub name: &'static str,
+    /// What it is, in words.
+    pub words: String,
+    mesh: Mesh,
+    /// The input id that is pressed downwards; without one what `--contact auto` takes.
+    node: Option<u32>,
+}
+
+impl Source {
+    /// The paper's plane, 21 x 21 cells 10 mm apart with 8 neighbours each, its border fixed; the
+    /// centre is pressed across it.
+    ///
+    /// # Errors
+    /// None for this plane.
+    pub fn plane() -> Result<Self> {
+        let options = MeshOptions { diagonals: true, ..MeshOptions::default() };
+        let mesh = mesh::load("plane:21x21x0.01", &options)?;
+        let words = "plane of 21 x 21 cells".to_owned();
+        Ok(Self { name: "plane", words, mesh, node: Some(CENTRE) })
+    }
+
+    /// The generated organ, of 1,000 cells with `quick`; its part farthest from the fixed patch is
+    /// pressed inwards.
+    ///
+    /// # Errors
+    /// As the generator.
+    pub fn organ(quick: bool) -> Result<Self> {
+        let mesh = mesh::load(if quick { "organ:1000" } else { "organ" }, &MeshOptions::default())?;
+        let words = format!("generated organ of {} cells", mesh.nodes_m.len());
+        Ok(Self { name: "organ", words, mesh, node: None })
+    }
+
+    /// The body with its links' bands.
+    ///
+    /// # Errors
+    /// As [`bake`].
+    pub fn with_alpha(&self, alpha: f64) -> Result<Body> {
+        self.bake(&BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() })
+    }
+
+    /// The body.
+    ///
+    /// # Errors
+    /// As [`bake`].
+    pub fn bake(&self, options: &BakeOptions) -> Result<Body> {
+        let image = bake(&self.mesh, &self.mesh.default_fixed, options)?;
+        let model = parse(&image)?;
+        let (contacts, way) = match self.node.and_then(|node| model.cell_of_input(node)) {
+            Some(cell) => (vec![cell], [0.0, 0.0, -1.0]),
+            None => {
+                let contacts = automatic(&model)?;
+                let way = inward(&model, &contacts);
+                (contacts, way)
+            }
+        };
+        let length = norm(&[way]);
+        Ok(Body { name: self.name, image, contacts, direction: way.map(|x| x / length) })
+    }
+}
+
+/// A baked body with its contact.
+pub struct Body {
+    /// Name in tables and files.
+    pub name: &'static str,
+    image: ImageBytes,
+    /// Cells that the tool holds, ascending.
+    pub contacts: Vec<u16>,
+    /// Unit vector along which they are pressed.
+    pub direction: [f64; 3],
+}
+
+/// What the tool feels at a depth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Felt {
+    /// Displacement of the contact cells \[m\].
+    pub depth_m: f64,
+    /// Force that the press takes, along its direction \[N\].
+    pub force_n: f64,
+    /// Energy of the links \[J\], summed in double precision.
+    pub energy_j: f64,
+    /// Largest residual of a free cell, over the force on the tool.
+    pub residual: f64,
+}
+
+impl Body {
+    /// The model.
+    ///
+    /// # Errors
+    /// None for a body that was baked here.
+    pub fn model(&self) -> Result<Model<'_>> {
+        parse(&self.image)
+    }
+
+    /// A force that is none: a link a few roundings outside its band \[N\].
+    ///
+    /// # Errors
+    /// As [`Self::model`].
+    pub fn no_force_n(&self) -> Result<f64> {
+        Ok(NO_FORCE * f64::from(self.model()?.force_unit_n()))
+    }
+
+    /// A tool that follows equilibria, with `track`.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn quasi_static(&self, unloading: Unloading) -> Result<Tool<'_>> {
+        let model = self.model()?;
+        self.tool(Scheme::Track, Settings { unloading, ..Scheme::Track.settings(&model, SWEEPS) })
+    }
+
+    /// A tool whose displacement is the current into the contact cells, with `track`.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn driven(&self) -> Result<Tool<'_>> {
+        let settings = Scheme::Track.settings(&self.model()?, SWEEPS);
+        let settings = Settings { unloading: Unloading::Off, drive: Drive::Current, ..settings };
+        self.tool(Scheme::Track, settings)
+    }
+
+    /// A tool on the paper's own dynamics: one Euler step of `step` [dimensionless time] a tick.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn in_time(&self, step: f64) -> Result<Tool<'_>> {
+        let settings = Settings { step: step as f32, ..Scheme::Euler.settings(&self.model()?, 1) };
+        self.tool(Scheme::Euler, Settings { unloading: Unloading::Off, ..settings })
+    }
+
+    /// The contact cells with their positions at a depth, in internal units.
+    ///
+    /// # Errors
+    /// As [`Self::model`].
+    pub fn held(&self, depth_m: f64) -> Result<Vec<(usize, [f64; 3])>> {
+        let model = self.model()?;
+        let depth = depth_m / f64::from(model.unit_m());
+        let at = |&cell: &u16| {
+            let rest = model.rest_position(usize::from(cell)).map(f64::from);
+            (usize::from(cell), std::array::from_fn(|x| rest[x] + depth * self.direction[x]))
+        };
+        Ok(self.contacts.iter().map(at).collect())
+    }
+
+    /// The force that the press takes at positions, in double precision \[N\].
+    ///
+    /// # Errors
+    /// As [`Self::model`].
+    pub fn push_of(&self, links: &Links, at: &[[f64; 3]]) -> Result<f64> {
+        let contacts: Vec<usize> = self.contacts.iter().map(|&cell| usize::from(cell)).collect();
+        let force = links.force(at, &contacts);
+        let along: f64 = force.iter().zip(self.direction).map(|(f, x)| f * x).sum();
+        Ok(-along * f64::from(self.model()?.force_unit_n()))
+    }
+
+    fn tool(&self, scheme: Scheme, settings: Settings) -> Result<Tool<'_>> {
+        let model = self.model()?;
+        // The tool is never slowed down.
+        let settings = Settings { max_tool_step_m: 1e3 * model.unit_m(), ..settings };
+        let network = Network::new(model, settings).map_err(Error::check)?;
+        let mut tool = Tool {
+            engine: Engine::new(network, scheme, &self.contacts)?,
+            closed: Links::of_model(&model).closed(),
+            links: Links::of_model(&model),
+            body: self,
+        };
+        tool.tick(0.0);
+        Ok(tool)
+    }
+}
+
+/// A tool that holds a body's contact cells.
+pub struct Tool<'b> {
+    engine: Engine<'b>,
+    links: Links,
+    closed: Links,
+    body: &'b Body,
+}
+
+impl Tool<'_> {
+    /// One tick at a depth.
+    pub fn tick(&mut self, depth_m: f64) -> TickOutput {
+        let position_m = Vector3::from(self.body.direction.map(|x| (depth_m * x) as f32));
+        self.engine.tick(&ToolSample { position_m, engaged: 1 })
+    }
+
+    /// The force that a press takes, of a tick's answer \[N\].
+    #[must_use]
+    pub fn push_n(&self, answer: &TickOutput) -> f64 {
+        let force: [f32; 3] = answer.force_n.into();
+        -force.iter().zip(self.body.direction).map(|(f, x)| f64::from(*f) * x).sum::<f64>()
+    }
+
+    /// One tick at a depth, and the force it takes \[N\].
+    ///
+    /// # Errors
+    /// The user asked to stop; the body's energy bound stopped the tool.
+    pub fn press(&mut self, depth_m: f64) -> Result<f64> {
+        let answer = self.checked(depth_m)?;
+        Ok(self.push_n(&answer))
+    }
+
+    fn checked(&mut self, depth_m: f64) -> Result<TickOutput> {
+        let answer = self.tick(depth_m);
+        if interrupt::asked() {
+            Err(Error::Interrupted)
+        } else if answer.flags.contains(Flags::MOTION_CLAMPED) {
+            Err(Error::check(format!(
+                "{}: the tool was stopped before {depth_m} m",
+                self.body.name
+            )))
+        } else {
+            Ok(answer)
+        }
+    }
+
+    /// Ticks at a depth until the body has settled, at most so many that it should have.
+    ///
+    /// # Errors
+    /// As [`Self::press`].
+    pub fn settle(&mut self, depth_m: f64) -> Result<Felt> {
+        let mut felt = Felt { depth_m, force_n: 0.0, energy_j: 0.0, residual: 0.0 };
+        for _ in 0..LOOKS_MAX {
+            let answer = self.checked(depth_m)?;
+            let closed = answer.flags.contains(Flags::BAND_CLOSED);
+            let model = *self.engine.network().model();
+            let (energy, residual) = self.residual(closed);
+            let force: [f32; 3] = answer.force_n.into();
+            let force = norm(&[force.map(f64::from)]) / f64::from(model.force_unit_n());
+            let before = felt.force_n;
+            felt.force_n = self.push_n(&answer);
+            let stays = (felt.force_n - before).abs() <= FORCE_STAYS * felt.force_n.abs()
+                || force <= NO_FORCE;
+            felt.energy_j = energy * f64::from(model.energy_unit_j());
+            felt.residual = if force > 0.0 { residual / force } else { 0.0 };
+            if (residual <= RESIDUAL_MIN && stays) || felt.residual <= RESIDUAL {
+                break;
+            }
+        }
+        Ok(felt)
+    }
+
+    /// Ticks with a current until the contact cells rest to a part in 1e4 from look to look, or as
+    /// many as a press may take; how far they have gone along the press, in the mean \[m\].
+    ///
+    /// # Errors
+    /// As [`Self::press`].
+    pub fn yielded(&mut self, current_m: f64) -> Result<f64> {
+        let (mut way, mut calm) = (0.0_f64, 0);
+        for _ in 0..LOOKS_MAX {
+            self.checked(current_m)?;
+            let before = way;
+            way = self.way_m();
+            calm = if (way - before).abs() <= REST * way.abs() { calm + 1 } else { 0 };
+            if calm == CALM_LOOKS {
+                break;
+            }
+        }
+        Ok(way)
+    }
+
+    fn way_m(&mut self) -> f64 {
+        let unit_m = f64::from(self.engine.network().model().unit_m());
+        let moved = field(&mut self.engine);
+        let contacts = &self.body.contacts;
+        let along = contacts.iter().map(|&cell| {
+            let moved = moved[usize::from(cell)].iter().zip(self.body.direction);
+            moved.map(|(u, x)| u * x).sum::<f64>()
+        });
+        unit_m * along.sum::<f64>() / contacts.len() as f64
+    }
+
+    /// Positions of all cells [mean link lengths from the body's centre].
+    pub fn positions(&mut self) -> Vec<[f64; 3]> {
+        let moved = field(&mut self.engine);
+        let rest = self.links.rest().iter();
+        rest.zip(moved).map(|(rest, u)| std::array::from_fn(|x| rest[x] + u[x])).collect()
+    }
+
+    /// Energy and largest residual of a free cell in internal units, with the bands as they are.
+    fn residual(&mut self, closed: bool) -> (f64, f64) {
+        let at = self.positions();
+        let mut residual = vec![[0.0; 3]; at.len()];
+        let links = if closed { &self.closed } else { &self.links };
+        let energy = links.residual(&at, &mut residual);
+        for &cell in &self.body.contacts {
+            residual[usize::from(cell)] = [0.0; 3];
+        }
+        let free = residual.iter().zip(self.links.fixed()).filter(|(_, fixed)| !**fixed);
+        (energy, free.map(|(r, _)| norm(&[*r])).fold(0.0, f64::max))
+    }
+
+    /// The links in double precision.
+    #[must_use]
+    pub fn links(&self) -> &Links {
+        &self.links
+    }
+
+    /// The state hash.
+    pub fn state_hash(&mut self) -> u64 {
+        self.engine.state_hash()
+    }
+}
+
+fn parse(image: &ImageBytes) -> Result<Model<'_>> {
+    Model::from_bytes(image.as_bytes()).map_err(Error::check)
+}

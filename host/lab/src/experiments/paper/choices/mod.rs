@@ -1,0 +1,197 @@
+//! Choices that the paper leaves open: what was chosen, what else was tried, what it changes.
+
+mod current;
+mod force;
+mod map;
+mod measure;
+mod words;
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::body::{Body, Source};
+use super::mechanics::ALPHAS;
+use super::section::{Context, Figure, Numbers, Section};
+use crate::charts::plot::{Axis, Chart, Style};
+use crate::experiments::report::tables::csv;
+use chaincell_host::bake::BakeOptions;
+use chaincell_host::error::Result;
+use current::Yield;
+use force::Readings;
+use map::Softness;
+use measure::{Measures, measure, press};
+
+/// Depth of the press \[m\].
+const DEPTH_M: f64 = 0.05;
+/// Steps of `euler`, of the proven bound; the last is the default.
+const STEPS: [f64; 3] = [0.25, 0.5, 0.9];
+/// K, of the largest coordinate at rest; the last but one is the default.
+const SATURATIONS: [f64; 4] = [2.0, 3.0, 4.0, 8.0];
+/// Half the width of the plane: its largest coordinate at rest \[m\].
+const LARGEST_M: f64 = 0.1;
+/// The least K that the bake takes is twice that as stored: a hair more passes.
+const HAIR: f64 = 1e-6;
+const RESISTANCES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+/// A depth beyond the smallest K \[m\].
+const BEYOND_M: f64 = 0.25;
+/// Half-widths of the map from stiffness to alpha.
+const MAP: [f64; 11] = [0.0, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2];
+
+/// The measures under one choice.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Tried {
+    /// The choice: `step`, `alpha`.
+    choice: &'static str,
+    /// Its value.
+    value: f64,
+    /// Whether the others are compared with it.
+    chosen: bool,
+    measures: Measures,
+}
+
+/// A run under one K and `R_x`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Range {
+    /// K over the largest coordinate at rest.
+    k_of_largest: f64,
+    r_x: f64,
+    depth_m: f64,
+    force_n: f64,
+    state_hash: String,
+}
+
+/// Everything that is told.
+struct Results {
+    tried: Vec<Tried>,
+    within: Vec<Range>,
+    beyond: Vec<Range>,
+    readings: Vec<Readings>,
+    softness: Vec<Softness>,
+    yields: Vec<Yield>,
+}
+
+fn step_of(body: &Body, part: f64) -> Result<f64> {
+    Ok(part * f64::from(body.model()?.step_max()))
+}
+
+impl Results {
+    fn run() -> Result<Self> {
+        let plane = Source::plane()?;
+        let body = plane.with_alpha(0.0)?;
+        let default = step_of(&body, STEPS[2])?;
+        let mut tried = Vec::new();
+        for value in STEPS {
+            let measures = measure(&body, DEPTH_M, step_of(&body, value)?)?;
+            tried.push(Tried { choice: "step", value, chosen: value == STEPS[2], measures });
+        }
+        for value in ALPHAS {
+            let measures = measure(&plane.with_alpha(value)?, DEPTH_M, default)?;
+            tried.push(Tried { choice: "alpha", value, chosen: value == ALPHAS[0], measures });
+        }
+        let both = |depth_m: f64| -> Result<Vec<Range>> {
+            let ks = SATURATIONS.map(|k| (k, RESISTANCES[1]));
+            let rs = RESISTANCES
+                .map(|r_x| (if depth_m > DEPTH_M { SATURATIONS[0] } else { SATURATIONS[2] }, r_x));
+            ks.into_iter()
+                .chain(rs)
+                .map(|(k, r_x)| range(&plane, k, r_x, depth_m, default))
+                .collect()
+        };
+        Ok(Self {
+            tried,
+            within: both(DEPTH_M)?,
+            beyond: both(BEYOND_M)?,
+            readings: force::readings(&body, DEPTH_M, default)?,
+            softness: map::softness(&plane, &MAP)?,
+            yields: current::yields(&plane)?,
+        })
+    }
+}
+
+/// A press of the plane with Euler steps of `step` under a saturation and a resistance.
+fn range(plane: &Source, k_of_largest: f64, r_x: f64, depth_m: f64, step: f64) -> Result<Range> {
+    let saturation_m = Some(k_of_largest * LARGEST_M * (1.0 + HAIR));
+    let options = BakeOptions { saturation_m, resistance: r_x, ..BakeOptions::default() };
+    let body = plane.bake(&options)?;
+    let (mut tool, force_n) = press(&body, depth_m, step)?;
+    let state_hash = format!("{:016x}", tool.state_hash());
+    Ok(Range { k_of_largest, r_x, depth_m, force_n, state_hash })
+}
+
+/// What the paper leaves open, on its plane with 8 neighbours.
+///
+/// # Errors
+/// The user asked to stop; a picture that cannot be drawn.
+pub fn section(_: &Context) -> Result<Section> {
+    let found = Results::run()?;
+    let numbers = [
+        ("paper_choices", csv(&found.tried)),
+        ("paper_choices_range", csv(&[found.within.as_slice(), &found.beyond].concat())),
+        ("paper_choices_force", csv(&found.readings)),
+        ("paper_choices_softness", csv(&found.softness)),
+        ("paper_choices_current", csv(&found.yields)),
+    ];
+    Ok(Section {
+        key: "choices",
+        title: "Choices the paper leaves open".into(),
+        text: words::text(&found),
+        figures: figures(&found)?,
+        tables: words::tables(&found),
+        numbers: numbers.map(|(name, csv)| Numbers { name: name.into(), csv }).into(),
+        json: json!({
+            "depth_m": DEPTH_M,
+            "tried": found.tried,
+            "within_range": found.within,
+            "beyond_range": found.beyond,
+            "force_readings": found.readings,
+            "softness": found.softness,
+            "current": found.yields,
+        }),
+    })
+}
+
+fn figures(found: &Results) -> Result<Vec<Figure>> {
+    let axes = (
+        Axis::linear("alpha [rest lengths]"),
+        Axis::linear("stiffness that gives the same force [k]"),
+    );
+    let mut map = Chart::new("Which alpha feels like which stiffness (plane)", axes.0, axes.1);
+    for depth_m in map::depths(&found.softness) {
+        let at_depth = found.softness.iter().filter(|at| at.depth_m == depth_m);
+        let points: Vec<[f64; 2]> = at_depth.map(|at| [at.alpha, at.stiffness_ratio]).collect();
+        map = map.series(&format!("at {:.0} mm", 1e3 * depth_m), Style::MarkedLine, &points);
+    }
+    let axes =
+        (Axis::log10("input displacement [mm]"), Axis::log10("displacement of the cell [mm]"));
+    let mut current =
+        Chart::new("The input as current source and as position (plane)", axes.0, axes.1);
+    for (alpha, label) in [(0.0, "current, alpha 0, any stiffness"), (0.05, "current, alpha 0.05")]
+    {
+        let of = found.yields.iter().filter(|at| at.alpha == alpha && at.stiffness_n_per_m == 20.0);
+        let points: Vec<[f64; 2]> =
+            of.map(|at| [1e3 * at.input_m, 1e3 * at.displacement_m]).collect();
+        current = current.series(label, Style::MarkedLine, &points);
+    }
+    let same = [1.0, 100.0].map(|mm| [mm, mm]);
+    let current = current.series("prescribed", Style::Dashed, &same);
+    Ok(vec![
+        Figure {
+            name: "paper_choices_softness".into(),
+            caption:
+                "The stiffness of links without a band that gives the same settled force as a \
+                      band of alpha, over the stiffness in use: another curve for every depth."
+                    .into(),
+            picture: map.draw()?,
+        },
+        Figure {
+            name: "paper_choices_current".into(),
+            caption: "Where the contact cell settles when the input displacement is its current \
+                      source, beside the prescribed position."
+                .into(),
+            picture: current.draw()?,
+        },
+    ])
+}
+
+#[cfg(test)]
+mod tests;

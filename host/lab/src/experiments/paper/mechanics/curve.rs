@@ -1,0 +1,127 @@
+//! Curves of force over displacement: slack, degree of non-linearity, work.
+
+use serde::Serialize;
+
+use crate::experiments::paper::body::Felt;
+
+/// Part of the range over which the stiffness at its start and end is taken.
+const END: f64 = 0.2;
+
+/// How a force grows with the displacement.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Shape {
+    /// Deepest displacement without force, 0 where the first step is felt \[m\].
+    pub slack_m: f64,
+    /// Largest force \[N\].
+    pub force_max_n: f64,
+    /// Displacement at the largest force \[m\].
+    pub depth_at_max_m: f64,
+    /// p of the least-squares line through ln F = p ln d + c, from the slack to the largest force:
+    /// 1 for a linear spring, 3 for a plane that is pushed out of itself.
+    pub nonlinearity_exponent: f64,
+    /// The same over the displacement beyond the slack.
+    pub exponent_beyond_slack: f64,
+    /// Slope of the curve over the first fifth from the slack to the largest force [N/m].
+    pub stiffness_start_n_per_m: f64,
+    /// Slope over the last fifth before the largest force [N/m].
+    pub stiffness_end_n_per_m: f64,
+    /// Forces that fall from one point to the next by more than a fifth of the largest: snaps.
+    pub snaps: usize,
+    /// Largest residual of a free cell over the force on the tool, where that is above a
+    /// hundredth of the largest.
+    pub residual: f64,
+}
+
+/// Measures a curve of ascending depths; forces up to `none_n` count as none.
+#[must_use]
+pub fn shape(curve: &[Felt], none_n: f64) -> Shape {
+    let top = curve.iter().copied().max_by(|a, b| a.force_n.total_cmp(&b.force_n));
+    let Some(top) = top.filter(|top| top.force_n > none_n) else {
+        let slack_m = curve.last().map_or(0.0, |last| last.depth_m);
+        return Shape { slack_m, ..Shape::default() };
+    };
+    let slack_m = (curve.iter().take_while(|at| at.force_n <= none_n).last())
+        .map_or(0.0, |last| last.depth_m);
+    let rising: Vec<[f64; 2]> = curve
+        .iter()
+        .filter(|at| at.depth_m > slack_m && at.depth_m <= top.depth_m && at.force_n > none_n)
+        .map(|at| [at.depth_m, at.force_n])
+        .collect();
+    let logarithms = |from: f64| -> Vec<[f64; 2]> {
+        rising.iter().map(|&[d, f]| [(d - from).ln(), f.ln()]).collect()
+    };
+    let range = top.depth_m - slack_m;
+    let within = |from: f64, to: f64| -> Vec<[f64; 2]> {
+        let touch = (slack_m == 0.0 || from == 0.0).then_some([slack_m, 0.0]);
+        let all = touch.into_iter().chain(rising.iter().copied());
+        all.filter(|[d, _]| (slack_m + from * range..=slack_m + to * range).contains(d)).collect()
+    };
+    let falls = curve.windows(2).filter(|w| w[0].force_n - w[1].force_n > 0.2 * top.force_n);
+    let felt = curve.iter().filter(|at| at.force_n > 0.01 * top.force_n);
+    Shape {
+        slack_m,
+        force_max_n: top.force_n,
+        depth_at_max_m: top.depth_m,
+        nonlinearity_exponent: slope(&logarithms(0.0)),
+        exponent_beyond_slack: slope(&logarithms(slack_m)),
+        stiffness_start_n_per_m: slope(&within(0.0, END)),
+        stiffness_end_n_per_m: slope(&within(1.0 - END, 1.0)),
+        snaps: falls.count(),
+        residual: felt.map(|at| at.residual).fold(0.0, f64::max),
+    }
+}
+
+/// Slope of the least-squares line through points; 0 for fewer than two.
+#[must_use]
+pub fn slope(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let mean = |at: usize| points.iter().map(|p| p[at]).sum::<f64>() / n;
+    let (x, y) = (mean(0), mean(1));
+    let product = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
+    let square = points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
+    if square > 0.0 { product / square } else { 0.0 }
+}
+
+/// Work along a curve of displacement \[m\] and force \[N\], by trapezoids \[J\]; negative on the
+/// way back.
+#[must_use]
+pub fn work_j(points: &[[f64; 2]]) -> f64 {
+    points.windows(2).map(|w| 0.5 * (w[0][1] + w[1][1]) * (w[1][0] - w[0][0])).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(force: impl Fn(f64) -> f64) -> Vec<Felt> {
+        let depths = (1..=100).map(|i| f64::from(i) * 1e-3);
+        let felt =
+            |depth_m| Felt { depth_m, force_n: force(depth_m), energy_j: 0.0, residual: 0.0 };
+        depths.map(felt).collect()
+    }
+
+    #[test]
+    fn a_cubic_is_told_from_a_line_and_from_slack() {
+        let line = shape(&curve(|d| 20.0 * d), 1e-9);
+        assert!((line.nonlinearity_exponent - 1.0).abs() < 1e-12 && line.slack_m == 0.0);
+        assert!((line.stiffness_start_n_per_m - 20.0).abs() < 1e-9);
+        let cubic = shape(&curve(|d| d.powi(3)), 1e-12);
+        assert!((cubic.nonlinearity_exponent - 3.0).abs() < 1e-12);
+        assert!(cubic.stiffness_end_n_per_m > 30.0 * cubic.stiffness_start_n_per_m);
+        let slack = shape(&curve(|d| 5.0 * (d - 0.0205).max(0.0)), 1e-9);
+        assert!((slack.slack_m - 0.020).abs() < 1e-12);
+        assert!(slack.nonlinearity_exponent > 1.5 && slack.snaps == 0);
+        let never = shape(&curve(|_| 0.0), 1e-9);
+        assert!(never.slack_m == 0.1 && never.force_max_n == 0.0);
+        let snap = shape(&curve(|d| if d < 0.05 { d } else { d - 0.04 }), 1e-9);
+        assert_eq!((snap.snaps, snap.depth_at_max_m), (1, 0.1));
+    }
+
+    #[test]
+    fn work_of_a_spring() {
+        let way: Vec<[f64; 2]> = (0..=10).map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();
+        assert!((work_j(&way) - 100.0).abs() < 1e-12);
+        let back: Vec<[f64; 2]> = way.into_iter().rev().collect();
+        assert!((work_j(&back) + 100.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,217 @@
+//! The charts of Fig. 5 and the numbers behind them.
+
+use super::words::mm as mm_of;
+use super::{Case, Results};
+use crate::charts::plot::{Axis, Chart, Style};
+use crate::experiments::paper::section::{Figure, Numbers};
+use crate::experiments::report::tables::csv;
+use chaincell_host::error::Result;
+
+/// Cases drawn as loops: both ways of each take a colour.
+const LOOPS: [usize; 3] = [0, 1, 2];
+
+fn mm([metres, force_n]: [f64; 2]) -> [f64; 2] {
+    [1e3 * metres, force_n]
+}
+
+/// Every chart, in the order of the paper's parts.
+pub fn figures(bodies: &[Results]) -> Result<Vec<Figure>> {
+    let mut all = Vec::new();
+    type Part = fn(&Results) -> (&'static str, String, Chart);
+    let parts: [Part; 5] = [compression, turns, speeds, relaxation, series];
+    for part in parts {
+        for body in bodies {
+            let (name, caption, chart) = part(body);
+            let name = format!("paper_{name}_{}", body.name);
+            all.push(Figure { name, caption, picture: chart.draw()? });
+        }
+    }
+    Ok(all)
+}
+
+fn compression(body: &Results) -> (&'static str, String, Chart) {
+    let axes = (Axis::linear("displacement [mm]"), Axis::linear("force [N]"));
+    let title = format!("5a: force over displacement ({})", body.words);
+    let mut chart = Chart::new(&title, axes.0, axes.1);
+    for case in &body.cases {
+        let felt = case.compression.curve.iter().map(|at| mm([at.depth_m, at.force_n]));
+        let points: Vec<[f64; 2]> = [[0.0; 2]].into_iter().chain(felt).collect();
+        chart = chart.series(&format!("alpha {}", case.alpha), Style::Line, &points);
+    }
+    let caption = format!(
+        "Compression of the {}, settled at every step: the force over the displacement of the \
+         contact, for four bands.",
+        body.words
+    );
+    ("fig5a", caption, chart)
+}
+
+fn turns(body: &Results) -> (&'static str, String, Chart) {
+    let axes = (Axis::linear("displacement [mm]"), Axis::linear("force [N]"));
+    let title = format!("5b: loading, unloading with restored links ({})", body.words);
+    let mut chart = Chart::new(&title, axes.0, axes.1);
+    for case in LOOPS.iter().filter_map(|&at| body.cases.get(at)) {
+        let ways = [
+            ("loading", Style::Line, &case.turn.loading),
+            ("unloading", Style::Dashed, &case.turn.unloading),
+        ];
+        for (way, style, points) in ways {
+            let points: Vec<[f64; 2]> = points.iter().copied().map(mm).collect();
+            chart = chart.series(&format!("alpha {}, {way}", case.alpha), style, &points);
+        }
+    }
+    let caption = format!(
+        "Loading and unloading of the {}, settled at every step. A tenth of a mean link length \
+         after the turn the links are restored to their initial lengths: from there on every path \
+         is that of alpha 0.",
+        body.words
+    );
+    ("fig5b", caption, chart)
+}
+
+fn speeds(body: &Results) -> (&'static str, String, Chart) {
+    let axes = (Axis::linear("displacement [mm]"), Axis::linear("force [N]"));
+    let title = format!("5b: loops at speed, alpha 0 ({})", body.words);
+    let mut chart = Chart::new(&title, axes.0, axes.1);
+    for speed in body.speeds.iter().rev() {
+        let all = speed.turn.loading.iter().chain(&speed.turn.unloading);
+        let points: Vec<[f64; 2]> = thin(all.copied().map(mm).collect());
+        chart = chart.series(&format!("{} s each way", speed.press_s), Style::Line, &points);
+    }
+    let still: Vec<[f64; 2]> = body.elastic().turn.loading.iter().copied().map(mm).collect();
+    let chart = chart.series("settled at every step", Style::Dashed, &still);
+    let caption = format!(
+        "Loading and unloading of the {} at constant speed on the paper's own dynamics: a loop \
+         without any change of the links, made by the time that cells take to follow.",
+        body.words
+    );
+    ("fig5b_speed", caption, chart)
+}
+
+/// At most some hundreds of points.
+fn thin(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let stride = points.len().div_ceil(600).max(1);
+    let last = points.last().copied();
+    points.into_iter().step_by(stride).chain(last).collect()
+}
+
+fn relaxation(body: &Results) -> (&'static str, String, Chart) {
+    let axes = (Axis::log10("time [s]"), Axis::linear("force [N]"));
+    let title = format!("5c: held at {} mm ({})", mm_of(body.held_m), body.words);
+    let mut chart = Chart::new(&title, axes.0, axes.1);
+    for case in &body.cases {
+        let label = format!("alpha {}", case.alpha);
+        chart = chart.series(&label, Style::Line, &case.relaxation.curve);
+    }
+    let chart = chart
+        .series("alpha 0, exact trajectory", Style::Markers, &body.exact)
+        .horizontal(body.elastic().relaxation.minimum_n, "alpha 0, settled");
+    let caption = format!(
+        "Stress relaxation of the {}: the force after a jump to {} mm that is held.",
+        body.words,
+        mm_of(body.held_m)
+    );
+    ("fig5c", caption, chart)
+}
+
+fn series(body: &Results) -> (&'static str, String, Chart) {
+    let relaxation = &body.elastic().relaxation;
+    let axes = (Axis::log10("time [s]"), Axis::linear("force [N]"));
+    let title = format!("5c: Prony series, alpha 0 ({})", body.words);
+    let mut chart = Chart::new(&title, axes.0, axes.1);
+    for prony in &relaxation.series {
+        let points: Vec<[f64; 2]> =
+            relaxation.curve.iter().map(|&[t_s, _]| [t_s, prony.at(t_s)]).collect();
+        let count = prony.f_n.len();
+        let label = format!("{count} term{}", if count == 1 { "" } else { "s" });
+        chart = chart.series(&label, Style::Line, &points);
+    }
+    let sparse: Vec<[f64; 2]> = relaxation.curve.iter().copied().step_by(3).collect();
+    let caption = format!(
+        "The relaxation of the {} at alpha 0 and Prony series of one, two and three terms fitted \
+         to it.",
+        body.words
+    );
+    ("fig5c_prony", caption, chart.series("model", Style::Markers, &sparse))
+}
+
+/// A point of a curve of force over displacement.
+#[derive(serde::Serialize)]
+struct Row {
+    alpha: f64,
+    way: &'static str,
+    depth_m: f64,
+    force_n: f64,
+    residual_of_force: Option<f64>,
+}
+
+/// A point of a relaxation.
+#[derive(serde::Serialize)]
+struct InTime {
+    alpha: f64,
+    time_s: f64,
+    force_n: f64,
+}
+
+/// A point of a loop at speed.
+#[derive(serde::Serialize)]
+struct AtSpeed {
+    press_s: f64,
+    depth_m: f64,
+    force_n: f64,
+}
+
+/// The curves as CSV.
+pub fn numbers(bodies: &[Results]) -> Vec<Numbers> {
+    let mut all = Vec::new();
+    for body in bodies {
+        let mut put = |name: &str, csv: String| {
+            all.push(Numbers { name: format!("paper_{name}_{}", body.name), csv });
+        };
+        put("fig5a", csv(&body.cases.iter().flat_map(curve_rows).collect::<Vec<Row>>()));
+        put("fig5b", csv(&body.cases.iter().flat_map(turn_rows).collect::<Vec<Row>>()));
+        let speeds = body.speeds.iter().flat_map(|speed| {
+            let points = speed.turn.loading.iter().chain(&speed.turn.unloading).copied().collect();
+            let press_s = speed.press_s;
+            thin(points).into_iter().map(move |[depth_m, force_n]| AtSpeed {
+                press_s,
+                depth_m,
+                force_n,
+            })
+        });
+        put("fig5b_speed", csv(&speeds.collect::<Vec<AtSpeed>>()));
+        let times = body.cases.iter().flat_map(|case| {
+            let point =
+                |&[time_s, force_n]: &[f64; 2]| InTime { alpha: case.alpha, time_s, force_n };
+            case.relaxation.curve.iter().map(point).collect::<Vec<InTime>>()
+        });
+        put("fig5c", csv(&times.collect::<Vec<InTime>>()));
+    }
+    all
+}
+
+fn curve_rows(case: &Case) -> Vec<Row> {
+    let row = |at: &crate::experiments::paper::body::Felt| Row {
+        alpha: case.alpha,
+        way: "loading",
+        depth_m: at.depth_m,
+        force_n: at.force_n,
+        residual_of_force: Some(at.residual),
+    };
+    case.compression.curve.iter().map(row).collect()
+}
+
+fn turn_rows(case: &Case) -> Vec<Row> {
+    let ways = [("loading", &case.turn.loading), ("unloading", &case.turn.unloading)];
+    let rows = ways.into_iter().flat_map(|(way, points)| {
+        points.iter().map(move |&[depth_m, force_n]| (way, depth_m, force_n))
+    });
+    rows.map(|(way, depth_m, force_n)| Row {
+        alpha: case.alpha,
+        way,
+        depth_m,
+        force_n,
+        residual_of_force: None,
+    })
+    .collect()
+}

@@ -1,0 +1,169 @@
+//! A body pressed by a spherical probe at 1 kHz: by the network, and by generalised `ChainMail`.
+
+use std::time::Instant;
+
+use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+
+use crate::baseline::chainmail::{Chain, Graph, Limits};
+use crate::experiments::report::scene::Scene;
+use crate::reference::profile::in_input_order;
+use chaincell_host::engine::motion::{Pose, Press};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
+
+/// Sweeps a tick of the network.
+pub const SWEEPS: u16 = 4;
+/// Most cells that the probe touches.
+const CAPACITY: usize = 256;
+/// Part of the ticks at which the pictures are taken: late in the hold.
+const SHOWN: f64 = 0.7;
+
+/// A sphere on its way into a body.
+pub struct Probe {
+    /// Radius \[m\].
+    pub radius_m: f64,
+    /// Its centre, tick by tick; engaged from the touch on.
+    pub poses: Vec<Pose>,
+    /// Tick of the pictures.
+    pub shown: usize,
+}
+
+impl Probe {
+    /// The built-in press of a sphere along the axis of a scene, from where it first touches to
+    /// `depth_m` below.
+    ///
+    /// # Errors
+    /// A depth or a number of ticks that the motion refuses.
+    pub fn new(scene: &Scene, radius_m: f64, depth_m: f64, ticks: u64) -> Result<Self> {
+        let model = scene.model()?;
+        let (foot, inward) = (foot_m(scene, &model), scene.direction);
+        let surface = model.surface().iter().map(|&cell| rest_m(&model, cell));
+        // How far back along the axis the centre stands when the sphere touches a cell.
+        let back = surface.filter_map(|p| {
+            let off: [f64; 3] = std::array::from_fn(|x| p[x] - foot[x]);
+            let along = -dot(off, inward);
+            let aside = dot(off, off) - along * along;
+            let room = radius_m * radius_m - aside;
+            (room > 0.0).then(|| along + room.sqrt())
+        });
+        let back = back.fold(f64::NEG_INFINITY, f64::max);
+        let touch = std::array::from_fn(|x| foot[x] - back * inward[x]);
+        let poses = Press::new(touch, inward, depth_m, ticks)?.poses();
+        Ok(Self { radius_m, poses, shown: (SHOWN * ticks as f64) as usize })
+    }
+
+    /// Its centre when the pictures are taken, and when it first touches \[m\].
+    #[must_use]
+    pub fn centres_m(&self) -> [[f64; 3]; 2] {
+        let at = |pose: Option<&Pose>| pose.map_or([0.0; 3], |pose| pose.position_m.map(f64::from));
+        let first = self.poses.iter().find(|pose| pose.engaged == 1);
+        [at(self.poses.get(self.shown)), at(first)]
+    }
+}
+
+/// What a method makes of the press.
+pub struct Pressed {
+    /// Positions when the pictures are taken, in input order \[m\].
+    pub shown_m: Vec<[f64; 3]>,
+    /// Force on the probe by tick \[N\]; empty for a method without forces.
+    pub force_n: Vec<f64>,
+    /// Cells in contact by tick.
+    pub contacts: Vec<u32>,
+    /// Duration of each tick \[ns\].
+    pub step_ns: Vec<u64>,
+}
+
+/// The network under the probe.
+///
+/// # Errors
+/// As the engine; the user's wish to stop.
+pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
+    let model = scene.model()?;
+    let settings = Settings { unloading: Unloading::Off, ..Scheme::Track.settings(&model, SWEEPS) };
+    let network = Network::new(model, settings).map_err(Error::check)?;
+    let contact = Contact::Probe { radius_m: probe.radius_m as f32, capacity: CAPACITY };
+    let mut engine = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact)?;
+    let mut pressed = Pressed::new();
+    for (tick, pose) in probe.poses.iter().enumerate() {
+        stop_if_asked()?;
+        let sample = ToolSample::from(*pose);
+        let start = Instant::now();
+        let output = engine.tick(&sample);
+        pressed.step_ns.push(start.elapsed().as_nanos() as u64);
+        let force: [f32; 3] = output.force_n.into();
+        let force = force.map(f64::from);
+        pressed.force_n.push(dot(force, force).sqrt());
+        pressed.contacts.push(output.contacts);
+        if tick == probe.shown {
+            let positions_m = engine.positions_m();
+            pressed.shown_m = in_input_order(engine.network().model(), &positions_m);
+        }
+    }
+    Ok(pressed)
+}
+
+/// Generalised `ChainMail` under the probe: surface elements inside it are put on it, the chain
+/// follows.
+///
+/// # Errors
+/// As the chain; the user's wish to stop.
+pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
+    let model = scene.model()?;
+    let mut chain = Graph::of_model(&model, Limits::of_alpha(alpha)?)?;
+    let free = |cell: &&u16| !model.is_fixed(**cell);
+    let surface: Vec<usize> =
+        model.surface().iter().filter(free).map(|&cell| usize::from(cell)).collect();
+    let mut pressed = Pressed::new();
+    for (tick, pose) in probe.poses.iter().enumerate() {
+        stop_if_asked()?;
+        let centre = pose.position_m.map(f64::from);
+        let start = Instant::now();
+        let positions = chain.elements().positions_m();
+        let inside = surface.iter().filter(|_| pose.engaged == 1).filter_map(|&element| {
+            let off: [f64; 3] = std::array::from_fn(|x| positions[element][x] - centre[x]);
+            let apart = dot(off, off).sqrt();
+            let scale = probe.radius_m / apart;
+            (apart > 0.0 && scale > 1.0)
+                .then(|| (element, std::array::from_fn(|x| centre[x] + scale * off[x])))
+        });
+        let held: Vec<(usize, [f64; 3])> = inside.collect();
+        if !held.is_empty() {
+            chain.move_to(&held)?;
+        }
+        pressed.step_ns.push(start.elapsed().as_nanos() as u64);
+        pressed.contacts.push(held.len() as u32);
+        if tick == probe.shown {
+            pressed.shown_m = in_input_order(&model, chain.elements().positions_m());
+        }
+    }
+    Ok(pressed)
+}
+
+impl Pressed {
+    fn new() -> Self {
+        let (force_n, contacts, step_ns) = (Vec::new(), Vec::new(), Vec::new());
+        Self { shown_m: Vec::new(), force_n, contacts, step_ns }
+    }
+}
+
+fn stop_if_asked() -> Result<()> {
+    if interrupt::asked() { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// Middle of the cells that the scene presses \[m\].
+fn foot_m(scene: &Scene, model: &Model<'_>) -> [f64; 3] {
+    let count = scene.contacts.len().max(1) as f64;
+    scene.contacts.iter().fold([0.0; 3], |sum, &cell| {
+        let at = rest_m(model, cell);
+        std::array::from_fn(|x| sum[x] + at[x] / count)
+    })
+}
+
+fn rest_m(model: &Model<'_>, cell: u16) -> [f64; 3] {
+    to_m(model, model.rest_position(cell.into()).map(f64::from))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|x| a[x] * b[x]).sum()
+}

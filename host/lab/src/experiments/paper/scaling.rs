@@ -1,0 +1,481 @@
+//! Many chain elements to one neural cell, the paper's first open problem: one press of one body as
+//! a network of all its nodes, and as networks of ever fewer cells that carry the nodes along.
+
+use std::time::Instant;
+
+use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::section::{Context, Figure, Numbers, Section};
+use crate::charts::plot::{Axis, Chart, Style};
+use crate::experiments::report::tables::{Table, csv, percent, us};
+use chaincell_host::bake::{BakeOptions, ImageBytes, bake};
+use chaincell_host::engine::contact::held;
+use chaincell_host::engine::contact::{automatic, inward};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
+use chaincell_host::mesh::{self, Mesh, MeshOptions};
+use chaincell_host::session::timing::histogram::Latencies;
+
+/// Depth of the press in mean link lengths of the organ of 5,762 nodes.
+const DEPTH_LINKS: f64 = 3.0;
+/// A small press, as a share of the depth.
+const SHALLOW: f64 = 0.1;
+/// Radius of the patch that is pressed \[m\].
+const PATCH_M: f64 = 0.015;
+/// Nodes of the surface up to so many radii from its middle make up the profile.
+const PROFILE_RADII: f64 = 3.0;
+/// Ticks of the press.
+const PRESS_TICKS: usize = 100;
+/// Sweeps a tick.
+const SWEEPS: u16 = 4;
+/// Ticks between two looks at how far the body still moves.
+const LOOK_TICKS: usize = 25;
+/// Looks at most.
+const LOOKS_MAX: usize = 16;
+/// The body has settled when it moved less than this share of its displacement between two looks.
+const SETTLED: f64 = 1e-4;
+
+/// One network at one site; errors as fractions.
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    site: &'static str,
+    cells: usize,
+    links: usize,
+    held_cells: usize,
+    force_n: f64,
+    /// Against the full network, signed.
+    force_error: f64,
+    field_error: f64,
+    profile_error: f64,
+    patch_error: f64,
+    tick_median_ns: u64,
+    tick_share: f64,
+    settle_sweeps: usize,
+    unsettled: f64,
+    image_bytes: usize,
+    ram_bytes: usize,
+}
+
+/// What is pressed, and how.
+struct Press<'a> {
+    site: Site,
+    mesh: &'a Mesh,
+    /// Nodes that the tool holds.
+    patch: Vec<u32>,
+    /// Nodes of the surface around them.
+    profile: Vec<u32>,
+    way_m: [f64; 3],
+    depth_m: f64,
+}
+
+/// A network at the end of the press.
+struct Settled {
+    row: Row,
+    /// Displacement of every node \[m\].
+    field_m: Vec<[f64; 3]>,
+    force_n: [f64; 3],
+}
+
+/// Where the body is pressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Site {
+    /// The highest point, over the thick of the body, to a small part of the depth.
+    Shallow,
+    /// The same to the whole depth.
+    Dome,
+    /// The point farthest from the fixed nodes, the end of a thin lobe.
+    Tip,
+}
+
+impl Site {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Shallow => "dome, shallow",
+            Self::Dome => "dome",
+            Self::Tip => "tip",
+        }
+    }
+}
+
+/// The press over numbers of cells.
+///
+/// # Errors
+/// As the generator, the bake and the engine; a drawing that fails; the user's wish to stop.
+pub fn section(context: &Context) -> Result<Section> {
+    let (size, numbers): (usize, &[usize]) = if context.quick {
+        (2000, &[500, 200, 100])
+    } else {
+        (20_000, &[5000, 2000, 1000, 500, 200])
+    };
+    let depth_m = DEPTH_LINKS * mean_link_m(&mesh::load("organ", &MeshOptions::default())?);
+    let mesh = mesh::load(&format!("organ:{size}"), &MeshOptions::default())?;
+    let baked = |cells: Option<usize>| {
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        bake(&mesh, &mesh.default_fixed, &BakeOptions { cells, ..BakeOptions::default() })
+    };
+    let image = baked(None)?;
+    let images: Result<Vec<ImageBytes>> = numbers.iter().map(|&cells| baked(Some(cells))).collect();
+    let (images, mut rows, mut patch_nodes) = (images?, Vec::new(), Vec::new());
+    for site in [Site::Shallow, Site::Dome, Site::Tip] {
+        let press = Press::at(site, &mesh, &parse(&image)?, depth_m)?;
+        let full = settle(&press, &image)?;
+        rows.push(full.row.clone());
+        for image in &images {
+            rows.push(compared(&press, &full, settle(&press, image)?));
+        }
+        patch_nodes.push(press.patch.len());
+    }
+    let nodes = mesh.nodes_m.len();
+    Ok(Section {
+        key: "scaling",
+        title: "Many chain elements to one cell".to_owned(),
+        text: text(nodes, &rows),
+        figures: figures(&rows)?,
+        tables: vec![(caption(nodes, depth_m, &patch_nodes), table(&rows))],
+        numbers: vec![Numbers { name: "scaling".to_owned(), csv: csv(&rows) }],
+        json: serde_json::json!({
+            "nodes": nodes,
+            "depth_m": depth_m,
+            "shallow_depth_m": SHALLOW * depth_m,
+            "patch_radius_m": PATCH_M,
+            "patch_nodes": patch_nodes,
+            "sweeps_per_tick": SWEEPS,
+            "networks": rows,
+        }),
+    })
+}
+
+impl<'a> Press<'a> {
+    /// A patch of the surface around a site, pressed inwards; `model` has every node as a cell.
+    fn at(site: Site, mesh: &'a Mesh, model: &Model<'_>, depth_m: f64) -> Result<Self> {
+        let mut surface: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+        surface.sort_unstable();
+        surface.dedup();
+        surface.retain(|node| mesh.default_fixed.binary_search(node).is_err());
+        let place = |node: u32| mesh.nodes_m[node as usize];
+        let middle = match site {
+            Site::Shallow | Site::Dome => surface
+                .iter()
+                .copied()
+                .max_by(|&a, &b| place(a)[2].total_cmp(&place(b)[2]).then(b.cmp(&a)))
+                .map_or([0.0; 3], place),
+            Site::Tip => {
+                let cells = automatic(model)?;
+                let at = cells.iter().map(|&cell| place(model.input_id()[usize::from(cell)]));
+                let sum =
+                    at.fold([0.0; 3], |sum: [f64; 3], p| std::array::from_fn(|x| sum[x] + p[x]));
+                sum.map(|x| x / cells.len() as f64)
+            }
+        };
+        let within = |radius: f64| -> Vec<u32> {
+            let near = |node: &&u32| norm(&[minus(place(**node), middle)]) <= radius;
+            surface.iter().filter(near).copied().collect()
+        };
+        let (patch, profile) = (within(PATCH_M), within(PROFILE_RADII * PATCH_M));
+        let depth_m = if site == Site::Shallow { SHALLOW * depth_m } else { depth_m };
+        let normal = inward(model, &held(model, &patch)?);
+        let way_m = normal.map(|x| depth_m * x / norm(&[normal]));
+        Ok(Self { site, mesh, patch, profile, way_m, depth_m })
+    }
+}
+
+/// Presses a network and waits until it has settled.
+fn settle(press: &Press<'_>, image: &ImageBytes) -> Result<Settled> {
+    let model = parse(image)?;
+    let contacts = held(&model, &press.patch)?;
+    let settings = Settings {
+        max_tool_step_m: 1e3 * model.unit_m(),
+        unloading: Unloading::Off,
+        ..Scheme::Track.settings(&model, SWEEPS)
+    };
+    let network = Network::new(model, settings).map_err(Error::check)?;
+    let mut engine = Engine::new(network, Scheme::Track, &contacts)?;
+    let mut times = Latencies::new()?;
+    let mut force_n = [0.0; 3];
+    for tick in 0..=PRESS_TICKS {
+        let sample = sample(press, tick as f64 / PRESS_TICKS as f64);
+        let start = Instant::now();
+        force_n = engine.tick(&sample).force_n.into();
+        times.record(start.elapsed().as_nanos() as u64);
+    }
+    let (mut field_m, mut unsettled, mut ticks) = (field(press, &mut engine), f64::INFINITY, 0);
+    while unsettled > SETTLED && ticks < LOOKS_MAX * LOOK_TICKS {
+        for _ in 0..LOOK_TICKS {
+            force_n = engine.tick(&sample(press, 1.0)).force_n.into();
+        }
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        ticks += LOOK_TICKS;
+        let now = field(press, &mut engine);
+        unsettled = distance(&now, &field_m) / norm(&now);
+        field_m = now;
+    }
+    let force_n = force_n.map(f64::from);
+    let row = Row {
+        site: press.site.name(),
+        cells: model.cells(),
+        links: model.links(),
+        held_cells: contacts.len(),
+        force_n: norm(&[force_n]),
+        force_error: 0.0,
+        field_error: 0.0,
+        profile_error: 0.0,
+        patch_error: 0.0,
+        tick_median_ns: times.summary().p50,
+        tick_share: 1.0,
+        settle_sweeps: ticks * usize::from(SWEEPS),
+        unsettled,
+        image_bytes: image.as_bytes().len(),
+        ram_bytes: engine.ram_bytes(),
+    };
+    Ok(Settled { row, field_m, force_n })
+}
+
+/// A network's row, with its errors against the full one.
+fn compared(press: &Press<'_>, full: &Settled, coarse: Settled) -> Row {
+    let of = |field: &[[f64; 3]], nodes: &[u32]| -> Vec<[f64; 3]> {
+        nodes.iter().map(|&node| field[node as usize]).collect()
+    };
+    // Root mean square over some nodes, as a share of the depth.
+    let off = |nodes: &[u32], wanted: &[[f64; 3]]| {
+        let mean = distance(&of(&coarse.field_m, nodes), wanted) / (nodes.len() as f64).sqrt();
+        mean / press.depth_m
+    };
+    let along = |force: [f64; 3]| {
+        (0..3).map(|x| force[x] * full.force_n[x]).sum::<f64>() / norm(&[full.force_n])
+    };
+    Row {
+        force_n: along(coarse.force_n),
+        force_error: along(coarse.force_n) / along(full.force_n) - 1.0,
+        field_error: distance(&coarse.field_m, &full.field_m) / norm(&full.field_m),
+        profile_error: off(&press.profile, &of(&full.field_m, &press.profile)),
+        patch_error: off(&press.patch, &vec![press.way_m; press.patch.len()]),
+        tick_share: coarse.row.tick_median_ns as f64 / full.row.tick_median_ns as f64,
+        ..coarse.row
+    }
+}
+
+fn sample(press: &Press<'_>, share: f64) -> ToolSample {
+    let position_m = Vector3::from(press.way_m.map(|x| (share * x) as f32));
+    ToolSample { position_m, engaged: 1 }
+}
+
+/// Displacement of every node, by input id \[m\].
+fn field(press: &Press<'_>, engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
+    let mut field = vec![[0.0; 3]; press.mesh.nodes_m.len()];
+    let nodes = engine.nodes();
+    for (&id, &at) in nodes.ids.iter().zip(&nodes.positions_m) {
+        field[id as usize] = minus(at, press.mesh.nodes_m[id as usize]);
+    }
+    field
+}
+
+fn parse(image: &ImageBytes) -> Result<Model<'_>> {
+    Model::from_bytes(image.as_bytes()).map_err(Error::check)
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|x| a[x] - b[x])
+}
+
+fn norm(field: &[[f64; 3]]) -> f64 {
+    field.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+fn mean_link_m(mesh: &Mesh) -> f64 {
+    let place = |node: u32| mesh.nodes_m[node as usize];
+    let lengths = mesh.links.iter().map(|&[i, j]| norm(&[minus(place(j), place(i))]));
+    lengths.sum::<f64>() / mesh.links.len() as f64
+}
+
+fn caption(nodes: usize, depth_m: f64, patch_nodes: &[usize]) -> String {
+    let patches: Vec<String> = patch_nodes.iter().map(ToString::to_string).collect();
+    format!(
+        "Presses of {:.1} mm (shallow) and {:.1} mm on all surface nodes within {:.0} mm ({}) of the \
+         generated organ's highest point and of its thin lobe's tip, {nodes} nodes, settled; errors \
+         against the network in which every node is a cell.",
+        1e3 * SHALLOW * depth_m,
+        1e3 * depth_m,
+        1e3 * PATCH_M,
+        patches.join(" and ")
+    )
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new(&[
+        "site",
+        "cells",
+        "links",
+        "cells held",
+        "force [N]",
+        "force error [%]",
+        "field error [%]",
+        "profile error [% of depth]",
+        "patch error [% of depth]",
+        "tick, median [us]",
+        "share of the full network's",
+        "sweeps to settle",
+        "image [kB]",
+    ]);
+    let all = rows.iter().map(|row| row.cells).max();
+    for row in rows {
+        let is_full = Some(row.cells) == all;
+        let error = |error: f64| if is_full { "-".to_owned() } else { percent(error) };
+        table.row(vec![
+            row.site.to_owned(),
+            row.cells.to_string(),
+            row.links.to_string(),
+            row.held_cells.to_string(),
+            format!("{:.3}", row.force_n),
+            error(row.force_error),
+            error(row.field_error),
+            error(row.profile_error),
+            error(row.patch_error),
+            us(row.tick_median_ns),
+            format!("{:.3}", row.tick_share),
+            row.settle_sweeps.to_string(),
+            format!("{:.0}", row.image_bytes as f64 * 1e-3),
+        ]);
+    }
+    table
+}
+
+fn text(nodes: usize, rows: &[Row]) -> Vec<String> {
+    let mut text = vec![format!(
+        "The paper leaves open how many elements of the chain one cell may stand for. Here the \
+         {nodes} nodes of an organ are put into groups: connected, about equally far apart, fixed \
+         and free ones apart, those of the surface by themselves. Each group is a cell at one of \
+         its nodes; links between neighbouring groups are as stiff as what they stand for; every \
+         node follows the cells around it by weights that reproduce linear fields. The weights are \
+         no part of a tick: its cost goes with the cells alone."
+    )];
+    for site in rows.chunk_by(|a, b| a.site == b.site) {
+        let [full, coarse @ ..] = site else { continue };
+        let line = |row: &Row| {
+            format!(
+                "{} cells: force {:+.0} %, field {} %, surface around the press {} % of its depth, \
+                 {} % of the time a tick",
+                row.cells,
+                100.0 * row.force_error,
+                percent(row.field_error),
+                percent(row.profile_error),
+                percent(row.tick_share)
+            )
+        };
+        let lines: Vec<String> = coarse.iter().map(line).collect();
+        text.push(format!(
+            "Errors at the {} against the full network ({:.3} N, {} us a tick of {SWEEPS} sweeps): {}.",
+            full.site,
+            full.force_n,
+            us(full.tick_median_ns),
+            lines.join("; ")
+        ));
+    }
+    let worst = |of: fn(&Row) -> f64| 100.0 * rows.iter().map(of).fold(0.0, f64::max);
+    text.push(format!(
+        "Cells cost accuracy in three ways. A patch is held through the cells of whose groups it \
+         has half or more, or the one that has most of it: where groups are as large as the patch, \
+         the tool's size is theirs, and its nodes miss the tool by up to {:.0} % of the depth. A thin \
+         lobe keeps few cells across, so it bends too easily and folds elsewhere. And an irregular \
+         network yields more than its links one by one: one factor from a patch test at rest makes \
+         up for it on the whole, not at each place and depth. {}",
+        worst(|row| row.patch_error),
+        settled(rows)
+    ));
+    text
+}
+
+fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
+    let of_error = |title: &str| Chart::new(title, Axis::log10("cells"), Axis::log10("error [%]"));
+    let mut field = of_error("Error of the field over cells");
+    let mut force = of_error("Error of the force over cells");
+    let mut time =
+        Chart::new("Time over cells", Axis::log10("cells"), Axis::log10("time a tick [us]"))
+            .horizontal(1000.0, "1 ms");
+    for site in rows.chunk_by(|a, b| a.site == b.site) {
+        let Some(full) = site.first() else { continue };
+        let points = |of: fn(&Row) -> f64| -> Vec<[f64; 2]> {
+            site.iter().skip(1).map(|row| [row.cells as f64, 100.0 * of(row)]).collect()
+        };
+        let errors = points(|row| row.field_error);
+        field = field.series(full.site, Style::MarkedLine, &errors);
+        let errors = points(|row| row.force_error.abs());
+        force = force.series(full.site, Style::MarkedLine, &errors);
+        let times = |row: &Row| [row.cells as f64, row.tick_median_ns as f64 * 1e-3];
+        let times: Vec<[f64; 2]> = site.iter().map(times).collect();
+        time = time.series(&format!("track, {}", full.site), Style::MarkedLine, &times);
+    }
+    let figure = |name: &str, caption: &str, chart: &Chart| -> Result<Figure> {
+        Ok(Figure { name: name.to_owned(), caption: caption.to_owned(), picture: chart.draw()? })
+    };
+    Ok(vec![
+        figure(
+            "scaling_field",
+            "Displacements of all nodes at the end of a press, against the network of all nodes.",
+            &field,
+        )?,
+        figure("scaling_force", "The same for the force on the tool.", &force)?,
+        figure("scaling_time", "Median time a tick of the press, measured in one run.", &time)?,
+    ])
+}
+
+/// How far the networks had settled when their errors were taken.
+fn settled(rows: &[Row]) -> String {
+    let open: Vec<String> = rows
+        .iter()
+        .filter(|row| row.unsettled > SETTLED)
+        .map(|row| format!("{} cells at the {}: {} %", row.cells, row.site, percent(row.unsettled)))
+        .collect();
+    if open.is_empty() {
+        return format!(
+            "All had settled: between the last two looks, {LOOK_TICKS} ticks apart, no field \
+             moved by more than {} %.",
+            percent(SETTLED)
+        );
+    }
+    format!(
+        "Not settled after {} sweeps, still moving by so much of their field in {LOOK_TICKS} ticks: \
+         {}.",
+        LOOKS_MAX * LOOK_TICKS * usize::from(SWEEPS),
+        open.join(", ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fewer_cells_are_quicker_and_stay_near_the_full_network() {
+        // With CHAINCELL_SLOW=1 as the report runs it.
+        let quick = std::env::var_os("CHAINCELL_SLOW").is_none();
+        let section = section(&Context { quick, ..Context::default() }).unwrap();
+        println!("{}\n{}", section.text.join("\n"), section.tables[0].1.markdown());
+        let rows = section.json["networks"].as_array().unwrap();
+        let each = if quick { 4 } else { 6 };
+        assert_eq!(rows.len(), 3 * each);
+        let of = |row: usize, name: &str| rows[row][name].as_f64().unwrap();
+        for row in (1..3 * each).filter(|row| row % each > 0) {
+            for name in ["cells", "links", "ram_bytes"] {
+                assert!(of(row, name) < of(row - 1, name), "{row}: {name}");
+            }
+        }
+        // A small press over the thick of the body; deep ones fold the body elsewhere.
+        assert!(of(1, "field_error") < 0.35 && of(1, "force_error").abs() < 0.3);
+        assert!(of(1, "profile_error") < 0.2 && of(1, "patch_error") < 0.25);
+        assert_eq!((section.figures.len(), section.numbers.len()), (3, 1));
+        assert_eq!(section.numbers[0].csv.lines().count(), 1 + 3 * each);
+        assert!(section.figures.iter().all(|figure| figure.picture.left_out == 0));
+    }
+}

@@ -1,0 +1,54 @@
+//! What an experiment hands to the report: text, pictures, tables, the numbers behind them.
+
+use std::path::PathBuf;
+
+use crate::charts::plot::Picture;
+use crate::experiments::report::tables::Table;
+
+/// What the experiments are run on.
+#[derive(Debug, Clone, Default)]
+pub struct Context {
+    /// Folder of reference data with the real liver; without it the generated organ stands in.
+    pub reference: Option<PathBuf>,
+    /// Seconds instead of minutes: fewer ticks, sizes and repetitions.
+    pub quick: bool,
+}
+
+/// A picture with its name (a file's, without ending) and caption.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// Name of its files, `paper_` in front.
+    pub name: String,
+    /// What it shows, a sentence or two.
+    pub caption: String,
+    /// SVG and PNG.
+    pub picture: Picture,
+}
+
+/// The numbers behind a picture.
+#[derive(Debug, Clone)]
+pub struct Numbers {
+    /// Name of the file without ending, `paper_` in front.
+    pub name: String,
+    /// CSV text: a header whose names end in their units, rows.
+    pub csv: String,
+}
+
+/// One experiment of the report.
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// Key of its figures in `paper.json`.
+    pub key: &'static str,
+    /// Heading.
+    pub title: String,
+    /// Paragraphs, plain text.
+    pub text: Vec<String>,
+    /// Pictures in order.
+    pub figures: Vec<Figure>,
+    /// Tables with their captions.
+    pub tables: Vec<(String, Table)>,
+    /// CSV files.
+    pub numbers: Vec<Numbers>,
+    /// What `paper.json` holds of it; names end in their units.
+    pub json: serde_json::Value,
+}

@@ -1,0 +1,326 @@
+//! The whole report: what is measured in which order, and what it gives.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use indicatif::ProgressBar;
+use serde::Serialize;
+
+use super::exact::{ExactPress, PRESS_TICKS};
+use super::firmware::FirmwareRow;
+use super::flow::{self, FlowRow};
+use super::growth::{self, Growth};
+use super::machine::Machine;
+use super::numbers::{self, NumberRow};
+use super::press::{self, Errors, PressRow};
+use super::quiet::{self, Local};
+use super::scene::Scene;
+use super::setting::Setting;
+use super::settle::{Press, Settled};
+use super::worst::{self, Sweep};
+use crate::baseline::{MassSpring, PerCell, Xpbd};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::interrupt;
+
+/// Half a millisecond: the budget of the figures under `track` \[ns\].
+pub const BUDGET_NS: u64 = 500_000;
+/// Most sweeps a tick that are tried for the budget.
+const SWEEPS_MAX: u16 = 64;
+
+/// What to measure.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Seconds instead of minutes: fewer scenes, fewer rounds.
+    pub quick: bool,
+    /// Folder of the reference data with the real liver.
+    pub reference: Option<PathBuf>,
+}
+
+/// `track` within the budget on the main body.
+#[derive(Debug, Clone, Serialize)]
+pub struct Track {
+    /// Name of the body.
+    pub scene: &'static str,
+    /// Sweeps a tick: the most whose median tick is within half a millisecond.
+    pub sweeps: u16,
+    /// Median tick of the press \[ns\].
+    pub tick_ns_p50: u64,
+    /// Largest error of the field from tick 30 on, lags after snaps left out.
+    pub field_error_max: f64,
+    /// Largest error of the force, likewise.
+    pub force_error_max: f64,
+    /// 20 ms after the press.
+    pub field_error_after_20ms: f64,
+    /// Likewise of the force.
+    pub force_error_after_20ms: f64,
+    /// Ticks at which the exact path jumps from one equilibrium to another.
+    pub snaps: Vec<usize>,
+    /// Ticks with a field error above 7 % after those.
+    pub lag_ticks: usize,
+    /// Largest errors in those lags.
+    pub largest_in_snaps: Errors,
+}
+
+/// A scene with its exact path.
+#[derive(Debug, Clone, Serialize)]
+pub struct SceneFigures {
+    /// Name.
+    pub name: &'static str,
+    /// Where the body comes from.
+    pub source: String,
+    /// Cells.
+    pub cells: usize,
+    /// Links.
+    pub links: usize,
+    /// Cells that the tool holds.
+    pub contacts: usize,
+    /// Depth of the press \[m\].
+    pub depth_m: f64,
+    /// Ticks at which the path jumps.
+    pub snaps: Vec<usize>,
+    /// Largest residual of a reference [mean link lengths].
+    pub reference_residual: f64,
+    /// Moments of the path that were computed.
+    pub moments: usize,
+}
+
+/// All figures; what an interrupted report did not reach is absent.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Report {
+    /// Seconds instead of minutes.
+    pub quick: bool,
+    /// Whether reference data was at hand.
+    pub reference: bool,
+    /// The machine.
+    pub machine: Machine,
+    /// The worst-case sweep of the main body.
+    pub sweep: Option<Sweep>,
+    /// A sweep at rest, median \[ns\].
+    pub rest_ns: Option<u64>,
+    /// A sweep in a local press, median \[ns\].
+    pub local_press_ns: Option<u64>,
+    /// That press.
+    pub local_press: Option<Local>,
+    /// The press test with `track`: slab and block.
+    pub press: BTreeMap<&'static str, Settled>,
+    /// `track` within the budget.
+    pub track: Option<Track>,
+    /// Its errors during the press, by tick.
+    #[serde(skip)]
+    pub budget_path: Vec<(usize, Errors)>,
+    /// Scenes of the presses.
+    pub scenes: Vec<SceneFigures>,
+    /// One row a scene, scheme and number of sweeps.
+    pub rows: Vec<PressRow>,
+    /// Time to equilibrium, every method.
+    pub settled: Vec<Settled>,
+    /// Sources of the bodies of the press test, with cells that move.
+    pub settled_sources: Vec<String>,
+    /// `euler` against the exact trajectory.
+    pub flow: Vec<FlowRow>,
+    /// Emulated microcontrollers, where their figures were given.
+    pub firmware: Vec<FirmwareRow>,
+    /// The number types.
+    pub numbers: Vec<NumberRow>,
+    /// Cost over size.
+    pub growth: Option<Growth>,
+}
+
+/// Measures everything into `report`; an error leaves what was measured so far there.
+///
+/// # Errors
+/// Reference data that cannot be read, or the user's wish to stop.
+pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Result<()> {
+    report.quick = options.quick;
+    report.reference = options.reference.is_some();
+    report.machine = Machine::read();
+    let main = main_body(options, 0.0)?;
+    let rounds = if options.quick { 51 } else { 301 };
+    report.sweep = Some(worst::sweep(&main, rounds)?);
+    step(bar)?;
+    report.rest_ns = Some(quiet::rest(&main, 20 * rounds)?.p50);
+    step(bar)?;
+    let local = quiet::local(&main_body(options, quiet::ALPHA)?)?;
+    (report.local_press_ns, report.local_press) = (Some(local.sweep_ns), Some(local));
+    step(bar)?;
+    settle(options, report, bar)?;
+    presses(options, &main, report, bar)?;
+    let steps: &[f64] =
+        if options.quick { &[0.02, 0.1] } else { &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] };
+    for diagonals in [false, true] {
+        report.flow.extend(flow::run(&Scene::plane(diagonals)?, steps)?);
+        step(bar)?;
+    }
+    let small =
+        if options.quick { vec![] } else { vec![Scene::plane(false)?, Scene::organ_of(500)?] };
+    for scene in std::iter::once(Scene::plane(true)?).chain(small) {
+        report.numbers.extend(numbers::run(&scene)?);
+        step(bar)?;
+    }
+    let sizes: &[usize] = if options.quick {
+        &[1000, 4000, 16_000]
+    } else {
+        &[1000, 2000, 5000, 10_000, 20_000, 40_000, 60_000]
+    };
+    let grown = growth::run(sizes, if options.quick { 15 } else { 51 }, || step(bar))?;
+    report.growth = Some(grown);
+    step(bar)
+}
+
+/// Pieces of work, for the progress bar.
+#[must_use]
+pub fn pieces(options: &Options) -> u64 {
+    let (settle, growth) = if options.quick { (2, 3) } else { (2 * methods() + 2, 7) };
+    let rows = scenes(options) * sweeps(options).len() * Setting::all(true).len();
+    let paths = scenes(options) * PRESS_TICKS;
+    let numbers = if options.quick { 1 } else { 3 };
+    (4 + settle + growth + rows + paths + numbers + 3) as u64
+}
+
+fn methods() -> usize {
+    Setting::all(true).len() + 3
+}
+
+fn scenes(options: &Options) -> usize {
+    match (options.quick, &options.reference) {
+        (true, _) => 2,
+        (false, None) => 4,
+        (false, Some(_)) => 5,
+    }
+}
+
+/// One piece done; whether the user asked to stop.
+fn step(bar: &ProgressBar) -> Result<()> {
+    steps(bar, 1)
+}
+
+/// So many pieces done; likewise.
+fn steps(bar: &ProgressBar, pieces: u64) -> Result<()> {
+    bar.inc(pieces);
+    if interrupt::asked() { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// The real liver, or the organ where it is not at hand. Of a body with a band one cell of the
+/// liver's patch is pressed: a local press.
+fn main_body(options: &Options, alpha: f64) -> Result<Scene> {
+    match &options.reference {
+        Some(folder) => Scene::liver(folder, alpha, alpha > 0.0),
+        None => Scene::organ(alpha),
+    }
+}
+
+/// Time to equilibrium of the slab and the block.
+fn settle(options: &Options, report: &mut Report, bar: &ProgressBar) -> Result<()> {
+    for name in ["slab", "block"] {
+        let (scene, depth_m) = Scene::press(name, options.reference.as_deref())?;
+        let model = scene.model()?;
+        let press = Press::new(&scene, depth_m, if options.quick { 11 } else { 51 })?;
+        report.settled_sources.push(format!(
+            "{name}: {}, {} cells, {} links, pressed by {:.2} mm; {} cells move by more than a \
+             hundredth of that",
+            scene.source,
+            model.cells(),
+            model.links(),
+            1e3 * depth_m,
+            press.moved()
+        ));
+        for setting in scene.settings() {
+            if setting.scheme.goes_by_tick() || options.quick && setting != Setting::TRACK {
+                continue;
+            }
+            let settled = press.setting(setting)?;
+            if setting == Setting::TRACK {
+                report.press.insert(name, settled.clone());
+            }
+            report.settled.push(settled);
+            step(bar)?;
+        }
+        if !options.quick {
+            for baseline in
+                [Press::baseline::<PerCell>, Press::baseline::<Xpbd>, Press::baseline::<MassSpring>]
+            {
+                report.settled.push(baseline(&press)?);
+                step(bar)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn sweeps(options: &Options) -> &'static [u16] {
+    if options.quick { &[1, 4, 16] } else { &[1, 2, 4, 8, 16] }
+}
+
+/// Every scene with every scheme and number of sweeps.
+fn presses(options: &Options, main: &Scene, report: &mut Report, bar: &ProgressBar) -> Result<()> {
+    let mut others = vec![Scene::plane(true)?];
+    if !options.quick {
+        others.extend([Scene::plane(false)?, Scene::cuboid()?]);
+        if options.reference.is_some() {
+            others.push(Scene::organ(0.0)?);
+        }
+    }
+    for (at, scene) in std::iter::once(main).chain(&others).enumerate() {
+        let stride = match (options.quick, at) {
+            (true, _) => 10,
+            (false, 0) => 1,
+            (false, _) => 5,
+        };
+        let exact = ExactPress::follow(scene, stride, |ticks| steps(bar, ticks))?;
+        let model = scene.model()?;
+        report.scenes.push(SceneFigures {
+            name: scene.name,
+            source: scene.source.clone(),
+            cells: model.cells(),
+            links: model.links(),
+            contacts: scene.contacts.len(),
+            depth_m: super::exact::DEPTH_LINKS * f64::from(model.unit_m()),
+            snaps: exact.snaps.clone(),
+            reference_residual: exact.residual_max,
+            moments: exact.moments.len(),
+        });
+        if at == 0 {
+            let (track, row) = track(scene, &exact)?;
+            report.track = Some(track);
+            report.budget_path.clone_from(&row.path);
+            if !sweeps(options).contains(&row.sweeps) {
+                report.rows.push(row);
+            }
+            step(bar)?;
+        }
+        for setting in scene.settings() {
+            for &sweeps in sweeps(options) {
+                report.rows.push(press::run(scene, &exact, setting, sweeps)?);
+                step(bar)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `track` with as many sweeps as the budget allows.
+fn track(scene: &Scene, exact: &ExactPress) -> Result<(Track, PressRow)> {
+    let p50 = |sweeps: u16| Ok::<_, Error>(press::tick_times(scene, Setting::TRACK, sweeps)?.p50);
+    let guess = u64::from(8_u16) * BUDGET_NS / p50(8)?.max(1);
+    let mut sweeps = u16::try_from(guess).unwrap_or(SWEEPS_MAX).clamp(1, SWEEPS_MAX);
+    while sweeps < SWEEPS_MAX && p50(sweeps + 1)? <= BUDGET_NS {
+        sweeps += 1;
+    }
+    while sweeps > 1 && p50(sweeps)? > BUDGET_NS {
+        sweeps -= 1;
+    }
+    let row = press::run(scene, exact, Setting::TRACK, sweeps)?;
+    let track = Track {
+        scene: scene.name,
+        sweeps,
+        tick_ns_p50: row.tick_ns.p50,
+        field_error_max: row.largest.field,
+        force_error_max: row.largest.force,
+        field_error_after_20ms: row.after_20ms.field,
+        force_error_after_20ms: row.after_20ms.force,
+        snaps: exact.snaps.clone(),
+        lag_ticks: row.lag_ticks,
+        largest_in_snaps: row.largest_in_snaps,
+    };
+    Ok((track, row))
+}

@@ -1,0 +1,143 @@
+//! The paper's relaxation in time: `euler`, `rkl1` and `rkl2` against the exact trajectory of the
+//! plane.
+
+use chaincell_kernel::{Network, Settings, ToolSample, Unloading};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::exact::norm;
+use super::press::field;
+use super::scene::Scene;
+use super::setting::Setting;
+use crate::reference::{Links, trajectory};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::error::{Error, Result};
+
+/// Moments that are compared [dimensionless time].
+const MOMENTS: [f64; 3] = [1.0, 10.0, 100.0];
+/// Depth of the press, from t = 0 on \[m\].
+const DEPTH_M: f64 = 0.05;
+/// What a step of the reference may add to its error [mean link lengths].
+const TOLERANCE: f64 = 1e-10;
+
+/// A step size on a plane.
+#[derive(Debug, Clone, Serialize)]
+pub struct FlowRow {
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Scheme.
+    pub scheme: Setting,
+    /// Time that a sweep of `euler`, or a tick of the others, advances [dimensionless time].
+    pub step: f64,
+    /// Moment [dimensionless time].
+    pub t: f64,
+    /// Link passes until then.
+    pub passes: usize,
+    /// Largest distance of a cell from the exact trajectory, as a fraction of the depth.
+    pub error: f64,
+}
+
+/// Sweeps in which `rkl1` and `rkl2` go to each moment in one tick.
+const PASSES: [[u16; 4]; 3] = [[8, 13, 20, 40], [25, 45, 80, 160], [70, 140, 280, 560]];
+
+/// A plane whose centre is held 50 mm below from t = 0 on, with its exact trajectory.
+struct Plane<'s> {
+    scene: &'s Scene,
+    links: Links,
+    depth_links: f64,
+    exact: Vec<Vec<[f64; 3]>>,
+}
+
+impl<'s> Plane<'s> {
+    fn new(scene: &'s Scene) -> Result<Self> {
+        let model = scene.model()?;
+        let links = Links::of_model(&model);
+        let depth_links = DEPTH_M / f64::from(model.unit_m());
+        let held: Vec<(usize, [f64; 3])> = (scene.contacts.iter())
+            .map(|&cell| {
+                let rest = links.rest()[usize::from(cell)];
+                let to = std::array::from_fn(|x| rest[x] + depth_links * scene.direction[x]);
+                (usize::from(cell), to)
+            })
+            .collect();
+        let exact = trajectory(&links, &held, &MOMENTS, TOLERANCE);
+        Ok(Self { scene, links, depth_links, exact })
+    }
+
+    /// An engine with the tool in contact at rest.
+    fn engine(&self, scheme: Scheme, sweeps: u16, step: f64) -> Result<Engine<'s>> {
+        let model = self.scene.model()?;
+        let defaults = Settings::for_model(&model);
+        let by_tick = scheme != Scheme::Euler;
+        let settings = Settings {
+            sweeps,
+            step: if by_tick { defaults.step } else { step as f32 },
+            tick_time: if by_tick { step as f32 } else { defaults.tick_time },
+            max_tool_step_m: 2.0 * DEPTH_M as f32,
+            unloading: Unloading::Off,
+            ..defaults
+        };
+        let network = Network::new(model, settings).map_err(Error::check)?;
+        let mut engine = Engine::new(network, scheme, &self.scene.contacts)?;
+        engine.tick(&self.sample(0.0));
+        Ok(engine)
+    }
+
+    fn sample(&self, depth_m: f64) -> ToolSample {
+        let position_m = Vector3::from(self.scene.direction.map(|x| (depth_m * x) as f32));
+        ToolSample { position_m, engaged: 1 }
+    }
+
+    /// The row of an engine that has come to a moment.
+    fn row(
+        &self,
+        engine: &mut Engine<'_>,
+        scheme: Scheme,
+        at: usize,
+        run: (f64, usize),
+    ) -> FlowRow {
+        let u = field(engine);
+        let cells = u.iter().zip(&self.exact[at]).zip(self.links.rest());
+        let largest =
+            cells.map(|((u, p), rest)| norm(&[std::array::from_fn(|x| rest[x] + u[x] - p[x])]));
+        FlowRow {
+            scene: self.scene.name,
+            scheme: Setting { scheme, hats: true },
+            step: run.0,
+            t: MOMENTS[at],
+            passes: run.1,
+            error: largest.fold(0.0, f64::max) / self.depth_links,
+        }
+    }
+}
+
+/// Runs `euler` with steps of several sizes, and super-steps with several numbers of passes.
+///
+/// # Errors
+/// As the engine.
+pub fn run(scene: &Scene, steps: &[f64]) -> Result<Vec<FlowRow>> {
+    let plane = Plane::new(scene)?;
+    let step_max = f64::from(scene.model()?.step_max());
+    let mut rows = Vec::new();
+    for &step in steps.iter().filter(|&&step| step <= step_max) {
+        let mut engine = plane.engine(Scheme::Euler, 1, step)?;
+        let mut passes = 0;
+        for (at, t) in MOMENTS.into_iter().enumerate() {
+            while (passes as f64 + 0.5) * step < t {
+                engine.tick(&plane.sample(DEPTH_M));
+                passes += 1;
+            }
+            rows.push(plane.row(&mut engine, Scheme::Euler, at, (step, passes)));
+        }
+    }
+    for scheme in [Scheme::Rkl1, Scheme::Rkl2] {
+        for (at, t) in MOMENTS.into_iter().enumerate() {
+            for sweeps in PASSES[at] {
+                let mut engine = plane.engine(scheme, sweeps, t)?;
+                engine.tick(&plane.sample(DEPTH_M));
+                rows.push(plane.row(&mut engine, scheme, at, (t, sweeps.into())));
+            }
+        }
+    }
+    Ok(rows)
+}

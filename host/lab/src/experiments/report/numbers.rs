@@ -1,0 +1,102 @@
+//! The kernel's number types under the same press: what they cost, and how far each is from double
+//! precision.
+
+use std::time::Instant;
+
+use chaincell_kernel::{Network, Settings, Unloading};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::exact::{DEPTH_LINKS, depth, norm};
+use super::press::{field, sample};
+use super::scene::Scene;
+use super::setting::Setting;
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::error::{Error, Result};
+use chaincell_host::session::timing::histogram::Latencies;
+
+/// Sweeps a tick.
+const SWEEPS: u16 = 4;
+/// Ticks of press and hold together.
+pub const TICKS: usize = 2000;
+
+/// A number type under a scheme.
+#[derive(Debug, Clone, Serialize)]
+pub struct NumberRow {
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Scheme; without hats, which only single precision has.
+    pub scheme: Scheme,
+    /// Number type.
+    pub number: Arithmetic,
+    /// Sweeps a tick: link passes.
+    pub sweeps: u16,
+    /// Ticks.
+    pub ticks: usize,
+    /// Median tick \[ns\].
+    pub tick_ns_p50: u64,
+    /// Largest distance of a cell from double precision after the last tick, over the depth.
+    pub field: f64,
+    /// Difference of the force after the last tick, over the largest force.
+    pub force: f64,
+    /// The same at most from tick to tick.
+    pub force_max: f64,
+}
+
+/// A press through an engine.
+struct Press {
+    field: Vec<[f64; 3]>,
+    forces: Vec<Vector3<f64>>,
+    tick_ns_p50: u64,
+}
+
+fn press(scene: &Scene, scheme: Scheme, numbers: Arithmetic) -> Result<Press> {
+    let model = scene.model_for(Setting { scheme, hats: false })?;
+    let settings = Settings {
+        max_tool_step_m: 1e3 * model.unit_m(),
+        unloading: Unloading::Off,
+        ..scheme.settings(&model, SWEEPS)
+    };
+    let network = Network::new(model, settings).map_err(Error::check)?;
+    let mut engine = Engine::in_numbers(network, scheme, numbers, &scene.contacts)?;
+    let (mut forces, mut times) = (Vec::with_capacity(TICKS), Latencies::new()?);
+    for tick in 0..TICKS {
+        let sample = sample(scene, model.unit_m(), depth(tick));
+        let start = Instant::now();
+        let output = engine.tick(&sample);
+        times.record(start.elapsed().as_nanos() as u64);
+        forces.push(output.force_n.map(f64::from));
+    }
+    Ok(Press { field: field(&mut engine), forces, tick_ns_p50: times.summary().p50 })
+}
+
+/// Every number type under `euler` and `track`.
+///
+/// # Errors
+/// As the engine.
+pub fn run(scene: &Scene) -> Result<Vec<NumberRow>> {
+    let mut rows = Vec::new();
+    for scheme in [Scheme::Euler, Scheme::Track] {
+        let exact = press(scene, scheme, Arithmetic::F64)?;
+        let largest = exact.forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
+        for number in [Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64] {
+            let press = press(scene, scheme, number)?;
+            let cells = press.field.iter().zip(&exact.field);
+            let apart = cells.map(|(a, b)| norm(&[std::array::from_fn(|x| a[x] - b[x])]));
+            let forces = press.forces.iter().zip(&exact.forces);
+            let off: Vec<f64> = forces.map(|(a, b)| (a - b).norm() / largest).collect();
+            rows.push(NumberRow {
+                scene: scene.name,
+                scheme,
+                number,
+                sweeps: SWEEPS,
+                ticks: TICKS,
+                tick_ns_p50: press.tick_ns_p50,
+                field: apart.fold(0.0, f64::max) / DEPTH_LINKS,
+                force: off.last().copied().unwrap_or_default(),
+                force_max: off.iter().copied().fold(0.0, f64::max),
+            });
+        }
+    }
+    Ok(rows)
+}

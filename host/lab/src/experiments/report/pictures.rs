@@ -1,0 +1,147 @@
+//! The charts of a report.
+
+use super::collect::{BUDGET_NS, Report, Track};
+use super::pareto::front;
+use super::press::{Errors, PressRow};
+use super::setting::Setting;
+use crate::charts::plot::{Axis, Chart, Style};
+use chaincell_host::engine::Scheme;
+use chaincell_host::error::Result;
+use chaincell_host::files::output::Folder;
+
+/// Errors below this are drawn at it \[%\].
+const LEAST: f64 = 1e-3;
+
+/// Rows of the main body, ascending in sweeps.
+pub fn main_rows(report: &Report) -> Vec<&PressRow> {
+    let main = report.scenes.first().map_or("", |scene| scene.name);
+    let mut rows: Vec<&PressRow> = report.rows.iter().filter(|row| row.scene == main).collect();
+    rows.sort_by_key(|row| row.sweeps);
+    rows
+}
+
+/// Time of a tick \[us\] and error of a row \[%\].
+fn point(row: &PressRow, error: fn(&PressRow) -> f64) -> [f64; 2] {
+    [row.tick_ns.p50 as f64 * 1e-3, (100.0 * error(row)).max(LEAST)]
+}
+
+/// Writes every chart that there are figures for; returns their names with captions.
+///
+/// # Errors
+/// As [`Chart::write`].
+pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'static str)>> {
+    let mut written = Vec::new();
+    let mut put = |chart: Chart, name: &'static str, caption: &'static str| {
+        chart.write(folder, name).map(|_| written.push((name, caption)))
+    };
+    if !report.rows.is_empty() {
+        let field = |row: &PressRow| row.largest.field;
+        let caption = "Which setting for which budget: error of the field against time a tick";
+        put(
+            budget(report, caption, "largest error of the field during the press [%]", field),
+            "report_pareto",
+            caption,
+        )?;
+        let force = |row: &PressRow| row.largest.force;
+        let caption = "The same for the force";
+        put(
+            budget(
+                report,
+                "Error of the force against time a tick",
+                "largest error of the force during the press [%]",
+                force,
+            ),
+            "report_force",
+            caption,
+        )?;
+    }
+    if let Some(track) = &report.track {
+        let caption = "track in half a millisecond a tick: its errors during the press";
+        put(time(report, track), "report_time", caption)?;
+    }
+    if !report.flow.is_empty() {
+        put(
+            flow(report),
+            "report_flow",
+            "euler, rkl1 and rkl2 against the exact trajectory of the plane",
+        )?;
+    }
+    if let Some(growth) = &report.growth {
+        let points = |of: fn(&super::growth::GrowthRow) -> u64| -> Vec<[f64; 2]> {
+            growth.rows.iter().map(|row| [row.cells as f64, of(row) as f64 * 1e-3]).collect()
+        };
+        let axes = (Axis::log10("cells"), Axis::log10("worst-case sweep [us]"));
+        let chart = Chart::new("Cost over size", axes.0, axes.1)
+            .series("track", Style::MarkedLine, &points(|row| row.sweep_ns))
+            .series("plain per-cell loop", Style::MarkedLine, &points(|row| row.scalar_ns));
+        put(chart, "report_growth", "Time of a worst-case sweep over the number of cells")?;
+    }
+    Ok(written)
+}
+
+/// Error over time of a tick on the main body, every scheme, with the front.
+fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) -> f64) -> Chart {
+    let rows = main_rows(report);
+    let body = rows.first().map_or("", |row| row.scene);
+    let x = Axis::log10("median tick [us]");
+    let mut chart = Chart::new(&format!("{title} ({body})"), x, Axis::log10(error_title))
+        .vertical(BUDGET_NS as f64 * 1e-3, "0.5 ms")
+        .vertical(1000.0, "1 ms")
+        .horizontal(7.0, "7 %: noticed");
+    for setting in Setting::all(true) {
+        let of_scheme = rows.iter().filter(|row| row.scheme == setting);
+        let points: Vec<[f64; 2]> = of_scheme.map(|row| point(row, error)).collect();
+        if points.is_empty() {
+            continue;
+        }
+        chart = chart.series(&setting.to_string(), Style::MarkedLine, &points);
+    }
+    let points: Vec<[f64; 2]> = rows.iter().map(|row| point(row, error)).collect();
+    let best = front(&points);
+    let marked: Vec<[f64; 2]> = best.iter().map(|&at| points[at]).collect();
+    chart = chart.front("best for its time", &marked);
+    for at in best {
+        let text = format!("{} {}", rows[at].scheme, rows[at].sweeps);
+        chart = chart.note(points[at], &text);
+    }
+    chart
+}
+
+/// Errors of `track` within the budget over the ticks of the press, snaps marked.
+fn time(report: &Report, track: &Track) -> Chart {
+    let title = format!("track, {} sweeps a tick ({})", track.sweeps, track.scene);
+    let of = |error: fn(&Errors) -> f64| -> Vec<[f64; 2]> {
+        let path = report.budget_path.iter();
+        path.map(|(tick, errors)| [*tick as f64, (100.0 * error(errors)).max(LEAST)]).collect()
+    };
+    let axes = (Axis::linear("time since the tool touched [ms]"), Axis::log10("error [%]"));
+    let chart = Chart::new(&title, axes.0, axes.1)
+        .series("field", Style::Line, &of(|errors| errors.field))
+        .series("force", Style::Line, &of(|errors| errors.force))
+        .horizontal(7.0, "7 %");
+    track.snaps.iter().fold(chart, |chart, &snap| chart.vertical(snap as f64, "snap"))
+}
+
+/// Error over link passes at each moment of the plane's trajectory.
+fn flow(report: &Report) -> Chart {
+    let title = "the plane, 50 mm, 8 neighbours, against the exact trajectory";
+    let y = Axis::log10("largest error of a cell [% of the depth]");
+    let mut chart = Chart::new(title, Axis::log10("link passes"), y);
+    for (scheme, style) in [
+        (Scheme::Euler, Style::MarkedLine),
+        (Scheme::Rkl1, Style::Dashed),
+        (Scheme::Rkl2, Style::MarkedLine),
+    ] {
+        for t in [1.0, 100.0] {
+            let rows = report
+                .flow
+                .iter()
+                .filter(|row| row.scene == "plane8" && row.t == t && row.scheme.scheme == scheme);
+            let points: Vec<[f64; 2]> =
+                rows.map(|row| [row.passes as f64, 100.0 * row.error]).collect();
+            let name = Setting { scheme, hats: true };
+            chart = chart.series(&format!("{name}, t = {t}"), style, &points);
+        }
+    }
+    chart
+}

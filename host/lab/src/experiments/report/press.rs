@@ -1,0 +1,264 @@
+//! A scheme through the press of a scene: time a tick, and error against the exact path.
+
+use std::time::Instant;
+
+use chaincell_kernel::{Network, Settings, ToolSample, Unloading};
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::exact::{ExactPress, HOLD_TICKS, Moment, PRESS_TICKS, depth, distance, norm};
+use super::scene::Scene;
+use super::setting::Setting;
+use super::worst;
+use chaincell_host::engine::Engine;
+use chaincell_host::error::{Error, Result};
+use chaincell_host::session::timing::histogram::{Latencies, Summary};
+
+/// First tick whose error counts: before it everything is small.
+pub const FIRST_TICK: usize = 30;
+/// Error of the field above which a scheme lags after a snap.
+pub const LAG: f64 = 0.07;
+/// Ticks before a snap from which on it may come: the body hangs on a thread.
+const BEFORE_SNAP: usize = 5;
+/// A lag longer than this is no lag but an error.
+const LAG_TICKS_MAX: usize = 60;
+
+/// Field and force errors at one moment, as fractions.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// |u - `u_exact`| over the larger of |`u_exact`| and a fifth of the last |`u_exact`|, L2 over cells.
+    pub field: f64,
+    /// |F - `F_exact`| over |`F_exact`|.
+    pub force: f64,
+}
+
+/// One row: a scheme with a number of sweeps through a press.
+#[derive(Debug, Clone, Serialize)]
+pub struct PressRow {
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Scheme, with or without hats.
+    pub scheme: Setting,
+    /// Sweeps a tick: link passes.
+    pub sweeps: u16,
+    /// Type of the numbers.
+    pub number: &'static str,
+    /// A tick of the press and the hold.
+    pub tick_ns: Summary,
+    /// A tick from positions scaled by 1.5.
+    pub worst_tick_ns: Summary,
+    /// Largest errors from tick 30 to the end of the press, the lag after a snap left out.
+    pub largest: Errors,
+    /// Largest errors during the lags after snaps.
+    pub largest_in_snaps: Errors,
+    /// Ticks with a field error above 7 % that follow snaps.
+    pub lag_ticks: usize,
+    /// At the end of the press.
+    pub at_end: Errors,
+    /// 20 ms later.
+    pub after_20ms: Errors,
+    /// 100 ms later.
+    pub after_100ms: Errors,
+    /// Largest residual of a free cell 100 ms later [mean link lengths].
+    pub residual: f64,
+    /// Energy above the minimum 100 ms later, as a fraction of it.
+    pub energy_above: f64,
+    /// Errors at every moment of the exact path, by tick.
+    #[serde(skip)]
+    pub path: Vec<(usize, Errors)>,
+}
+
+/// The tool of a press at a tick; at tick 0 it takes hold.
+#[must_use]
+pub fn sample(scene: &Scene, unit_m: f32, depth_links: f64) -> ToolSample {
+    let way_m = depth_links * f64::from(unit_m);
+    let position_m = scene.direction.map(|x| (x * way_m) as f32);
+    ToolSample { position_m: Vector3::from(position_m), engaged: 1 }
+}
+
+/// An engine for a scene; the tool is not slowed down.
+///
+/// # Errors
+/// As [`Engine::new`].
+pub fn engine(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Engine<'_>> {
+    let model = scene.model_for(setting)?;
+    let settings = Settings {
+        max_tool_step_m: 1e3 * model.unit_m(),
+        unloading: Unloading::Off,
+        ..setting.scheme.settings(&model, sweeps)
+    };
+    let network = Network::new(model, settings).map_err(Error::check)?;
+    Engine::new(network, setting.scheme, &scene.contacts)
+}
+
+/// Displacements of all cells [mean link lengths].
+#[must_use]
+pub fn field(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
+    let positions_m = engine.positions_m();
+    let model = engine.network().model();
+    let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
+    let cells = positions_m.into_iter().enumerate();
+    cells
+        .map(|(cell, p)| {
+            let rest = model.rest_position(cell).map(f64::from);
+            std::array::from_fn(|x| (p[x] - centre_m[x]) / unit_m - rest[x])
+        })
+        .collect()
+}
+
+/// Times of the ticks of a press and the hold after it, nothing else in between.
+///
+/// # Errors
+/// As [`engine`].
+pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summary> {
+    let mut engine = engine(scene, setting, sweeps)?;
+    let unit_m = engine.network().model().unit_m();
+    let mut times = Latencies::new()?;
+    for tick in 0..=PRESS_TICKS + HOLD_TICKS {
+        let sample = sample(scene, unit_m, depth(tick));
+        let start = Instant::now();
+        engine.tick(&sample);
+        times.record(start.elapsed().as_nanos() as u64);
+    }
+    Ok(times.summary())
+}
+
+/// Errors of a state against a moment of the exact path.
+fn errors(field: &[[f64; 3]], force_n: [f64; 3], exact: &Moment, last: f64) -> Errors {
+    Errors {
+        field: distance(field, &exact.field) / norm(&exact.field).max(0.2 * last),
+        force: distance(&[force_n], &[exact.force_n]) / norm(&[exact.force_n]),
+    }
+}
+
+impl Errors {
+    fn larger(self, other: Self) -> Self {
+        Self { field: self.field.max(other.field), force: self.force.max(other.force) }
+    }
+}
+
+/// Runs a scheme through the press: once for the time, once for the errors.
+///
+/// # Errors
+/// As [`engine`].
+pub fn run(scene: &Scene, exact: &ExactPress, setting: Setting, sweeps: u16) -> Result<PressRow> {
+    let mut row = PressRow {
+        tick_ns: tick_times(scene, setting, sweeps)?,
+        worst_tick_ns: worst::tick_times(scene, setting, sweeps)?,
+        ..PressRow::new(scene.name, setting, sweeps)
+    };
+    let mut engine = engine(scene, setting, sweeps)?;
+    let unit_m = engine.network().model().unit_m();
+    let last = norm(&exact.last().field);
+    for tick in 0..=PRESS_TICKS + HOLD_TICKS {
+        let answer = engine.tick(&sample(scene, unit_m, depth(tick)));
+        let asked = tick <= PRESS_TICKS || [20, HOLD_TICKS].contains(&(tick - PRESS_TICKS));
+        let Some(moment) = exact.at(tick).filter(|_| asked) else { continue };
+        let force_n: [f32; 3] = answer.force_n.into();
+        let now = errors(&field(&mut engine), force_n.map(f64::from), moment, last);
+        match tick.checked_sub(PRESS_TICKS) {
+            Some(0) => row.at_end = now,
+            Some(20) => row.after_20ms = now,
+            Some(HOLD_TICKS) => row.after_100ms = now,
+            _ => {}
+        }
+        row.path.push((tick, now));
+    }
+    row.judge(&exact.snaps);
+    rest_of(&mut row, &mut engine, exact);
+    Ok(row)
+}
+
+impl PressRow {
+    fn new(scene: &'static str, setting: Setting, sweeps: u16) -> Self {
+        Self {
+            scene,
+            scheme: setting,
+            sweeps,
+            number: "f32",
+            tick_ns: Summary::default(),
+            worst_tick_ns: Summary::default(),
+            largest: Errors::default(),
+            largest_in_snaps: Errors::default(),
+            lag_ticks: 0,
+            at_end: Errors::default(),
+            after_20ms: Errors::default(),
+            after_100ms: Errors::default(),
+            residual: 0.0,
+            energy_above: 0.0,
+            path: Vec::new(),
+        }
+    }
+
+    /// Largest errors during the press, those that follow a snap apart.
+    fn judge(&mut self, snaps: &[usize]) {
+        let (mut before, mut since) = (0, None);
+        for &(tick, now) in &self.path {
+            let stretch = tick - before;
+            before = tick;
+            if !(FIRST_TICK..=PRESS_TICKS).contains(&tick) {
+                continue;
+            }
+            let near = |&&snap: &&usize| tick + BEFORE_SNAP >= snap && tick < snap + stretch;
+            if let Some(&snap) = snaps.iter().rev().find(near) {
+                since = Some(snap);
+            } else if now.field <= LAG {
+                since = None;
+            }
+            if since.is_some_and(|snap| tick <= snap + LAG_TICKS_MAX) {
+                self.largest_in_snaps = self.largest_in_snaps.larger(now);
+                self.lag_ticks += if now.field > LAG { stretch } else { 0 };
+            } else {
+                self.largest = self.largest.larger(now);
+            }
+        }
+    }
+}
+
+/// Residual and energy of the state at the end of the hold.
+fn rest_of(row: &mut PressRow, engine: &mut Engine<'_>, exact: &ExactPress) {
+    let field = field(engine);
+    let rest = exact.links.rest().iter();
+    let at: Vec<[f64; 3]> =
+        rest.zip(&field).map(|(r, u)| std::array::from_fn(|x| r[x] + u[x])).collect();
+    let mut residual = vec![[0.0; 3]; at.len()];
+    let energy = exact.links.residual(&at, &mut residual);
+    for &cell in engine.contacts() {
+        residual[usize::from(cell)] = [0.0; 3];
+    }
+    let free = residual.iter().zip(exact.links.fixed()).filter(|(_, fixed)| !**fixed);
+    row.residual = free.map(|(r, _)| norm(&[*r])).fold(0.0, f64::max);
+    row.energy_above = energy / exact.last().energy - 1.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors that follow a snap count apart until they have come down, and no longer than a lag.
+    #[test]
+    fn lags_after_snaps_are_told_apart() {
+        let judged = |path: &[(usize, f64)], snaps: &[usize]| {
+            let mut row = PressRow::new("", Setting::TRACK, 4);
+            let errors = |field: f64| Errors { field, force: 0.1 * field };
+            row.path = path.iter().map(|&(tick, field)| (tick, errors(field))).collect();
+            row.judge(snaps);
+            (row.largest.field, row.largest_in_snaps.field, row.lag_ticks)
+        };
+        let path: Vec<(usize, f64)> = (1..=PRESS_TICKS)
+            .map(|tick| match tick {
+                1..30 => (tick, 9.0),
+                200..212 => (tick, 0.5),
+                240 => (tick, 0.2),
+                _ => (tick, 0.05),
+            })
+            .collect();
+        assert_eq!(judged(&path, &[200]), (0.2, 0.5, 12));
+        assert_eq!(judged(&path, &[]), (0.5, 0.0, 0));
+        // A scheme that goes over a little early.
+        assert_eq!(judged(&path, &[204]), (0.2, 0.5, 12));
+        // One that never comes back is wrong, not late.
+        let stuck: Vec<(usize, f64)> = (1..=PRESS_TICKS).map(|tick| (tick, 0.6)).collect();
+        assert_eq!(judged(&stuck, &[100]), (0.6, 0.6, BEFORE_SNAP + LAG_TICKS_MAX + 1));
+    }
+}

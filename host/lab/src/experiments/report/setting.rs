@@ -1,0 +1,48 @@
+//! What a user chooses between: a scheme, and for `track` whether the body has its coarse level.
+
+use std::fmt;
+
+use clap::ValueEnum;
+use serde::{Serialize, Serializer};
+
+use chaincell_host::engine::Scheme;
+
+/// A scheme on a body with or without hats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setting {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Whether the body keeps the coarse level that the bake gives it by its size.
+    pub hats: bool,
+}
+
+impl Setting {
+    /// `track` as it comes.
+    pub const TRACK: Self = Self { scheme: Scheme::Track, hats: true };
+
+    /// Every scheme on a body, and `track` once more without the hats where it has some.
+    #[must_use]
+    pub fn all(has_hats: bool) -> Vec<Self> {
+        let schemes = Scheme::value_variants().iter();
+        let mut all: Vec<Self> = schemes.map(|&scheme| Self { scheme, hats: true }).collect();
+        if has_hats {
+            all.push(Self { scheme: Scheme::Track, hats: false });
+        }
+        all
+    }
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(value) = self.scheme.to_possible_value() {
+            f.write_str(value.get_name())?;
+        }
+        if self.hats { Ok(()) } else { f.write_str(" without hats") }
+    }
+}
+
+impl Serialize for Setting {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

@@ -1,0 +1,453 @@
+//! REPORT.md with its tables and pictures.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::collect::Report;
+use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
+use super::pareto::front;
+use super::pictures;
+use super::press::{Errors, FIRST_TICK, PressRow};
+use super::tables::{Table, csv, percent, us};
+use super::worst;
+use chaincell_host::error::Result;
+use chaincell_host::files::output::Folder;
+
+/// Budgets a tick that the first table answers for \[us\].
+const BUDGETS_US: [f64; 4] = [125.0, 250.0, 500.0, 1000.0];
+
+/// Writes REPORT.md, report_summary.json, CSV files and pictures.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
+    let pictures = pictures::write(report, folder)?;
+    folder.write("report_press.csv", csv(&report.rows).as_bytes())?;
+    folder.write("report_settle.csv", csv(&report.settled).as_bytes())?;
+    folder.write("report_numbers.csv", csv(&report.numbers).as_bytes())?;
+    folder.write("report_flow.csv", csv(&report.flow).as_bytes())?;
+    let growth = report.growth.as_ref().map_or(&[][..], |growth| &growth.rows);
+    folder.write("report_growth.csv", csv(growth).as_bytes())?;
+    let path: Vec<Moment> = (report.budget_path.iter())
+        .map(|&(tick, Errors { field, force })| Moment { tick, field, force })
+        .collect();
+    folder.write("report_time.csv", csv(&path).as_bytes())?;
+    folder.write_json("report_summary.json", report)?;
+    folder.write("REPORT.md", markdown(report, &pictures, command).as_bytes())
+}
+
+/// Errors of `track` within the budget at a tick.
+#[derive(Serialize)]
+struct Moment {
+    tick: usize,
+    field: f64,
+    force: f64,
+}
+
+/// The report as Markdown.
+fn markdown(report: &Report, pictures: &[(&str, &str)], command: &str) -> String {
+    let mut text = head(report, command);
+    let picture = |text: &mut String, wanted: &str| {
+        for (name, caption) in pictures.iter().filter(|(name, _)| *name == wanted) {
+            let _ = writeln!(text, "![{caption}]({name}.png)\n");
+        }
+    };
+    text += "## Which setting for which budget\n\n";
+    picture(&mut text, "report_pareto");
+    text += &budgets(report);
+    text += &track(report);
+    picture(&mut text, "report_time");
+    picture(&mut text, "report_force");
+    text += &sweep(report);
+    text += &settled(report);
+    text += &presses(report);
+    text += &flow(report);
+    picture(&mut text, "report_flow");
+    text += &numbers(report);
+    text += &growth(report);
+    picture(&mut text, "report_growth");
+    text
+}
+
+fn head(report: &Report, command: &str) -> String {
+    let machine = &report.machine;
+    let noise = report.sweep.map_or(String::from("not measured"), |sweep| {
+        format!(
+            "the 99th percentile of one and the same plain sweep is {:.2} times its median",
+            sweep.noise
+        )
+    });
+    let build =
+        if machine.optimised { "" } else { " **Built without --release: no figure counts.**" };
+    let bodies = if report.reference {
+        "The liver and the bodies of the press test are those of the reference data."
+    } else {
+        "No reference data was given (--reference, CHAINCELL_REFERENCE): the generated organ stands \
+         for the liver, and generated boxes of about the same size for the slab and the block."
+    };
+    format!(
+        "# Speed against error\n\n`{command}`, one thread, numbers in f32.{build} {bodies}\n\n\
+         Machine: {}, {} cores for this process, {}, AVX2 {}, load {} at the start. Noise: {noise}. \
+         Compare ratios within one report, not times of two.\n\n",
+        machine.processor,
+        machine.cores,
+        machine.system,
+        if machine.avx2 { "found" } else { "absent" },
+        machine.load
+    )
+}
+
+/// The best row within each budget.
+fn budgets(report: &Report) -> String {
+    let rows = pictures::main_rows(report);
+    let Some(first) = rows.first() else { return String::new() };
+    let mut table = Table::new(&[
+        "budget a tick [us]",
+        "setting",
+        "median tick [us]",
+        "field, during the press [%]",
+        "force [%]",
+        "field 20 ms after [%]",
+        "force 20 ms after [%]",
+    ]);
+    let points: Vec<[f64; 2]> =
+        rows.iter().map(|row| [row.tick_ns.p50 as f64 * 1e-3, row.largest.field]).collect();
+    let best = front(&points);
+    for budget in BUDGETS_US {
+        let Some(&at) = best.iter().rev().find(|&&at| points[at][0] <= budget) else { continue };
+        let row = rows[at];
+        table.row(vec![
+            format!("{budget:.0}"),
+            format!("{}, --sweeps {}", row.scheme, row.sweeps),
+            us(row.tick_ns.p50),
+            percent(row.largest.field),
+            percent(row.largest.force),
+            percent(row.after_20ms.field),
+            percent(row.after_20ms.force),
+        ]);
+    }
+    format!(
+        "On the body `{}`, a press by 3 mean link lengths in {PRESS_TICKS} ms, of the settings \
+         measured the one with the least error of the field within the budget:\n\n{}",
+        first.scene,
+        table.markdown()
+    )
+}
+
+fn track(report: &Report) -> String {
+    let Some(track) = &report.track else { return String::new() };
+    let snaps = if track.snaps.is_empty() {
+        "The exact path has no snap.".to_owned()
+    } else {
+        format!(
+            "The exact path snaps from one equilibrium to another at tick {:?}; there `track` lags \
+             by more than 7 % for {} ticks, by up to {} % (field) and {} % (force), left out above.",
+            track.snaps,
+            track.lag_ticks,
+            percent(track.largest_in_snaps.field),
+            percent(track.largest_in_snaps.force)
+        )
+    };
+    format!(
+        "`track` in half a millisecond a tick (median {} us): {} sweeps on `{}`. From tick \
+         {FIRST_TICK} on the field is within {} %, the force within {} %; 20 ms after the press \
+         {} % and {} %. {snaps}\n\n",
+        us(track.tick_ns_p50),
+        track.sweeps,
+        track.scene,
+        percent(track.field_error_max),
+        percent(track.force_error_max),
+        percent(track.field_error_after_20ms),
+        percent(track.force_error_after_20ms)
+    )
+}
+
+fn sweep(report: &Report) -> String {
+    let Some(sweep) = &report.sweep else { return String::new() };
+    let share = |ns: u64| percent(ns as f64 / sweep.mixed.simd_ns.max(1) as f64);
+    let mut table = Table::new(&["a sweep", "median [us]", "of the worst case [%]"]);
+    let mut row = |what: String, ns: Option<u64>| {
+        if let Some(ns) = ns {
+            table.row(vec![what, us(ns), share(ns)]);
+        }
+    };
+    for (state, loops) in [("mixed", sweep.mixed), ("stretched", sweep.stretched)] {
+        row(format!("plain per-cell loop, {state}"), Some(loops.scalar_ns));
+        row(format!("`track`, {state}"), Some(loops.simd_ns));
+        row(format!("`track` without vector unit, {state}"), Some(loops.once_per_link_ns));
+        row(format!("`track` with its coarse level, {state}"), Some(loops.hats_ns));
+    }
+    row("`track`, body at rest".into(), report.rest_ns);
+    if let Some(local) = &report.local_press {
+        let what = format!(
+            "`track`, alpha {}, a press by {:.2} link lengths that moves {} % of the cells; force \
+             off by {} %",
+            super::quiet::ALPHA,
+            local.depth_links,
+            percent(local.moved),
+            percent(local.force_error)
+        );
+        row(what, report.local_press_ns);
+        let what = format!(
+            "the same with the coarse level, which moves all cells; force off by {} %",
+            percent(local.hats_force_error)
+        );
+        row(what, Some(local.hats_sweep_ns));
+    }
+    format!(
+        "## The sweep\n\nWorst case, `mixed`: {} of {} links out of their band, too long and too \
+         short as it falls out, {} cells. `stretched`: positions scaled by {}, all links too long, \
+         which the plain loop's branches soon foresee. Ratio of the plain loop to `track`: {:.2} \
+         mixed, {:.2} stretched. {:.0} sweeps of `track` a millisecond, {:.0} with the coarse \
+         level.\n\n{}",
+        sweep.taut_links,
+        sweep.links,
+        sweep.cells,
+        worst::SCALE,
+        ratio(sweep.mixed.scalar_ns, sweep.mixed.simd_ns),
+        ratio(sweep.stretched.scalar_ns, sweep.stretched.simd_ns),
+        ratio(1_000_000, sweep.mixed.simd_ns),
+        ratio(1_000_000, sweep.mixed.hats_ns),
+        table.markdown()
+    )
+}
+
+fn ratio(a: u64, b: u64) -> f64 {
+    a as f64 / b.max(1) as f64
+}
+
+fn settled(report: &Report) -> String {
+    if report.settled.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(&[
+        "body",
+        "method",
+        "sweeps",
+        "field / force alone",
+        "median [ms]",
+        "p99 [ms]",
+        "converged field off the exact minimum [%]",
+    ]);
+    for row in &report.settled {
+        table.row(vec![
+            row.scene.into(),
+            row.method.clone(),
+            if row.settles { row.sweeps.to_string() } else { "not reached".into() },
+            format!("{} / {}", row.field_sweeps, row.force_sweeps),
+            format!("{:.3}", row.ms),
+            format!("{:.3}", row.ms_p99),
+            percent(row.off_minimum),
+        ]);
+    }
+    format!(
+        "## Time to equilibrium\n\nOne cell pressed by a tenth of the height in one step and held, \
+         until the field stays within 5 % and the force within 1 % of what the method itself \
+         converges to. {}.\n\n{}",
+        report.settled_sources.join(". "),
+        table.markdown()
+    )
+}
+
+fn presses(report: &Report) -> String {
+    let mut text = format!(
+        "## A press by 3 mean link lengths in {PRESS_TICKS} ms\n\nAgainst the path of exact energy \
+         minima of the same links, followed in f64 to a residual of {RESIDUAL:e} mean link lengths. \
+         Field: |u - u_exact| over the larger of |u_exact| and a fifth of its last value (L2 over \
+         cells), force: relative to the exact one; largest values from tick {FIRST_TICK} on, the \
+         lags after snaps apart. Residual and energy above the minimum at the end, \
+         {HOLD_TICKS} ms after the press. A sweep is one link pass. Worst case: a tick from \
+         positions scaled by {}. A flat plane resists with the cube of the depth: at the start its \
+         exact force is next to nothing, and any error of it many times that. Energies a hair below \
+         the minimum are the rounding of the tool's position to f32.\n\n",
+        worst::SCALE
+    );
+    for scene in &report.scenes {
+        let snaps = if scene.snaps.is_empty() {
+            "no snap".to_owned()
+        } else {
+            format!("snaps at tick {:?}", scene.snaps)
+        };
+        let _ = writeln!(
+            text,
+            "### {}\n\n{}: {} cells, {} links, {} held, {:.1} mm deep; {} exact moments, residual \
+             at most {:.0e}; {snaps}.\n",
+            scene.name,
+            scene.source,
+            scene.cells,
+            scene.links,
+            scene.contacts,
+            1e3 * scene.depth_m,
+            scene.moments,
+            scene.reference_residual
+        );
+        let rows = report.rows.iter().filter(|row| row.scene == scene.name);
+        text += &press_table(rows).markdown();
+    }
+    text
+}
+
+fn press_table<'r>(rows: impl Iterator<Item = &'r PressRow>) -> Table {
+    let mut table = Table::new(&[
+        "scheme",
+        "sweeps",
+        "tick p50 / p99 / max [us]",
+        "worst p50 [us]",
+        "field / force during [%]",
+        "in snaps [%], lag [ticks]",
+        "at the end [%]",
+        "20 ms after [%]",
+        "100 ms after [%]",
+        "residual",
+        "energy above [%]",
+    ]);
+    for row in rows {
+        let both =
+            |errors: Errors| format!("{} / {}", percent(errors.field), percent(errors.force));
+        table.row(vec![
+            row.scheme.to_string(),
+            row.sweeps.to_string(),
+            format!("{} / {} / {}", us(row.tick_ns.p50), us(row.tick_ns.p99), us(row.tick_ns.max)),
+            us(row.worst_tick_ns.p50),
+            both(row.largest),
+            format!("{}, {}", both(row.largest_in_snaps), row.lag_ticks),
+            both(row.at_end),
+            both(row.after_20ms),
+            both(row.after_100ms),
+            format!("{:.0e}", row.residual),
+            percent(row.energy_above),
+        ]);
+    }
+    table
+}
+
+fn flow(report: &Report) -> String {
+    if report.flow.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(&["scene", "scheme", "step", "t", "link passes", "error [%]"]);
+    for row in &report.flow {
+        table.row(vec![
+            row.scene.into(),
+            row.scheme.to_string(),
+            row.step.to_string(),
+            row.t.to_string(),
+            row.passes.to_string(),
+            percent(row.error),
+        ]);
+    }
+    format!(
+        "## The relaxation in time\n\nThe plane with its centre held 50 mm away from t = 0 on, \
+         against the exact trajectory of Eq. 2 (Dormand-Prince, f64). Error: largest distance of a \
+         cell, as a fraction of the depth.\n\n{}",
+        table.markdown()
+    )
+}
+
+fn numbers(report: &Report) -> String {
+    let Some(first) = report.numbers.first() else { return String::new() };
+    let mut table = Table::new(&[
+        "scene",
+        "scheme",
+        "number",
+        "median tick [us]",
+        "field [%]",
+        "force [%]",
+        "force, largest on the way [%]",
+    ]);
+    for row in &report.numbers {
+        table.row(vec![
+            row.scene.into(),
+            name(&row.scheme),
+            name(&row.number),
+            us(row.tick_ns_p50),
+            percent(row.field),
+            percent(row.force),
+            percent(row.force_max),
+        ]);
+    }
+    format!(
+        "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} sweeps a \
+         tick, no hats (only f32 has them): against f64 under the same scheme. Field: largest \
+         distance of a cell after the last tick, over the depth. `track` decides from sweep to sweep \
+         by the last bits, so its way differs more than its end.\n\n{}{}",
+        first.ticks,
+        first.sweeps,
+        table.markdown(),
+        firmware(report)
+    )
+}
+
+/// Emulated microcontrollers.
+fn firmware(report: &Report) -> String {
+    if report.firmware.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(&[
+        "target",
+        "scene",
+        "number",
+        "instructions a sweep",
+        "a link",
+        "a tick",
+        "sweeps",
+    ]);
+    for row in &report.firmware {
+        table.row(vec![
+            row.target.clone(),
+            row.scene.clone(),
+            row.tier.clone(),
+            row.instructions_per_sweep_worst.to_string(),
+            format!("{:.0}", row.per_link()),
+            row.instructions_per_tick_worst.to_string(),
+            row.sweeps.to_string(),
+        ]);
+    }
+    format!("On emulated microcontrollers, in their worst state:\n\n{}", table.markdown())
+}
+
+/// A name as the command line has it.
+fn name(value: &impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
+}
+
+fn growth(report: &Report) -> String {
+    let Some(growth) = &report.growth else { return String::new() };
+    let mut table = Table::new(&[
+        "cells",
+        "links",
+        "sweep [us]",
+        "ns a cell",
+        "ns a link",
+        "plain loop [us]",
+        "hats",
+        "sweep with hats [us]",
+        "sweeps to settle",
+        "RAM a cell [bytes]",
+        "flash a cell [bytes]",
+    ]);
+    for row in &growth.rows {
+        table.row(vec![
+            row.cells.to_string(),
+            row.links.to_string(),
+            us(row.sweep_ns),
+            format!("{:.1}", row.sweep_ns as f64 / row.cells as f64),
+            format!("{:.2}", row.sweep_ns as f64 / row.links as f64),
+            us(row.scalar_ns),
+            row.hats.to_string(),
+            us(row.hats_ns),
+            row.settle_sweeps.to_string(),
+            format!("{:.1}", row.ram_bytes_per_cell),
+            format!("{:.1}", row.flash_bytes_per_cell),
+        ]);
+    }
+    format!(
+        "## Cost over size\n\nGenerated organs, `track`, worst case. Slope of log(time) over \
+         log(links): {:.2} (1 is linear). Sweeps to settle: with hats, one press by a mean link \
+         length in one step, until the field stays within 5 % of its end; beyond the cap of 400 the \
+         hats stand farther apart and do less.\n\n{}",
+        growth.slope,
+        table.markdown()
+    )
+}

@@ -1,0 +1,237 @@
+//! A case: what it is called, what it checks, and what was found.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::rivals::{Measure, Rival, Verdict, play};
+use super::trial::{Ended, Trial};
+use super::variant::Variant;
+use super::watch::{Check, Failure, Worst};
+use chaincell_host::engine::{Arithmetic, Scheme};
+use chaincell_host::error::Result;
+
+/// How much is done.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Scale {
+    /// Seconds instead of minutes.
+    pub quick: bool,
+    /// The drift over 10^8 ticks.
+    pub slow: bool,
+}
+
+impl Scale {
+    /// Nodes along an edge of the box.
+    #[must_use]
+    pub fn nodes(self) -> u32 {
+        if self.quick { 5 } else { 8 }
+    }
+
+    /// Ticks of a trial that takes `quick` of them at least.
+    #[must_use]
+    pub fn ticks(self, quick: u32) -> u32 {
+        if self.quick { quick } else { 4 * quick }
+    }
+}
+
+/// A case of the suite.
+#[derive(Clone, Copy)]
+pub struct Case {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does and checks, beyond what is checked in every tick.
+    pub checks: &'static str,
+    /// Does it.
+    pub run: fn(Scale, &mut Findings) -> Result<()>,
+}
+
+/// A run of a trial under a variant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Run {
+    /// The trial.
+    pub trial: String,
+    /// Scheme and numbers.
+    pub variant: String,
+    /// Part of the largest energy left at the end.
+    pub energy_left: f64,
+    /// Largest force \[N\].
+    pub force_max_n: f64,
+}
+
+/// A failed check with its place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Failed {
+    /// Trial and variant.
+    pub place: String,
+    /// What failed, when, by how much.
+    #[serde(flatten)]
+    pub failure: Failure,
+}
+
+/// What a case has found so far.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Findings {
+    /// How close all runs came to their bounds.
+    pub worst: Worst,
+    /// Every run.
+    pub runs: Vec<Run>,
+    /// Checks that failed.
+    pub failures: Vec<Failed>,
+    /// Bodies that number types do not take, with the reason.
+    pub refused: Vec<String>,
+    /// Worst verdict on each of the other methods.
+    pub others: BTreeMap<Rival, Verdict>,
+    /// Other figures.
+    pub figures: BTreeMap<String, f64>,
+}
+
+impl Findings {
+    /// Plays a trial under every variant, and under the other methods.
+    ///
+    /// # Errors
+    /// Interruption; what neither body nor settings explain.
+    pub fn play(&mut self, trial: &Trial<'_>) -> Result<()> {
+        let mut measure = None;
+        for variant in Variant::all() {
+            let Some(worst) = self.play_under(trial, variant)? else { continue };
+            let is_plain = variant.numbers == Arithmetic::F32 && !variant.hats;
+            if variant.scheme == Scheme::Track && is_plain {
+                measure = Some(Measure { peak_j: worst.energy_peak_j, end_j: worst.energy_end_j });
+            }
+        }
+        if let Some(measure) = measure.filter(|_| trial.compared) {
+            for rival in Rival::ALL {
+                if let Some(verdict) = play(trial, rival, measure)? {
+                    self.judge(rival, verdict);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn play_under(&mut self, trial: &Trial<'_>, variant: Variant) -> Result<Option<Worst>> {
+        let place = || format!("{}, {variant}", trial.label);
+        match trial.play(variant)? {
+            Ended::Absent => Ok(None),
+            Ended::Refused(why) if variant.numbers == Arithmetic::F32 => {
+                self.fail(place(), Check::Admission, why);
+                Ok(None)
+            }
+            Ended::Refused(why) => {
+                self.refuse(why);
+                Ok(None)
+            }
+            Ended::Played { worst, failures } => {
+                let failures = failures.into_iter();
+                self.failures.extend(failures.map(|failure| Failed { place: place(), failure }));
+                self.worst = self.worst.or(worst);
+                self.runs.push(Run {
+                    trial: trial.label.clone(),
+                    variant: variant.to_string(),
+                    energy_left: worst.left(),
+                    force_max_n: worst.force_max_n,
+                });
+                Ok(Some(worst))
+            }
+        }
+    }
+
+    /// Notes what a number type refuses.
+    pub fn refuse(&mut self, why: String) {
+        if !self.refused.contains(&why) {
+            self.refused.push(why);
+        }
+    }
+
+    fn judge(&mut self, rival: Rival, verdict: Verdict) {
+        let known = self.others.entry(rival).or_insert(verdict);
+        // Within a kind the later figures decide.
+        if verdict.is_worse(known) {
+            *known = verdict;
+        }
+    }
+
+    /// Notes a failure.
+    pub fn fail(&mut self, place: String, check: Check, what: String) {
+        self.failures.push(Failed { place, failure: Failure { check, tick: 0, what } });
+    }
+
+    /// Notes a check that may fail.
+    pub fn hold(
+        &mut self,
+        holds: bool,
+        place: impl Into<String>,
+        check: Check,
+        what: impl FnOnce() -> String,
+    ) {
+        if !holds {
+            self.fail(place.into(), check, what());
+        }
+    }
+
+    /// Notes the larger of a figure and what is known of it.
+    pub fn figure(&mut self, name: &str, value: f64) {
+        let known = self.figures.entry(name.to_owned()).or_insert(value);
+        *known = known.max(value);
+    }
+}
+
+/// A case that was done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Name of the case.
+    pub name: &'static str,
+    /// Whether every check held.
+    pub ok: bool,
+    /// What it does and checks.
+    pub checks: &'static str,
+    /// Figures by name, units in the names; ratios are of a bound.
+    pub figures: BTreeMap<String, f64>,
+    /// Checks that failed.
+    pub failures: Vec<Failed>,
+    /// What number types refuse, with the reason.
+    pub refused: Vec<String>,
+    /// Mass-spring and position-based dynamics in the same case.
+    pub others: BTreeMap<Rival, Verdict>,
+    /// Every run.
+    pub runs: Vec<Run>,
+}
+
+impl Outcome {
+    /// Of what a case has found.
+    #[must_use]
+    pub fn new(case: &Case, found: Findings) -> Self {
+        let Findings { worst, runs, failures, refused, others, mut figures } = found;
+        if worst.ticks > 0 {
+            let left = runs.iter().map(|run| run.energy_left).fold(0.0, f64::max);
+            let of_worst = [
+                ("runs", runs.len() as f64),
+                ("ticks", worst.ticks as f64),
+                ("energy_peak_j", worst.energy_peak_j),
+                ("energy_left", left),
+                ("force_max_n", worst.force_max_n),
+                ("energy_over_bound", worst.energy_over_bound),
+                ("force_over_bound", worst.force_over_bound),
+                ("coordinate_over_k", worst.coordinate_over_k),
+                ("rounding_over_allowance", worst.rounding_used),
+            ];
+            figures.extend(of_worst.map(|(name, value)| (name.to_owned(), value)));
+        }
+        figures.insert("refused".to_owned(), refused.len() as f64);
+        for (rival, verdict) in &others {
+            for (what, value) in verdict.figures() {
+                figures.insert(format!("{}_{what}", rival.name()), value);
+            }
+        }
+        Self {
+            name: case.name,
+            ok: failures.is_empty(),
+            checks: case.checks,
+            figures,
+            failures,
+            refused,
+            others,
+            runs,
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Bodies of shapes that meshes should not have.
+
+use chaincell_kernel::Model;
+
+use crate::experiments::stress::body::{Body, Shape, cuboid, hub, spiral};
+use crate::experiments::stress::case::{Case, Findings, Scale};
+use crate::experiments::stress::cases::{PRESS_TICKS, pressing, touching_once};
+use crate::experiments::stress::trial::Trial;
+use chaincell_host::bake::BakeOptions;
+use chaincell_host::error::Result;
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "needles",
+        checks: "tetrahedra 1000 times longer than wide: pressed, inverted, in one point",
+        run: |scale, found| {
+            suffer(scale, found, "needles", cuboid(scale.nodes())?.stretched([1000.0, 1.0, 1.0]))
+        },
+    },
+    Case {
+        name: "slivers",
+        checks: "tetrahedra 1000 times wider than thick: pressed, inverted, in one point",
+        run: |scale, found| {
+            suffer(scale, found, "slivers", cuboid(scale.nodes())?.stretched([1.0, 1.0, 1e-3]))
+        },
+    },
+    Case {
+        name: "valence-3-to-200",
+        checks: "hubs of 3, 8, 30, 100, 200 links: pressed, inverted, in one point",
+        run: |scale, found| {
+            [3, 8, 30, 100, 200].into_iter().try_for_each(|spokes| {
+                suffer(scale, found, &format!("valence {spokes}"), hub(spokes))
+            })
+        },
+    },
+    Case {
+        name: "lengths-6-decades",
+        checks: "links from 1e-6 of the longest on: pressed, inverted, in one point",
+        run: |scale, found| suffer(scale, found, "spiral", spiral()),
+    },
+];
+
+/// Presses a body by two mean link lengths and lets it go; inverts it; puts it into one point.
+fn suffer(scale: Scale, found: &mut Findings, name: &str, shape: Shape) -> Result<()> {
+    let body = Body::new(shape, &BakeOptions::default())?;
+    press_and_spoil(scale, found, name, &body)
+}
+
+/// The same for a baked body.
+pub fn press_and_spoil(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<()> {
+    spoil(scale, found, name, body, true)
+}
+
+/// The same, beside the other methods or not.
+pub fn spoil(
+    scale: Scale,
+    found: &mut Findings,
+    name: &str,
+    body: &Body,
+    compared: bool,
+) -> Result<()> {
+    let depth_m = 2.0 * body.plain()?.unit_m();
+    let ticks = PRESS_TICKS + scale.ticks(60);
+    let pressed = Trial::new(format!("{name}, pressed"), body, ticks).under(pressing(depth_m));
+    found.play(&Trial { compared, ..pressed })?;
+    let ticks = scale.ticks(60);
+    let spoilt = |label: &str| {
+        let trial = Trial::new(format!("{name}, {label}"), body, ticks);
+        Trial { compared, ..trial.under(touching_once(ticks)) }
+    };
+    let states: [(&str, f32); 2] = [("inverted", -1.0), ("in one point", 0.0)];
+    for (label, factor) in states {
+        let of = move |model: &Model<'_>, cell: usize| {
+            let rest = model.rest_position(cell);
+            if model.is_fixed(cell as u16) { rest } else { rest.map(|x| factor * x) }
+        };
+        found.play(&spoilt(label).from(of))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,11 @@
+//! The `chaincell-lab` command.
+
+use std::process::ExitCode;
+
+use chaincell_host::cli::process;
+use chaincell_lab::cli::Cli;
+use clap::Parser;
+
+fn main() -> ExitCode {
+    process("chaincell-lab", || Cli::parse().execute())
+}

@@ -1,0 +1,477 @@
+//! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
+
+pub mod contact;
+#[cfg(test)]
+pub(crate) mod fixture;
+pub mod motion;
+pub mod staged;
+pub mod tissue;
+
+use std::cell::OnceCell;
+
+use chaincell_kernel::cell::Cell;
+use chaincell_kernel::contact::{Contact as Slot, ContactError};
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
+    Settings, TickOutput, TissueMut, ToolSample, Track,
+};
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use tissue::{Node, Refusal};
+
+/// `--dynamics`: the scheme that moves the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// The paper's own: one explicit step of common size a sweep; time is physical.
+    Euler,
+    /// Conjugate directions under the energy guard, with a coarse level: follows the equilibrium.
+    #[default]
+    Track,
+    /// Runge-Kutta-Legendre of first order: fast, robust relaxation, its way only roughly right.
+    Rkl1,
+    /// Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound.
+    Rkl2,
+    /// Cell by cell in place, over-relaxed: the least RAM; needs a model baked with --colours.
+    GaussSeidel,
+}
+
+impl Scheme {
+    /// The defaults of a scheme with a number of sweeps a tick: the schemes that advance by the
+    /// tick's time are asked for what those sweeps cover.
+    #[must_use]
+    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
+        let defaults = Settings::for_model(model);
+        let tick_time = match self {
+            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
+            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
+            Self::Euler | Self::Track | Self::GaussSeidel => defaults.tick_time,
+        };
+        Settings { sweeps, tick_time, ..defaults }
+    }
+
+    /// Whether [`Settings::tick_time`] is what the scheme goes by.
+    #[must_use]
+    pub fn goes_by_tick(self) -> bool {
+        matches!(self, Self::Rkl1 | Self::Rkl2)
+    }
+}
+
+/// `--number`: what cells and links are computed in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Arithmetic {
+    /// Single precision, correctly rounded: every target with an FPU, all schemes.
+    #[default]
+    F32,
+    /// Fixed point, 8.24 bits: targets without an FPU; euler and track without hats.
+    Fixed,
+    /// Double precision: for comparison on this machine; euler and track without hats.
+    F64,
+}
+
+/// What the tool touches while engaged.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Contact {
+    /// Cells that it holds: ascending, none fixed.
+    Cells(Vec<u16>),
+    /// Surface cells that a sphere around the tool pushes out.
+    Probe {
+        /// Radius \[m\].
+        radius_m: f32,
+        /// Most cells that it touches at a time.
+        capacity: usize,
+    },
+}
+
+impl Contact {
+    /// Contact slots that the tissue needs.
+    fn slots(&self) -> usize {
+        match self {
+            Self::Cells(cells) => cells.len(),
+            Self::Probe { capacity, .. } => *capacity,
+        }
+    }
+}
+
+/// Arrays of a tissue under the scheme `D`.
+struct Memory<D: Dynamics> {
+    head: Head<D>,
+    state: Vec<Cell<D::Number>>,
+    residual: Vec<Cell<D::Number>>,
+    own: Vec<Cell<D::Number>>,
+    room: Vec<[f32; 8]>,
+    contacts: Vec<Slot<D::Number>>,
+}
+
+impl<D: Dynamics> Memory<D> {
+    fn new(model: &Model<'_>, contact: &Contact) -> Self {
+        let (cells, slots) = (model.cells(), contact.slots());
+        let room = match contact {
+            Contact::Cells(_) => D::room_octets(model, slots),
+            Contact::Probe { .. } => D::probe_octets(model),
+        };
+        Self {
+            head: Head::NEW,
+            state: vec![Cell::ZERO; cells],
+            residual: vec![Cell::ZERO; D::RESIDUALS * cells],
+            own: vec![Cell::ZERO; D::ARRAYS * cells],
+            room: vec![[0.0; 8]; room],
+            contacts: vec![Slot::NONE; slots],
+        }
+    }
+
+    fn view(&mut self) -> TissueMut<'_, D> {
+        TissueMut {
+            head: &mut self.head,
+            state: &mut self.state,
+            residual: &mut self.residual,
+            own: &mut self.own,
+            room: &mut self.room,
+            contacts: &mut self.contacts,
+        }
+    }
+}
+
+/// A tissue whatever its scheme.
+trait AnyTissue {
+    fn reset(&mut self, network: &Network<'_>) -> Result<()>;
+    fn choose(
+        &mut self,
+        network: &Network<'_>,
+        contact: &Contact,
+    ) -> std::result::Result<(), ContactError>;
+    fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
+    fn state_hash(&mut self, model: &Model<'_>) -> u64;
+    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
+    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
+    fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
+    fn go_scalar(&mut self);
+    fn forbid_sleep(&mut self, model: &Model<'_>);
+    fn ram_bytes(&self) -> usize;
+}
+
+impl<D: Dynamics> AnyTissue for Memory<D> {
+    fn reset(&mut self, network: &Network<'_>) -> Result<()> {
+        self.view().reset(network).map_err(|why| match why {
+            ResetError::Range(why) => Error::input(format!("--number: {why}")),
+            other => Error::check(other),
+        })
+    }
+
+    fn choose(
+        &mut self,
+        network: &Network<'_>,
+        contact: &Contact,
+    ) -> std::result::Result<(), ContactError> {
+        match contact {
+            Contact::Cells(cells) => self.view().choose_contacts(network, cells),
+            Contact::Probe { radius_m, .. } => self.view().choose_probe(network, *radius_m),
+        }
+    }
+
+    fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.view().tick(network, sample)
+    }
+
+    fn state_hash(&mut self, model: &Model<'_>) -> u64 {
+        self.view().state_hash(model)
+    }
+
+    fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3] {
+        self.view().position(model, cell).map_or([0.0; 3], |position| position.map(Number::double))
+    }
+
+    fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]) {
+        let ids = model.input_id();
+        let has_fine = model.fine_nodes() > 0;
+        for (place, &at) in to.iter_mut().zip(shown) {
+            let index = at as usize;
+            *place = if has_fine {
+                let position = self.view().fine_position_m(model, index).unwrap_or_default();
+                Node { id: at, position_m: position.into() }
+            } else {
+                let position = to_m(model, self.position(model, index));
+                let id = ids.get(index).copied().unwrap_or(u32::MAX);
+                Node { id, position_m: position.map(|x| x as f32) }
+            };
+        }
+    }
+
+    fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()> {
+        self.view().set_positions(network, positions).map_err(Error::check)
+    }
+
+    fn go_scalar(&mut self) {
+        self.view().go_scalar();
+    }
+
+    fn forbid_sleep(&mut self, model: &Model<'_>) {
+        self.view().forbid_sleep(model);
+    }
+
+    fn ram_bytes(&self) -> usize {
+        size_of::<Head<D>>()
+            + chaincell_kernel::array_bytes::<D>(
+                self.state.len(),
+                self.contacts.len(),
+                self.room.len(),
+            )
+    }
+}
+
+/// A network with its tissue.
+pub struct Engine<'m> {
+    network: Network<'m>,
+    tissue: Box<dyn AnyTissue>,
+    contact: Contact,
+    scheme: Scheme,
+    /// See [`shown`]; worked out where somebody asks.
+    shown: OnceCell<Vec<u32>>,
+}
+
+impl<'m> Engine<'m> {
+    /// A body at rest with the contact cells `contacts` (ascending, none fixed), in `f32`.
+    ///
+    /// # Errors
+    /// A scheme that the model does not support, contact cells that the kernel refuses, named by
+    /// their input ids.
+    pub fn new(network: Network<'m>, scheme: Scheme, contacts: &[u16]) -> Result<Self> {
+        Self::in_numbers(network, scheme, Arithmetic::F32, contacts)
+    }
+
+    /// As [`Self::new`], with cells and links computed in the numbers named.
+    ///
+    /// # Errors
+    /// As there; a scheme that does without these numbers; a model beyond their range.
+    pub fn in_numbers(
+        network: Network<'m>,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        contacts: &[u16],
+    ) -> Result<Self> {
+        Self::with_contact(network, scheme, numbers, Contact::Cells(contacts.to_vec()))
+    }
+
+    /// As [`Self::in_numbers`], with any contact.
+    ///
+    /// # Errors
+    /// As there; a probe that the kernel refuses.
+    pub fn with_contact(
+        network: Network<'m>,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        contact: Contact,
+    ) -> Result<Self> {
+        let (model, held) = (network.model(), &contact);
+        let tissue: Box<dyn AnyTissue> = match (scheme, numbers) {
+            (Scheme::Euler, Arithmetic::F32) => Box::new(Memory::<Euler>::new(model, held)),
+            (Scheme::Euler, Arithmetic::Fixed) => {
+                Box::new(Memory::<Euler<I8F24>>::new(model, held))
+            }
+            (Scheme::Euler, Arithmetic::F64) => Box::new(Memory::<Euler<f64>>::new(model, held)),
+            (Scheme::Track, Arithmetic::F32) => Box::new(Memory::<Track>::new(model, held)),
+            (Scheme::Track, Arithmetic::Fixed) => {
+                Box::new(Memory::<Track<0, I8F24>>::new(model, held))
+            }
+            (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
+            (_, Arithmetic::Fixed | Arithmetic::F64) => {
+                return Err(Error::input(
+                    "--number fixed and f64: for --dynamics euler and track only",
+                ));
+            }
+            (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
+            (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
+            // A body without free cells has none either, and needs none.
+            (Scheme::GaussSeidel, Arithmetic::F32)
+                if model.colours() == 0 && model.fixed().len() < model.cells() =>
+            {
+                return Err(Error::input(
+                    "--dynamics gauss-seidel: the model has no colours; bake it with --colours",
+                ));
+            }
+            (Scheme::GaussSeidel, Arithmetic::F32) => {
+                Box::new(Memory::<GaussSeidel>::new(model, held))
+            }
+        };
+        let mut engine = Self { network, tissue, contact, scheme, shown: OnceCell::new() };
+        engine.reset()?;
+        Ok(engine)
+    }
+
+    /// Back to rest, the tool released.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn reset(&mut self) -> Result<()> {
+        self.tissue.reset(&self.network)?;
+        self.tissue.choose(&self.network, &self.contact).map_err(|why| {
+            let name = |at: usize| {
+                let cell = self.contacts().get(at).copied().unwrap_or(u16::MAX);
+                self.network.model().input_id().get(usize::from(cell)).copied()
+            };
+            match why {
+                ContactError::Fixed(at) => Error::input(format!(
+                    "--contact: node {} is fixed and cannot be held by the tool",
+                    name(at).unwrap_or_default()
+                )),
+                other => Error::input(format!("--contact: {other}")),
+            }
+        })
+    }
+
+    /// Goes on under other settings from the next tick on, from the state it is in.
+    ///
+    /// # Errors
+    /// Settings that do not fit the model.
+    pub fn choose(&mut self, settings: Settings) -> Result<()> {
+        self.network = Network::new(*self.network.model(), settings).map_err(Error::check)?;
+        Ok(())
+    }
+
+    /// One tick, see [`TissueMut::tick`].
+    pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
+        self.tissue.tick(&self.network, sample)
+    }
+
+    /// Carries out a command other than pause and resume, which are the loop's own. Allocates
+    /// nothing. A reset costs what choosing the contact cells costs, for models with hats some
+    /// ticks.
+    ///
+    /// # Errors
+    /// Why nothing was done.
+    pub fn obey(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
+        match command {
+            Command::Pause | Command::Resume => Err(Refusal::Unsupported),
+            Command::Reset => self.reset().map_err(|_| Refusal::Reset),
+            // Their sweeps and the time a tick belong together.
+            Command::Sweeps(_) if self.scheme.goes_by_tick() => Err(Refusal::Fixed),
+            _ => {
+                let settings = command.settings(*self.network.settings());
+                let network = Network::new(*self.network.model(), settings);
+                self.network = network.map_err(|_| Refusal::Value)?;
+                Ok(())
+            }
+        }
+    }
+
+    /// Published positions by ascending input id, as far as there is room. Allocates nothing once
+    /// [`Self::node_count`] was asked.
+    pub fn read_nodes(&mut self, to: &mut [Node]) {
+        let model = self.network.model();
+        self.tissue.nodes(model, self.shown.get_or_init(|| shown(model)), to);
+    }
+
+    /// Nodes that [`Self::read_nodes`] has positions for.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.shown.get_or_init(|| shown(self.network.model())).len()
+    }
+
+    /// The state hash, see [`chaincell_kernel::hash`].
+    pub fn state_hash(&mut self) -> u64 {
+        self.tissue.state_hash(self.network.model())
+    }
+
+    /// Puts every cell at a position [mean link lengths from the body's centre], in the model's
+    /// order, without motion and with the tool released.
+    ///
+    /// # Errors
+    /// Positions that are too few, not finite or too large.
+    pub fn set_positions(&mut self, positions: &[[f32; 3]]) -> Result<()> {
+        self.tissue.set_positions(&self.network, positions)
+    }
+
+    /// Leaves the vector unit alone until the next reset: the bits stay the same.
+    pub fn go_scalar(&mut self) {
+        self.tissue.go_scalar();
+    }
+
+    /// Sweeps over every cell until the next reset, at rest too: the bits stay the same.
+    pub fn forbid_sleep(&mut self) {
+        self.tissue.forbid_sleep(self.network.model());
+    }
+
+    /// Model and settings.
+    #[must_use]
+    pub fn network(&self) -> &Network<'m> {
+        &self.network
+    }
+
+    /// The contact cells chosen; none with a probe.
+    #[must_use]
+    pub fn contacts(&self) -> &[u16] {
+        match &self.contact {
+            Contact::Cells(cells) => cells,
+            Contact::Probe { .. } => &[],
+        }
+    }
+
+    /// What the tool touches.
+    #[must_use]
+    pub fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    /// RAM of the tissue \[bytes\].
+    #[must_use]
+    pub fn ram_bytes(&self) -> usize {
+        self.tissue.ram_bytes()
+    }
+
+    /// Every node of the input with its published position: the cells in the model's order, or the
+    /// nodes that they carry along, in the input's.
+    pub fn nodes(&mut self) -> Nodes {
+        let model = *self.network.model();
+        if model.fine_nodes() == 0 {
+            return Nodes { ids: model.input_id().to_vec(), positions_m: self.positions_m() };
+        }
+        let cells: Vec<[f32; 3]> = (0..model.cells())
+            .map(|cell| self.tissue.position(&model, cell).map(|x| x as f32))
+            .collect();
+        let (ids, positions_m) = (0..model.fine_nodes())
+            .filter_map(|node| {
+                let place = model.fine_position(node, |cell| cells.get(cell).copied())?;
+                Some((node as u32, to_m(&model, place.map(f64::from))))
+            })
+            .unzip();
+        Nodes { ids, positions_m }
+    }
+
+    /// Published positions of all cells \[m\].
+    pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
+        let model = self.network.model();
+        (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
+    }
+}
+
+/// By ascending input id: all cells, or the nodes that they carry along.
+fn shown(model: &Model<'_>) -> Vec<u32> {
+    if model.fine_nodes() > 0 {
+        let carried = |&node: &u32| model.fine_rest(node as usize).is_some();
+        return (0..model.fine_nodes() as u32).filter(carried).collect();
+    }
+    let ids = model.input_id();
+    let mut cells: Vec<u32> = (0..model.cells() as u32).collect();
+    cells.sort_unstable_by_key(|&cell| ids.get(cell as usize));
+    cells
+}
+
+/// Nodes of the input with their positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nodes {
+    /// Input ids.
+    pub ids: Vec<u32>,
+    /// Positions \[m\], in the order of the ids.
+    pub positions_m: Vec<[f64; 3]>,
+}
+
+/// An internal position in the frame of the input mesh \[m\].
+#[must_use]
+pub fn to_m(model: &Model<'_>, position: [f64; 3]) -> [f64; 3] {
+    let centre = model.centre_m();
+    std::array::from_fn(|axis| f64::from(centre[axis]) + position[axis] * f64::from(model.unit_m()))
+}

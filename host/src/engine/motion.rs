@@ -1,0 +1,168 @@
+//! The built-in motion: approach, press, hold with a hand's tremor, retreat.
+
+use std::f64::consts::TAU;
+
+use chaincell_kernel::ToolSample;
+use nalgebra::Vector3;
+
+use crate::error::{Error, Result};
+
+/// Tremor of the hand: physiological tremor lies between 8 and 12 Hz \[Hz\].
+const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
+/// Ticks in a second.
+const TICKS_PER_S: f64 = 1000.0;
+/// Shares of the ticks at which the press begins, the hold begins, and the retreat begins.
+const PHASES: [f64; 3] = [0.1, 0.4, 0.75];
+/// Fewest ticks that have room for every phase.
+pub const TICKS_MIN: u64 = 20;
+
+/// The tool in one tick, as a row of a path file has it: any number may stand in it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pose {
+    /// Number of the tick.
+    pub tick: u64,
+    /// Tool position in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// 1 while the tool holds the contact cells, else 0.
+    pub engaged: u32,
+}
+
+impl From<Pose> for ToolSample {
+    fn from(pose: Pose) -> Self {
+        Self { position_m: Vector3::from(pose.position_m), engaged: pose.engaged }
+    }
+}
+
+/// A press along a line: a pure function of the tick, equal on every machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Press {
+    touch_m: Vector3<f64>,
+    direction: Vector3<f64>,
+    depth_m: f64,
+    ticks: u64,
+}
+
+impl Press {
+    /// A press from the point of touch \[m\] along a direction, to a depth \[m\], in so many ticks.
+    pub fn new(touch_m: [f64; 3], direction: [f64; 3], depth_m: f64, ticks: u64) -> Result<Self> {
+        let direction = Vector3::from(direction);
+        let length = libm::sqrt(direction.dot(&direction));
+        if !(length.is_finite() && length > 0.0) {
+            return Err(Error::input("--direction: its length must be finite and above 0"));
+        }
+        if !(depth_m.is_finite() && depth_m > 0.0) {
+            return Err(Error::input(format!("--depth-m {depth_m}: must be above 0 and finite")));
+        }
+        if ticks < TICKS_MIN {
+            return Err(Error::input(format!(
+                "{ticks} ticks are too few for the built-in press: give at least {TICKS_MIN}"
+            )));
+        }
+        Ok(Self { touch_m: Vector3::from(touch_m), direction: direction / length, depth_m, ticks })
+    }
+
+    /// The pose of a tick; the first tick is 0. Past the end the tool rests where it started.
+    #[must_use]
+    pub fn pose(&self, tick: u64) -> Pose {
+        let [press, hold, retreat] = PHASES.map(|share| (share * self.ticks as f64) as u64);
+        // The last tick lets go.
+        let end = self.ticks - 1;
+        let depth_m = match tick {
+            _ if tick < press => self.depth_m * (minimum_jerk(share(0, press, tick)) - 1.0),
+            _ if tick < hold => self.depth_m * minimum_jerk(share(press, hold, tick)),
+            _ if tick < retreat => self.depth_m,
+            _ => self.depth_m * (1.0 - minimum_jerk(share(retreat, end, tick))),
+        };
+        let window = rise_and_fall(share(hold, retreat, tick));
+        let position_m =
+            self.touch_m + self.direction * depth_m + tremor(tick) * (0.01 * self.depth_m * window);
+        Pose {
+            tick,
+            position_m: position_m.map(|coordinate| coordinate as f32).into(),
+            engaged: u32::from((press..end).contains(&tick)),
+        }
+    }
+
+    /// All poses, in order.
+    #[must_use]
+    pub fn poses(&self) -> Vec<Pose> {
+        (0..self.ticks).map(|tick| self.pose(tick)).collect()
+    }
+}
+
+/// How far a tick lies in a phase, from 0 to 1.
+fn share(from: u64, to: u64, tick: u64) -> f64 {
+    let done = tick.saturating_sub(from) as f64;
+    (done / (to - from) as f64).min(1.0)
+}
+
+/// From 0 to 1 with the least jerk: no speed and no acceleration at either end.
+fn minimum_jerk(share: f64) -> f64 {
+    share * share * share * (10.0 + share * (6.0 * share - 15.0))
+}
+
+/// From 0 to 1 and back, exactly 0 at both ends, so that the tremor sets in and ends smoothly.
+fn rise_and_fall(share: f64) -> f64 {
+    let arch = 4.0 * share * (1.0 - share);
+    arch * arch
+}
+
+/// Two sines on each axis, at most 1 together.
+fn tremor(tick: u64) -> Vector3<f64> {
+    let sine = |hz: f64| libm::sin(TAU * hz * (tick as f64 / TICKS_PER_S));
+    let [a, b, c] = TREMOR_HZ.map(sine);
+    Vector3::new(a + b, b + c, c + a) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn press(ticks: u64) -> Press {
+        Press::new([0.1, 0.0, 0.2], [0.0, 0.0, -2.0], 0.01, ticks).unwrap()
+    }
+
+    #[test]
+    fn the_tool_holds_from_the_touch_to_the_end_of_the_retreat() {
+        for ticks in [TICKS_MIN, 1000, 10_000] {
+            let poses = press(ticks).poses();
+            assert_eq!(poses.len() as u64, ticks);
+            let engaged: Vec<u32> = poses.iter().map(|pose| pose.engaged).collect();
+            let first = engaged.iter().position(|held| *held == 1).unwrap();
+            assert_eq!(poses[first].position_m, [0.1, 0.0, 0.2]);
+            assert_eq!(*engaged.last().unwrap(), 0);
+            let changes = engaged.windows(2).filter(|pair| pair[0] != pair[1]).count();
+            assert_eq!(changes, 2);
+            assert_eq!(poses.last().unwrap().position_m, [0.1, 0.0, 0.2]);
+        }
+    }
+
+    #[test]
+    fn the_motion_is_smooth_and_reaches_its_depth() {
+        let poses = press(10_000).poses();
+        let deepest = poses.iter().map(|pose| 0.2 - pose.position_m[2]);
+        let deepest = deepest.fold(0.0_f32, f32::max);
+        assert!((0.01..0.0102).contains(&deepest), "{deepest}");
+        for pair in poses.windows(2) {
+            for axis in 0..3 {
+                let step = (pair[1].position_m[axis] - pair[0].position_m[axis]).abs();
+                assert!(step < 5e-5, "tick {}: {step} m", pair[1].tick);
+            }
+        }
+    }
+
+    #[test]
+    fn bad_presses_are_refused() {
+        let touch = [0.0; 3];
+        let along = [0.0, 0.0, 1.0];
+        for bad in [
+            Press::new(touch, [0.0; 3], 0.01, 1000),
+            Press::new(touch, [f64::NAN, 0.0, 0.0], 0.01, 1000),
+            Press::new(touch, along, 0.0, 1000),
+            Press::new(touch, along, f64::NAN, 1000),
+            Press::new(touch, along, 0.01, TICKS_MIN - 1),
+        ] {
+            assert_eq!(bad.unwrap_err().exit_code(), 2);
+        }
+    }
+}

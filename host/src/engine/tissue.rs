@@ -1,0 +1,78 @@
+//! What the loop needs of a tissue.
+
+use chaincell_kernel::sample::{TickOutput, ToolSample};
+use chaincell_kernel::trace::{Command, CommandError};
+
+/// A node with its published position.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Node {
+    /// Id of the node in the input mesh.
+    pub id: u32,
+    /// Its position in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+}
+
+/// Why a command was refused, by the number in its reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Refusal {
+    /// No such command, or a reserved word that is not zero.
+    Unknown = 1,
+    /// No such parameter.
+    Parameter = 2,
+    /// The value is out of the parameter's range.
+    Value = 3,
+    /// The parameter is fixed for a run, or under this scheme.
+    Fixed = 4,
+    /// The recording has no room for a further command.
+    Recording = 5,
+    /// The body could not be reset.
+    Reset = 6,
+    /// This server takes no commands.
+    Unsupported = 7,
+}
+
+impl From<CommandError> for Refusal {
+    fn from(why: CommandError) -> Self {
+        match why {
+            CommandError::Kind => Self::Unknown,
+            CommandError::Parameter => Self::Parameter,
+            CommandError::Fixed => Self::Fixed,
+            CommandError::Value => Self::Value,
+        }
+    }
+}
+
+/// A tissue that is advanced one tick at a time.
+pub trait TissueEngine {
+    /// Advances the tissue by one tick. Allocates nothing and never blocks.
+    fn tick(&mut self, sample: &ToolSample) -> TickOutput;
+
+    /// Hash of the state after the last tick.
+    fn state_hash(&mut self) -> u64;
+
+    /// Writes the nodes by ascending id, as far as there is room. Allocates nothing.
+    fn read_nodes(&mut self, _to: &mut [Node]) {}
+
+    /// Carries out a command other than pause and resume. Allocates nothing.
+    ///
+    /// # Errors
+    /// Why nothing was done.
+    fn command(&mut self, _command: &Command) -> Result<(), Refusal> {
+        Err(Refusal::Unsupported)
+    }
+}
+
+/// A tissue that isn't there: force 0 at no cost, for measuring what the machine itself takes.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoTissue;
+
+impl TissueEngine for NoTissue {
+    fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
+        TickOutput::NONE
+    }
+
+    fn state_hash(&mut self) -> u64 {
+        0
+    }
+}

@@ -1,0 +1,6 @@
+//! Files of a run: the output folder, traces of sessions, tool paths.
+
+pub mod output;
+pub mod path;
+pub mod recording;
+pub mod whole;

@@ -1,0 +1,147 @@
+//! What a run leaves behind: a folder of files that appear whole or not at all.
+
+mod cells;
+mod force;
+mod vtu;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::files::recording::{self, check_idle};
+use crate::files::whole::write_whole;
+
+pub use cells::cells_csv;
+pub use force::{Answer, force_csv};
+pub use vtu::vtu;
+
+/// An output folder.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    /// Creates the folder, or takes an empty one. One with content is taken only with `force`;
+    /// files of an earlier run in it are then removed, everything else stays.
+    ///
+    /// # Errors
+    /// A folder that cannot be made or written, that has content, or that a run is recording to.
+    pub fn open(path: &Path, force: bool) -> Result<Self> {
+        fs::create_dir_all(path).map_err(|why| Error::file("create folder", path, why))?;
+        check_idle("--out", &path.join(recording::TRACE))?;
+        let entries = fs::read_dir(path).map_err(|why| Error::file("read folder", path, why))?;
+        for entry in entries {
+            let entry = entry.map_err(|why| Error::file("read folder", path, why))?;
+            if !force {
+                return Err(Error::input(format!(
+                    "--out {}: the folder is not empty (it has {}): name another one, or pass \
+                     --force to overwrite the files of an earlier run",
+                    path.display(),
+                    entry.file_name().to_string_lossy()
+                )));
+            }
+            if is_ours(&entry.file_name().to_string_lossy()) {
+                let file = entry.path();
+                fs::remove_file(&file).map_err(|why| Error::file("remove", &file, why))?;
+            }
+        }
+        let folder = Self { path: path.to_owned() };
+        // A folder that cannot be written is told before the run, not after it.
+        tempfile::tempfile_in(path).map_err(|why| Error::file("write in folder", path, why))?;
+        Ok(folder)
+    }
+
+    /// Refuses, before [`Self::open`] removes anything, a run for whose trace of `records` records
+    /// there would be no room.
+    ///
+    /// # Errors
+    /// No room, with what to do.
+    pub fn check_room(path: &Path, records: usize) -> Result<()> {
+        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        let ours = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy()));
+        let given_up = ours.map(|entry| recording::taken(&entry.path())).sum();
+        recording::check_room("--out", &path.join(recording::TRACE), records, given_up)
+    }
+
+    /// Path of a file in the folder.
+    #[must_use]
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes a file: under another name first, so that it appears whole or not at all.
+    ///
+    /// # Errors
+    /// A full disk, a folder that has gone.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<()> {
+        write_whole(&self.file(name), content)
+    }
+
+    /// Writes a value as indented JSON.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(value)
+            .map_err(|why| Error::file("write", &self.file(name), why))?;
+        text.push('\n');
+        self.write(name, text.as_bytes())
+    }
+}
+
+/// Whether a run writes files of that name.
+fn is_ours(name: &str) -> bool {
+    let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
+    let report = name == "REPORT.md" || name.starts_with("report_");
+    let paper = ["paper.html", "paper.json"].contains(&name) || name.starts_with("paper_");
+    let chart = name.starts_with("target") && (name.ends_with(".svg") || name.ends_with(".png"));
+    let fixed = [
+        "force.csv",
+        "path.csv",
+        recording::TRACE,
+        "final.vtu",
+        "summary.json",
+        recording::MODEL,
+        "identified.json",
+        "residuals.csv",
+        "soak.json",
+        "histogram.csv",
+        "histogram.svg",
+        "histogram.png",
+        "stress.json",
+        "stress.txt",
+    ];
+    snapshot || report || paper || chart || fixed.contains(&name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_with_content_needs_force_and_keeps_what_is_not_ours() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a/b");
+        let folder = Folder::open(&path, false).unwrap();
+        folder.write("cells_9.csv", b"old").unwrap();
+        folder.write("paper_plane.svg", b"old").unwrap();
+        folder.write("notes.txt", b"mine").unwrap();
+        let refused = Folder::open(&path, false).unwrap_err().to_string();
+        assert!(refused.contains("not empty") && refused.contains("--force"), "{refused}");
+        Folder::open(&path, true).unwrap();
+        assert!(!path.join("cells_9.csv").exists() && !path.join("paper_plane.svg").exists());
+        assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");
+    }
+
+    #[test]
+    fn a_file_in_the_place_of_the_folder_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("out");
+        fs::write(&path, b"x").unwrap();
+        let refused = Folder::open(&path, true).unwrap_err().to_string();
+        assert!(refused.contains("cannot create folder"), "{refused}");
+    }
+}

@@ -1,0 +1,223 @@
+//! Traces of sessions in memory and in files; the format is the kernel's.
+
+mod file;
+mod map;
+mod room;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use chaincell_kernel::Model;
+use chaincell_kernel::stage::StageSettings;
+use chaincell_kernel::trace::{
+    Command, End, Entry, Header, Reader, Record, RecordedProbe, ReplayError, TraceError, Writer,
+};
+use clap::ValueEnum;
+
+use crate::engine::staged::Staged;
+use crate::engine::tissue::TissueEngine;
+use crate::engine::{Arithmetic, Contact, Engine, Scheme};
+use crate::error::{Error, Result};
+use crate::files::whole::folder_of;
+use crate::interrupt;
+
+pub use file::{TraceFile, check_idle};
+pub use room::{check as check_room, taken};
+
+/// Largest trace that is read: more than a day at 1 kHz.
+const BYTES_MAX: u64 = 1 << 32;
+/// Name of the trace in an output folder, and of the model beside it.
+pub const TRACE: &str = "session.trace";
+/// See [`TRACE`].
+pub const MODEL: &str = "model.chaincell";
+
+/// A trace that grows with every tick.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    writer: Writer,
+    bytes: Vec<u8>,
+}
+
+/// Name of a scheme or number type, which the kernel's is too.
+fn name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+impl Recording {
+    /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`, behind an
+    /// output stage at rest where there is one.
+    ///
+    /// # Errors
+    /// A scheme or number type without a code in the format.
+    pub fn begin(
+        engine: &Engine<'_>,
+        scheme: Scheme,
+        numbers: Arithmetic,
+        stage: Option<&StageSettings>,
+    ) -> Result<Self> {
+        let network = engine.network();
+        let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
+        let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
+        let probe = match *engine.contact() {
+            Contact::Cells(_) => None,
+            Contact::Probe { radius_m, capacity } => {
+                Some(RecordedProbe { radius_m, capacity: capacity as u32 })
+            }
+        };
+        let header = Header::named(network, &name(&scheme), &name(&numbers));
+        let header = header.map(|header| Header { probe, stage: stage.copied(), ..header });
+        header.and_then(|header| Self::of(&header, &ids)).ok_or_else(|| {
+            Error::check(format!("{scheme:?} in {numbers:?} has no code in the trace's format"))
+        })
+    }
+
+    /// Begins a trace with a header and the input ids of the contact cells, in the model's order;
+    /// `None` where they do not go together.
+    #[must_use]
+    pub fn of(header: &Header, contacts: &[u32]) -> Option<Self> {
+        let mut bytes = vec![0; header.bytes(contacts.len())];
+        let (writer, _) = Writer::begin(header, contacts, &mut bytes)?;
+        Some(Self { writer, bytes })
+    }
+
+    /// Adds an executed tick.
+    pub fn add(&mut self, record: &Record) {
+        self.bytes.extend(self.writer.record(record));
+    }
+
+    /// The trace so far.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+/// Why playing stopped before the end of a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// An entry came out otherwise.
+    Differs(ReplayError),
+    /// The command of this record cannot be carried out.
+    Command(u32),
+    /// The user asked to stop.
+    Interrupted,
+}
+
+/// What was played.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Played {
+    /// Ticks, those answered while paused included.
+    pub ticks: u32,
+    /// Commands.
+    pub commands: u32,
+    /// Entries whose hash was compared.
+    pub compared: u32,
+}
+
+/// Plays a trace in a tissue that stands as its own began, commands and pauses included, and
+/// compares the states. A pause is no tick of tissue or stage; a reset begins both anew.
+///
+/// # Errors
+/// Why it stopped; `played` then holds what came before.
+pub fn play(
+    trace: &Reader<'_>,
+    tissue: &mut Staged<'_>,
+    played: &mut Played,
+) -> std::result::Result<End, Stop> {
+    let mut paused = false;
+    trace.entries(|index, entry| {
+        if interrupt::asked() {
+            return Err(Stop::Interrupted);
+        }
+        match entry {
+            Entry::Tick(record) => {
+                if !paused {
+                    tissue.tick(&record.sample);
+                }
+                played.ticks += 1;
+            }
+            Entry::Command(record) => {
+                match record.command {
+                    Command::Pause => paused = true,
+                    Command::Resume => paused = false,
+                    command => tissue.command(&command).map_err(|_| Stop::Command(index))?,
+                }
+                played.commands += 1;
+            }
+        }
+        let found = entry.compare(index, tissue.state_hash()).map_err(Stop::Differs)?;
+        played.compared += u32::from(found);
+        Ok(())
+    })
+}
+
+/// Refuses a place for a new trace that holds something: with `force` an earlier trace may go,
+/// anything else stays.
+///
+/// # Errors
+/// A file that is there, with what to do; a folder that cannot be written.
+pub fn check_place(path: &Path, force: bool) -> Result<()> {
+    file::check_kind("--trace", path)?;
+    if path.is_file() {
+        let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
+        file::check_content("--trace", path, &file, force)?;
+    }
+    let folder = folder_of(path);
+    tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
+    check_idle("--trace", path)
+}
+
+/// The bytes of a trace file.
+///
+/// # Errors
+/// What the system says, with the path.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let failed = |why: std::io::Error| Error::file("read trace", path, why);
+    let mut bytes = Vec::new();
+    File::open(path)
+        .map_err(failed)?
+        .take(BYTES_MAX + 1)
+        .read_to_end(&mut bytes)
+        .map_err(failed)?;
+    if bytes.len() as u64 > BYTES_MAX {
+        return Err(Error::file("read trace", path, format_args!("more than {BYTES_MAX} bytes")));
+    }
+    Ok(bytes)
+}
+
+/// A tissue as the recording's began, its scheme and its numbers.
+///
+/// # Errors
+/// What the trace has that cannot be played here, with its path.
+pub fn tissue<'m>(
+    trace: &Reader<'_>,
+    path: &Path,
+    model: Model<'m>,
+) -> Result<(Staged<'m>, Scheme, Arithmetic)> {
+    let refused = |why| Error::file("replay", path, why);
+    let (scheme, number) = trace.header().names().map_err(refused)?;
+    let scheme = Scheme::value_variants().iter().copied().find(|value| name(value) == scheme);
+    let numbers = Arithmetic::value_variants().iter().copied().find(|value| name(value) == number);
+    let (scheme, numbers) = scheme.zip(numbers).ok_or_else(|| {
+        let Header { scheme, number, .. } = *trace.header();
+        refused(TraceError::Scheme(scheme, number))
+    })?;
+    let network = trace.header().network(model).map_err(refused)?;
+    trace.header().output_stage().map_err(refused)?;
+    let contact = match trace.header().probe {
+        Some(RecordedProbe { radius_m, capacity }) => {
+            Contact::Probe { radius_m, capacity: capacity as usize }
+        }
+        None => {
+            let mut cells = vec![0; trace.contacts().len()];
+            trace.contact_cells(&model, &mut cells).map_err(refused)?;
+            Contact::Cells(cells)
+        }
+    };
+    let engine = Engine::with_contact(network, scheme, numbers, contact);
+    let engine = engine.map_err(|why| Error::file("replay", path, why))?;
+    Ok((Staged::new(engine, trace.header().stage)?, scheme, numbers))
+}

@@ -1,0 +1,35 @@
+//! Services that are there with messages of another type: told apart by name and size.
+
+use std::mem::size_of;
+
+use iceoryx2::prelude::{Config, ServiceName, ipc};
+use iceoryx2::service::Service as _;
+use iceoryx2::service::messaging_pattern::MessagingPattern;
+use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Found;
+
+use crate::error::Error;
+
+/// Why a publish-subscribe service cannot be shared: it carries something else than `Payload`,
+/// whose name is `type_name`. `None` where it carries that, or is not there.
+pub(crate) fn refusal<Payload>(
+    config: &Config,
+    name: &ServiceName,
+    type_name: &str,
+) -> Option<Error> {
+    let details = ipc::Service::details(name, config, MessagingPattern::PublishSubscribe);
+    let details = details.ok().flatten()?;
+    let Found::PublishSubscribe(found) = details.static_details.messaging_pattern() else {
+        return None;
+    };
+    let payload = &found.message_type_details().payload;
+    let (theirs, bytes) = (payload.type_name().to_string(), payload.size());
+    if theirs == type_name && bytes == size_of::<Payload>() {
+        return None;
+    }
+    Some(Error::input(format!(
+        "service {name} carries {theirs} of {bytes} bytes, and this release speaks {type_name} of \
+         {} bytes: a program of another release or make holds it; end it, or take another scene \
+         with --scene NAME",
+        size_of::<Payload>()
+    )))
+}

@@ -1,0 +1,11 @@
+//! Shared memory: services, their names and owners, and what travels over them.
+
+pub mod command;
+pub(crate) mod complain;
+mod foreign;
+mod memory;
+pub mod names;
+mod owner;
+pub mod payload;
+pub mod services;
+pub mod state;

@@ -1,0 +1,402 @@
+//! The scene's services in shared memory: opening them, their limits, and who may connect.
+//!
+//! **Who may connect**: programs of the user that runs the first one, and nobody else. iceoryx2
+//! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it makes
+//! is readable and writable by its owner alone, whatever the umask; the folder must be this user's
+//! and no other may write in it (its feature `dev_permissions`, which would open all of it, is
+//! not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes. It is
+//! mapped only while a program starts; a node's id holds the process and the time besides. Other
+//! users of the machine can hinder a start by breaking it, not a session, and see no message. Root
+//! may do anything.
+//! The configuration is iceoryx2's built-in one: no file in the working folder, in the home
+//! folder or in /etc changes it.
+//!
+//! **Sizes** are fixed by the types of [`super::payload`]. A service refuses a program whose
+//! message has another name, size, alignment, or is a slice where it is none; states are slices,
+//! their length fixed by the model. Nothing that arrives takes memory of the server.
+//!
+//! **Rates**: poses `--max-pose-hz` a second with 1,024 at once; commands one every 10 ms, 4 under
+//! way for each of at most 8 programs; states `--state-hz` a second, only while somebody reads; a
+//! hash is part of an answer, `--hash-every`. What is beyond is dropped, poses are counted. A
+//! reader that does not read loses the oldest messages and holds up nobody.
+//!
+//! **No path from a message to a file.** Every message is numbers alone ([`super::payload`]): none
+//! can name a file. Of the files that `serve` writes, the folder and the names stand on its command
+//! line; a message can only become a row in them, up to `--record-ticks`.
+
+use std::fmt::Debug;
+use std::os::unix::ffi::OsStrExt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use iceoryx2::identifiers::{UniqueNodeId, UniquePublisherId};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+
+use super::{foreign, memory};
+use crate::error::{Error, Result};
+use crate::session::ipc::names::SceneNames;
+use crate::session::ipc::owner;
+use crate::session::ipc::payload::{TOOL_FORCE, TOOL_POSE};
+
+/// Messages that a reader may leave unread before the oldest is lost.
+pub const QUEUE_MESSAGES: usize = 1024;
+/// One program of ours, and a free place for a bridge to another machine.
+pub(crate) const PUBLISHERS_MAX: usize = 2;
+/// Our own reader, viewers, recorders, bridges.
+pub(crate) const SUBSCRIBERS_MAX: usize = 8;
+/// Processes that may have a service open.
+pub(crate) const NODES_MAX: usize = 20;
+/// Longest wait for another process that is clearing up after a killed one.
+const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
+
+/// Name of the ports of `serve`, by which a second one is recognised.
+const SERVE_PORT: &str = "chaincell.serve";
+/// Name of the ports of `control`, by which a second one is recognised.
+const CONTROL_PORT: &str = "chaincell.control";
+
+/// Factory of the ports of one publish-subscribe service.
+pub type Topic<Payload> = publish_subscribe::PortFactory<ipc::Service, Payload, ()>;
+
+/// Where iceoryx2 keeps its files; programs with different ones never meet.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Domain {
+    /// Prefix of all file names; iceoryx2's own default if absent.
+    pub prefix: Option<String>,
+    /// Folder of the files; iceoryx2's own default if absent.
+    pub root: Option<PathBuf>,
+}
+
+impl Domain {
+    /// iceoryx2's built-in configuration: no file is read, wherever the program is started.
+    fn config(&self) -> Result<Config> {
+        let mut config = Config::default();
+        if let Some(prefix) = &self.prefix {
+            config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|why| {
+                Error::input(format!("iceoryx2 prefix \"{prefix}\" is no file name ({why:?})"))
+            })?;
+        }
+        if let Some(root) = &self.root {
+            let path = Path::new(root.as_os_str().as_encoded_bytes()).map_err(|why| {
+                Error::input(format!(
+                    "iceoryx2 folder {} is no path it accepts ({why:?})",
+                    root.display()
+                ))
+            })?;
+            config.global.set_root_path(&path);
+        }
+        Ok(config)
+    }
+}
+
+/// One scene's services, open in this process.
+#[derive(Debug)]
+pub struct Scene {
+    pub(crate) node: Node<ipc::Service>,
+    label: String,
+    pub(crate) state_name: ServiceName,
+    pub(crate) command_name: ServiceName,
+    /// Poses, from the controller to the tissue.
+    pub pose: Topic<crate::session::ipc::payload::ToolPose>,
+    /// Answers, from the tissue to the controller.
+    pub force: Topic<crate::session::ipc::payload::ToolForce>,
+    pose_wake: event::PortFactory<ipc::Service>,
+    force_wake: event::PortFactory<ipc::Service>,
+}
+
+/// The ports of one side: it reads `In` and writes `Out`.
+#[derive(Debug)]
+pub struct Ports<In: ZeroCopySend + Debug + 'static, Out: ZeroCopySend + Debug + 'static> {
+    /// What arrives.
+    pub subscriber: Subscriber<ipc::Service, In, ()>,
+    /// What leaves.
+    pub publisher: Publisher<ipc::Service, Out, ()>,
+    /// Wakes the readers of `Out`.
+    pub ring: Ring,
+    /// Woken when something was written to `In`.
+    pub wake: Wake,
+}
+
+/// Wakes the readers that sleep until they are woken.
+#[derive(Debug)]
+pub struct Ring(Notifier<ipc::Service>);
+
+impl Ring {
+    /// Wakes them. A reader that can't be woken finds the message by itself a little later.
+    pub fn ring(&self) {
+        let _ = self.0.notify();
+    }
+}
+
+/// What a sleeping reader is woken by; absent where the reader polls.
+#[derive(Debug)]
+pub struct Wake(Option<Listener<ipc::Service>>);
+
+impl Wake {
+    /// Sleeps until woken or until the time is up; false when that is impossible.
+    pub fn wait(&self, at_most: Duration) -> bool {
+        self.0.as_ref().is_some_and(|listener| listener.timed_wait(|_| {}, at_most).is_ok())
+    }
+}
+
+impl Scene {
+    /// Opens or creates the services, after clearing up what killed processes left behind.
+    pub fn open(scene: Option<&str>, domain: &Domain) -> Result<Self> {
+        // iceoryx2 writes its remarks to standard error unless IOX2_LOG_LEVEL asks for them.
+        set_log_level_from_env_or(LogLevel::Fatal);
+        let names = SceneNames::new(scene)?;
+        let config = domain.config()?;
+        let root = std::ffi::OsStr::from_bytes(config.global.root_path().as_bytes());
+        owner::take(root.as_ref())?;
+        memory::check()?;
+        let node = NodeBuilder::new()
+            .name(&node_name()?)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|why| {
+                Error::input(format!(
+                    "cannot use shared memory ({why:?}): iceoryx2 keeps its files in \
+                     /tmp/iceoryx2 and /dev/shm; check that both are yours and writable, or end \
+                     the other user's programs"
+                ))
+            })?;
+        node.blocking_cleanup_dead_nodes(CLEAR_UP_LIMIT);
+        Ok(Self {
+            pose: topic(&node, &names.pose, TOOL_POSE)?,
+            force: topic(&node, &names.force, TOOL_FORCE)?,
+            pose_wake: wake_topic(&node, &names.pose)?,
+            force_wake: wake_topic(&node, &names.force)?,
+            label: names.label,
+            state_name: names.state,
+            command_name: names.command,
+            node,
+        })
+    }
+
+    /// Ports of the tissue's side; refused while another `serve` is alive on the scene.
+    pub fn serve_ports(
+        &self,
+        woken: bool,
+    ) -> Result<
+        Ports<crate::session::ipc::payload::ToolPose, crate::session::ipc::payload::ToolForce>,
+    > {
+        self.refuse_second(&self.force, SERVE_PORT, None, "serve")?;
+        let ports = Ports {
+            subscriber: subscriber(&self.pose, SERVE_PORT)?,
+            publisher: self.publisher(&self.force, SERVE_PORT, "serve")?,
+            ring: ring(&self.force_wake)?,
+            wake: wake(&self.pose_wake, woken)?,
+        };
+        // Two that started at once see each other now.
+        self.refuse_second(&self.force, SERVE_PORT, Some(ports.publisher.id()), "serve")?;
+        self.take_memory()?;
+        Ok(ports)
+    }
+
+    /// Ports of the controller's side; refused while another `control` is alive on the scene.
+    pub fn control_ports(
+        &self,
+        woken: bool,
+    ) -> Result<
+        Ports<crate::session::ipc::payload::ToolForce, crate::session::ipc::payload::ToolPose>,
+    > {
+        self.refuse_second(&self.pose, CONTROL_PORT, None, "control")?;
+        let ports = Ports {
+            subscriber: subscriber(&self.force, CONTROL_PORT)?,
+            publisher: self.publisher(&self.pose, CONTROL_PORT, "control")?,
+            ring: ring(&self.pose_wake)?,
+            wake: wake(&self.force_wake, woken)?,
+        };
+        self.refuse_second(&self.pose, CONTROL_PORT, Some(ports.publisher.id()), "control")?;
+        self.take_memory()?;
+        Ok(ports)
+    }
+
+    /// Takes the memory of all ports so far, so that nothing fails for want of it later.
+    pub(crate) fn take_memory(&self) -> Result<()> {
+        memory::take(&self.node.config().global.prefix.to_string())
+    }
+
+    /// Whether somebody reads poses and somebody writes answers.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        self.pose.dynamic_config().number_of_subscribers() > 0
+            && self.force.dynamic_config().number_of_publishers() > 0
+    }
+
+    /// Whether a program beside this controller could publish poses: a bridge, or a rival.
+    #[must_use]
+    pub fn has_other_pose_publisher(&self) -> bool {
+        self.pose.dynamic_config().number_of_publishers() > 1
+    }
+
+    /// Number of ports on both services, ours included.
+    #[must_use]
+    pub fn ports_count(&self) -> usize {
+        let (pose, force) = (self.pose.dynamic_config(), self.force.dynamic_config());
+        pose.number_of_publishers()
+            + pose.number_of_subscribers()
+            + force.number_of_publishers()
+            + force.number_of_subscribers()
+    }
+
+    /// What a message calls the scene.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// The node behind a publisher of poses that is still registered.
+    #[must_use]
+    pub fn pose_publisher_node(&self, id: UniquePublisherId) -> Option<UniqueNodeId> {
+        let mut found = None;
+        self.pose.dynamic_config().list_publishers(|details| {
+            if details.publisher_id == id {
+                found = Some(details.node_id);
+                return CallbackProgression::Stop;
+            }
+            CallbackProgression::Continue
+        });
+        found
+    }
+
+    /// Whether a node's process is alive. Looks at files: not for every tick.
+    #[must_use]
+    pub fn is_alive(&self, node_id: UniqueNodeId) -> bool {
+        match Node::<ipc::Service>::state_of(self.node.config(), node_id) {
+            Ok(None | Some(NodeState::Dead(_))) => false,
+            // What can't be looked at may well be alive.
+            Ok(Some(_)) | Err(_) => true,
+        }
+    }
+
+    fn refuse_second<Payload: ZeroCopySend + Debug>(
+        &self,
+        topic: &Topic<Payload>,
+        port: &str,
+        own: Option<UniquePublisherId>,
+        program: &str,
+    ) -> Result<()> {
+        let mut other = None;
+        topic.dynamic_config().list_publishers(|details| {
+            let is_rival = details.publisher_name == port && Some(details.publisher_id) != own;
+            if is_rival && self.is_alive(details.node_id) {
+                other = Some(details.node_id);
+                return CallbackProgression::Stop;
+            }
+            CallbackProgression::Continue
+        });
+        match other {
+            None => Ok(()),
+            Some(node) => Err(self.second(program, node.pid::<ipc::Service>().ok())),
+        }
+    }
+
+    fn second(&self, program: &str, pid: Option<ProcessId>) -> Error {
+        let pid = pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
+        Error::input(format!(
+            "{} has a running chaincell {program}{pid}; end it, or take another scene with \
+             --scene NAME",
+            self.label
+        ))
+    }
+
+    fn publisher<Payload: ZeroCopySend + Debug>(
+        &self,
+        topic: &Topic<Payload>,
+        port: &str,
+        program: &str,
+    ) -> Result<Publisher<ipc::Service, Payload, ()>> {
+        topic
+            .publisher_builder()
+            .name(&port_name(port)?)
+            .max_loaned_samples(1)
+            // A reader that is stuck or killed must never hold up the sender.
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|why| match why {
+                PublisherCreateError::ExceedsMaxSupportedPublishers => self.second(program, None),
+                other => port_error(topic.name(), other),
+            })
+    }
+}
+
+fn topic<Payload: ZeroCopySend + Debug + Copy>(
+    node: &Node<ipc::Service>,
+    name: &ServiceName,
+    type_name: &str,
+) -> Result<Topic<Payload>> {
+    node.service_builder(name)
+        .publish_subscribe::<Payload>()
+        .enable_safe_overflow(true)
+        .history_size(0)
+        .subscriber_max_buffer_size(QUEUE_MESSAGES)
+        .max_publishers(PUBLISHERS_MAX)
+        .max_subscribers(SUBSCRIBERS_MAX)
+        .max_nodes(NODES_MAX)
+        .open_or_create()
+        .map_err(|why| {
+            foreign::refusal::<Payload>(node.config(), name, type_name)
+                .unwrap_or_else(|| service_error(name, why))
+        })
+}
+
+fn wake_topic(
+    node: &Node<ipc::Service>,
+    name: &ServiceName,
+) -> Result<event::PortFactory<ipc::Service>> {
+    node.service_builder(name).event().open_or_create().map_err(|why| service_error(name, why))
+}
+
+fn subscriber<Payload: ZeroCopySend + Debug>(
+    topic: &Topic<Payload>,
+    port: &str,
+) -> Result<Subscriber<ipc::Service, Payload, ()>> {
+    topic
+        .subscriber_builder()
+        .name(&port_name(port)?)
+        .buffer_size(QUEUE_MESSAGES)
+        .create()
+        .map_err(|why| port_error(topic.name(), why))
+}
+
+fn ring(topic: &event::PortFactory<ipc::Service>) -> Result<Ring> {
+    let notifier = topic.notifier_builder().create();
+    notifier.map(Ring).map_err(|why| port_error(topic.name(), why))
+}
+
+fn wake(topic: &event::PortFactory<ipc::Service>, woken: bool) -> Result<Wake> {
+    if !woken {
+        return Ok(Wake(None));
+    }
+    let listener = topic.listener_builder().create();
+    listener.map(|listener| Wake(Some(listener))).map_err(|why| port_error(topic.name(), why))
+}
+
+fn node_name() -> Result<NodeName> {
+    NodeName::new("chaincell").map_err(|why| Error::check(format!("node name: {why:?}")))
+}
+
+fn port_name(name: &str) -> Result<PortName> {
+    PortName::new(name).map_err(|why| Error::check(format!("port name {name}: {why:?}")))
+}
+
+pub(crate) fn service_error(name: &ServiceName, why: impl Debug) -> Error {
+    Error::input(format!(
+        "cannot open service {name} ({why:?}); a program that created it with other limits or \
+         types is still running: end it and start chaincell serve first, or take another scene \
+         with --scene NAME"
+    ))
+}
+
+pub(crate) fn port_error(name: &ServiceName, why: impl Debug) -> Error {
+    Error::input(format!(
+        "cannot connect to service {name} ({why:?}); end programs that use it, or take another \
+         scene with --scene NAME"
+    ))
+}

@@ -1,0 +1,395 @@
+//! The controller's side: poses on an absolute 1 kHz schedule, answers timed as they arrive.
+
+use iceoryx2::port::update_connections::UpdateConnections;
+use serde::{Deserialize, Serialize};
+
+use chaincell_kernel::sample::Flags;
+
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::session::ipc::complain::complain;
+use crate::session::ipc::payload::{ToolForce, ToolPose};
+use crate::session::ipc::services::{Domain, Ports, Scene};
+use crate::session::loops::hand::Hand;
+use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
+use crate::session::loops::outstanding::Outstanding;
+use crate::session::loops::playlist::Playlist;
+use crate::session::loops::realtime::{self, Role};
+use crate::session::loops::wait::{Wait, Waiter};
+use crate::session::timing::clock::{
+    MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns,
+};
+use crate::session::timing::histogram::{Latencies, Summary};
+use crate::session::timing::spans::Spans;
+
+/// An answer is due this long after the scheduled send \[ns\].
+const DEADLINE_NS: u64 = MILLISECOND_NS;
+/// First guess of a round trip \[ns\].
+const ROUND_TRIP_GUESS_NS: u64 = 200_000;
+/// Longest wait for outstanding answers after the last pose \[ns\].
+const LINGER_NS: u64 = 2 * SECOND_NS;
+/// Span between looks for a server, and before the first pose \[ns\].
+const LOOK_NS: u64 = 2 * MILLISECOND_NS;
+
+/// How to control a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControlOptions {
+    /// Name of the scene, `None` for the unnamed one.
+    pub scene: Option<String>,
+    /// Where iceoryx2 keeps its files.
+    pub domain: Domain,
+    /// How to wait for answers.
+    pub wait: Wait,
+    /// Longest wait for a server before the first pose \[s\].
+    pub wait_for_server_s: f64,
+    /// How often the poses are played, their ticks counting on.
+    pub repeats: u64,
+    /// Whether the report has histograms.
+    pub histogram: bool,
+    /// Whether to ask for real-time privileges.
+    pub realtime: bool,
+    /// Whether to end when the process that started this one has ended.
+    pub ends_with_parent: bool,
+    /// Silence of the server after which the force at the device falls to 0, 0 for never \[ms\].
+    pub watchdog_ms: u32,
+    /// Time in which it falls, and rises when answers come again; 0 for at once \[ms\].
+    pub ramp_ms: u32,
+    /// Faults on purpose, and the seed that they are drawn with.
+    pub faults: Option<(Faults, u64)>,
+}
+
+impl Default for ControlOptions {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            domain: Domain::default(),
+            wait: Wait::default(),
+            wait_for_server_s: 10.0,
+            repeats: 1,
+            histogram: false,
+            realtime: true,
+            ends_with_parent: false,
+            watchdog_ms: 20,
+            ramp_ms: 20,
+            faults: None,
+        }
+    }
+}
+
+/// What happened while controlling.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ControlReport {
+    /// Poses sent, those sent twice counted once.
+    pub ticks_sent: u64,
+    /// Poses whose answer arrived.
+    pub ticks_answered: u64,
+    /// Poses sent without an answer, those aside that were sent behind a later one on purpose.
+    pub ticks_unanswered: u64,
+    /// Answers that arrived more than 1 ms after the scheduled send.
+    pub missed_deadlines: u64,
+    /// Of these, the ones whose pose was itself sent more than 1 ms late: this process was kept
+    /// waiting by the machine.
+    pub missed_sent_late: u64,
+    /// Of the others, the ones whose tick took more than 1 ms.
+    pub missed_in_step: u64,
+    /// Messages in which the tissue's watchdog said that poses had stopped coming, one each
+    /// millisecond of the force's fall.
+    pub stale_answers: u64,
+    /// Answers to poses that were not sent, or were answered already.
+    pub foreign_answers: u64,
+    /// Poses that shared memory did not take; they count as sent.
+    pub sends_failed: u64,
+    /// Times the server was not heard of for the watchdog's time.
+    pub silences: u64,
+    /// Largest change of the force at the device from one moment to the next \[N\].
+    pub largest_force_step_n: f32,
+    /// Faults on purpose.
+    pub injected: Option<Injected>,
+    /// From the send to the arrival of its answer \[ns\].
+    pub round_trip_ns: Summary,
+    /// From the scheduled to the actual send \[ns\].
+    pub send_late_ns: Summary,
+    /// Hash in the last answer that carried one, 16 lower-case hexadecimal digits, or empty.
+    pub state_hash: String,
+    /// Whether the user asked to stop before the last pose.
+    pub interrupted: bool,
+    /// Privileges that were refused, with the reason.
+    pub refused: Vec<String>,
+    /// Histograms, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histogram: Option<ControlSpans>,
+}
+
+/// Histograms of a controller's run.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlSpans {
+    /// From the send to the arrival of its answer.
+    pub round_trip: Spans,
+    /// From the scheduled to the actual send: how late this process woke up.
+    pub send_late: Spans,
+}
+
+/// A controller's run: its report, and the answers in order of arrival.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControlRun {
+    /// What happened.
+    pub report: ControlReport,
+    /// One answer for each answered pose; none of poses that are repeated, so that a run's memory
+    /// does not depend on its length.
+    pub forces: Vec<ToolForce>,
+}
+
+/// Plays poses at 1 kHz, or as the faults on purpose say. A late pose is sent late, never skipped.
+///
+/// A server that goes is waited for while the schedule runs on: what it leaves unanswered is
+/// counted, and the next server's answers are taken.
+///
+/// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
+/// for outstanding answers after the last one. Takes memory for the poses given, none for time.
+pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRun> {
+    let poses = Playlist::new(poses, options.repeats)?;
+    if options.ends_with_parent {
+        realtime::end_with_parent()?;
+    }
+    let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
+    let ports = scene.control_ports(options.wait == Wait::Event)?;
+    if scene.has_other_pose_publisher() {
+        log::warn!(
+            "another program may publish poses on {}: the server executes those of one program",
+            scene.label()
+        );
+    }
+    wait_for_server(&scene, &ports, options.wait_for_server_s)?;
+    let refused =
+        if options.realtime { realtime::ask(Role::Control, options.wait) } else { Vec::new() };
+    let mut run = Run::new(poses, &ports, options)?;
+    run.play();
+    run.linger();
+    Ok(run.finish(refused, options.histogram))
+}
+
+fn wait_for_server(
+    scene: &Scene,
+    ports: &Ports<ToolForce, ToolPose>,
+    at_most_s: f64,
+) -> Result<()> {
+    let end_ns = now_ns().saturating_add(span_ns("--wait-for-server-s", at_most_s)?);
+    while !scene.is_served() {
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        if now_ns() >= end_ns {
+            return Err(Error::input(format!(
+                "no server on {} after {at_most_s} s; start chaincell serve with the same \
+                 --scene, or wait longer with --wait-for-server-s",
+                scene.label()
+            )));
+        }
+        sleep_until_ns(now_ns() + LOOK_NS);
+    }
+    // Without a history, a pose sent before the connection exists would be lost.
+    let connected = ports.publisher.update_connections();
+    connected.map_err(|why| {
+        Error::check(format!(
+            "cannot connect to the server on {} ({why:?}); restart chaincell serve",
+            scene.label()
+        ))
+    })
+}
+
+struct Run<'a> {
+    poses: Playlist<'a>,
+    plan: Plan,
+    ports: &'a Ports<ToolForce, ToolPose>,
+    waiter: Waiter,
+    hand: Hand,
+    start_ns: u64,
+    outstanding: Outstanding,
+    overtaken: u64,
+    forces: Vec<ToolForce>,
+    round_trip: Latencies,
+    send_late: Latencies,
+    missed: u64,
+    missed_sent_late: u64,
+    missed_in_step: u64,
+    stale: u64,
+    foreign: u64,
+    failed: u64,
+    state_hash: u64,
+    interrupted: bool,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        poses: Playlist<'a>,
+        ports: &'a Ports<ToolForce, ToolPose>,
+        options: &ControlOptions,
+    ) -> Result<Self> {
+        let kept = if poses.is_repeated() { 0 } else { poses.len() };
+        let mut forces = Vec::new();
+        // Writing every element now keeps page faults out of the loop.
+        forces.resize(usize::try_from(kept).unwrap_or(0), ToolForce::default());
+        forces.clear();
+        let now_ns = now_ns();
+        Ok(Self {
+            poses,
+            plan: Plan::new(poses.len(), options.faults),
+            ports,
+            waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
+            hand: Hand::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
+            start_ns: now_ns + LOOK_NS,
+            outstanding: Outstanding::new(),
+            overtaken: 0,
+            forces,
+            round_trip: Latencies::new()?,
+            send_late: Latencies::new()?,
+            missed: 0,
+            missed_sent_late: 0,
+            missed_in_step: 0,
+            stale: 0,
+            foreign: 0,
+            failed: 0,
+            state_hash: 0,
+            interrupted: false,
+        })
+    }
+
+    fn play(&mut self) {
+        while let Some(sending) = self.plan.next() {
+            self.receive_until(self.start_ns + sending.due_ns, |_| interrupt::asked());
+            if interrupt::asked() {
+                self.interrupted = true;
+                return;
+            }
+            self.send(&sending);
+        }
+    }
+
+    fn scheduled_ns(&self, index: u64) -> u64 {
+        self.start_ns + index * self.plan.period_ns()
+    }
+
+    fn send(&mut self, sending: &Sending) {
+        let (send_ns, due_ns) = (now_ns(), self.start_ns + sending.due_ns);
+        let pose = sending.pose(self.poses.pose(sending.index));
+        if let Err(why) = self.ports.publisher.send_copy(pose) {
+            complain(&mut self.failed, "cannot send a pose", why);
+        }
+        self.ports.ring.ring();
+        self.send_late.record(send_ns.saturating_sub(due_ns));
+        self.waiter.expect_after(send_ns);
+        if !sending.again {
+            self.outstanding.send(sending.index, send_ns);
+            self.overtaken += u64::from(sending.overtaken);
+        }
+    }
+
+    /// Poses sent that the server should answer, and has not.
+    fn unanswered(&self) -> u64 {
+        let due = self.outstanding.sent() - self.overtaken;
+        due.saturating_sub(self.outstanding.answered())
+    }
+
+    /// Takes answers until a moment, or until there is nothing more to wait for.
+    fn receive_until(&mut self, moment_ns: u64, done: impl Fn(&Self) -> bool) {
+        while !done(self) {
+            if self.receive() {
+                continue;
+            }
+            let now_ns = now_ns();
+            self.hand.waits(now_ns);
+            if now_ns >= moment_ns {
+                return;
+            }
+            // A hand is looked after every millisecond, also in a long wait.
+            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
+        }
+    }
+
+    fn receive(&mut self) -> bool {
+        match self.ports.subscriber.receive() {
+            Ok(Some(sample)) => {
+                self.on_answer(*sample, now_ns());
+                true
+            }
+            // A connection that fails shows as a missing answer.
+            Ok(None) | Err(_) => false,
+        }
+    }
+
+    fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
+        self.hand.hears(arrival_ns);
+        self.hand.show(force.force_n, arrival_ns);
+        if Flags(force.flags).contains(Flags::STALE) {
+            self.stale += 1;
+            return;
+        }
+        let index = self.poses.index_of(force.tick);
+        let answered = index.and_then(|index| Some((index, self.outstanding.answer(index)?)));
+        let Some((index, sent_ns)) = answered else {
+            self.foreign += 1;
+            return;
+        };
+        let round_trip_ns = arrival_ns.saturating_sub(sent_ns);
+        self.waiter.arrived(arrival_ns, round_trip_ns);
+        if self.unanswered() > 0 {
+            self.waiter.expect_after(arrival_ns);
+        }
+        self.round_trip.record(round_trip_ns);
+        let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
+        if arrival_ns > due_ns {
+            self.missed += 1;
+            if sent_ns > due_ns {
+                self.missed_sent_late += 1;
+            } else if u64::from(force.step_ns) > DEADLINE_NS {
+                self.missed_in_step += 1;
+            }
+        }
+        if force.state_hash != 0 {
+            self.state_hash = force.state_hash;
+        }
+        if !self.poses.is_repeated() {
+            self.forces.push(force);
+        }
+    }
+
+    fn linger(&mut self) {
+        // Who has asked for the end does not wait long, nor does who has started this process.
+        let linger_ns = if self.interrupted { LINGER_NS / 4 } else { LINGER_NS };
+        let end_ns = now_ns() + linger_ns;
+        self.receive_until(end_ns, |run| run.unanswered() == 0);
+    }
+
+    fn finish(self, refused: Vec<String>, histogram: bool) -> ControlRun {
+        let histogram = histogram.then(|| ControlSpans {
+            round_trip: self.round_trip.spans(),
+            send_late: self.send_late.spans(),
+        });
+        ControlRun {
+            report: ControlReport {
+                ticks_sent: self.outstanding.sent(),
+                ticks_answered: self.outstanding.answered(),
+                ticks_unanswered: self.unanswered(),
+                missed_deadlines: self.missed,
+                missed_sent_late: self.missed_sent_late,
+                missed_in_step: self.missed_in_step,
+                stale_answers: self.stale,
+                foreign_answers: self.foreign,
+                sends_failed: self.failed,
+                silences: self.hand.silences(),
+                largest_force_step_n: self.hand.largest_step_n(),
+                injected: self.plan.injected(),
+                round_trip_ns: self.round_trip.summary(),
+                send_late_ns: self.send_late.summary(),
+                state_hash: match self.state_hash {
+                    0 => String::new(),
+                    hash => format!("{hash:016x}"),
+                },
+                interrupted: self.interrupted,
+                refused,
+                histogram,
+            },
+            forces: self.forces,
+        }
+    }
+}

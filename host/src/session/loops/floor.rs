@@ -1,0 +1,106 @@
+//! What the machine itself costs: the same waits and the same loops, without a tissue.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::tissue::NoTissue;
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::session::ipc::names::unique_scene;
+use crate::session::ipc::payload::ToolPose;
+use crate::session::ipc::services::Domain;
+use crate::session::loops::control::{ControlOptions, ControlReport, control};
+use crate::session::loops::realtime::{self, Role};
+use crate::session::loops::record::Recorder;
+use crate::session::loops::serve::{ServeOptions, Server};
+use crate::session::loops::wait::{Wait, Waiter};
+use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns};
+use crate::session::timing::histogram::{Latencies, Summary};
+
+/// Longest wait of either side for the other \[s\].
+const MEET_S: f64 = 5.0;
+
+/// The machine's floor in one wait mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Floor {
+    /// How late an empty 1 kHz loop wakes up \[ns\].
+    pub floor_wakeup_ns: Summary,
+    /// Round trip through `serve` and `control` with no tissue behind them \[ns\].
+    pub floor_round_trip_ns: Summary,
+}
+
+/// Measures both floors, `ticks` ticks of 1 ms each.
+pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Floor> {
+    let wakeup = in_thread(move || wakeup(wait, realtime, ticks))?;
+    let round_trip = without_tissue(wait, realtime, ticks.into(), domain)?;
+    Ok(Floor { floor_wakeup_ns: wakeup.summary(), floor_round_trip_ns: round_trip.round_trip_ns })
+}
+
+/// How late the controller's wait reaches each tick of an empty 1 kHz loop.
+fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
+    if realtime {
+        realtime::ask(Role::Control, wait);
+    }
+    let mut late = Latencies::new()?;
+    let waiter = Waiter::new(wait, PERIOD_NS);
+    let start_ns = now_ns() + MILLISECOND_NS;
+    for tick in 0..u64::from(ticks) {
+        if interrupt::asked() {
+            return Err(Error::Interrupted);
+        }
+        let moment_ns = start_ns + tick * PERIOD_NS;
+        waiter.until(moment_ns);
+        late.record(now_ns() - moment_ns);
+    }
+    Ok(late)
+}
+
+/// Server and controller as two threads, each with a node of its own, connected as two processes
+/// are; `ticks` ticks of 1 ms without a tissue. The report has histograms.
+///
+/// # Errors
+/// The user's wish to stop; what shared memory refuses.
+pub fn without_tissue(
+    wait: Wait,
+    realtime: bool,
+    ticks: u64,
+    domain: &Domain,
+) -> Result<ControlReport> {
+    let scene = Some(unique_scene("floor"));
+    let serve_options = ServeOptions {
+        scene: scene.clone(),
+        domain: domain.clone(),
+        wait,
+        hash_every: 0,
+        ticks: Some(ticks),
+        seconds: Some(2.0 * MEET_S + ticks as f64 / 1000.0),
+        realtime,
+        ..ServeOptions::default()
+    };
+    let control_options = ControlOptions {
+        scene,
+        domain: domain.clone(),
+        wait,
+        wait_for_server_s: MEET_S,
+        realtime,
+        repeats: ticks,
+        histogram: true,
+        ..ControlOptions::default()
+    };
+    let server = std::thread::spawn(move || {
+        Server::open(&serve_options)?.run(&mut NoTissue, &mut Recorder::default())
+    });
+    let run = in_thread(move || control(&[ToolPose::default()], &control_options));
+    join(server)?;
+    let report = run?.report;
+    if report.interrupted { Err(Error::Interrupted) } else { Ok(report) }
+}
+
+/// Runs in a thread of its own, so that its privileges end with it.
+fn in_thread<R: Send + 'static>(work: impl FnOnce() -> Result<R> + Send + 'static) -> Result<R> {
+    join(std::thread::spawn(work))
+}
+
+fn join<R>(thread: std::thread::JoinHandle<Result<R>>) -> Result<R> {
+    let ended = thread.join();
+    ended.unwrap_or_else(|_| Err(Error::check("a measuring thread of the machine's floor failed")))
+}

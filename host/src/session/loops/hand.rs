@@ -1,0 +1,132 @@
+//! The force that a hand is shown: a stream of forces without a jump when it stops, comes again or
+//! changes for another cause; on both sides of the shared memory.
+
+use crate::session::loops::ramp::Ramp;
+use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS};
+
+/// What a hand is shown.
+#[derive(Debug)]
+pub(crate) struct Hand {
+    ramp: Ramp,
+    /// Silence after which the force falls, 0 for never \[ns\].
+    watchdog_ns: u64,
+    heard_ns: u64,
+    /// When the falling force is shown next.
+    fall_ns: Option<u64>,
+    silent: bool,
+    silences: u64,
+}
+
+/// A force on its way to 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fall {
+    /// What to show \[N\].
+    pub(crate) force_n: [f32; 3],
+    /// Whether it has come to 0.
+    pub(crate) is_done: bool,
+}
+
+impl Hand {
+    /// Is shown no force and has just heard something.
+    pub(crate) fn new(watchdog_ms: u32, ramp_ms: u32, max_slew_n_per_s: f32, now_ns: u64) -> Self {
+        Self {
+            ramp: Ramp::new(ramp_ms, max_slew_n_per_s),
+            watchdog_ns: u64::from(watchdog_ms) * MILLISECOND_NS,
+            heard_ns: now_ns,
+            fall_ns: None,
+            silent: false,
+            silences: 0,
+        }
+    }
+
+    /// Something was heard: after a silence the force rises from what is shown.
+    pub(crate) fn hears(&mut self, now_ns: u64) {
+        if self.silent {
+            self.silent = false;
+            self.fall_ns = None;
+            self.ramp.begin();
+        }
+        self.heard_ns = now_ns;
+    }
+
+    /// When something was heard last.
+    pub(crate) fn heard_ns(&self) -> u64 {
+        self.heard_ns
+    }
+
+    /// The next force may be another one: it is gone to along a ramp.
+    pub(crate) fn begin_ramp(&mut self) {
+        self.ramp.begin();
+    }
+
+    /// What to show of a force.
+    pub(crate) fn show(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
+        self.ramp.show(force_n, now_ns)
+    }
+
+    /// Nothing was heard: what to show, once it is time to.
+    pub(crate) fn waits(&mut self, now_ns: u64) -> Option<Fall> {
+        let silence_ns = now_ns.saturating_sub(self.heard_ns);
+        if !self.silent && self.watchdog_ns != 0 && silence_ns >= self.watchdog_ns {
+            self.silent = true;
+            self.silences += 1;
+            self.ramp.begin_fall();
+            self.fall_ns = Some(now_ns);
+        }
+        if self.fall_ns.is_none_or(|due_ns| now_ns < due_ns) {
+            return None;
+        }
+        let force_n = self.ramp.show([0.0; 3], now_ns);
+        let is_done = self.ramp.is_done();
+        self.fall_ns = (!is_done).then_some(now_ns + PERIOD_NS);
+        Some(Fall { force_n, is_done })
+    }
+
+    /// When [`Self::waits`] has something to show next, in a silence.
+    pub(crate) fn fall_ns(&self) -> Option<u64> {
+        self.fall_ns
+    }
+
+    /// Largest change of the force from one moment shown to the next \[N\].
+    pub(crate) fn largest_step_n(&self) -> f32 {
+        self.ramp.largest_step_n()
+    }
+
+    /// Times that nothing was heard for the watchdog's time.
+    pub(crate) fn silences(&self) -> u64 {
+        self.silences
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hears(hand: &mut Hand, now_ns: u64) {
+        hand.hears(now_ns);
+        hand.show([5.0, 0.0, 0.0], now_ns);
+    }
+
+    #[test]
+    fn the_force_falls_in_a_silence_and_rises_after_it() {
+        let mut hand = Hand::new(20, 10, f32::INFINITY, 0);
+        hears(&mut hand, MILLISECOND_NS);
+        let first_n = hand.largest_step_n();
+        for ms in 2..60 {
+            hand.waits(ms * MILLISECOND_NS);
+        }
+        assert_eq!((hand.silences(), hand.ramp.is_done()), (1, true));
+        // Answers that were held up come all at once.
+        for _ in 0..100 {
+            hears(&mut hand, 60 * MILLISECOND_NS);
+        }
+        for half_ms in 121..150 {
+            hears(&mut hand, half_ms * MILLISECOND_NS / 2);
+        }
+        assert!(hand.ramp.is_done());
+        assert_eq!((hand.silences(), hand.largest_step_n()), (1, first_n));
+        let mut never = Hand::new(0, 10, f32::INFINITY, 0);
+        never.waits(u64::MAX);
+        assert_eq!(never.silences(), 0);
+    }
+}

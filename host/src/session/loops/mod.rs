@@ -1,0 +1,14 @@
+//! The 1 kHz loops of both sides, how they wait, and what they keep and show.
+
+pub mod control;
+pub mod floor;
+mod hand;
+pub mod inject;
+mod outstanding;
+pub mod peers;
+mod playlist;
+mod ramp;
+pub mod realtime;
+pub mod record;
+pub mod serve;
+pub mod wait;

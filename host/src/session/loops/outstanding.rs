@@ -1,0 +1,88 @@
+//! Poses under way: when each was sent, until its answer arrives. The memory is fixed.
+
+use crate::session::ipc::services::QUEUE_MESSAGES;
+
+/// Poses that can be under way: both queues full, twice over. An answer that is later than that
+/// has been pushed out of a queue.
+const ROOM: usize = 4 * QUEUE_MESSAGES;
+
+/// A pose under way; `index` is `u64::MAX` where none is.
+#[derive(Debug, Clone, Copy)]
+struct Slot {
+    index: u64,
+    sent_ns: u64,
+}
+
+const EMPTY: Slot = Slot { index: u64::MAX, sent_ns: u64::MAX };
+
+/// The poses under way, and how many were sent and answered.
+#[derive(Debug)]
+pub(crate) struct Outstanding {
+    slots: Vec<Slot>,
+    sent: u64,
+    answered: u64,
+}
+
+impl Outstanding {
+    /// None so far. Every slot is written now, which keeps page faults out of the loop.
+    pub(crate) fn new() -> Self {
+        Self { slots: vec![EMPTY; ROOM], sent: 0, answered: 0 }
+    }
+
+    /// The pose of this place in the list was sent at this moment.
+    pub(crate) fn send(&mut self, index: u64, sent_ns: u64) {
+        self.slots[index as usize % ROOM] = Slot { index, sent_ns };
+        self.sent += 1;
+    }
+
+    /// When the pose of an answer was sent; `None` if it was not, or has its answer.
+    pub(crate) fn answer(&mut self, index: u64) -> Option<u64> {
+        let slot = &mut self.slots[index as usize % ROOM];
+        if slot.index != index || index == u64::MAX {
+            return None;
+        }
+        let sent_ns = slot.sent_ns;
+        *slot = EMPTY;
+        self.answered += 1;
+        Some(sent_ns)
+    }
+
+    /// Poses sent.
+    pub(crate) fn sent(&self) -> u64 {
+        self.sent
+    }
+
+    /// Poses answered.
+    pub(crate) fn answered(&self) -> u64 {
+        self.answered
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pose_is_answered_once_in_any_order() {
+        let mut poses = Outstanding::new();
+        assert_eq!(poses.answer(0), None);
+        for at in 0..3 {
+            poses.send(at, 100 + at);
+        }
+        assert_eq!((poses.answer(2), poses.answer(0)), (Some(102), Some(100)));
+        assert_eq!((poses.answer(2), poses.answer(3), poses.answer(u64::MAX)), (None, None, None));
+        assert_eq!(poses.answer(1), Some(101));
+        assert_eq!((poses.sent(), poses.answered()), (3, 3));
+    }
+
+    #[test]
+    fn an_answer_that_never_comes_makes_room() {
+        let mut poses = Outstanding::new();
+        for at in 0..=ROOM as u64 {
+            poses.send(at, at);
+        }
+        assert_eq!(poses.answer(0), None, "its slot was taken");
+        assert_eq!(poses.answer(ROOM as u64), Some(ROOM as u64));
+        assert_eq!(poses.answer(1), Some(1));
+    }
+}

@@ -1,0 +1,99 @@
+//! Poses to play: a path, once or over and over, its ticks counting on.
+
+use crate::error::{Error, Result};
+use crate::session::ipc::payload::ToolPose;
+
+/// A path and how often it is played. The memory is the path's, however often.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Playlist<'a> {
+    poses: &'a [ToolPose],
+    repeats: u64,
+    /// Ticks from one repeat to the next.
+    span: u64,
+}
+
+impl<'a> Playlist<'a> {
+    /// # Errors
+    /// Ticks that do not ascend; none or too many repeats.
+    pub(crate) fn new(poses: &'a [ToolPose], repeats: u64) -> Result<Self> {
+        if let Some(pair) = poses.windows(2).find(|pair| pair[1].tick <= pair[0].tick) {
+            return Err(Error::input(format!(
+                "tick {} follows tick {}: number the ticks of a path upwards",
+                pair[1].tick, pair[0].tick
+            )));
+        }
+        let ends = poses.first().zip(poses.last());
+        let span = ends.map_or(0, |(first, last)| (last.tick - first.tick).saturating_add(1));
+        let last = ends.map_or(0, |(_, last)| last.tick);
+        let fits = span.checked_mul(repeats).and_then(|all| all.checked_add(last)).is_some();
+        // Played once, a path may reach the very last tick.
+        if repeats == 0 || (repeats > 1 && !fits) {
+            return Err(Error::input(format!(
+                "--repeat {repeats}: must be at least 1, and the last tick below 2^64"
+            )));
+        }
+        Ok(Self { poses, repeats, span })
+    }
+
+    /// Number of poses to send.
+    pub(crate) fn len(&self) -> u64 {
+        self.poses.len() as u64 * self.repeats
+    }
+
+    /// Whether the path is played more than once.
+    pub(crate) fn is_repeated(&self) -> bool {
+        self.repeats > 1
+    }
+
+    /// The pose of a place in the list, which must be below [`Self::len`].
+    pub(crate) fn pose(&self, index: u64) -> ToolPose {
+        let length = self.poses.len() as u64;
+        let pose = self.poses[(index % length) as usize];
+        ToolPose { tick: pose.tick + index / length * self.span, ..pose }
+    }
+
+    /// The place of a tick. Cost: a binary search in the path.
+    pub(crate) fn index_of(&self, tick: u64) -> Option<u64> {
+        let first = self.poses.first()?.tick;
+        let since = tick.checked_sub(first)?;
+        let (repeat, within) = (since / self.span, first + since % self.span);
+        let at = self.poses.binary_search_by_key(&within, |pose| pose.tick).ok()?;
+        (repeat < self.repeats).then(|| repeat * self.poses.len() as u64 + at as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(ticks: &[u64]) -> Vec<ToolPose> {
+        ticks.iter().map(|&tick| ToolPose { tick, ..ToolPose::default() }).collect()
+    }
+
+    #[test]
+    fn ticks_count_on_and_are_found_again() {
+        let poses = path(&[5, 6, 9]);
+        let list = Playlist::new(&poses, 3).unwrap();
+        let ticks: Vec<u64> = (0..list.len()).map(|index| list.pose(index).tick).collect();
+        assert_eq!(ticks, [5, 6, 9, 10, 11, 14, 15, 16, 19]);
+        for (index, &tick) in ticks.iter().enumerate() {
+            assert_eq!(list.index_of(tick), Some(index as u64));
+        }
+        for foreign in [0, 4, 7, 8, 12, 13, 17, 18, 20, u64::MAX] {
+            assert_eq!(list.index_of(foreign), None, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_played_is_refused() {
+        assert!(Playlist::new(&path(&[2, 2]), 1).unwrap_err().to_string().contains("upwards"));
+        for repeats in [0, u64::MAX] {
+            let error = Playlist::new(&path(&[0, 1]), repeats).unwrap_err();
+            assert!(error.to_string().contains("--repeat"), "{error}");
+        }
+        let last = path(&[u64::MAX]);
+        assert_eq!(Playlist::new(&last, 1).unwrap().index_of(u64::MAX), Some(0));
+        let empty = Playlist::new(&[], 4).unwrap();
+        assert_eq!((empty.len(), empty.index_of(0)), (0, None));
+    }
+}

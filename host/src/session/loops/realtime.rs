@@ -1,0 +1,113 @@
+//! Real-time privileges: asked for, told when refused, never needed.
+
+use core_affinity::CoreId;
+use iceoryx2_bb_posix::process::{Process, ProcessId, ProcessSetSchedulerError};
+use iceoryx2_bb_posix::scheduler::Scheduler;
+use rustix::mm::{MlockAllFlags, mlockall};
+use rustix::process::{Resource, Signal, getrlimit, set_parent_process_death_signal};
+
+use crate::error::{Error, Result};
+use crate::session::loops::wait::Wait;
+
+/// Middle of the range 0 to 255, which Linux's 1 to 99 are spread over.
+const FIFO_PRIORITY: u8 = 127;
+
+/// Which of the two processes asks, so that they get different cores.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The tissue: the last core that is allowed.
+    Serve,
+    /// The controller: the core before that.
+    Control,
+}
+
+/// Asks for locked memory, `SCHED_FIFO` and a core of its own for the calling thread; the result
+/// names each refusal with its reason.
+pub fn ask(role: Role, wait: Wait) -> Vec<String> {
+    let mut refused = Vec::new();
+    if let Err(why) = lock_memory() {
+        refused.push(format!("mlockall refused: {why}"));
+    }
+    sharpen_timers();
+    if wait == Wait::Spin {
+        // The kernel takes the core away from a FIFO thread that never sleeps: 50 ms each second.
+        refused.push("SCHED_FIFO not asked for: --wait spin never sleeps".to_owned());
+        return refused;
+    }
+    match ask_fifo() {
+        Ok(()) => refused.extend(pin(role)),
+        // Pinned at ordinary priority, a thread would only lose the free cores.
+        Err(why) => refused.push(format!("SCHED_FIFO refused: {why}")),
+    }
+    refused
+}
+
+/// Asks for a termination signal when the process that started this one ends.
+pub fn end_with_parent() -> Result<()> {
+    set_parent_process_death_signal(Some(Signal::TERM))
+        .map_err(|why| Error::check(format!("cannot follow the parent process: {why}")))
+}
+
+fn lock_memory() -> rustix::io::Result<()> {
+    // With a limit, locking what is mapped later would make later mappings fail.
+    let flags = match getrlimit(Resource::Memlock).current {
+        None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
+        Some(_) => MlockAllFlags::CURRENT,
+    };
+    mlockall(flags)
+}
+
+/// Ordinary threads are woken up to 50 us late by default, to save power.
+fn sharpen_timers() {
+    // A kernel that refuses leaves the default.
+    let _ = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1));
+}
+
+fn ask_fifo() -> std::result::Result<(), String> {
+    // Linux schedules threads: the id of one thread changes that thread alone.
+    let thread = rustix::thread::gettid().as_raw_nonzero().get();
+    let mut thread = Process::from_pid(ProcessId::new(thread));
+    match thread.set_scheduler(Scheduler::Fifo) {
+        Ok(_) => {}
+        Err(ProcessSetSchedulerError::InsufficientPermissions) => {
+            return Err("Operation not permitted".to_owned());
+        }
+        Err(why) => return Err(format!("{why:?}")),
+    }
+    let raised = thread.set_priority(FIFO_PRIORITY);
+    raised.map_err(|why| format!("{why:?}"))
+}
+
+fn pin(role: Role) -> Option<String> {
+    let cores = core_affinity::get_core_ids().unwrap_or_default();
+    match core_for(role, &cores) {
+        None => Some(format!("pinning left out: {} core(s) allowed, two needed", cores.len())),
+        Some(core) if core_affinity::set_for_current(core) => None,
+        Some(core) => Some(format!("pinning to core {} refused", core.id)),
+    }
+}
+
+fn core_for(role: Role, cores: &[CoreId]) -> Option<CoreId> {
+    let place_from_end = match role {
+        Role::Serve => 1,
+        Role::Control => 2,
+    };
+    if cores.len() < 2 {
+        return None;
+    }
+    cores.get(cores.len() - place_from_end).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_processes_get_different_cores() {
+        let cores: Vec<CoreId> = [0, 3, 5].map(|id| CoreId { id }).to_vec();
+        assert_eq!(core_for(Role::Serve, &cores), Some(CoreId { id: 5 }));
+        assert_eq!(core_for(Role::Control, &cores), Some(CoreId { id: 3 }));
+        assert_eq!(core_for(Role::Serve, &cores[..1]), None);
+        assert_eq!(core_for(Role::Control, &[]), None);
+    }
+}

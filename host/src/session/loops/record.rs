@@ -1,0 +1,216 @@
+//! Keeps poses as received and their answers, in memory taken beforehand; on disk too, in a trace.
+
+use chaincell_kernel::trace::{CommandRecord, Record};
+
+use crate::error::Result;
+use crate::files::recording::TraceFile;
+use crate::session::ipc::payload::{ToolForce, ToolPose};
+
+/// Records of a trace beside those of its ticks, for commands.
+const COMMANDS_MAX: usize = 4096;
+
+/// Ticks of a session, up to a capacity. What comes after the first one that found no room is left
+/// out: nothing that is kept has a gap.
+#[derive(Debug, Default)]
+pub struct Recorder {
+    rows: Vec<(ToolPose, ToolForce)>,
+    keeps_rows: bool,
+    trace: Option<TraceFile>,
+    capacity_ticks: usize,
+    ticks: usize,
+    commands: usize,
+    left_out_ticks: u64,
+}
+
+impl Recorder {
+    /// Records that the trace of so many ticks needs room for.
+    #[must_use]
+    pub fn trace_records(ticks: usize) -> usize {
+        ticks.saturating_add(COMMANDS_MAX)
+    }
+
+    /// Room in memory for `capacity_ticks` ticks; 0 keeps nothing.
+    #[must_use]
+    pub fn with_capacity(capacity_ticks: usize) -> Self {
+        let mut rows = Vec::new();
+        // Writing every row now keeps page faults out of the loop.
+        rows.resize(capacity_ticks, (ToolPose::default(), ToolForce::default()));
+        rows.clear();
+        Self { rows, keeps_rows: true, capacity_ticks, ..Self::default() }
+    }
+
+    /// Keeps `capacity_ticks` ticks in a trace alone.
+    #[must_use]
+    pub fn on_disk(capacity_ticks: usize, trace: TraceFile) -> Self {
+        Self { trace: Some(trace), capacity_ticks, ..Self::default() }
+    }
+
+    /// Keeps the same ticks in a trace too.
+    #[must_use]
+    pub fn with_trace(self, trace: TraceFile) -> Self {
+        Self { trace: Some(trace), ..self }
+    }
+
+    /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: who has
+    /// it can count on the record. Allocates nothing, calls nothing of the system.
+    pub fn record(&mut self, pose: ToolPose, force: ToolForce) {
+        if self.has_ended() || !self.trace(&pose, &force) {
+            self.left_out_ticks += 1;
+            return;
+        }
+        if self.keeps_rows {
+            self.rows.push((pose, force));
+        }
+        self.ticks += 1;
+    }
+
+    /// The tick into the trace, where there is one; false where it is full.
+    fn trace(&mut self, pose: &ToolPose, force: &ToolForce) -> bool {
+        let Some(trace) = &mut self.trace else { return true };
+        let state_hash = (force.state_hash != 0).then_some(force.state_hash);
+        trace.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash })
+    }
+
+    /// Poses that were executed, bit for bit as received, each with its answer, in order.
+    #[must_use]
+    pub fn rows(&self) -> &[(ToolPose, ToolForce)] {
+        &self.rows
+    }
+
+    /// Ticks that were kept.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.ticks as u64
+    }
+
+    /// Whether a command may be carried out without a gap in what is kept: there is a place for
+    /// it, or none is needed since no further tick is kept.
+    #[must_use]
+    pub fn has_room_for_command(&self) -> bool {
+        let has_room = self.trace.as_ref().is_none_or(TraceFile::has_room);
+        self.has_ended() || (self.commands < COMMANDS_MAX && has_room)
+    }
+
+    fn has_ended(&self) -> bool {
+        self.left_out_ticks > 0 || self.ticks == self.capacity_ticks
+    }
+
+    /// Keeps a command behind the ticks so far, where [`Self::has_room_for_command`]. Allocates
+    /// nothing.
+    pub fn command(&mut self, record: CommandRecord) {
+        if self.has_ended() {
+            return;
+        }
+        self.commands += 1;
+        if let Some(trace) = &mut self.trace {
+            trace.add_command(&record);
+        }
+    }
+
+    /// Ticks that came after the last free place.
+    #[must_use]
+    pub fn left_out_ticks(&self) -> u64 {
+        self.left_out_ticks
+    }
+
+    /// Ends the trace, cut to its length.
+    ///
+    /// # Errors
+    /// What the system says, with the path.
+    pub fn finish_trace(&mut self) -> Result<()> {
+        self.trace.take().map_or(Ok(()), TraceFile::finish)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chaincell_kernel::trace::{Command, End, Entry, Reader};
+
+    use super::*;
+    use crate::files::recording::tests::begun;
+
+    #[test]
+    fn a_full_recorder_counts_what_it_leaves_out() {
+        let mut recorder = Recorder::with_capacity(2);
+        for tick in 0..5 {
+            let pose = ToolPose { tick, ..ToolPose::default() };
+            recorder.record(pose, ToolForce::default());
+        }
+        let ticks: Vec<u64> = recorder.rows().iter().map(|(pose, _)| pose.tick).collect();
+        assert_eq!(ticks, [0, 1]);
+        assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 3));
+        assert!(recorder.has_room_for_command());
+    }
+
+    /// A recorder with a trace, and the trace's path.
+    fn traced(ticks: usize, records: usize) -> (tempfile::TempDir, std::path::PathBuf, Recorder) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.trace");
+        let trace = TraceFile::create("--out", &path, false, begun(None), records).unwrap();
+        let recorder = Recorder::with_capacity(ticks).with_trace(trace);
+        (folder, path, recorder)
+    }
+
+    fn tick(recorder: &mut Recorder, tick: u64) {
+        let pose = ToolPose { tick, ..ToolPose::default() };
+        recorder.record(pose, ToolForce { tick, state_hash: tick % 2, ..ToolForce::default() });
+    }
+
+    fn command(recorder: &mut Recorder, tick: u64) -> bool {
+        let room = recorder.has_room_for_command();
+        if room {
+            recorder.command(CommandRecord { tick, command: Command::Reset, state_hash: None });
+        }
+        room
+    }
+
+    /// Entries of a trace: ticks as they are, commands as 0.
+    fn entries(path: &std::path::Path) -> (Vec<u64>, End) {
+        let bytes = std::fs::read(path).unwrap();
+        let mut found = Vec::new();
+        let end = Reader::open(&bytes).unwrap().entries(|_, entry| {
+            found.push(match entry {
+                Entry::Tick(record) => {
+                    assert_eq!(record.state_hash.is_some(), record.tick % 2 == 1);
+                    record.tick
+                }
+                _ => 0,
+            });
+            Ok::<(), ()>(())
+        });
+        (found, end.unwrap())
+    }
+
+    #[test]
+    fn ticks_and_commands_stand_in_the_trace_in_order() {
+        let (_folder, path, mut recorder) = traced(3, 20);
+        tick(&mut recorder, 1);
+        assert!(command(&mut recorder, 1));
+        tick(&mut recorder, 2);
+        // A killed process leaves this.
+        assert_eq!(entries(&path), (vec![1, 0, 2], End::Complete));
+        tick(&mut recorder, 3);
+        assert!(command(&mut recorder, 3), "behind the last tick that is kept nothing counts");
+        tick(&mut recorder, 4);
+        recorder.finish_trace().unwrap();
+        assert_eq!(entries(&path), (vec![1, 0, 2, 3], End::Complete));
+        assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (3, 1));
+        assert_eq!(recorder.rows().len(), 3);
+    }
+
+    #[test]
+    fn a_full_trace_has_no_gaps() {
+        let (_folder, path, mut recorder) = traced(100, 3);
+        tick(&mut recorder, 1);
+        assert!(command(&mut recorder, 1));
+        tick(&mut recorder, 2);
+        assert!(!command(&mut recorder, 2), "no place left");
+        tick(&mut recorder, 3);
+        tick(&mut recorder, 4);
+        assert!(command(&mut recorder, 4), "nothing is kept any more");
+        recorder.finish_trace().unwrap();
+        assert_eq!(entries(&path), (vec![1, 0, 2], End::Complete));
+        assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 2));
+        assert_eq!(recorder.rows().len(), 2);
+    }
+}

@@ -1,0 +1,95 @@
+//! What the serving loop does between two ticks: commands, pauses, states for viewers.
+
+use chaincell_kernel::sample::{Flags, TickOutput};
+use chaincell_kernel::trace::{Command, CommandRecord};
+
+use super::Run;
+use crate::engine::tissue::Refusal;
+use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader, ToolForce};
+use crate::session::timing::clock::now_ns;
+
+impl Run<'_> {
+    /// The answer while paused: force 0, safe state and no other flag; no cell moves.
+    pub(super) fn rest(&self) -> TickOutput {
+        TickOutput {
+            energy_j: self.answer.map_or(0.0, |last| last.energy_j),
+            contacts: self.answer.map_or(0, |last| last.contacts),
+            flags: Flags::SAFE_STATE,
+            ..TickOutput::NONE
+        }
+    }
+
+    /// Commands, then states, between two ticks; `idle` where no pose waits.
+    pub(super) fn beside(&mut self, idle: bool) {
+        if self.commands.is_none() && self.state.is_none() {
+            return;
+        }
+        let now_ns = now_ns();
+        if self.commands.as_ref().is_some_and(|commands| commands.is_due(now_ns, idle))
+            && let Some(mut commands) = self.commands.take()
+        {
+            commands.serve(now_ns, |message| self.carry_out(message));
+            self.commands = Some(commands);
+        }
+        if self.state.as_mut().is_some_and(|state| state.is_due(now_ns, idle)) {
+            let header = StateHeader {
+                tick: self.answer.map_or(0, |last| last.tick),
+                ticks_answered: self.executed,
+                state_hash: self.state_hash(),
+                nodes: 0,
+                flags: self.answer.map_or(0, |last| last.flags),
+            };
+            if let Some(state) = &mut self.state {
+                state.send(header, self.engine);
+            }
+        }
+    }
+
+    /// The hash of the last answer where it has one.
+    fn state_hash(&mut self) -> u64 {
+        match self.answer {
+            Some(ToolForce { state_hash: hash @ 1.., .. }) => hash,
+            _ => self.engine.state_hash(),
+        }
+    }
+
+    fn carry_out(&mut self, message: &CommandMessage) -> ReplyMessage {
+        let done = message.command().and_then(|command| self.obey(&command));
+        let reply = ReplyMessage {
+            tick: self.answer.map_or(0, |last| last.tick),
+            ticks_answered: self.executed,
+            state_hash: self.engine.state_hash(),
+            result: u32::from(done.is_err()),
+            reason: done.err().map_or(0, |why| why as u32),
+        };
+        match done {
+            Err(_) => self.disobeyed += 1,
+            Ok(command) => {
+                self.obeyed += 1;
+                self.hand.begin_ramp();
+                let state_hash = Some(reply.state_hash);
+                self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
+                if let Some(state) = &mut self.state {
+                    state.changed();
+                }
+            }
+        }
+        reply
+    }
+
+    fn obey(&mut self, command: &Command) -> Result<Command, Refusal> {
+        if !self.recorder.has_room_for_command() {
+            return Err(Refusal::Recording);
+        }
+        match command {
+            Command::Pause => self.paused = true,
+            Command::Resume => self.paused = false,
+            other => self.engine.command(other)?,
+        }
+        if let (Command::Reset, Some(last)) = (command, &mut self.answer) {
+            let state_hash = self.engine.state_hash();
+            *last = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..*last };
+        }
+        Ok(*command)
+    }
+}

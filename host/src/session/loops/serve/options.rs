@@ -1,0 +1,121 @@
+//! What a scene is served with, and what came of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::POSE_HZ;
+use crate::session::ipc::services::Domain;
+use crate::session::loops::peers::PeerCost;
+use crate::session::loops::wait::Wait;
+use crate::session::timing::histogram::Summary;
+use crate::session::timing::spans::Spans;
+
+/// How to serve a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServeOptions {
+    /// Name of the scene, `None` for the unnamed one.
+    pub scene: Option<String>,
+    /// Where iceoryx2 keeps its files.
+    pub domain: Domain,
+    /// How to wait for poses.
+    pub wait: Wait,
+    /// Silence after which the published force falls to 0, 0 for never \[ms\].
+    pub watchdog_ms: u32,
+    /// Time in which it falls, and rises when poses come again; 0 for at once \[ms\].
+    pub ramp_ms: u32,
+    /// Largest slew of a ramp, infinite for none [N/s].
+    pub max_slew_n_per_s: f32,
+    /// A state hash every this many ticks; 0 leaves it to the end of the run.
+    pub hash_every: u64,
+    /// Most poses executed a second, 0 for any number; see [`POSE_HZ`] \[Hz\].
+    pub max_pose_hz: u32,
+    /// Whether the report has a histogram.
+    pub histogram: bool,
+    /// Ends after this many executed ticks.
+    pub ticks: Option<u64>,
+    /// Ends after this long \[s\].
+    pub seconds: Option<f64>,
+    /// Whether to ask for real-time privileges.
+    pub realtime: bool,
+    /// Whether to end when the process that started this one has ended.
+    pub ends_with_parent: bool,
+}
+
+impl Default for ServeOptions {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            domain: Domain::default(),
+            wait: Wait::default(),
+            watchdog_ms: 20,
+            ramp_ms: 20,
+            max_slew_n_per_s: f32::INFINITY,
+            hash_every: 1,
+            max_pose_hz: POSE_HZ,
+            histogram: false,
+            ticks: None,
+            seconds: None,
+            realtime: true,
+            ends_with_parent: false,
+        }
+    }
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ending {
+    /// All ticks were executed.
+    Ticks,
+    /// The time was up.
+    Seconds,
+    /// The user asked to stop.
+    Interrupt,
+}
+
+/// What happened while serving.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ServeReport {
+    /// Poses that were executed and answered.
+    pub ticks_executed: u64,
+    /// Poses whose tick was not above the publisher's last one: not executed.
+    pub poses_repeated: u64,
+    /// Poses of a second publisher while the first was alive: not executed.
+    pub poses_refused: u64,
+    /// Poses beyond `--max-pose-hz`: not executed.
+    pub poses_throttled: u64,
+    /// Publishers that poses were accepted from.
+    pub publishers: u64,
+    /// Answers that shared memory did not take.
+    pub sends_failed: u64,
+    /// Times the watchdog let the force fall to 0.
+    pub watchdog_fired: u64,
+    /// Largest change of the published force from a message to the next one \[N\].
+    pub largest_force_step_n: f32,
+    /// Executed ticks kept in the recorder.
+    pub ticks_recorded: u64,
+    /// Executed ticks that found the recorder full.
+    pub ticks_unrecorded: u64,
+    /// Poses answered with force 0 while paused; they count as executed.
+    pub ticks_paused: u64,
+    /// Commands carried out.
+    pub commands_done: u64,
+    /// Commands refused.
+    pub commands_refused: u64,
+    /// States sent to viewers.
+    pub states_sent: u64,
+    /// Time to send a state, between ticks \[ns\].
+    pub state_ns: Summary,
+    /// Time of a tick \[ns\].
+    pub step_ns: Summary,
+    /// Cost of peers that joined and left.
+    pub peers: PeerCost,
+    /// Hash of the final state, 16 lower-case hexadecimal digits.
+    pub state_hash: String,
+    /// Why the run ended.
+    pub ended_by: Ending,
+    /// Privileges that were refused, with the reason.
+    pub refused: Vec<String>,
+    /// Histogram of `step_ns`, where it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_histogram: Option<Spans>,
+}

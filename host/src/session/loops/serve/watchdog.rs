@@ -1,0 +1,37 @@
+//! What is published of the tissue's force: without a jump when poses stop, come again, come from
+//! another program, and when a command or a run of bad samples takes the force away.
+//!
+//! The clock never enters the tissue: what is recorded is the tissue's own force.
+
+use chaincell_kernel::sample::Flags;
+
+use super::Run;
+use crate::session::ipc::payload::ToolForce;
+
+impl Run<'_> {
+    /// The published form of an answer of the tissue.
+    pub(super) fn shown(&mut self, answer: ToolForce, now_ns: u64) -> ToolForce {
+        let safe = Flags::SAFE_STATE.0;
+        let before = self.answer.map_or(answer.flags, |last| last.flags);
+        if (answer.flags ^ before) & safe != 0 {
+            self.hand.begin_ramp();
+        }
+        let force_n = self.hand.show(answer.force_n, now_ns);
+        // The flag says that the force is zero; on the way there it is not.
+        let flags = if force_n == [0.0; 3] { answer.flags } else { answer.flags & !safe };
+        ToolForce { force_n, flags, ..answer }
+    }
+
+    /// Lets the published force fall to 0 when poses stop coming, a message a millisecond. The
+    /// tissue stays as it is.
+    pub(super) fn watch(&mut self, now_ns: u64) {
+        let Some(last) = self.answer else { return };
+        let Some(fall) = self.hand.waits(now_ns) else { return };
+        let mut flags = Flags(last.flags & !Flags::SAFE_STATE.0);
+        flags.insert(Flags::STALE);
+        if fall.is_done {
+            flags.insert(Flags::SAFE_STATE);
+        }
+        self.send(ToolForce { force_n: fall.force_n, flags: flags.0, step_ns: 0, ..last });
+    }
+}

@@ -1,0 +1,19 @@
+//! Co-simulation: the tissue in one process, the controller in another, iceoryx2 between them.
+//!
+//! ```text
+//! control  --ToolPose-->  chaincell/pose   -->  serve -> tissue
+//! control  <--ToolForce-- chaincell/force  <--  serve
+//! ```
+//!
+//! Each module uses only those above it:
+//!
+//! - [`timing`]: the clock, latencies and their percentiles.
+//! - [`ipc`]: what travels over shared memory, under which names, and who may connect.
+//! - [`loops`]: the two sides. `serve` makes each accepted pose one tick and one answer, in order
+//!   of arrival; `control` sends poses on an absolute 1 kHz schedule and times the answers.
+//! - [`supervise`]: both as child processes, with their reports collected.
+
+pub mod ipc;
+pub mod loops;
+pub mod supervise;
+pub mod timing;
