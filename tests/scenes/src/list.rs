@@ -1,6 +1,6 @@
 //! The scenes: the one place where bodies, schemes and sizes stand.
 //!
-//! `tests/tests/scenes.rs` bakes every image anew and compares.
+//! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Model, Rkl1, Rkl2, Settings, Tissue, Track, Unloading, hats_room,

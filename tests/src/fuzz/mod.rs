@@ -1,7 +1,7 @@
 //! What comes from outside, byte by byte: the bodies of the fuzz targets in `tests/fuzz`.
 //!
 //! Each takes any bytes at all and panics where a promise is broken. `tests/fuzz/run` feeds them
-//! what a fuzzer finds; `tests/tests/corpus.rs` feeds them the committed corpora.
+//! what a fuzzer finds; `tests/tests/kernel/corpus.rs` feeds them the committed corpora.
 
 mod bodies;
 mod canary;

@@ -1,0 +1,6 @@
+//! Golden scenes: their digests, their reports and traces, and states no body should come to.
+
+mod adverse;
+mod goldens;
+mod report;
+mod trace;

@@ -1,0 +1,149 @@
+//! The kernel as firmware uses it: a model linked into the program, a tissue in static memory, no
+//! allocation; the same bits as the host's engine.
+#![allow(clippy::unwrap_used, unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::Mutex;
+
+use chaincell_host::bake::{BakeOptions, bake};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::mesh::load;
+use chaincell_kernel::ContactError;
+use chaincell_kernel::{
+    Euler, GaussSeidel, Model, Network, ResetError, Rkl1, Rkl2, Settings, Tissue, ToolSample,
+    Track, include_model,
+};
+use nalgebra::Vector3;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Counts the allocations of each thread.
+struct Counting;
+
+// SAFETY: every call is handed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// `chaincell bake plane:9x9x0.01 --diagonals --lean -o tests/data/plane9.chaincell`
+static IMAGE: &[u8] = include_model!("../data/plane9.chaincell");
+static TISSUE: Mutex<Tissue<81, Track, 8>> = Mutex::new(Tissue::new());
+
+fn sample(tick: u16) -> ToolSample {
+    let position_m = Vector3::new(0.0, 0.0002 * f32::from(tick % 40), 0.001 * f32::from(tick % 60));
+    ToolSample { position_m, engaged: u32::from(tick % 100 < 80) }
+}
+
+fn centre(model: &Model<'_>) -> u16 {
+    model.input_id().iter().position(|&id| id == 40).unwrap() as u16
+}
+
+#[test]
+fn a_static_tissue_gives_the_bits_of_the_heap_and_allocates_nothing() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let contact = [centre(&model)];
+    let mut engine = Engine::new(network, Scheme::Track, &contact).unwrap();
+    let mut tissue = TISSUE.lock().unwrap();
+    tissue.reset(&network).unwrap();
+    tissue.choose_contacts(&network, &contact).unwrap();
+    for tick in 0..500 {
+        let before = ALLOCATIONS.get();
+        let own = tissue.tick(&network, &sample(tick));
+        let hash = tissue.view().state_hash(&model);
+        let host = engine.tick(&sample(tick));
+        assert_eq!(ALLOCATIONS.get(), before, "tick {tick} allocates");
+        assert_eq!((own, hash), (host, engine.state_hash()), "tick {tick}");
+    }
+}
+
+#[test]
+fn the_linked_model_is_what_the_bake_gives_today() {
+    let mesh = load(
+        "plane:9x9x0.01",
+        &chaincell_host::mesh::MeshOptions { diagonals: true, ..Default::default() },
+    );
+    let mesh = mesh.unwrap();
+    let options = BakeOptions { lean: true, ..BakeOptions::default() };
+    assert_eq!(bake(&mesh, &mesh.border, &options).unwrap().as_bytes(), IMAGE);
+}
+
+#[test]
+fn euler_carries_no_momentum() {
+    let (track, euler) = (Tissue::<81, Track, 1>::RAM_BYTES, Tissue::<81, Euler, 1>::RAM_BYTES);
+    let arrays = |bytes: usize| bytes / (81 * 16);
+    assert_eq!(arrays(euler - Tissue::<1, Euler, 1>::RAM_BYTES), 1);
+    assert_eq!(arrays(track - euler), 2);
+    assert_eq!(arrays(Tissue::<81, Rkl1, 1>::RAM_BYTES - euler), 2);
+    assert_eq!(arrays(Tissue::<81, Rkl2, 1>::RAM_BYTES - euler), 3);
+    assert_eq!(arrays(euler - Tissue::<81, GaussSeidel, 1>::RAM_BYTES), 1);
+}
+
+#[test]
+fn a_tissue_that_is_too_small_says_so() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let refused = Tissue::<80, Track>::new().reset(&network);
+    assert_eq!(refused, Err(ResetError::Capacity { needed: 81, capacity: 80 }));
+}
+
+#[test]
+fn a_model_without_colours_is_not_for_gauss_seidel() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let refused = Tissue::<81, GaussSeidel>::new().reset(&network);
+    assert_eq!(refused, Err(ResetError::Colours));
+}
+
+/// Cells are chosen from the body that the tissue has, and found by their input ids.
+#[test]
+fn contacts_of_a_body_that_is_not_there_are_refused() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut tissue = Tissue::<81, Track>::new();
+    let cell = model.cell_of_input(40).unwrap();
+    assert_eq!(model.input_id()[usize::from(cell)], 40);
+    assert_eq!(model.cell_of_input(81), None);
+    assert_eq!(tissue.choose_contacts(&network, &[cell]), Err(ContactError::Model));
+    tissue.reset(&network).unwrap();
+    assert_eq!(tissue.choose_contacts(&network, &[cell]), Ok(()));
+}
+
+/// A network that the tissue was not reset for is answered by the safe state, not by nonsense.
+#[test]
+fn another_model_than_that_of_the_reset_is_safe() {
+    let model = Model::from_bytes(IMAGE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut tissue = Tissue::<81, Euler>::new();
+    let output = tissue.tick(&network, &sample(1));
+    assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
+    // A smaller body, for which there would be room.
+    let mesh = load("plane:5x5x0.01", &Default::default()).unwrap();
+    let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
+    let other = Model::from_bytes(image.as_bytes()).unwrap();
+    let other = Network::new(other, Settings::for_model(&other)).unwrap();
+    tissue.reset(&network).unwrap();
+    tissue.choose_contacts(&network, &[centre(&model)]).unwrap();
+    tissue.tick(&network, &sample(1));
+    assert!(tissue.tick(&network, &sample(9)).force_n.norm() > 0.0);
+    let hash = tissue.view().state_hash(&model);
+    let output = tissue.tick(&other, &sample(20));
+    assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
+    assert_eq!(tissue.view().state_hash(&model), hash);
+    assert_eq!(tissue.tick(&network, &sample(20)).flags.0 & 16, 0);
+}

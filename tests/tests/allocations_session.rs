@@ -1,0 +1,156 @@
+//! The serving loop allocates nothing of its own; what iceoryx2 allocates is counted.
+
+#![allow(unsafe_code, reason = "counting allocations means being the allocator")]
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use chaincell_host::bake::ImageBytes;
+use chaincell_host::engine::tissue::{Node, TissueEngine};
+use chaincell_host::files::recording::{Recording, TraceFile};
+use chaincell_host::session::ipc::names::unique_scene;
+use chaincell_host::session::ipc::payload::ToolPose;
+use chaincell_host::session::ipc::services::{Domain, Scene};
+use chaincell_host::session::ipc::state::StateReader;
+use chaincell_host::session::loops::control::{ControlOptions, control};
+use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::serve::{ServeOptions, Server};
+use chaincell_kernel::trace::Header;
+use chaincell_kernel::{Model, Network, Settings, Track};
+use chaincell_kernel::{TickOutput, ToolSample};
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+    static BYTES: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts what each thread asks for.
+struct Counting;
+
+// SAFETY: every call is passed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        BYTES.set(BYTES.get() + layout.size() as u64);
+        // SAFETY: the caller's promises about the layout hold here too.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from the system's allocator with this layout.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Ticks before counting: the controller's connection is made in the first ones.
+const WARM_UP_TICKS: u64 = 50;
+/// Ticks that are counted.
+const COUNTED_TICKS: u64 = 500;
+/// What iceoryx2 allocates for each sample that is sent.
+const BYTES_PER_SEND: u64 = 48;
+
+/// What iceoryx2 allocates to list the readers of a service.
+const BYTES_PER_LIST: u64 = 544;
+
+/// Reads the counters of the thread that ticks it.
+#[derive(Default)]
+struct Counter {
+    ticks: u64,
+    states: u64,
+    counted_states: (u64, u64),
+    start: (u64, u64),
+    end: (u64, u64),
+}
+
+impl TissueEngine for Counter {
+    fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
+        self.ticks += 1;
+        let now = (COUNT.get(), BYTES.get());
+        if self.ticks == WARM_UP_TICKS {
+            self.start = now;
+            self.counted_states.0 = self.states;
+        }
+        self.end = now;
+        self.counted_states.1 = self.states;
+        TickOutput::NONE
+    }
+
+    fn state_hash(&mut self) -> u64 {
+        self.ticks
+    }
+
+    fn read_nodes(&mut self, _to: &mut [Node]) {
+        self.states += 1;
+    }
+}
+
+#[test]
+fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
+    for viewed in [false, true] {
+        let counter = served(viewed);
+        let count = counter.end.0 - counter.start.0;
+        let bytes = counter.end.1 - counter.start.1;
+        let states = counter.counted_states.1 - counter.counted_states.0;
+        assert_eq!(counter.ticks, WARM_UP_TICKS + COUNTED_TICKS);
+        assert!(states > 0 || !viewed, "no state was sent");
+        assert!(states == 0 || viewed, "a state that nobody reads");
+        let messages = COUNTED_TICKS + states;
+        // With readers, iceoryx2 lists them before each state; a pause of the controller adds one.
+        let lists = count - messages;
+        assert!(if viewed { lists >= states } else { lists == 0 }, "{lists} for {states} states");
+        assert_eq!(bytes, messages * BYTES_PER_SEND + lists * BYTES_PER_LIST, "viewed: {viewed}");
+    }
+}
+
+/// The beginning of a trace.
+fn begun() -> Recording {
+    let image = ImageBytes::copy(include_bytes!("../data/plane9.chaincell"));
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    Recording::of(&Header::of::<Track>(&network).unwrap(), &[40]).unwrap()
+}
+
+/// The counts of a session, with a reader of states or without one.
+fn served(viewed: bool) -> Counter {
+    let root = tempfile::tempdir().unwrap();
+    let options = ServeOptions {
+        scene: Some(unique_scene("test")),
+        domain: Domain { prefix: None, root: Some(root.path().to_owned()) },
+        ticks: Some(WARM_UP_TICKS + COUNTED_TICKS),
+        seconds: Some(20.0),
+        watchdog_ms: 0,
+        realtime: false,
+        ..ServeOptions::default()
+    };
+    let control_options = ControlOptions {
+        scene: options.scene.clone(),
+        domain: options.domain.clone(),
+        realtime: false,
+        ..ControlOptions::default()
+    };
+    let trace = root.path().join("a.trace");
+    let server = std::thread::spawn(move || {
+        let mut counter = Counter::default();
+        let records = Recorder::trace_records(1000);
+        let trace = TraceFile::create("--record", &trace, false, begun(), records).unwrap();
+        let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
+        let server = Server::open(&options).unwrap();
+        let server = server.with_state(1000, 200).unwrap().with_commands().unwrap();
+        server.run(&mut counter, &mut recorder).unwrap();
+        assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);
+        counter
+    });
+    let scene = Scene::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
+    let viewer = viewed.then(|| StateReader::open(&scene).unwrap());
+    let poses: Vec<ToolPose> = (0..WARM_UP_TICKS + COUNTED_TICKS)
+        .map(|tick| ToolPose { tick, ..ToolPose::default() })
+        .collect();
+    control(&poses, &control_options).unwrap();
+    let counter = server.join().unwrap();
+    drop(viewer);
+    counter
+}

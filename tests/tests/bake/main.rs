@@ -1,0 +1,7 @@
+//! From a mesh to a model image: formats that are read, meshes and images that are refused.
+
+mod bad_mesh;
+mod cells;
+mod crafted_models;
+mod mesh_formats;
+mod scenes;

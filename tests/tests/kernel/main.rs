@@ -1,0 +1,14 @@
+//! The kernel from outside: what must hold on any body, in every scheme and number type.
+
+mod corpus;
+mod current;
+mod energy;
+mod float_environment;
+mod hard_states;
+mod invariants;
+mod limits;
+mod model_image;
+mod numbers;
+mod plane;
+mod probe;
+mod same_bits;

@@ -1,0 +1,237 @@
+//! Whole trajectories on the vector unit and without it: the same bits, tick by tick.
+//!
+//! `cargo test --release -p chaincell-tests --test kernel same_bits` checks the fully optimised build.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_kernel::VectorUnit;
+use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use clap::ValueEnum;
+use nalgebra::Vector3;
+
+/// Pseudo-random numbers, the same in every run.
+struct Dice(u64);
+
+impl Dice {
+    fn throw(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.0 >> 32) as u32
+    }
+
+    /// From -`reach` to `reach`.
+    fn within(&mut self, reach: f32) -> f32 {
+        reach * (self.throw() as f32 / 2_147_483_648.0 - 1.0)
+    }
+
+    fn point(&mut self, reach: f32) -> [f32; 3] {
+        [0; 3].map(|_| self.within(reach))
+    }
+}
+
+/// A generated body and the nodes that are held for ever.
+fn body(spec: &str) -> (Mesh, Vec<u32>) {
+    let mesh =
+        load(spec, &MeshOptions { diagonals: spec.starts_with("plane"), ..MeshOptions::default() })
+            .unwrap();
+    let lowest = mesh.nodes_m.iter().map(|node| node[2]).fold(f64::INFINITY, f64::min);
+    let bottom = |&node: &u32| mesh.nodes_m[node as usize][2] < lowest + 1e-3;
+    let fixed = if mesh.border.is_empty() {
+        (0..mesh.nodes_m.len() as u32).filter(bottom).collect()
+    } else {
+        mesh.border.clone()
+    };
+    (mesh, fixed)
+}
+
+/// One engine on the vector unit, one without.
+struct Twins<'m>([Engine<'m>; 2]);
+
+impl<'m> Twins<'m> {
+    fn new(model: Model<'m>, scheme: Scheme, unloading: Unloading) -> Self {
+        // A super-step takes four sweeps.
+        let sweeps = if scheme.goes_by_tick() { 9 } else { 3 };
+        let settings = Settings { unloading, ..scheme.settings(&model, sweeps) };
+        let network = Network::new(model, settings).unwrap();
+        let free = (0..model.cells() as u16).filter(|&cell| !model.is_fixed(cell));
+        let free: Vec<u16> = free.collect();
+        let contacts = [free[free.len() / 3], free[free.len() / 2]];
+        let mut twins = [(); 2].map(|()| Engine::new(network, scheme, &contacts).unwrap());
+        twins[1].go_scalar();
+        Self(twins)
+    }
+
+    /// One tick of both; the hash is that of the state after it.
+    fn tick(&mut self, sample: &ToolSample, what: &str) -> u64 {
+        let [vector, scalar] = self.0.each_mut().map(|engine| {
+            let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } = engine.tick(sample);
+            let force = force_n.data.0[0].map(f32::to_bits);
+            (force, [energy_j, work_j].map(f32::to_bits), contacts, flags, engine.state_hash())
+        });
+        assert_eq!(vector, scalar, "{what}");
+        vector.4
+    }
+}
+
+/// A press in one corner direction, a drag across, the way back, then the release.
+fn stroke(tick: u16, length_m: f32) -> ToolSample {
+    let way = |from: u16, to: u16| f32::from(tick.clamp(from, to) - from) / f32::from(to - from);
+    let depth = way(0, 60) - way(100, 140);
+    let position_m = Vector3::new(2.0 * way(60, 100), 0.5 * depth, -3.0 * depth) * length_m;
+    ToolSample { position_m, engaged: u32::from(tick < 150) }
+}
+
+fn is_here(test: &str) -> bool {
+    let found = VectorUnit::find().is_some();
+    if !found {
+        println!("SKIPPED {test}: this processor has no vector unit that the kernel knows");
+    }
+    found
+}
+
+#[test]
+fn trajectories_are_the_same_without_the_vector_unit() {
+    if !is_here("trajectories_are_the_same_without_the_vector_unit") {
+        return;
+    }
+    for spec in ["plane:21x21x0.01", "organ:500", "box:7x6x5x0.01"] {
+        let (mesh, fixed) = body(spec);
+        for (hats, alpha) in [
+            (HatSpacing::None, 0.0),
+            (HatSpacing::None, 0.05),
+            (HatSpacing::Links(2.5), 0.0),
+            (HatSpacing::Links(3.0), 0.05),
+        ] {
+            let with_hats = hats != HatSpacing::None;
+            let alpha = PerCell::Uniform(alpha);
+            let options = BakeOptions { alpha, hats, colours: true, ..BakeOptions::default() };
+            let image = bake(&mesh, &fixed, &options).unwrap();
+            let model = Model::from_bytes(image.as_bytes()).unwrap();
+            assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
+            for &scheme in Scheme::value_variants() {
+                let mut twins = Twins::new(model, scheme, Unloading::Release);
+                let rest = twins.0[0].state_hash();
+                let mut hashes = vec![rest];
+                for tick in 0..200 {
+                    let what = format!("{spec} {options:?} {scheme:?} tick {tick}");
+                    hashes.push(twins.tick(&stroke(tick, model.unit_m()), &what));
+                }
+                hashes.sort_unstable();
+                hashes.dedup();
+                assert!(hashes.len() > 150, "{spec} {scheme:?}: the body hardly moved");
+            }
+        }
+    }
+}
+
+/// States that no tool reaches in a few ticks.
+#[derive(Debug, Clone, Copy)]
+enum Deformed {
+    /// As at rest: every link at the rim of a band of no width.
+    Rest,
+    /// Every link out of its band.
+    Stretched,
+    /// Inside out.
+    Inverted,
+    /// All in one plane.
+    Flattened,
+    /// On a coarse grid, so that most cells share their place with others.
+    Coincident,
+    /// In one place, or less than the smallest normal number away from it.
+    Denormal,
+    /// Anywhere in the range that a state may have.
+    Exploded,
+    /// Each cell in one of these ways.
+    Mixed,
+}
+
+impl Deformed {
+    const ALL: [Self; 8] = [
+        Self::Rest,
+        Self::Stretched,
+        Self::Inverted,
+        Self::Flattened,
+        Self::Coincident,
+        Self::Denormal,
+        Self::Exploded,
+        Self::Mixed,
+    ];
+
+    fn place(self, rest: [f32; 3], far: f32, dice: &mut Dice) -> [f32; 3] {
+        match self {
+            Self::Rest => rest,
+            Self::Stretched => rest.map(|x| 1.5 * x),
+            Self::Inverted => rest.map(|x| -x),
+            Self::Flattened => [rest[0], rest[1], 0.0],
+            Self::Coincident => rest.map(|x| (x / 3.0).round() * 3.0),
+            Self::Denormal => [0; 3].map(|_| f32::from_bits(dice.throw() >> 9)),
+            Self::Exploded => dice.point(far),
+            Self::Mixed => {
+                let which = dice.throw() as usize % (Self::ALL.len() - 1);
+                Self::ALL[which].place(rest, far, dice)
+            }
+        }
+    }
+}
+
+/// A body whose links differ in alpha, in stiffness over six decades, in both or in neither.
+fn varied(mesh: &Mesh, fixed: &[u32], varied: [bool; 2], hats: HatSpacing) -> ImageBytes {
+    let mut dice = Dice(7);
+    let nodes = mesh.nodes_m.len();
+    let mut each = |value: fn(f64) -> f64| {
+        PerCell::Each((0..nodes).map(|_| value(f64::from(dice.within(1.0)))).collect())
+    };
+    let alpha = if varied[0] { each(|x| 0.45 * (1.0 + x)) } else { PerCell::Uniform(0.02) };
+    let stiff = if varied[1] { each(|x| 10.0_f64.powf(3.0 * x)) } else { PerCell::Uniform(20.0) };
+    // Far out: positions up to 9e5 mean link lengths are within K.
+    let saturation_m = Some(9.0e3);
+    let options = BakeOptions {
+        alpha,
+        stiffness_n_per_m: stiff,
+        saturation_m,
+        hats,
+        colours: true,
+        ..Default::default()
+    };
+    bake(mesh, fixed, &options).unwrap()
+}
+
+#[test]
+fn degenerate_states_are_the_same_without_the_vector_unit() {
+    if !is_here("degenerate_states_are_the_same_without_the_vector_unit") {
+        return;
+    }
+    let mut dice = Dice(1);
+    for spec in ["plane:9x7x0.01", "organ:150", "box:4x4x5x0.01"] {
+        let (mesh, fixed) = body(spec);
+        for links in [[false, false], [true, false], [false, true], [true, true]] {
+            for hats in [HatSpacing::None, HatSpacing::Links(2.0)] {
+                let image = varied(&mesh, &fixed, links, hats);
+                let model = Model::from_bytes(image.as_bytes()).unwrap();
+                assert!(model.is_sliced(), "{spec}");
+                for (&scheme, deformed) in Scheme::value_variants()
+                    .iter()
+                    .flat_map(|scheme| Deformed::ALL.map(|deformed| (scheme, deformed)))
+                {
+                    let what = format!("{spec} {links:?} {hats:?} {scheme:?} {deformed:?}");
+                    let mut twins = Twins::new(model, scheme, Unloading::Off);
+                    let far = 0.99 * model.saturation();
+                    let places: Vec<[f32; 3]> = (0..model.cells())
+                        .map(|cell| deformed.place(model.rest_position(cell), far, &mut dice))
+                        .collect();
+                    for engine in &mut twins.0 {
+                        engine.set_positions(&places).unwrap();
+                    }
+                    for tick in 0..12_u16 {
+                        let far = model.unit_m() * f32::from(tick);
+                        let position_m = Vector3::new(0.1, 0.2, -0.3) * far;
+                        let engaged = u32::from((3..9).contains(&tick));
+                        let sample = ToolSample { position_m, engaged };
+                        twins.tick(&sample, &format!("{what} tick {tick}"));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The laboratory's commands, and its references against data computed elsewhere.
+
+mod identify;
+mod paper;
+mod reference;
+mod report;
+mod stress;

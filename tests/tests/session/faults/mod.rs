@@ -1,0 +1,140 @@
+//! Faults of a co-simulation, each injected into real processes: killed, stopped, cut off, lied to.
+//!
+//! Figures are printed as rows of a table: `cargo test -p chaincell-tests --test session faults --
+//! --nocapture | grep FAULT`.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
+
+mod clock;
+mod kill;
+mod memory;
+mod poses;
+mod services;
+mod stand_still;
+mod two_publishers;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use chaincell_tests::files::{bake, scratch, text, write_path};
+use chaincell_tests::outsider::{Force, Outsider};
+use chaincell_tests::place::Place;
+use chaincell_tests::{Ended, Running, scene};
+use serde_json::Value;
+
+/// Longest life of a process whose work is done.
+const SOON: Duration = Duration::from_secs(30);
+/// Ticks in which the tool goes to its depth, and holds from then on.
+const PRESS_TICKS: u64 = 200;
+/// Poses have stopped coming.
+const STALE: u32 = 4;
+/// The force is zero.
+const SAFE: u32 = 16;
+/// Part of the largest force that no step may reach: a ramp's own is a twentieth, what the tissue
+/// does meanwhile comes on top.
+const STEP_PART: f64 = 0.15;
+
+/// A stiff plane, whose middle a server holds with some newtons, and a scene.
+fn place(test: &str) -> Place {
+    let folder = scratch();
+    let stiff = ["--alpha", "0", "--stiffness-n-per-m", "1000"];
+    let model = bake(folder.path(), "plane:9x9x0.01", &stiff);
+    Place { folder, model, scene: scene(test) }
+}
+
+/// Depth of the tool at a tick of [`hold`] \[m\].
+fn depth_m(tick: u64) -> f32 {
+    let share = (tick as f32 / PRESS_TICKS as f32).min(1.0);
+    0.02 * share * share * (3.0 - 2.0 * share)
+}
+
+/// A path that presses and holds, so many ticks long.
+fn hold(place: &Place, ticks: u64) -> PathBuf {
+    let path = place.folder.path().join(format!("hold{ticks}.csv"));
+    write_path(&path, (0..ticks).map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], 1)));
+    path
+}
+
+/// A controller on the place's scene.
+fn control(place: &Place, options: &[&str]) -> Running {
+    Running::chaincell([&["control", "--scene", &place.scene, "--json"], options].concat())
+}
+
+/// A controller that presses, and holds for so many ticks in all.
+fn holding_control(place: &Place, ticks: u64) -> Running {
+    control(place, &["--path", text(&hold(place, ticks))])
+}
+
+/// All messages until one of them is what is waited for, that one included.
+#[track_caller]
+fn until(outsider: &Outsider, mut done: impl FnMut(&Force) -> bool) -> Vec<Force> {
+    let mut seen = Vec::new();
+    loop {
+        let force = outsider.receive();
+        seen.push(force);
+        if done(&force) {
+            return seen;
+        }
+    }
+}
+
+/// How a process ended, and all messages until then.
+#[track_caller]
+fn until_end(mut process: Running, outsider: &Outsider) -> (Ended, Vec<Force>) {
+    let mut seen = Vec::new();
+    while process.is_running() {
+        seen.extend(std::iter::from_fn(|| outsider.try_receive()));
+        std::thread::sleep(Duration::from_micros(500));
+    }
+    let ended = process.end(SOON);
+    seen.extend(std::iter::from_fn(|| outsider.try_receive()));
+    (ended, seen)
+}
+
+/// Size of a force [N].
+fn size_n(force: &Force) -> f64 {
+    force.force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
+}
+
+/// Largest force of messages [N].
+fn largest_n(seen: &[Force]) -> f64 {
+    seen.iter().map(size_n).fold(0.0, f64::max)
+}
+
+/// Largest change of the force from a message to the next one [N].
+fn largest_step_n(seen: &[Force]) -> f64 {
+    let step = |pair: &[Force]| {
+        let difference: [f32; 3] =
+            std::array::from_fn(|axis| pair[1].force_n[axis] - pair[0].force_n[axis]);
+        size_n(&Force { force_n: difference, ..Force::default() })
+    };
+    seen.windows(2).map(step).fold(0.0, f64::max)
+}
+
+/// A whole number of a report.
+#[track_caller]
+fn count(report: &Value, name: &str) -> u64 {
+    report[name].as_u64().unwrap_or_else(|| panic!("no {name} in {report}"))
+}
+
+/// Every message is a number, and no step of the force comes near a jump.
+#[track_caller]
+fn assert_gentle(seen: &[Force]) {
+    for force in seen {
+        assert!(force.force_n.iter().all(|x| x.is_finite()), "{force:?}");
+        assert!(force.flags & SAFE == 0 || force.force_n == [0.0; 3], "{force:?}");
+    }
+    let (step_n, most_n) = (largest_step_n(seen), largest_n(seen));
+    assert!(most_n > 0.1, "no force worth the name: {most_n} N");
+    assert!(step_n <= STEP_PART * most_n, "a step of {step_n} N, the largest force {most_n} N");
+}
+
+/// A row of the table: what was done, ticks answered and lost, largest step and largest force.
+fn tell(fault: &str, answered: u64, lost: u64, step_n: f64, most_n: f64) {
+    println!("FAULT | {fault} | {answered} | {lost} | {step_n:.3} | {most_n:.2} |");
+}
+
+/// [`tell`] with what an outside program has seen.
+fn tell_seen(fault: &str, answered: u64, lost: u64, seen: &[Force]) {
+    tell(fault, answered, lost, largest_step_n(seen), largest_n(seen));
+}

@@ -1,0 +1,13 @@
+//! Server, controller and others over shared memory: real processes, faults, permissions.
+
+mod child_processes;
+mod commands;
+mod cosim;
+mod faults;
+mod kill;
+mod permissions;
+mod processes;
+mod soak;
+mod spring;
+mod stage;
+mod threads;

@@ -1,0 +1,147 @@
+//! `soak`: both processes under load, every tick answered, no memory taken, all of it counted.
+//!
+//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test session soak` runs for ten minutes.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use chaincell_tests::files::{Table, bake, content, is_hash, scratch, text};
+use chaincell_tests::outsider::Outsider;
+use chaincell_tests::{Running, chaincell, scene, turn};
+use serde_json::Value;
+
+/// Columns of histogram.csv and where soak.json has them.
+const HISTOGRAMS: [(&str, &str); 5] = [
+    ("wakeup", "/wakeup"),
+    ("step", "/step"),
+    ("round_trip", "/round_trip"),
+    ("floor_wakeup", "/floor/wakeup"),
+    ("floor_round_trip", "/floor/round_trip"),
+];
+
+fn plane(folder: &std::path::Path) -> PathBuf {
+    bake(folder, "plane:9x9x0.01", &["--alpha", "0.02"])
+}
+
+fn number(found: &Value, pointer: &str) -> u64 {
+    let number = found.pointer(pointer).and_then(Value::as_u64);
+    number.ok_or_else(|| format!("{pointer}: {found}")).unwrap()
+}
+
+/// What a run that was not interrupted says, whatever the machine did to its times.
+#[track_caller]
+fn check(found: &Value, ticks: u64, floor_ticks: u64) {
+    assert_eq!((number(found, "/ticks_sent"), number(found, "/ticks_answered")), (ticks, ticks));
+    assert_eq!(found["interrupted"], false);
+    assert!(is_hash(&found["state_hash"]));
+    let counts = HISTOGRAMS.map(|(_, pointer)| number(found, &format!("{pointer}/count")));
+    // The floor is measured before and after.
+    assert_eq!(counts, [ticks, ticks, ticks, 2 * floor_ticks, 2 * floor_ticks]);
+    for (name, pointer) in HISTOGRAMS {
+        let spans = found.pointer(pointer).unwrap();
+        let buckets = spans["buckets"].as_array().unwrap();
+        let sum: u64 = buckets.iter().map(|bucket| bucket[1].as_u64().unwrap()).sum();
+        assert_eq!(sum, number(spans, "/count"), "{name}");
+        let ascending = ["min_ns", "mean_ns", "max_ns"].map(|key| spans[key].as_u64().unwrap());
+        assert!(ascending.is_sorted(), "{name}: {ascending:?}");
+        let last_us = buckets.last().unwrap()[0].as_u64().unwrap();
+        assert!(last_us * 1000 <= ascending[2], "{name}: the maximum lies in the last bucket");
+    }
+    for missed in ["/missed", "/floor/before", "/floor/after", "/floor/both"] {
+        let part = |key: &str| number(found, &format!("{missed}/{key}"));
+        assert_eq!(part("total"), part("sent_late") + part("in_step") + part("on_the_way"));
+        assert!(part("total") <= part("ticks"));
+    }
+    assert_eq!(number(found, "/floor/both/ticks"), 2 * floor_ticks);
+    for side in ["memory_serve", "memory_control"] {
+        // The command itself fails on a kilobyte more: less is what the system took back.
+        assert!(found[side]["growth_kb"].as_i64().unwrap() <= 0, "{}", found[side]);
+        assert!(number(found, &format!("/{side}/first_kb")) > 0);
+        assert!(number(found, &format!("/{side}/looks")) >= 2);
+    }
+    assert!(!found["kernel"].as_str().unwrap().is_empty());
+    assert!(found["command"].as_str().unwrap().contains(" soak "));
+}
+
+#[test]
+fn a_short_run_under_load() {
+    let _turn = turn();
+    let folder = scratch();
+    let (model, out) = (plane(folder.path()), folder.path().join("out"));
+    let args = ["soak", text(&model), "--seconds", "4", "--load", "1", "--out", text(&out)];
+    let ended = Running::chaincell([&args[..], &["--json"]].concat());
+    let found = ended.end(Duration::from_secs(90)).with(0).json();
+    check(&found, 4000, 1000);
+    assert_eq!(number(&found, "/load/threads"), 1);
+    assert!(found["load"]["gb_per_s"].as_f64().unwrap() > 0.0);
+    let files = content(&out);
+    let names = files.iter().map(|(path, _)| path.file_name().and_then(|name| name.to_str()));
+    let names: Vec<&str> = names.map(Option::unwrap).collect();
+    assert_eq!(names, ["histogram.csv", "histogram.png", "histogram.svg", "soak.json"]);
+    let written: Value =
+        serde_json::from_slice(&std::fs::read(out.join("soak.json")).unwrap()).unwrap();
+    assert_eq!(written, found);
+    let table = Table::read(&out.join("histogram.csv"));
+    for (name, pointer) in HISTOGRAMS {
+        let sum: u64 = table.whole(name).into_iter().sum();
+        assert_eq!(sum, number(&found, &format!("{pointer}/count")), "{name}");
+    }
+}
+
+#[test]
+fn ctrl_c_leaves_what_was_counted_so_far() {
+    let _turn = turn();
+    let folder = scratch();
+    let (model, out, name) = (plane(folder.path()), folder.path().join("out"), scene("soak"));
+    let args = ["soak", text(&model), "--hours", "1", "--no-load", "--scene", &name, "--out"];
+    let mut command = chaincell();
+    command.args(args).arg(&out).arg("--json").process_group(0);
+    let soak = Running::start(&mut command);
+    // The floor of a run of an hour takes minutes: interrupted there is nothing yet.
+    std::thread::sleep(Duration::from_secs(1));
+    soak.interrupt_group().with(130);
+    let args = ["soak", text(&model), "--seconds", "10", "--no-load", "--scene", &name];
+    let soak = Running::chaincell([&args[..], &["--out", text(&out), "--json"]].concat());
+    Outsider::join(&name, false).after(300);
+    let found = soak.interrupt().with(130).json();
+    let ticks = number(&found, "/ticks_answered");
+    assert!((300..10_000).contains(&ticks), "{ticks}");
+    assert_eq!((&found["interrupted"], number(&found, "/load/threads")), (&true.into(), 0));
+    assert_eq!(number(&found, "/round_trip/count"), ticks);
+    assert_eq!(number(&found, "/floor/after/ticks"), 0);
+    assert!(out.join("soak.json").is_file());
+}
+
+#[test]
+fn a_path_played_over_and_over() {
+    let _turn = turn();
+    let place = chaincell_tests::place::Place::new("repeat");
+    let serve = place.serve(&["--ticks", "600", "--json"]);
+    let args = ["control", "--scene", &place.scene, "--seconds", "0.2", "--repeat", "3", "--json"];
+    let control = chaincell_tests::run(args).with(0).json();
+    assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&600.into(), &600.into()));
+    assert_eq!(control["foreign_answers"], 0);
+    let served = serve.end(Duration::from_secs(20)).with(0).json();
+    assert_eq!((&served["ticks_executed"], &served["poses_repeated"]), (&600.into(), &0.into()));
+    assert_eq!(served["state_hash"], control["state_hash"]);
+    let none = chaincell_tests::run(["control", "--scene", &place.scene, "--repeat", "0"]).with(2);
+    assert!(none.err.contains("--repeat"), "{}", none.err);
+}
+
+#[test]
+fn ten_minutes_with_the_organ() {
+    if std::env::var_os("CHAINCELL_SLOW").is_none() {
+        println!("SKIPPED ten_minutes_with_the_organ: CHAINCELL_SLOW is not set");
+        return;
+    }
+    let _turn = turn();
+    let soak = Running::chaincell(["soak", "--seconds", "600", "--json"]);
+    let found = soak.end(Duration::from_secs(1000)).with(0).json();
+    check(&found, 600_000, 60_000);
+    for (name, pointer) in HISTOGRAMS {
+        println!("{name}: max {} ns", number(&found, &format!("{pointer}/max_ns")));
+    }
+}

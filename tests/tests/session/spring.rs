@@ -1,0 +1,142 @@
+//! What the tests of the co-simulation share: a spring for a tissue, scenes of their own.
+
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use chaincell_host::engine::tissue::TissueEngine;
+use chaincell_host::session::ipc::names::unique_scene;
+use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
+use chaincell_host::session::ipc::services::{Domain, Ports, Scene};
+use chaincell_host::session::loops::control::{ControlOptions, ControlRun};
+use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::serve::{ServeOptions, ServeReport, Server};
+use chaincell_kernel::{TickOutput, ToolSample};
+use nalgebra::Vector3;
+
+/// Longest wait for anything that must happen.
+pub const LIMIT: Duration = Duration::from_secs(20);
+/// Stiffness of the spring [N/m].
+pub const SPRING_N_PER_M: f32 = 100.0;
+
+/// A linear spring; its hash is made of all ticks so far.
+#[derive(Default)]
+pub struct Spring {
+    pub hash: u64,
+}
+
+impl TissueEngine for Spring {
+    fn tick(&mut self, sample: &ToolSample) -> TickOutput {
+        let bits = sample.position_m.map(f32::to_bits);
+        for word in [bits.x, bits.y, bits.z, sample.engaged] {
+            self.hash = (self.hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3) + 1;
+        }
+        TickOutput {
+            force_n: -SPRING_N_PER_M * sample.position_m,
+            energy_j: 0.5,
+            contacts: sample.engaged,
+            ..TickOutput::NONE
+        }
+    }
+
+    fn state_hash(&mut self) -> u64 {
+        self.hash
+    }
+}
+
+/// A scene of its own, in folders of its own, so that tests never meet.
+pub fn options() -> (tempfile::TempDir, ServeOptions) {
+    let root = tempfile::tempdir().unwrap();
+    let options = ServeOptions {
+        scene: Some(unique_scene("test")),
+        domain: Domain { prefix: None, root: Some(root.path().to_owned()) },
+        seconds: Some(LIMIT.as_secs_f64()),
+        // A busy machine's pauses are no silence of the controller.
+        watchdog_ms: 0,
+        realtime: false,
+        ..ServeOptions::default()
+    };
+    (root, options)
+}
+
+pub fn control_options(options: &ServeOptions) -> ControlOptions {
+    ControlOptions {
+        scene: options.scene.clone(),
+        domain: options.domain.clone(),
+        wait: options.wait,
+        realtime: false,
+        ends_with_parent: options.ends_with_parent,
+        ..ControlOptions::default()
+    }
+}
+
+pub fn start_server(options: &ServeOptions) -> JoinHandle<(ServeReport, Recorder)> {
+    let options = options.clone();
+    std::thread::spawn(move || {
+        let mut recorder = Recorder::with_capacity(1000);
+        let server = Server::open(&options).unwrap();
+        let report = server.run(&mut Spring::default(), &mut recorder).unwrap();
+        (report, recorder)
+    })
+}
+
+pub fn pose(tick: u64) -> ToolPose {
+    ToolPose { tick, position_m: [0.001 * tick as f32, 0.0, -0.002 * tick as f32], engaged: 1 }
+}
+
+pub fn poses(ticks: std::ops::Range<u64>) -> Vec<ToolPose> {
+    ticks.map(pose).collect()
+}
+
+pub fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !done() {
+        assert!(start.elapsed() < LIMIT, "{what}: not within {LIMIT:?}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// A controller of another make, which may send whatever it likes.
+pub struct Sender {
+    pub scene: Scene,
+    pub ports: Ports<ToolForce, ToolPose>,
+}
+
+impl Sender {
+    pub fn new(options: &ServeOptions) -> Self {
+        let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+        let ports = scene.control_ports(false).unwrap();
+        wait_until("a server", || scene.is_served());
+        Self { scene, ports }
+    }
+
+    pub fn send(&self, ticks: &[u64]) {
+        for tick in ticks {
+            self.ports.publisher.send_copy(pose(*tick)).unwrap();
+        }
+    }
+
+    pub fn answers(&self, count: usize) -> Vec<ToolForce> {
+        let mut answers = Vec::new();
+        wait_until("answers", || {
+            while let Some(sample) = self.ports.subscriber.receive().unwrap() {
+                answers.push(*sample);
+            }
+            answers.len() >= count
+        });
+        answers
+    }
+}
+
+pub fn ticks_of(answers: &[ToolForce]) -> Vec<u64> {
+    answers.iter().map(|force| force.tick).collect()
+}
+
+pub fn assert_spring(run: &ControlRun, sent: &[ToolPose]) {
+    let ticks: Vec<u64> = sent.iter().map(|pose| pose.tick).collect();
+    assert_eq!(ticks_of(&run.forces), ticks);
+    for (force, pose) in run.forces.iter().zip(sent) {
+        let wanted = -SPRING_N_PER_M * Vector3::from(pose.position_m);
+        assert_eq!(Vector3::from(force.force_n), wanted);
+        assert_eq!((force.contacts, force.flags, force.reserved), (1, 0, 0));
+    }
+}
