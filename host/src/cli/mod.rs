@@ -26,7 +26,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Result;
-use crate::{interrupt, terminal};
+use crate::interrupt;
+use crate::terminal;
 
 /// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
 /// exit code.
