@@ -33,7 +33,15 @@ impl Shape {
     /// # Errors
     /// As the generator.
     pub fn generated(spec: &str) -> Result<Self> {
-        let mesh = load(spec, &MeshOptions::default())?;
+        Self::generated_with(spec, &MeshOptions::default())
+    }
+
+    /// The same with options of the generator.
+    ///
+    /// # Errors
+    /// As the generator.
+    pub fn generated_with(spec: &str, options: &MeshOptions) -> Result<Self> {
+        let mesh = load(spec, options)?;
         Ok(Self { fixed: mesh.default_fixed.clone(), mesh, held: Vec::new() })
     }
 
