@@ -23,7 +23,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::{interrupt, terminal};
 
 /// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
@@ -35,7 +35,9 @@ pub fn process(name: &str, execute: impl FnOnce() -> Result<()>) -> ExitCode {
     match interrupt::install().and_then(|()| execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            terminal::note(format_args!("{name}: {why}"));
+            if !matches!(why, Error::Reported(_)) {
+                terminal::note(format_args!("{name}: {why}"));
+            }
             ExitCode::from(why.exit_code())
         }
     }
