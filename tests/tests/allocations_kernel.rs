@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
-use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::ContactError;
 use chaincell_kernel::{
     Euler, GaussSeidel, Model, Network, ResetError, Rkl1, Rkl2, Settings, Tissue, ToolSample,
     Track, include_model,

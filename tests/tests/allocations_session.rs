@@ -16,9 +16,9 @@ use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server};
-use chaincell_kernel::sample::{TickOutput, ToolSample};
 use chaincell_kernel::trace::Header;
 use chaincell_kernel::{Model, Network, Settings, Track};
+use chaincell_kernel::{TickOutput, ToolSample};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };

@@ -7,5 +7,5 @@ use chaincell_lab::cli::Cli;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    process("chaincell-lab", || Cli::parse().execute())
+    process(|| Cli::parse().execute())
 }

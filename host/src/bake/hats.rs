@@ -1,6 +1,6 @@
 //! The coarse level: hat functions over the rest shape and the inverse of their Laplacian bound.
 //!
-//! See `chaincell_kernel::hats` for what they are for. The grid's spacing is the same along all
+//! See `chaincell_kernel::solver::coarse` for what they are for. The grid's spacing is the same along all
 //! axes up to what fits the body's box; hats that no free cell touches are left out.
 
 use chaincell_kernel::image::{HATS_MAX, NO_HAT, kind};

@@ -12,7 +12,7 @@ mod order;
 mod slices;
 
 use chaincell_kernel::Model;
-use chaincell_kernel::link::rest_length;
+use chaincell_kernel::model::rest_length;
 
 pub use groups::{Groups, partition};
 pub use hats::HatSpacing;

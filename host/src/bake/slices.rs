@@ -1,7 +1,7 @@
 //! Links once more for vector units: slices of eight consecutive cells, lane by lane.
 
 use chaincell_kernel::image::kind;
-use chaincell_kernel::two_float::LANES;
+use chaincell_kernel::number::two_float::LANES;
 
 use super::image::Sections;
 use super::{Adjacency, Link};

@@ -1,6 +1,6 @@
 //! What commands print about a model, as a table or as JSON.
 
-use chaincell_kernel::contact::Contact;
+use chaincell_kernel::Contact;
 use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Model, Rkl1, Rkl2, Track, array_bytes};
 use serde::Serialize;
 

@@ -174,7 +174,9 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
     control_args.extend(both);
     control_args.extend(sides.control_args);
     let motion_ms = totals.end_ns / MILLISECOND_NS;
-    let options = CosimOptions { serve_args, control_args, motion_ms, ready_s: READY_S };
+    let program = std::env::current_exe()
+        .map_err(|why| Error::check(format!("cannot find this executable: {why}")))?;
+    let options = CosimOptions { program, serve_args, control_args, motion_ms, ready_s: READY_S };
     Ok(Session { reports: cosim(&options)?, floor })
 }
 

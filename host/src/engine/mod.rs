@@ -10,9 +10,9 @@ pub mod tissue;
 
 use std::cell::OnceCell;
 
-use chaincell_kernel::cell::Cell;
-use chaincell_kernel::contact::{Contact as Slot, ContactError};
+use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
     Settings, TickOutput, TissueMut, ToolSample, Track,
@@ -372,7 +372,7 @@ impl<'m> Engine<'m> {
         self.shown.get_or_init(|| shown(self.network.model())).len()
     }
 
-    /// The state hash, see [`chaincell_kernel::hash`].
+    /// The state hash, see [`chaincell_kernel::tick::hash`].
     pub fn state_hash(&mut self) -> u64 {
         self.tissue.state_hash(self.network.model())
     }

@@ -1,7 +1,7 @@
 //! What the loop needs of a tissue.
 
-use chaincell_kernel::sample::{TickOutput, ToolSample};
 use chaincell_kernel::trace::{Command, CommandError};
+use chaincell_kernel::{TickOutput, ToolSample};
 
 /// A node with its published position.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

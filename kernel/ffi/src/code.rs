@@ -1,6 +1,6 @@
 //! Result codes: what was refused and why, stable numbers for C.
 
-use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::ContactError;
 use chaincell_kernel::float_env::FloatEnvironmentError;
 use chaincell_kernel::image::{FORMAT_VERSION, kind};
 use chaincell_kernel::stage::StageError;

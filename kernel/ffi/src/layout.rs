@@ -12,8 +12,8 @@
 //!
 //! Nothing in it points into it, so a tissue may be moved and copied byte by byte.
 
-use chaincell_kernel::cell::Cell;
-use chaincell_kernel::contact::Contact;
+use chaincell_kernel::Cell;
+use chaincell_kernel::Contact;
 use chaincell_kernel::{Dynamics, Head, I8F24, Network, NumberOf, TissueMut, array_bytes};
 
 use crate::code::Code;

@@ -1,7 +1,7 @@
 //! The tick, and what can be read from a body and written into it.
 
-use chaincell_kernel::cell::{Cell, output, single};
-use chaincell_kernel::hash::state_hash;
+use chaincell_kernel::number::cell::{Cell, output, single};
+use chaincell_kernel::tick::hash::state_hash;
 use chaincell_kernel::{Flags, Network, Number, TickOutput, ToolSample};
 
 use crate::code::{Code, Detail, Refusal};

@@ -1,9 +1,7 @@
 //! `f64`: what the network would do with numbers as good as exact; for references and tests.
 
-use super::{Loops, Number, RangeError, Sum};
-use crate::link::{COINCIDENT, Pull};
-use crate::model::Model;
-use crate::two_float::{LANES, TwoFloat};
+use super::two_float::{LANES, TwoFloat};
+use super::{Number, Sum};
 
 /// Sums by lane.
 #[derive(Default)]
@@ -25,27 +23,13 @@ impl Sum<f64> for Doubles {
     }
 }
 
-/// The band in rest lengths, and of the squared lengths; widened by the rounding of rest lengths
-/// that are stored in single precision.
-#[derive(Debug, Clone, Copy)]
-pub struct Band {
-    low: f64,
-    high: f64,
-}
-
-/// Rest lengths are stored in single precision.
-const RIM: f64 = 4.0 / 16_777_216.0;
-
 impl Number for f64 {
     const NAME: &'static str = "f64";
     const ZERO: Self = 0.0;
-    const HATS: bool = false;
     type Words = [u32; 2];
     type Product = f64;
     type Sum = Doubles;
-    type Energy = Doubles;
-    type Tally = ();
-    type Band = Band;
+    type WideSum = Doubles;
 
     fn from_single(value: f32) -> Self {
         Self::from(value)
@@ -90,55 +74,4 @@ impl Number for f64 {
     fn product_single(product: f64) -> f32 {
         product as f32
     }
-
-    fn mark(wd2: f64) -> Self {
-        wd2
-    }
-
-    fn count((): &mut (), _wd2: f64) {}
-
-    fn energy(lanes: &Doubles, (): ()) -> TwoFloat {
-        lanes.total()
-    }
-
-    fn energy_term(lane: Self) -> f64 {
-        lane
-    }
-
-    fn band(alpha: f32) -> Band {
-        Band { low: 1.0 - f64::from(alpha), high: 1.0 + f64::from(alpha) }
-    }
-
-    fn pull(
-        pi: [Self; 3],
-        pj: [Self; 3],
-        l0: f32,
-        w: f32,
-        band: Band,
-        rest_difference: impl FnOnce() -> [f32; 3],
-    ) -> Option<Pull<Self>> {
-        let difference = [pj[0] - pi[0], pj[1] - pi[1], pj[2] - pi[2]];
-        let l0 = f64::from(l0);
-        let u = libm::sqrt(Self::inner(difference, difference));
-        let d = if u > l0 * band.high * (1.0 + RIM) {
-            u - l0 * band.high
-        } else if u < l0 * band.low * (1.0 - RIM) {
-            u - l0 * band.low
-        } else {
-            return None;
-        };
-        let wd = f64::from(w) * d;
-        let force = if u * u < f64::from(COINCIDENT) * l0 * l0 {
-            rest_difference().map(|x| wd / (2.0 * l0) * f64::from(x))
-        } else {
-            difference.map(|x| wd / (2.0 * u) * x)
-        };
-        Some(Pull { force, wd2: wd * d })
-    }
-
-    fn admits(_model: &Model<'_>) -> Result<(), RangeError> {
-        Ok(())
-    }
 }
-
-impl Loops for f64 {}

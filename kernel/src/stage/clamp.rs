@@ -1,7 +1,7 @@
 //! Magnitude clamp: the largest force that the device may be given.
 
-use crate::cell::{dot, scale};
-use crate::sqrt::sqrt;
+use crate::number::cell::{dot, scale};
+use crate::number::sqrt::sqrt;
 
 /// `force` shortened to `most` \[N\], and whether that bit.
 pub(super) fn clamped(force: [f32; 3], most: f32) -> ([f32; 3], bool) {

@@ -18,8 +18,8 @@
 //! The damping of motions down to a count a tick goes to half and less: below that a velocity is
 //! mostly the encoder's noise.
 
-use crate::cell::{dot, scale, sub};
-use crate::sqrt::sqrt;
+use crate::number::cell::{dot, scale, sub};
+use crate::number::sqrt::sqrt;
 use crate::stage::clamp::clamped;
 use crate::stage::observer::Observer;
 use crate::stage::settings::Passivity;

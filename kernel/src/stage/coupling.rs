@@ -22,7 +22,7 @@
 //! Source: J. E. Colgate, M. C. Stanley, J. M. Brown, Issues in the haptic display of tool use
 //! (1995); R. J. Adams, B. Hannaford, Stable haptic interaction with virtual environments (1999).
 
-use crate::cell::{add, dot, scale, sub};
+use crate::number::cell::{add, dot, scale, sub};
 use crate::stage::settings::Coupling;
 
 /// Share of the largest step that cannot raise the joint energy: 2 is the bound, 1 the safest.

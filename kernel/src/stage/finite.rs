@@ -3,7 +3,7 @@
 //! Numbers that no device and no tissue can mean are bad too, so that no square and no product of
 //! the stage ever leaves the range of single precision.
 
-use crate::sample::{Flags, TickOutput, ToolSample};
+use crate::tick::sample::{Flags, TickOutput, ToolSample};
 
 /// Largest coordinate of a device's position \[m\].
 const REACH_M: f32 = 1.0e3;

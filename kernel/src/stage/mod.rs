@@ -53,8 +53,8 @@ pub use settings::{
     TICKS_MAX,
 };
 
-use crate::cell::{add, dot, scale, sub};
-use crate::sample::{Flags, TickOutput, ToolSample};
+use crate::number::cell::{add, dot, scale, sub};
+use crate::tick::sample::{Flags, TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
 use observer::Observer;

@@ -35,10 +35,10 @@
 //! J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997); quantisation:
 //! J. J. Abbott, A. M. Okamura, Effects of position quantization and sampling rate (2005).
 
-use crate::cell::{dot, scale, sub};
-use crate::sqrt::sqrt;
+use crate::number::cell::{dot, scale, sub};
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::TwoFloat;
 use crate::stage::settings::Passivity;
-use crate::two_float::TwoFloat;
 
 /// Largest surplus of L \[J\].
 pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;

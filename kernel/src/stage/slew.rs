@@ -1,7 +1,7 @@
 //! Slew limit: how far a force may be from the one before.
 
-use crate::cell::{add, dot, scale, sub};
-use crate::sqrt::sqrt;
+use crate::number::cell::{add, dot, scale, sub};
+use crate::number::sqrt::sqrt;
 
 /// `force` moved towards `target` by at most `most` \[N\], within the rounding of its coordinates.
 pub(super) fn limited(force: [f32; 3], target: [f32; 3], most: f32) -> [f32; 3] {

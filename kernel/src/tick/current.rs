@@ -1,10 +1,10 @@
-//! The tool's part of a tick under the current drive, see [`current`](crate::current).
+//! The tool's part of a tick under the current drive, see [`current`](crate::terms::current).
 
-use super::Tick;
-use crate::cell::{from_single, single};
-use crate::current::{admitted, rounded_up, work};
-use crate::dynamics::Dynamics;
-use crate::sample::Flags;
+use super::order::Tick;
+use super::sample::Flags;
+use crate::number::cell::{from_single, single};
+use crate::solver::Dynamics;
+use crate::terms::current::{admitted, rounded_up, work};
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// I at each contact cell, while the tool drives by it [mean link lengths].

@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-use crate::settings::{Settings, Unloading};
+use crate::tick::settings::{Settings, Unloading};
 
 /// What may change a run between two ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,18 +4,18 @@ use core::fmt;
 
 use super::stage::{self, STAGE_BYTES};
 use super::{CRC, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES, VERSION_PLAIN, VERSION_STAGE, put};
-use crate::dynamics::{Dynamics, NumberOf};
 use crate::model::Model;
 use crate::number::Number;
-use crate::settings::{Drive, Network, Settings, SettingsError, Unloading};
+use crate::solver::{Dynamics, NumberOf};
 use crate::stage::{Stage, StageError, StageSettings};
+use crate::tick::settings::{Drive, Network, Settings, SettingsError, Unloading};
 
 /// Words of the fixed part.
 const WORDS: usize = HEADER_BYTES / 4;
 /// Where the header's checksum stands.
 const CHECKSUM_OFFSET: usize = HEADER_BYTES - 4;
 /// Most contact cells: ids of cells are 16 bits wide.
-const CONTACTS_MAX: usize = crate::image::CELLS_MAX;
+const CONTACTS_MAX: usize = crate::model::image::CELLS_MAX;
 
 /// Why a trace cannot be read or played.
 #[derive(Debug, Clone, Copy, PartialEq)]

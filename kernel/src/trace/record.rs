@@ -9,7 +9,7 @@ use super::{
     TraceError, put,
 };
 use crate::model::Model;
-use crate::sample::ToolSample;
+use crate::tick::sample::ToolSample;
 
 /// Words of a record.
 const WORDS: usize = RECORD_BYTES / 4;

@@ -10,8 +10,12 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::settings::{Drive, Settings, Unloading};
-use crate::{Model, Network, Tissue, ToolSample, Track};
+use crate::model::Model;
+use crate::solver::Track;
+use crate::tick::sample::ToolSample;
+use crate::tick::settings::Network;
+use crate::tick::settings::{Drive, Settings, Unloading};
+use crate::tick::tissue::Tissue;
 
 static PLANE: &[u8] = crate::include_model!("../../../tests/data/plane9.chaincell");
 static OTHER: &[u8] = crate::include_model!("../../../tests/data/plane4.chaincell");
@@ -353,7 +357,7 @@ fn commands_stand_between_the_ticks() {
 
 #[test]
 fn every_scheme_and_number_has_a_code_of_its_own() {
-    use crate::{Euler, GaussSeidel, Rkl1, Rkl2};
+    use crate::solver::{Euler, GaussSeidel, Rkl1, Rkl2};
     use fixed::types::I8F24;
     let network = Network::new(model(), settings()).unwrap();
     let all = [

@@ -1,7 +1,7 @@
 //! Plays a scene tick by tick, and two runs against each other.
 
-use chaincell_kernel::cell::Cell;
-use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::Cell;
+use chaincell_kernel::ContactError;
 use chaincell_kernel::trace::{Header, Record, Writer};
 use chaincell_kernel::{
     Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput, TissueMut,

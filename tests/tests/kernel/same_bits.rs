@@ -6,7 +6,7 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
-use chaincell_kernel::simd::VectorUnit;
+use chaincell_kernel::VectorUnit;
 use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
 use clap::ValueEnum;
 use nalgebra::Vector3;

@@ -10,7 +10,7 @@ use chaincell_host::session::ipc::services::{Domain, Ports, Scene};
 use chaincell_host::session::loops::control::{ControlOptions, ControlRun};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, ServeReport, Server};
-use chaincell_kernel::sample::{TickOutput, ToolSample};
+use chaincell_kernel::{TickOutput, ToolSample};
 use nalgebra::Vector3;
 
 /// Longest wait for anything that must happen.

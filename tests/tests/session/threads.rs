@@ -12,7 +12,7 @@ use chaincell_host::session::loops::floor;
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{Ending, ServeOptions, Server};
 use chaincell_host::session::loops::wait::Wait;
-use chaincell_kernel::sample::Flags;
+use chaincell_kernel::Flags;
 use chaincell_tests::turn;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};

@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use chaincell_kernel::sample::ToolSample;
+use chaincell_kernel::ToolSample;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::engine::motion::Pose;
@@ -39,7 +39,7 @@ pub struct ToolForce {
     pub energy_j: f32,
     /// Number of cells the tool holds.
     pub contacts: u32,
-    /// What bit during the tick, summed: see [`chaincell_kernel::sample::Flags`].
+    /// What bit during the tick, summed: see [`chaincell_kernel::Flags`].
     pub flags: u32,
     /// Time the tick took, without waiting, hashing and sending \[ns\].
     pub step_ns: u32,

@@ -3,7 +3,7 @@
 use iceoryx2::port::update_connections::UpdateConnections;
 use serde::{Deserialize, Serialize};
 
-use chaincell_kernel::sample::Flags;
+use chaincell_kernel::Flags;
 
 use crate::engine::flag_ticks::FlagTicks;
 use crate::error::{Error, Result};

@@ -1,10 +1,10 @@
 //! Real-time privileges: asked for, told when refused, never needed.
 
-use core_affinity::CoreId;
 use iceoryx2_bb_posix::process::{Process, ProcessId, ProcessSetSchedulerError};
 use iceoryx2_bb_posix::scheduler::Scheduler;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Signal, getrlimit, set_parent_process_death_signal};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::error::{Error, Result};
 use crate::session::loops::wait::Wait;
@@ -80,17 +80,33 @@ fn ask_fifo() -> std::result::Result<(), String> {
 }
 
 fn pin(role: Role) -> Option<String> {
-    let cores = core_affinity::get_core_ids().unwrap_or_default();
+    let cores = allowed_cores();
     match core_for(role, &cores) {
         None => {
             Some(format!("pinning left out: {} allowed, two needed", counted(cores.len(), "core")))
         }
-        Some(core) if core_affinity::set_for_current(core) => None,
-        Some(core) => Some(format!("pinning to core {} refused", core.id)),
+        Some(core) => pin_to(core).err().map(|_| format!("pinning to core {core} refused")),
     }
 }
 
-fn core_for(role: Role, cores: &[CoreId]) -> Option<CoreId> {
+/// Cores that this thread may run on, ascending; none where the system does not tell.
+#[must_use]
+pub fn allowed_cores() -> Vec<usize> {
+    let allowed = sched_getaffinity(None).unwrap_or_default();
+    (0..CpuSet::MAX_CPU).filter(|&core| allowed.is_set(core)).collect()
+}
+
+/// Keeps the calling thread on a core.
+///
+/// # Errors
+/// A core that is not there or not allowed.
+pub fn pin_to(core: usize) -> rustix::io::Result<()> {
+    let mut only = CpuSet::new();
+    only.set(core);
+    sched_setaffinity(None, &only)
+}
+
+fn core_for(role: Role, cores: &[usize]) -> Option<usize> {
     let place_from_end = match role {
         Role::Serve => 1,
         Role::Control => 2,
@@ -107,9 +123,9 @@ mod tests {
 
     #[test]
     fn the_two_processes_get_different_cores() {
-        let cores: Vec<CoreId> = [0, 3, 5].map(|id| CoreId { id }).to_vec();
-        assert_eq!(core_for(Role::Serve, &cores), Some(CoreId { id: 5 }));
-        assert_eq!(core_for(Role::Control, &cores), Some(CoreId { id: 3 }));
+        let cores = [0, 3, 5];
+        assert_eq!(core_for(Role::Serve, &cores), Some(5));
+        assert_eq!(core_for(Role::Control, &cores), Some(3));
         assert_eq!(core_for(Role::Serve, &cores[..1]), None);
         assert_eq!(core_for(Role::Control, &[]), None);
     }

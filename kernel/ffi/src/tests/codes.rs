@@ -5,7 +5,7 @@ use std::ffi::CStr;
 use std::string::String;
 use std::vec::Vec;
 
-use chaincell_kernel::contact::ContactError;
+use chaincell_kernel::ContactError;
 use chaincell_kernel::float_env::FloatEnvironmentError;
 use chaincell_kernel::{ModelError, RangeError, ResetError, SettingsError, StateError};
 

@@ -1,8 +1,8 @@
 //! The same scene on this machine.
 
 use anyhow::{Result, bail};
-use chaincell_kernel::cell::Cell;
-use chaincell_kernel::contact::Contact;
+use chaincell_kernel::Cell;
+use chaincell_kernel::Contact;
 use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};

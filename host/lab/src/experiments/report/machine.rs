@@ -33,7 +33,7 @@ impl Machine {
             processor: processor.trim().to_owned(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            avx2: chaincell_kernel::simd::VectorUnit::find().is_some(),
+            avx2: chaincell_kernel::VectorUnit::find().is_some(),
             load: load.join(" "),
             optimised: !cfg!(debug_assertions),
         }

@@ -1,7 +1,7 @@
 //! What the serving loop does between two ticks: commands, pauses, states for viewers.
 
-use chaincell_kernel::sample::{Flags, TickOutput};
 use chaincell_kernel::trace::{Command, CommandRecord};
+use chaincell_kernel::{Flags, TickOutput};
 
 use super::Run;
 use crate::engine::tissue::Refusal;

@@ -14,7 +14,7 @@ mod watchdog;
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::update_connections::UpdateConnections;
 
-use chaincell_kernel::sample::ToolSample;
+use chaincell_kernel::ToolSample;
 
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::tissue::TissueEngine;

@@ -3,7 +3,7 @@
 //!
 //! The clock never enters the tissue: what is recorded is the tissue's own force.
 
-use chaincell_kernel::sample::Flags;
+use chaincell_kernel::Flags;
 
 use super::Run;
 use crate::session::ipc::payload::ToolForce;

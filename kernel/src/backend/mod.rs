@@ -1,0 +1,65 @@
+//! Loops over slices of eight cells, on vector units chosen at run time; the same bits everywhere.
+//!
+//! A loop is written once, as `Work` over the eight lanes of an `F32x8`, and compiled for each
+//! unit: AVX2 on x86-64, NEON on aarch64, plain Rust elsewhere.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+pub(crate) mod f32x8;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+mod neon;
+pub(crate) mod slice_set;
+pub(crate) mod slices;
+mod sums;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use f32x8::{F32x8, Lanes8};
+
+/// Whoever holds one was told that the unit is there; nobody is on targets without.
+#[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+type Proof = ();
+#[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]
+type Proof = core::convert::Infallible;
+
+/// A vector unit that this processor and its operating system offer. Its existence is the proof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VectorUnit(Proof);
+
+impl VectorUnit {
+    /// Asks the processor. Costs a few microseconds in a virtual machine: once, not every tick.
+    #[must_use]
+    pub fn find() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        let found = avx2::is_offered().then_some(Self(()));
+        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+        let found = Some(Self(()));
+        #[cfg(not(any(
+            target_arch = "x86_64",
+            all(target_arch = "aarch64", target_feature = "neon")
+        )))]
+        let found = None;
+        found
+    }
+}
+
+/// A loop that any vector unit can do.
+pub(crate) trait Work {
+    /// What it gives.
+    type Output;
+    /// Does it. Implementations are `#[inline(always)]`, and so is all they call: code is compiled
+    /// for the unit only where it ends up inside the unit's own function.
+    fn run<V: F32x8>(self) -> Self::Output;
+}
+
+/// Does the work on the unit, or in plain Rust without one.
+#[inline]
+pub(crate) fn run<W: Work>(unit: Option<VectorUnit>, work: W) -> W::Output {
+    match unit {
+        #[cfg(target_arch = "x86_64")]
+        Some(unit) => avx2::run(unit, work),
+        #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+        Some(unit) => neon::run(unit, work),
+        _ => work.run::<Lanes8>(),
+    }
+}

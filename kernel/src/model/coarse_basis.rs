@@ -1,0 +1,83 @@
+//! The basis of the coarse level: trilinear hat functions over the rest shape, and the inverse of
+//! the curvature bound between them, both from the bake.
+
+use super::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
+use crate::number::two_float::{Eight, LANES};
+
+/// The hats of a model.
+#[derive(Clone, Copy)]
+pub(crate) struct Hats<'a> {
+    pub count: usize,
+    /// Starts of the boxes' pairs.
+    pub rows: &'a [u32],
+    /// Hats at the corners of each box.
+    pub corners: &'a [[u16; LANES]],
+    /// Cells of each pair.
+    pub cells: &'a [[u16; 2]],
+    /// Weights of each pair at the corners of its box: corner k of the first cell and of the
+    /// second, in turn.
+    pub weights: &'a [[Eight; 2]],
+    /// Where each cell stands among the cells of the pairs.
+    pub entry: &'a [u16],
+    /// Rows of the inverse.
+    pub inverse: &'a [Eight],
+}
+
+impl<'a> Hats<'a> {
+    pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Option<Self>, ModelError> {
+        let Some(count) = sections.optional::<u32>(kind::HATS)? else { return Ok(None) };
+        let count = match count {
+            &[count] if (1..=HATS_MAX as u32).contains(&count) => count as usize,
+            _ => return Err(ModelError::Value(kind::HATS, 0)),
+        };
+        let corners: &[[u16; LANES]] = sections.required(kind::HAT_CORNERS)?;
+        let pairs: &[[u16; 2]] = sections.required(kind::HAT_CELLS)?;
+        Ok(Some(Self {
+            count,
+            rows: sections.sized(kind::HAT_ROWS, corners.len() + 1)?,
+            corners,
+            cells: pairs,
+            weights: sections.sized(kind::HAT_WEIGHTS, pairs.len())?,
+            entry: sections.sized(kind::HAT_ENTRY, cells)?,
+            inverse: sections.sized(kind::HAT_INVERSE, count * count.div_ceil(LANES))?,
+        }))
+    }
+
+    /// Octets of a vector over the hats.
+    #[inline(always)]
+    pub fn octets(&self) -> usize {
+        // A model has at least one hat; the compiler is to know it too.
+        self.count.div_ceil(LANES).max(1)
+    }
+
+    /// Length of a row of the inverse with its padding.
+    pub fn stride(&self) -> usize {
+        self.octets() * LANES
+    }
+
+    /// One element of the inverse; 0 beyond it.
+    pub fn inverse_at(&self, row: usize, column: usize) -> f32 {
+        let octet = self.inverse.get(row * self.octets() + column / LANES);
+        octet.and_then(|octet| octet.get(column % LANES)).copied().unwrap_or(0.0)
+    }
+
+    /// Weight of an entry at a corner of its box.
+    pub fn weight(&self, entry: usize, corner: usize) -> f32 {
+        let octet = self.weights.get(entry / 2).and_then(|pair| pair.get(corner / 4));
+        octet.and_then(|octet| octet.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
+    }
+
+    /// Row of P of a cell: its hats with their weights.
+    pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
+        let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
+        let parts = entry.and_then(|entry| {
+            let entry = usize::from(entry);
+            let at_box = self.rows.partition_point(|&start| start as usize <= entry / 2);
+            Some((self.corners.get(at_box.checked_sub(1)?)?, entry))
+        });
+        parts.into_iter().flat_map(move |(corners, entry)| {
+            let hats = corners.iter().enumerate().filter(|&(_, &hat)| hat != NO_HAT);
+            hats.map(move |(corner, &hat)| (usize::from(hat), self.weight(entry, corner)))
+        })
+    }
+}

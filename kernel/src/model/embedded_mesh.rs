@@ -1,0 +1,104 @@
+//! Nodes of a mesh finer than the network: carried along by the cells around them.
+//!
+//! A node stands at x = X + sum of w (y - Y) over its cells, X and Y at rest, y published: a tick
+//! knows nothing of it, a node's place costs its weights when it is asked for.
+
+use super::Model;
+use super::image::{FINE_CELLS, ModelError, NO_CELL, Sections, kind};
+
+/// Nodes with their weights, and the elements over them.
+#[derive(Clone, Copy)]
+pub(crate) struct Fine<'a> {
+    /// Rest positions, by input id.
+    pub rest: &'a [[f32; 3]],
+    /// Cells of each node, its own first; [`NO_CELL`] for a node that is left out.
+    pub cells: &'a [[u16; FINE_CELLS]],
+    /// Weights of those cells.
+    pub weights: &'a [[f32; FINE_CELLS]],
+    /// Surface triangles.
+    pub triangles: &'a [[u32; 3]],
+    /// Tetrahedra.
+    pub tetrahedra: &'a [[u32; 4]],
+}
+
+impl<'a> Fine<'a> {
+    /// The fine nodes of an image, where it has them: as many as its input's numbering.
+    pub fn read(sections: &Sections<'a>, nodes: usize) -> Result<Option<Self>, ModelError> {
+        if sections.optional::<[f32; 3]>(kind::FINE_REST)?.is_none() {
+            return Ok(None);
+        }
+        Ok(Some(Self {
+            rest: sections.sized(kind::FINE_REST, nodes)?,
+            cells: sections.sized(kind::FINE_CELLS, nodes)?,
+            weights: sections.sized(kind::FINE_WEIGHTS, nodes)?,
+            triangles: sections.optional(kind::FINE_TRIANGLES)?.unwrap_or(&[]),
+            tetrahedra: sections.optional(kind::FINE_TETRAHEDRA)?.unwrap_or(&[]),
+        }))
+    }
+
+    /// The cell whose group holds a node.
+    pub fn own_cell(&self, node: usize) -> Option<u16> {
+        let own = self.cells.get(node)?.first().copied()?;
+        if own == NO_CELL { None } else { Some(own) }
+    }
+}
+
+impl<'a> Model<'a> {
+    /// Number of nodes of the mesh that the cells carry along, by input id; 0 for a model whose
+    /// every node is a cell. Some may be left out: they have no position.
+    #[must_use]
+    pub fn fine_nodes(&self) -> usize {
+        self.fine.map_or(0, |fine| fine.rest.len())
+    }
+
+    /// Rest position of a fine node [mean link lengths from the centre].
+    #[must_use]
+    pub fn fine_rest(&self, node: usize) -> Option<[f32; 3]> {
+        let fine = self.fine?;
+        fine.own_cell(node)?;
+        fine.rest.get(node).copied()
+    }
+
+    /// Cells that carry a fine node, with their weights; its own cell first. Empty for a node that
+    /// is left out.
+    pub fn fine_weights(&self, node: usize) -> impl Iterator<Item = (u16, f32)> + use<'a> {
+        let of = self.fine.and_then(|fine| {
+            fine.own_cell(node)?;
+            Some((fine.cells.get(node)?, fine.weights.get(node)?))
+        });
+        of.into_iter()
+            .flat_map(|(cells, weights)| cells.iter().copied().zip(weights.iter().copied()))
+    }
+
+    /// Surface triangles over the fine nodes, outward, for display.
+    #[must_use]
+    pub fn fine_triangles(&self) -> &'a [[u32; 3]] {
+        self.fine.map_or(&[], |fine| fine.triangles)
+    }
+
+    /// Tetrahedra over the fine nodes, for display.
+    #[must_use]
+    pub fn fine_tetrahedra(&self) -> &'a [[u32; 4]] {
+        self.fine.map_or(&[], |fine| fine.tetrahedra)
+    }
+
+    /// Position of a fine node where the cells stand at `position_of` [mean link lengths from the
+    /// centre]; `None` beyond the last, for one that is left out, and in a model without fine
+    /// nodes. Cost: at most [`FINE_CELLS`] positions.
+    #[must_use]
+    pub fn fine_position(
+        &self,
+        node: usize,
+        position_of: impl Fn(usize) -> Option<[f32; 3]>,
+    ) -> Option<[f32; 3]> {
+        let mut place = self.fine_rest(node)?;
+        for (cell, weight) in self.fine_weights(node).filter(|&(_, weight)| weight != 0.0) {
+            let cell = usize::from(cell);
+            let (now, rest) = (position_of(cell)?, self.rest_position(cell));
+            for ((x, now), rest) in place.iter_mut().zip(now).zip(rest) {
+                *x += weight * (now - rest);
+            }
+        }
+        Some(place)
+    }
+}

@@ -1,0 +1,171 @@
+//! The model image: a flat little-endian file of versioned sections, read in place.
+//!
+//! ```text
+//! offset  bytes  content
+//!      0      8  magic "CHAINCEL"
+//!      8      4  format version (1)
+//!     12      4  bytes of the whole image
+//!     16      4  number of sections
+//!     20      4  CRC-32 (ISO-HDLC) of all bytes but these four
+//!     24      8  zero
+//!     32   16 n  section table: kind, version, offset, bytes (u32 each)
+//!      …         sections, each at a multiple of 16 bytes
+//! ```
+//!
+//! A section that a model does not need is absent and costs nothing. Unknown kinds are skipped,
+//! a known kind with an unknown version is refused.
+
+mod error;
+mod sections;
+
+pub use error::ModelError;
+pub(crate) use sections::Sections;
+pub use sections::checksum;
+
+/// First bytes of every image.
+pub const MAGIC: [u8; 8] = *b"CHAINCEL";
+/// Version of the format this kernel reads.
+pub const FORMAT_VERSION: u32 = 1;
+/// Version of every section defined here.
+pub const SECTION_VERSION: u32 = 1;
+/// Bytes before the section table.
+pub const HEADER_BYTES: usize = 32;
+/// Bytes of one entry of the section table.
+pub const ENTRY_BYTES: usize = 16;
+/// Alignment of the image and of every section.
+pub const ALIGNMENT: usize = 16;
+/// Largest number of cells: ids are 16 bits wide, and 65,535 stays free.
+pub const CELLS_MAX: usize = 65_535;
+/// Most hat functions.
+pub const HATS_MAX: usize = 1024;
+/// Corner without a hat, and cell without an entry.
+pub const NO_HAT: u16 = u16::MAX;
+/// Cells that carry a node of a mesh finer than the network.
+pub const FINE_CELLS: usize = 8;
+/// Cell of a node that is left out.
+pub const NO_CELL: u16 = u16::MAX;
+/// Where the checksum stands.
+pub const CHECKSUM_OFFSET: usize = 20;
+
+/// Section kinds. Element types in brackets; `half-links` = links counted at their upper end.
+pub mod kind {
+    /// Scalars of the body, see [`super::params`] (u32 or f32, 16 words).
+    pub const PARAMS: u32 = 1;
+    /// Rest positions from the body's centre in mean link lengths ([f32; 3] a cell).
+    pub const REST: u32 = 2;
+    /// Row starts: the links of cell i, as the lower end, are `ROWS[i]..ROWS[i + 1]`
+    /// (u32, cells + 1).
+    pub const ROWS: u32 = 3;
+    /// Upper end of each link, ascending within a row (u16 a link).
+    pub const UPPER: u32 = 4;
+    /// Rest length of each link in mean link lengths (f32 a link).
+    pub const REST_LENGTH: u32 = 5;
+    /// Row starts of the half-links: cell i as the upper end (u32, cells + 1).
+    pub const BACK_ROWS: u32 = 6;
+    /// Lower end of each half-link, ascending within a row (u16 a link).
+    pub const LOWER: u32 = 7;
+    /// Link of each half-link (u32 a link).
+    pub const BACK_LINK: u32 = 8;
+    /// Mobility 1 / W of each cell, W = sum of its links' weights; 0 for a fixed-state cell and
+    /// for a cell without links (f32 a cell).
+    pub const MOBILITY: u32 = 9;
+    /// Fixed-state cells, ascending (u16).
+    pub const FIXED: u32 = 10;
+    /// Input id of each cell (u32 a cell).
+    pub const INPUT_ID: u32 = 11;
+    /// Optional: alpha of each link (f32 a link).
+    pub const ALPHA: u32 = 12;
+    /// Optional: weight k / `k_ref` of each link (f32 a link).
+    pub const WEIGHT: u32 = 13;
+    /// Optional: surface cells, ascending (u16).
+    pub const SURFACE: u32 = 14;
+    /// With `SURFACE`: outward unit normals ([f32; 3] a surface cell).
+    pub const NORMALS: u32 = 15;
+    /// Optional, for display: surface triangles, outward ([u16; 3]).
+    pub const TRIANGLES: u32 = 16;
+    /// Optional, for display: tetrahedra ([u16; 4]).
+    pub const TETRAHEDRA: u32 = 17;
+    /// Optional: starts of the slices of eight consecutive cells, in groups of eight slots; the
+    /// links of every cell once more, lane by lane, for vector units (u32, slices + 1).
+    pub const SLICE_ROWS: u32 = 19;
+    /// With `SLICE_ROWS`: other end of each slot, ascending in each lane, then the lane's own cell
+    /// (u16, 8 a group).
+    pub const SLICE_NEIGHBOURS: u32 = 20;
+    /// With `SLICE_ROWS`: rest length of each slot, 0 for padding (f32, 8 a group).
+    pub const SLICE_LENGTHS: u32 = 21;
+    /// With `SLICE_ROWS` and `ALPHA`: alpha of each slot (f32, 8 a group).
+    pub const SLICE_ALPHAS: u32 = 22;
+    /// With `SLICE_ROWS` and `WEIGHT`: weight of each slot, 1 for padding (f32, 8 a group).
+    pub const SLICE_WEIGHTS: u32 = 23;
+    /// Optional: number of hat functions (u32, one word).
+    pub const HATS: u32 = 24;
+    /// With `HATS`: starts of the boxes' pairs in `HAT_CELLS` (u32, boxes + 1).
+    pub const HAT_ROWS: u32 = 25;
+    /// With `HATS`: the hats at the corners of each box; [`super::NO_HAT`] for none ([u16; 8]).
+    pub const HAT_CORNERS: u32 = 26;
+    /// With `HATS`: the free cells, box by box, in pairs; the last one of an odd number stands
+    /// twice ([u16; 2]).
+    pub const HAT_CELLS: u32 = 27;
+    /// With `HATS`: weights of those cells at the corners of their box, corner 0 of the first and
+    /// of the second cell, corner 1 and so on; 0 for the second stand ([f32; 16] a pair).
+    pub const HAT_WEIGHTS: u32 = 28;
+    /// With `HATS`: where each cell stands first in `HAT_CELLS`, 65,535 for a fixed one (u16 a
+    /// cell).
+    pub const HAT_ENTRY: u32 = 29;
+    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32).
+    pub const HAT_INVERSE: u32 = 30;
+    /// Optional: starts of the colours in `COLOUR_CELLS` (u32, colours + 1).
+    pub const COLOUR_ROWS: u32 = 31;
+    /// With `COLOUR_ROWS`: the cells with a mobility, colour by colour, ascending in each; no two
+    /// of a colour are linked (u16).
+    pub const COLOUR_CELLS: u32 = 32;
+    /// Optional: what the host wants to remember, opaque to the kernel (bytes).
+    pub const NOTES: u32 = 18;
+    /// Optional: rest positions of the nodes of a mesh finer than the network, by input id
+    /// ([f32; 3], input nodes).
+    pub const FINE_REST: u32 = 33;
+    /// With `FINE_REST`: the cells that carry each node, its own first; [`super::NO_CELL`] for a
+    /// node that is left out ([u16; 8] a node).
+    pub const FINE_CELLS: u32 = 34;
+    /// With `FINE_REST`: the weights of those cells, 1 in all ([f32; 8] a node).
+    pub const FINE_WEIGHTS: u32 = 35;
+    /// With `FINE_REST`, optional, for display: surface triangles over the nodes, outward
+    /// ([u32; 3]).
+    pub const FINE_TRIANGLES: u32 = 36;
+    /// With `FINE_REST`, optional, for display: tetrahedra over the nodes ([u32; 4]).
+    pub const FINE_TETRAHEDRA: u32 = 37;
+}
+
+/// Word indices of the `PARAMS` section.
+pub mod params {
+    /// Number of words.
+    pub const WORDS: usize = 16;
+    /// Number of cells (u32).
+    pub const CELLS: usize = 0;
+    /// Number of links (u32).
+    pub const LINKS: usize = 1;
+    /// Dimension of the grid, 1 to 3 (u32).
+    pub const DIMENSION: usize = 2;
+    /// Mean link length, the internal unit (f32) \[m\].
+    pub const UNIT_M: usize = 3;
+    /// Centre of the body, three words (f32) \[m\].
+    pub const CENTRE_M: usize = 4;
+    /// Stiffness of a link of weight 1 (f32) [N/m].
+    pub const STIFFNESS_N_PER_M: usize = 7;
+    /// Half-width of the band in rest lengths; the mean where links differ (f32).
+    pub const ALPHA: usize = 8;
+    /// Saturation K (f32) [mean link lengths].
+    pub const SATURATION: usize = 9;
+    /// Cell resistance `R_x` (f32).
+    pub const RESISTANCE: usize = 10;
+    /// Cell capacitance C (f32).
+    pub const CAPACITANCE: usize = 11;
+    /// b, the largest (`W_i` + `W_j`) / 2 over the links (f32).
+    pub const DEGREE_BOUND: usize = 12;
+    /// Largest energy a tool may load into the body (f32), in internal units.
+    pub const ENERGY_MAX: usize = 13;
+    /// Number of connected parts (u32).
+    pub const PARTS: usize = 14;
+    /// Number of nodes of the input's numbering (u32).
+    pub const INPUT_NODES: usize = 15;
+}

@@ -1,0 +1,54 @@
+//! The model: everything about a body that never changes, read in place from its image.
+//!
+//! - [`image`]: the format, a flat file of sections.
+//! - `read`: [`Model`] and what it borrows from the image; `validate` checks all of it once.
+//! - `query`: what a model tells of its body.
+//! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
+//! - `embedded_mesh`: nodes of a finer mesh that the cells carry.
+
+pub(crate) mod coarse_basis;
+mod embedded_mesh;
+pub mod image;
+mod query;
+mod read;
+mod validate;
+
+use core::ops::Range;
+
+pub use read::Model;
+pub(crate) use read::Slices;
+
+use crate::number::cell::{dot, sub};
+use crate::number::sqrt::sqrt;
+
+/// Largest coordinate of a position that a state may have [mean link lengths].
+pub const COORDINATE_MAX: f32 = 1.0e6;
+
+/// Rest length of a link between two stored rest positions, by the sweep's own arithmetic.
+#[must_use]
+pub fn rest_length(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let difference = sub(b, a);
+    sqrt(dot(difference, difference))
+}
+
+/// `rows[at]..rows[at + 1]`, empty beyond the end.
+#[inline]
+pub(crate) fn range(rows: &[u32], at: usize) -> Range<usize> {
+    match rows.get(at..).and_then(|rows| rows.first_chunk()) {
+        Some(&[start, end]) => start as usize..end as usize,
+        None => 0..0,
+    }
+}
+
+/// Links a model image into flash with the alignment that [`Model::from_bytes`] asks for.
+///
+/// The path is relative to the file the macro stands in. Gives a `&'static [u8]`.
+#[macro_export]
+macro_rules! include_model {
+    ($path:expr $(,)?) => {{
+        #[repr(C, align(16))]
+        struct Aligned<Bytes: ?Sized>(Bytes);
+        static IMAGE: &Aligned<[u8]> = &Aligned(*include_bytes!($path));
+        &IMAGE.0
+    }};
+}

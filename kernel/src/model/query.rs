@@ -1,0 +1,273 @@
+//! What a model tells of its body.
+
+use core::ops::Range;
+
+use super::{Model, range};
+use crate::number::two_float::LANES;
+
+impl<'a> Model<'a> {
+    /// Number of cells.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// Number of links.
+    #[must_use]
+    pub fn links(&self) -> usize {
+        self.upper.len()
+    }
+
+    /// Dimension of the grid, 1 to 3.
+    #[must_use]
+    pub fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    /// Number of connected parts.
+    #[must_use]
+    pub fn parts(&self) -> u32 {
+        self.parts
+    }
+
+    /// Checksum of the image; it tells models apart.
+    #[must_use]
+    pub fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// Mean link length, the kernel's internal unit of length \[m\].
+    #[must_use]
+    pub fn unit_m(&self) -> f32 {
+        self.unit_m
+    }
+
+    /// The body's centre, origin of the internal frame \[m\].
+    #[must_use]
+    pub fn centre_m(&self) -> [f32; 3] {
+        self.centre_m
+    }
+
+    /// Stiffness of a link of weight 1 [N/m].
+    #[must_use]
+    pub fn stiffness_n_per_m(&self) -> f32 {
+        self.stiffness_n_per_m
+    }
+
+    /// Half-width of the links' band in rest lengths (Eq. 5); the mean where links differ.
+    #[must_use]
+    pub fn alpha(&self) -> f32 {
+        self.alpha
+    }
+
+    /// Saturation K of the output (Eq. 3) [mean link lengths].
+    #[must_use]
+    pub fn saturation(&self) -> f32 {
+        self.saturation
+    }
+
+    /// Cell resistance `R_x` (Eq. 2).
+    #[must_use]
+    pub fn resistance(&self) -> f32 {
+        self.resistance
+    }
+
+    /// Cell capacitance C (Eq. 2).
+    #[must_use]
+    pub fn capacitance(&self) -> f32 {
+        self.capacitance
+    }
+
+    /// Largest proven common step of `euler`, 2 C / b with b the largest (`W_i` + `W_j`) / 2 over
+    /// the links, and at most `R_x` C [dimensionless time].
+    #[must_use]
+    pub fn step_max(&self) -> f32 {
+        let links = 2.0 * self.capacitance / self.degree_bound;
+        let leak = self.resistance * self.capacitance;
+        if leak < links { leak } else { links }
+    }
+
+    /// Largest energy a tool may load into the body, in internal units
+    /// (times [`Self::energy_unit_j`] in joules).
+    #[must_use]
+    pub fn energy_max(&self) -> f32 {
+        self.energy_max
+    }
+
+    /// Newtons per internal unit of force, 2 `k_ref` times the mean link length.
+    #[must_use]
+    pub fn force_unit_n(&self) -> f32 {
+        2.0 * self.stiffness_n_per_m * self.unit_m
+    }
+
+    /// Joules per internal unit of energy, 2 `k_ref` times the mean link length squared.
+    #[must_use]
+    pub fn energy_unit_j(&self) -> f32 {
+        self.force_unit_n() * self.unit_m
+    }
+
+    /// Fixed-state cells, ascending.
+    #[must_use]
+    pub fn fixed(&self) -> &'a [u16] {
+        self.fixed
+    }
+
+    /// Whether a cell's state is fixed.
+    #[must_use]
+    pub fn is_fixed(&self, cell: u16) -> bool {
+        self.fixed.binary_search(&cell).is_ok()
+    }
+
+    /// Surface cells, ascending; empty where the bake stored none.
+    #[must_use]
+    pub fn surface(&self) -> &'a [u16] {
+        self.surface
+    }
+
+    /// Outward unit normals of the surface cells, in their order.
+    #[must_use]
+    pub fn normals(&self) -> &'a [[f32; 3]] {
+        self.normals
+    }
+
+    /// Surface triangles for display, as cells, outward.
+    #[must_use]
+    pub fn triangles(&self) -> &'a [[u16; 3]] {
+        self.triangles
+    }
+
+    /// Tetrahedra for display, as cells.
+    #[must_use]
+    pub fn tetrahedra(&self) -> &'a [[u16; 4]] {
+        self.tetrahedra
+    }
+
+    /// What the host noted at the bake; empty where it noted nothing.
+    #[must_use]
+    pub fn notes(&self) -> &'a [u8] {
+        self.notes
+    }
+
+    /// Input id of each cell; in a model with fine nodes, the node that the cell stands at.
+    #[must_use]
+    pub fn input_id(&self) -> &'a [u32] {
+        self.input_id
+    }
+
+    /// The cell of an input id; `None` for a node that is no cell. Looks through all cells. In a
+    /// model with fine nodes, the cell whose group holds the node, at once: several ids may have
+    /// one cell.
+    #[must_use]
+    pub fn cell_of_input(&self, id: u32) -> Option<u16> {
+        if let Some(fine) = self.fine {
+            return fine.own_cell(id as usize);
+        }
+        let cell = self.input_id.iter().position(|&other| other == id)?;
+        u16::try_from(cell).ok()
+    }
+
+    /// Number of nodes of the input's numbering.
+    #[must_use]
+    pub fn input_nodes(&self) -> u32 {
+        self.input_nodes
+    }
+
+    /// Number of slices of eight consecutive cells.
+    #[inline(always)]
+    pub(crate) fn slice_count(&self) -> usize {
+        self.cells().div_ceil(LANES)
+    }
+
+    /// Number of hat functions of the coarse level, 0 without one.
+    #[must_use]
+    pub fn hats(&self) -> usize {
+        self.hats.map_or(0, |hats| hats.count)
+    }
+
+    /// Number of colours, 0 where the bake stored none.
+    #[must_use]
+    pub fn colours(&self) -> usize {
+        self.colours.map_or(0, |colours| colours.rows.len().saturating_sub(1))
+    }
+
+    /// Whether the links are stored once more in slices for vector units.
+    #[must_use]
+    pub fn is_sliced(&self) -> bool {
+        self.slices.is_some()
+    }
+
+    /// Whether alpha is stored for each link.
+    #[must_use]
+    pub fn alpha_varies(&self) -> bool {
+        self.link_alphas.is_some()
+    }
+
+    /// Whether the stiffness is stored for each link.
+    #[must_use]
+    pub fn weight_varies(&self) -> bool {
+        self.link_weights.is_some()
+    }
+
+    /// Upper ends of all links, row by row.
+    #[must_use]
+    pub fn upper(&self) -> &'a [u16] {
+        self.upper
+    }
+
+    /// Rest lengths of all links [mean link lengths].
+    #[must_use]
+    pub fn rest_lengths(&self) -> &'a [f32] {
+        self.rest_length
+    }
+
+    /// Rest position of a cell [mean link lengths from the centre]; zero beyond the last.
+    #[must_use]
+    #[inline]
+    pub fn rest_position(&self, cell: usize) -> [f32; 3] {
+        self.rest.get(cell).copied().unwrap_or([0.0; 3])
+    }
+
+    /// The links of `cell` as their lower end.
+    #[must_use]
+    #[inline]
+    pub fn row(&self, cell: usize) -> Range<usize> {
+        range(self.rows, cell)
+    }
+
+    /// The half-links of `cell` as their upper end.
+    #[inline]
+    pub(crate) fn back_row(&self, cell: usize) -> Range<usize> {
+        range(self.back_rows, cell)
+    }
+
+    /// Alpha of a link.
+    #[must_use]
+    #[inline]
+    pub fn link_alpha(&self, link: usize) -> f32 {
+        self.link_alphas.and_then(|alphas| alphas.get(link).copied()).unwrap_or(self.alpha)
+    }
+
+    /// Weight k / `k_ref` of a link.
+    #[must_use]
+    #[inline]
+    pub fn link_weight(&self, link: usize) -> f32 {
+        self.link_weights.and_then(|weights| weights.get(link).copied()).unwrap_or(1.0)
+    }
+
+    /// The links of a cell with their other ends, in ascending order of the other end.
+    pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> + use<'a> {
+        let (lower, back_link, upper) = (self.lower, self.back_link, self.upper);
+        let below = self.back_row(cell).filter_map(move |half| {
+            Some((*back_link.get(half)? as usize, usize::from(*lower.get(half)?)))
+        });
+        let above =
+            self.row(cell).filter_map(move |link| Some((link, usize::from(*upper.get(link)?))));
+        below.chain(above)
+    }
+
+    /// W: sum of the weights of a cell's links, in ascending order of their other ends.
+    #[must_use]
+    pub fn cell_weight(&self, cell: usize) -> f32 {
+        self.neighbours(cell).fold(0.0, |sum, (link, _)| sum + self.link_weight(link))
+    }
+}

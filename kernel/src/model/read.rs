@@ -1,0 +1,181 @@
+//! The model: everything about a body that never changes, read in place from its image.
+
+use super::coarse_basis::Hats;
+use super::embedded_mesh::Fine;
+use super::image::{ModelError, Sections, kind, params};
+use super::validate;
+use crate::number::two_float::LANES;
+
+/// The links once more, in slices of [`LANES`] consecutive cells for vector units.
+#[derive(Clone, Copy)]
+pub(crate) struct Slices<'a> {
+    /// Groups of each slice, slices + 1.
+    pub rows: &'a [u32],
+    /// Other ends, by group and lane.
+    pub neighbours: &'a [[u16; LANES]],
+    /// Rest lengths, by group and lane; 0 for padding.
+    pub lengths: &'a [[f32; LANES]],
+    /// Alpha, by group and lane, where links differ.
+    pub alphas: Option<&'a [[f32; LANES]]>,
+    /// Weights, by group and lane, where links differ; 1 for padding.
+    pub weights: Option<&'a [[f32; LANES]]>,
+}
+
+/// The free cells in colours, for schemes that move cells in place.
+#[derive(Clone, Copy)]
+pub(crate) struct Colours<'a> {
+    /// Starts of the colours, colours + 1.
+    pub rows: &'a [u32],
+    /// Cells, colour by colour.
+    pub cells: &'a [u16],
+}
+
+/// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
+///
+/// Its existence means that every index is in range and every number fit for the tick.
+#[derive(Clone, Copy)]
+pub struct Model<'a> {
+    pub(crate) rest: &'a [[f32; 3]],
+    pub(crate) rows: &'a [u32],
+    pub(crate) upper: &'a [u16],
+    pub(crate) rest_length: &'a [f32],
+    pub(crate) back_rows: &'a [u32],
+    pub(crate) lower: &'a [u16],
+    pub(crate) back_link: &'a [u32],
+    pub(crate) mobility: &'a [f32],
+    pub(crate) fixed: &'a [u16],
+    pub(crate) input_id: &'a [u32],
+    pub(crate) slices: Option<Slices<'a>>,
+    pub(crate) hats: Option<Hats<'a>>,
+    pub(crate) colours: Option<Colours<'a>>,
+    pub(crate) link_alphas: Option<&'a [f32]>,
+    pub(crate) link_weights: Option<&'a [f32]>,
+    /// Smallest weight of a link.
+    pub(crate) weight_min: f32,
+    pub(crate) surface: &'a [u16],
+    pub(crate) normals: &'a [[f32; 3]],
+    pub(crate) triangles: &'a [[u16; 3]],
+    pub(crate) tetrahedra: &'a [[u16; 4]],
+    pub(crate) notes: &'a [u8],
+    pub(crate) fine: Option<Fine<'a>>,
+    pub(crate) dimension: u32,
+    pub(crate) unit_m: f32,
+    pub(crate) centre_m: [f32; 3],
+    pub(crate) stiffness_n_per_m: f32,
+    pub(crate) alpha: f32,
+    pub(crate) saturation: f32,
+    pub(crate) resistance: f32,
+    pub(crate) capacitance: f32,
+    pub(crate) degree_bound: f32,
+    pub(crate) energy_max: f32,
+    pub(crate) parts: u32,
+    pub(crate) input_nodes: u32,
+    pub(crate) checksum: u32,
+}
+
+impl<'a> Model<'a> {
+    /// Reads an image in place. `bytes` must start at a multiple of 16
+    /// ([`include_model!`](crate::include_model) sees to it).
+    ///
+    /// Cost: the checksum, about two sweeps and two looks at each element of the hats' inverse,
+    /// once; no memory.
+    ///
+    /// # Errors
+    /// What is wrong with the image, with section and position.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
+        let sections = Sections::parse(bytes)?;
+        let words: &[u32] = sections.sized(kind::PARAMS, params::WORDS)?;
+        let word = |index: usize| words.get(index).copied().unwrap_or(0);
+        let real = |index: usize| f32::from_bits(word(index));
+        let (cells, links) = (word(params::CELLS) as usize, word(params::LINKS) as usize);
+        let ends = cells.checked_add(1).ok_or(ModelError::Parameter(0))?;
+        let per_link = |kind| match sections.optional::<f32>(kind)? {
+            Some(values) if values.len() != links => Err(ModelError::SectionSize(kind)),
+            values => Ok(values),
+        };
+        let link_weights = per_link(kind::WEIGHT)?;
+        let least = |least: f32, &w: &f32| if w < least { w } else { least };
+        let surface = sections.optional(kind::SURFACE)?.unwrap_or(&[]);
+        let normals = sections.optional(kind::NORMALS)?.unwrap_or(&[]);
+        if normals.len() != surface.len() {
+            return Err(ModelError::SectionSize(kind::NORMALS));
+        }
+        let model = Self {
+            rest: sections.sized(kind::REST, cells)?,
+            rows: sections.sized(kind::ROWS, ends)?,
+            upper: sections.sized(kind::UPPER, links)?,
+            rest_length: sections.sized(kind::REST_LENGTH, links)?,
+            back_rows: sections.sized(kind::BACK_ROWS, ends)?,
+            lower: sections.sized(kind::LOWER, links)?,
+            back_link: sections.sized(kind::BACK_LINK, links)?,
+            mobility: sections.sized(kind::MOBILITY, cells)?,
+            fixed: sections.required(kind::FIXED)?,
+            input_id: sections.sized(kind::INPUT_ID, cells)?,
+            slices: slices(&sections, cells)?,
+            hats: Hats::read(&sections, cells)?,
+            colours: colours(&sections)?,
+            link_alphas: per_link(kind::ALPHA)?,
+            link_weights,
+            weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),
+            surface,
+            normals,
+            triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
+            tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
+            notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
+            fine: Fine::read(&sections, word(params::INPUT_NODES) as usize)?,
+            dimension: word(params::DIMENSION),
+            unit_m: real(params::UNIT_M),
+            centre_m: [0, 1, 2].map(|axis| real(params::CENTRE_M + axis)),
+            stiffness_n_per_m: real(params::STIFFNESS_N_PER_M),
+            alpha: real(params::ALPHA),
+            saturation: real(params::SATURATION),
+            resistance: real(params::RESISTANCE),
+            capacitance: real(params::CAPACITANCE),
+            degree_bound: real(params::DEGREE_BOUND),
+            energy_max: real(params::ENERGY_MAX),
+            parts: word(params::PARTS),
+            input_nodes: word(params::INPUT_NODES),
+            checksum: sections.checksum,
+        };
+        validate::model(&model)?;
+        Ok(model)
+    }
+}
+
+impl core::fmt::Debug for Model<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Model")
+            .field("cells", &self.cells())
+            .field("links", &self.links())
+            .field("checksum", &self.checksum)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The sliced links of an image, where it has them.
+fn slices<'a>(sections: &Sections<'a>, cells: usize) -> Result<Option<Slices<'a>>, ModelError> {
+    let Some(rows) = sections.optional::<u32>(kind::SLICE_ROWS)? else { return Ok(None) };
+    if rows.len() != cells.div_ceil(LANES) + 1 {
+        return Err(ModelError::SectionSize(kind::SLICE_ROWS));
+    }
+    let groups = rows.last().map_or(0, |&last| last as usize);
+    let neighbours = sections.sized(kind::SLICE_NEIGHBOURS, groups)?;
+    let lengths = sections.sized(kind::SLICE_LENGTHS, groups)?;
+    let per_slot = |of: u32, slots: u32| match sections.optional::<f32>(of)? {
+        Some(_) => sections.sized(slots, groups).map(Some),
+        None => Ok(None),
+    };
+    Ok(Some(Slices {
+        rows,
+        neighbours,
+        lengths,
+        alphas: per_slot(kind::ALPHA, kind::SLICE_ALPHAS)?,
+        weights: per_slot(kind::WEIGHT, kind::SLICE_WEIGHTS)?,
+    }))
+}
+
+/// The colours of an image, where it has them.
+fn colours<'a>(sections: &Sections<'a>) -> Result<Option<Colours<'a>>, ModelError> {
+    let Some(rows) = sections.optional(kind::COLOUR_ROWS)? else { return Ok(None) };
+    Ok(Some(Colours { rows, cells: sections.required(kind::COLOUR_CELLS)? }))
+}

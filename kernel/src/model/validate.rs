@@ -1,0 +1,376 @@
+//! The checks after which the tick never has to check again.
+//!
+//! Every function runs in one pass without memory of its own; together they cost about as much as
+//! two sweeps plus the checksum.
+
+use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
+use super::{Model, range, rest_length};
+use crate::number::two_float::LANES;
+
+/// Rest lengths, in mean link lengths, span at most this factor either way.
+const LENGTH_RANGE: f32 = 1.0e6;
+/// Weights, k / `k_ref`, span at most this factor either way.
+const WEIGHT_RANGE: f32 = 1.0e9;
+
+/// R_x and C span at most this factor either way.
+const CIRCUIT_RANGE: f32 = 1.0e12;
+/// Newtons and joules per internal unit span at most this factor either way.
+const UNIT_RANGE: f32 = 1.0e18;
+/// Largest element of the hats' inverse: far above what weights in their range give.
+const INVERSE_MAX: f32 = 1.0e24;
+/// Largest weight with which a cell carries a fine node, either way.
+const CARRY_MAX: f32 = 16.0;
+/// How far the weights of a node may miss 1 in all.
+const CARRY_SUM: f32 = 1.0e-4;
+/// Largest numbering of an input.
+const INPUT_NODES_MAX: u32 = 1 << 27;
+
+/// Whether a number lies within a factor of 1.
+fn within(value: f32, factor: f32) -> bool {
+    (1.0 / factor..=factor).contains(&value)
+}
+
+/// Checks a whole model: ranges first, then order and symmetry, then the numbers.
+pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
+    parameters(model)?;
+    rows(kind::ROWS, model.rows, model.links())?;
+    rows(kind::BACK_ROWS, model.back_rows, model.links())?;
+    upper_ends(model)?;
+    half_links(model)?;
+    rest_positions(model)?;
+    link_numbers(model)?;
+    slices(model)?;
+    ascending(kind::FIXED, model.fixed, model.cells())?;
+    mobilities(model)?;
+    slice_values(model)?;
+    hats(model)?;
+    colours(model)?;
+    ascending(kind::SURFACE, model.surface, model.cells())?;
+    normals(model)?;
+    input_ids(model)?;
+    fine(model)?;
+    corners(kind::TRIANGLES, model.triangles.as_flattened(), model.cells())?;
+    corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), model.cells())
+}
+
+fn at(position: usize) -> u32 {
+    u32::try_from(position).unwrap_or(u32::MAX)
+}
+
+fn positive(value: f32) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+fn parameters(model: &Model<'_>) -> Result<(), ModelError> {
+    let word = |index: usize, holds: bool| {
+        if holds { Ok(()) } else { Err(ModelError::Parameter(at(index))) }
+    };
+    word(params::CELLS, (1..=CELLS_MAX).contains(&model.cells()))?;
+    word(params::DIMENSION, (1..=3).contains(&model.dimension))?;
+    word(params::UNIT_M, positive(model.unit_m))?;
+    word(params::CENTRE_M, model.centre_m.iter().all(|value| value.is_finite()))?;
+    word(params::STIFFNESS_N_PER_M, positive(model.stiffness_n_per_m))?;
+    let force = 2.0 * model.stiffness_n_per_m * model.unit_m;
+    let units = within(force, UNIT_RANGE) && within(force * model.unit_m, UNIT_RANGE);
+    word(params::STIFFNESS_N_PER_M, units)?;
+    word(params::ALPHA, (0.0..1.0).contains(&model.alpha))?;
+    word(params::SATURATION, positive(model.saturation) && model.saturation < 1.0e6)?;
+    word(params::RESISTANCE, within(model.resistance, CIRCUIT_RANGE))?;
+    word(params::CAPACITANCE, within(model.capacitance, CIRCUIT_RANGE))?;
+    word(params::DEGREE_BOUND, positive(model.degree_bound))?;
+    let parts = model.parts as usize;
+    word(params::PARTS, (1..=model.cells()).contains(&parts))?;
+    let numbering = model.cells() as u32..=INPUT_NODES_MAX;
+    word(params::INPUT_NODES, numbering.contains(&model.input_nodes))?;
+    word(params::ENERGY_MAX, positive(model.energy_max) && model.energy_max < 1.0e18)
+}
+
+/// Row starts: from 0, never descending, up to `end`.
+fn rows(kind: u32, rows: &[u32], end: usize) -> Result<(), ModelError> {
+    let mut last = 0;
+    for (i, &start) in rows.iter().enumerate() {
+        let first_is_zero = i > 0 || start == 0;
+        if start < last || start as usize > end || !first_is_zero {
+            return Err(ModelError::Index(kind, at(i)));
+        }
+        last = start;
+    }
+    if last as usize == end { Ok(()) } else { Err(ModelError::Index(kind, at(rows.len()))) }
+}
+
+/// `i < j < cells`, ascending and without repeats within each row.
+fn upper_ends(model: &Model<'_>) -> Result<(), ModelError> {
+    for i in 0..model.cells() {
+        let mut last = i;
+        for link in model.row(i) {
+            let upper = model.upper.get(link).copied().map_or(0, usize::from);
+            if upper <= last || upper >= model.cells() {
+                return Err(ModelError::Index(kind::UPPER, at(link)));
+            }
+            last = upper;
+        }
+    }
+    Ok(())
+}
+
+/// The half-links name the same links once more, from the other end.
+fn half_links(model: &Model<'_>) -> Result<(), ModelError> {
+    for i in 0..model.cells() {
+        let mut next = 0;
+        for half in model.back_row(i) {
+            let lower = model.lower.get(half).copied().map_or(usize::MAX, usize::from);
+            let link = model.back_link.get(half).copied().unwrap_or(u32::MAX) as usize;
+            let same_link = lower < i
+                && lower >= next
+                && model.row(lower).contains(&link)
+                && model.upper.get(link).copied().map(usize::from) == Some(i);
+            if !same_link {
+                return Err(ModelError::Index(kind::BACK_LINK, at(half)));
+            }
+            next = lower + 1;
+        }
+    }
+    Ok(())
+}
+
+fn rest_positions(model: &Model<'_>) -> Result<(), ModelError> {
+    let bad = model.rest.iter().position(|rest| {
+        let inside = rest.iter().all(|x| x.is_finite() && 1.999 * x.abs() <= model.saturation);
+        !inside || rest.iter().any(|x| x.to_bits() == (-0.0_f32).to_bits())
+    });
+    bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::REST, at(cell))))
+}
+
+/// Rest lengths must be what the kernel's own arithmetic gives for the stored rest positions.
+fn link_numbers(model: &Model<'_>) -> Result<(), ModelError> {
+    for i in 0..model.cells() {
+        for k in model.row(i) {
+            let length = model.rest_length.get(k).copied().unwrap_or(0.0);
+            let j = model.upper.get(k).copied().map_or(0, usize::from);
+            let own = rest_length(model.rest_position(i), model.rest_position(j));
+            let in_range = (1.0 / LENGTH_RANGE..=LENGTH_RANGE).contains(&length);
+            if !in_range || own.to_bits() != length.to_bits() {
+                return Err(ModelError::Value(kind::REST_LENGTH, at(k)));
+            }
+            if !(0.0..1.0).contains(&model.link_alpha(k)) {
+                return Err(ModelError::Value(kind::ALPHA, at(k)));
+            }
+            if !(1.0 / WEIGHT_RANGE..=WEIGHT_RANGE).contains(&model.link_weight(k)) {
+                return Err(ModelError::Value(kind::WEIGHT, at(k)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The slices name every cell's links in ascending order of the other end, then pad with the cell
+/// itself.
+fn slices(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(slices) = model.slices else { return Ok(()) };
+    rows(kind::SLICE_ROWS, slices.rows, slices.neighbours.len())?;
+    for slice in 0..slices.rows.len().saturating_sub(1) {
+        let groups = range(slices.rows, slice);
+        for lane in 0..LANES {
+            let cell = slice * LANES + lane;
+            let mut expected = model.neighbours(cell);
+            for group in groups.clone() {
+                let slot = |_| Some((slices.neighbours.get(group)?, slices.lengths.get(group)?));
+                let (ids, lengths) = Some(()).and_then(slot).ok_or(ModelError::Layout)?;
+                let id = ids.get(lane).copied().map_or(usize::MAX, usize::from);
+                let length = lengths.get(lane).copied().unwrap_or(f32::NAN);
+                let (wanted, wanted_length) = match expected.next() {
+                    Some((link, other)) => {
+                        (other, model.rest_length.get(link).copied().unwrap_or(f32::NAN))
+                    }
+                    None => (cell.min(model.cells() - 1), 0.0),
+                };
+                if id != wanted || length.to_bits() != wanted_length.to_bits() {
+                    return Err(ModelError::Index(kind::SLICE_NEIGHBOURS, at(group)));
+                }
+            }
+            if expected.next().is_some() {
+                return Err(ModelError::Index(kind::SLICE_ROWS, at(slice)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Alpha and weight of each slot are those of its link; padding has weight 1 and no alpha.
+fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(slices) = model.slices else { return Ok(()) };
+    let check =
+        |kind: u32, values: Option<&[[f32; LANES]]>, padding: f32, of: &dyn Fn(usize) -> f32| {
+            let Some(values) = values else { return Ok(()) };
+            for cell in 0..model.cells() {
+                let mut links = model.neighbours(cell);
+                for group in range(slices.rows, cell / LANES) {
+                    let value =
+                        values.get(group).and_then(|lanes| lanes.get(cell % LANES)).copied();
+                    let wanted = links.next().map_or(padding, |(link, _)| of(link));
+                    if value.map(f32::to_bits) != Some(wanted.to_bits()) {
+                        return Err(ModelError::Value(kind, at(group)));
+                    }
+                }
+            }
+            Ok(())
+        };
+    check(kind::SLICE_ALPHAS, slices.alphas, 0.0, &|link| model.link_alpha(link))?;
+    check(kind::SLICE_WEIGHTS, slices.weights, 1.0, &|link| model.link_weight(link))
+}
+
+/// Every free cell stands in one box, with weights of at most 1 in all; the inverse is symmetric
+/// and finite. That it inverts is the bake's word, as rest positions are.
+fn hats(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(hats) = model.hats else { return Ok(()) };
+    rows(kind::HAT_ROWS, hats.rows, hats.cells.len())?;
+    let known = |hat: &u16| usize::from(*hat) < hats.count || *hat == NO_HAT;
+    if let Some(at_box) = hats.corners.iter().position(|corners| !corners.iter().all(known)) {
+        return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
+    }
+    let stands = hats.cells.as_flattened();
+    for (cell, (&entry, &mobility)) in hats.entry.iter().zip(model.mobility).enumerate() {
+        let here = stands.get(usize::from(entry)).copied().map(usize::from);
+        let expected = if mobility > 0.0 { Some(cell) } else { None };
+        if here != expected || (here.is_none() && entry != NO_HAT) {
+            return Err(ModelError::Index(kind::HAT_ENTRY, at(cell)));
+        }
+    }
+    for (stand, &cell) in stands.iter().enumerate() {
+        let entry = hats.entry.get(usize::from(cell)).copied().map(usize::from);
+        let weights = || (0..LANES).map(|corner| hats.weight(stand, corner));
+        let again = stand % 2 == 1 && entry == Some(stand - 1) && weights().all(|w| w == 0.0);
+        if entry != Some(stand) && !again {
+            return Err(ModelError::Index(kind::HAT_CELLS, at(stand)));
+        }
+        if !weights().all(|w| (0.0..=1.0).contains(&w)) || weights().sum::<f32>() > 1.0001 {
+            return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
+        }
+    }
+    for row in 0..hats.count {
+        for column in 0..hats.stride() {
+            let value = hats.inverse_at(row, column);
+            let mirrored = if column < hats.count { hats.inverse_at(column, row) } else { 0.0 };
+            let in_range = value.abs() <= INVERSE_MAX && (row != column || value > 0.0);
+            if !in_range || value != mirrored {
+                return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every cell with a mobility has one colour, none that a linked cell has.
+fn colours(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(colours) = model.colours else { return Ok(()) };
+    rows(kind::COLOUR_ROWS, colours.rows, colours.cells.len())?;
+    let mobile = |cell: usize| model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
+    if colours.cells.len() != (0..model.cells()).filter(|&cell| mobile(cell)).count() {
+        return Err(ModelError::SectionSize(kind::COLOUR_CELLS));
+    }
+    let of = |colour: usize| colours.cells.get(range(colours.rows, colour)).unwrap_or(&[]);
+    let count = colours.rows.len().saturating_sub(1);
+    for colour in 0..count {
+        ascending(kind::COLOUR_CELLS, of(colour), model.cells())?;
+        for &cell in of(colour) {
+            let linked = |cell: usize| {
+                u16::try_from(cell).is_ok_and(|cell| of(colour).binary_search(&cell).is_ok())
+            };
+            let elsewhere = (0..colour).any(|other| of(other).binary_search(&cell).is_ok());
+            let cell = usize::from(cell);
+            if !mobile(cell) || elsewhere || model.neighbours(cell).any(|(_, other)| linked(other))
+            {
+                return Err(ModelError::Index(kind::COLOUR_CELLS, at(cell)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Strictly ascending cell ids.
+fn ascending(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
+    let mut next = 0;
+    for (position, &id) in ids.iter().enumerate() {
+        if usize::from(id) < next || usize::from(id) >= cells {
+            return Err(ModelError::Index(kind, at(position)));
+        }
+        next = usize::from(id) + 1;
+    }
+    Ok(())
+}
+
+/// Mobilities and the degree bound are what the proof of a falling energy needs them to be.
+fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
+    let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
+    for i in 0..model.cells() {
+        let is_fixed = fixed.next_if_eq(&i).is_some();
+        let weight = model.cell_weight(i);
+        let expected = if is_fixed || weight == 0.0 { 0.0 } else { 1.0 / weight };
+        if model.mobility.get(i).map(|m| m.to_bits()) != Some(expected.to_bits()) {
+            return Err(ModelError::Value(kind::MOBILITY, at(i)));
+        }
+        for k in model.row(i) {
+            let j = model.upper.get(k).copied().map_or(0, usize::from);
+            if (weight + model.cell_weight(j)) * 0.5 > model.degree_bound {
+                return Err(ModelError::Parameter(at(params::DEGREE_BOUND)));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn normals(model: &Model<'_>) -> Result<(), ModelError> {
+    let bad = model.normals.iter().position(|n| {
+        let squared = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+        !(0.99..1.01).contains(&squared)
+    });
+    bad.map_or(Ok(()), |position| Err(ModelError::Value(kind::NORMALS, at(position))))
+}
+
+fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
+    let bad = model.input_id.iter().position(|&id| id >= model.input_nodes);
+    bad.map_or(Ok(()), |cell| Err(ModelError::Index(kind::INPUT_ID, at(cell))))
+}
+
+/// Every fine node is carried by cells there are, with weights of 1 in all, or is left out; each
+/// cell stands at a node of its own; elements join nodes that are carried.
+fn fine(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(fine) = model.fine else { return Ok(()) };
+    for (node, (cells, weights)) in fine.cells.iter().zip(fine.weights).enumerate() {
+        let left_out = cells.iter().all(|&cell| cell == NO_CELL);
+        if !left_out && cells.iter().any(|&cell| usize::from(cell) >= model.cells()) {
+            return Err(ModelError::Index(kind::FINE_CELLS, at(node)));
+        }
+        let total = weights.iter().fold(0.0, |sum, w| sum + w);
+        let wanted = if left_out { 0.0 } else { 1.0 };
+        let bounded = weights.iter().all(|w| w.abs() <= CARRY_MAX);
+        let summed = (total - wanted).abs() <= CARRY_SUM;
+        if !bounded || !summed {
+            return Err(ModelError::Value(kind::FINE_WEIGHTS, at(node)));
+        }
+        let inside = |x: &f32| x.abs() <= model.saturation;
+        if !fine.rest.get(node).is_some_and(|rest| rest.iter().all(inside)) {
+            return Err(ModelError::Value(kind::FINE_REST, at(node)));
+        }
+    }
+    for (cell, (&id, rest)) in model.input_id.iter().zip(model.rest).enumerate() {
+        if fine.own_cell(id as usize).map(usize::from) != Some(cell) {
+            return Err(ModelError::Index(kind::INPUT_ID, at(cell)));
+        }
+        let there = fine.rest.get(id as usize);
+        if there.is_none_or(|there| there.map(f32::to_bits) != rest.map(f32::to_bits)) {
+            return Err(ModelError::Value(kind::FINE_REST, id));
+        }
+    }
+    let joined = |kind: u32, ids: &[u32]| {
+        let bad = ids.iter().position(|&id| fine.own_cell(id as usize).is_none());
+        bad.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))
+    };
+    joined(kind::FINE_TRIANGLES, fine.triangles.as_flattened())?;
+    joined(kind::FINE_TETRAHEDRA, fine.tetrahedra.as_flattened())
+}
+
+fn corners(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {
+    let bad = ids.iter().position(|&id| usize::from(id) >= cells);
+    bad.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))
+}

@@ -1,0 +1,115 @@
+//! Which parts of the body a sweep must look at: sets of slices of eight consecutive cells.
+//!
+//! A slice sleeps while all links of its cells are slack, none of its cells moves, and no cell
+//! linked to them has moved since that was found. Then its residuals and energies are exactly
+//! zero and stay so: leaving it out changes no bit. Motion wakes a slice's neighbours at once,
+//! before the next pass; falling asleep is looked for every [`SETTLE_TICKS`] ticks, in the order
+//! of the cells. Asleep, a body costs a look at its sets.
+
+use crate::backend::slice_set::SliceSet;
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::Cell;
+use crate::number::two_float::LANES;
+
+/// Ticks from one look for sleepers to the next.
+pub(crate) const SETTLE_TICKS: u32 = 16;
+
+/// Awake slices, and those among them whose neighbours are known to be awake.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Awake {
+    pub set: SliceSet,
+    pub spread: SliceSet,
+    ticks: u32,
+    /// Nobody is put to sleep.
+    sleepless: bool,
+}
+
+impl Awake {
+    /// Everybody sleeps.
+    pub const NOBODY: Self =
+        Self { set: SliceSet::EMPTY, spread: SliceSet::EMPTY, ticks: 0, sleepless: false };
+
+    /// Everybody wakes for good.
+    pub fn forbid_sleep(&mut self, model: &Model<'_>) {
+        self.sleepless = true;
+        self.wake_all(model);
+    }
+
+    /// Everybody wakes.
+    pub fn wake_all(&mut self, model: &Model<'_>) {
+        self.set.fill(model.slice_count());
+        self.spread = self.set;
+    }
+
+    /// Nobody falls asleep for [`SETTLE_TICKS`] ticks.
+    pub fn postpone_sleep(&mut self) {
+        self.ticks = 0;
+    }
+
+    /// Whether sleep is forbidden.
+    pub fn is_sleepless(&self) -> bool {
+        self.sleepless
+    }
+
+    /// A cell was moved: its slice and those of the cells linked to it wake.
+    pub fn wake_around(&mut self, model: &Model<'_>, cell: usize) {
+        self.set.insert(cell / LANES);
+        for (_, other) in model.neighbours(cell) {
+            self.set.insert(other / LANES);
+        }
+    }
+
+    /// In these slices cells have moved, those for which `has_moved` holds: whoever is linked to
+    /// them wakes.
+    pub fn wake_neighbours(
+        &mut self,
+        model: &Model<'_>,
+        slices: &SliceSet,
+        has_moved: impl Fn(usize) -> bool,
+    ) {
+        for slice in slices.iter(model.slice_count()) {
+            let mut all = true;
+            for cell in slice * LANES..(slice + 1) * LANES {
+                if has_moved(cell) {
+                    self.wake_around(model, cell);
+                } else {
+                    // A cell that cannot move has nobody to wake.
+                    all &= model.mobility.get(cell).is_none_or(|&mobility| mobility <= 0.0);
+                }
+            }
+            if all {
+                self.spread.insert(slice);
+            }
+        }
+    }
+
+    /// Every [`SETTLE_TICKS`] calls: puts to sleep the slices all of whose links are slack and
+    /// whose cells and their neighbours stand still.
+    pub fn settle<N: Number>(
+        &mut self,
+        model: &Model<'_>,
+        residual: &[Cell<N>],
+        has_moved: impl Fn(usize) -> bool,
+    ) {
+        self.ticks = (self.ticks + 1) % SETTLE_TICKS;
+        if self.ticks != 0 || self.sleepless {
+            return;
+        }
+        let taut = |cell: usize| residual.get(cell).is_some_and(|r| *r != Cell::ZERO);
+        let mut busy = SliceSet::EMPTY;
+        let mut sleepers = false;
+        for slice in self.set.iter(model.slice_count()) {
+            if (slice * LANES..(slice + 1) * LANES).any(|cell| taut(cell) || has_moved(cell)) {
+                busy.insert(slice);
+            } else {
+                sleepers = true;
+            }
+        }
+        if sleepers {
+            self.set = busy;
+            self.spread = SliceSet::EMPTY;
+            self.wake_neighbours(model, &busy, has_moved);
+        }
+    }
+}

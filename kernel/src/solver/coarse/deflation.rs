@@ -1,0 +1,341 @@
+//! The coarse level beside a probe: without the hats that reach its contacts.
+//!
+//! Contacts of a probe come and go, so the corrections of [`hold`](super::held::hold), which cost 2 hats^2
+//! a held cell, are too dear for them. Instead the set H of hats with a weight at a contact is left
+//! out: c = 0 there, and no held cell moves. Among the c that are zero on H, the one that lowers
+//! the bound of the energy most is
+//!
+//! ```text
+//! c = B g - B_H (B_HH)^-1 (B g)_H
+//! ```
+//!
+//! for which c' (A + R) c = g . c still holds, hence the certificate of
+//! [`track`](crate::Track). The principal submatrix `B_HH` is positive definite as B is; its
+//! Cholesky factor is worked out when the contacts change. With more than [`TAKEN_MAX`] hats in H,
+//! or where rounding makes a pivot too small, there is no coarse level until they change again.
+//!
+//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (hats + k) a sweep.
+
+use super::vector;
+use crate::backend::f32x8::F32x8;
+use crate::model::coarse_basis::Hats;
+use crate::number::Number;
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::{Eight, LANES};
+use crate::terms::held::Contact;
+
+/// Most hats that are taken out.
+pub(crate) const TAKEN_MAX: usize = 64;
+/// Smallest pivot, in the diagonal element.
+const PIVOT_MIN: f32 = 1.0e-5;
+/// What may be left of c at the hats taken out, over what was there: above that the factor is no
+/// good.
+const LEFT_MAX: f32 = 1.0e-2;
+
+/// Octets of a row of the factor.
+const fn row_octets(hats: usize) -> usize {
+    let row = (if hats < TAKEN_MAX { hats } else { TAKEN_MAX }).div_ceil(LANES);
+    // A model has at least one hat; the compiler is to know it too.
+    if row == 0 { 1 } else { row }
+}
+
+/// Room that the coarse level needs for `hats` hats and a probe \[octets of f32\].
+///
+/// With K = min(hats, 64) rounded up to a multiple of 8: six vectors over the hats, K numbers of
+/// hats, K sums for each axis, K^2 elements of the factor.
+#[must_use]
+pub const fn probe_room(hats: usize) -> usize {
+    let row = row_octets(hats);
+    6 * hats.div_ceil(LANES) + row * (4 + LANES * row)
+}
+
+/// What stands behind the vectors in the room.
+struct Taken<'a> {
+    /// Numbers of the hats, ascending.
+    hats: &'a mut [f32],
+    /// Three sums each.
+    sums: &'a mut [[f32; 3]],
+    /// Rows of the upper factor U, `B_HH` = U' U, with the inverse of each diagonal element.
+    factor: &'a mut [Eight],
+    row: usize,
+}
+
+impl<'a> Taken<'a> {
+    fn cut(hats: &Hats<'_>, behind: &'a mut [Eight]) -> Option<Self> {
+        let row = row_octets(hats.count);
+        let (numbers, rest) = behind.split_at_mut_checked(row)?;
+        let (sums, rest) = rest.split_at_mut_checked(3 * row)?;
+        let factor = rest.get_mut(..LANES * row * row)?;
+        let (sums, _) = sums.as_flattened_mut().as_chunks_mut();
+        Some(Self { hats: numbers.as_flattened_mut(), sums, factor, row })
+    }
+
+    /// Row i of the factor.
+    fn row_of(&self, i: usize) -> &[f32] {
+        vector(self.factor, self.row, i).as_flattened()
+    }
+
+    /// Works out the factor of the first `count` hats; whether that could be done.
+    fn factorise(&mut self, of: &Hats<'_>, count: usize) -> bool {
+        // The compiler is to know here too that a row is neither empty nor beyond counting.
+        let row = self.row.clamp(1, TAKEN_MAX / LANES);
+        self.factor.fill([0.0; LANES]);
+        let numbers = self.hats.get(..count).unwrap_or(&[]);
+        for (line, &i) in self.factor.as_flattened_mut().chunks_exact_mut(row * LANES).zip(numbers)
+        {
+            for (slot, &j) in line.iter_mut().zip(numbers) {
+                *slot = of.inverse_at(i as usize, j as usize);
+            }
+        }
+        for pivot in 0..count {
+            let Some((above, below)) = self.factor.split_at_mut_checked((pivot + 1) * row) else {
+                return false;
+            };
+            let Some(own) = above.get_mut(pivot * row..) else { return false };
+            let own = own.as_flattened_mut();
+            let number = numbers.get(pivot).map_or(0, |&hat| hat as usize);
+            let left = own.get(pivot).copied().unwrap_or(0.0);
+            if left.is_nan() || left <= PIVOT_MIN * of.inverse_at(number, number) {
+                return false;
+            }
+            let inverse = 1.0 / sqrt(left);
+            for slot in own.iter_mut().skip(pivot + 1) {
+                *slot *= inverse;
+            }
+            if let Some(slot) = own.get_mut(pivot) {
+                *slot = inverse;
+            }
+            let lines = below.as_flattened_mut().chunks_exact_mut(row * LANES);
+            for (i, line) in (pivot + 1..count).zip(lines) {
+                let share = own.get(i).copied().unwrap_or(0.0);
+                for (slot, u) in line.iter_mut().zip(&*own).skip(i) {
+                    *slot -= share * u;
+                }
+            }
+        }
+        true
+    }
+
+    /// Solves `B_HH` y = sums, in place.
+    fn solve(&mut self, count: usize) {
+        for at in 0..count {
+            let row = vector(self.factor, self.row, at).as_flattened();
+            let inverse = row.get(at).copied().unwrap_or(0.0);
+            let Some((own, later)) = self.sums.get_mut(at..).and_then(<[_]>::split_first_mut)
+            else {
+                return;
+            };
+            *own = own.map(|x| x * inverse);
+            for (sum, &u) in later.iter_mut().zip(row.iter().skip(at + 1)) {
+                *sum = [sum[0] - u * own[0], sum[1] - u * own[1], sum[2] - u * own[2]];
+            }
+        }
+        for at in (0..count).rev() {
+            let row = self.row_of(at);
+            let inverse = row.get(at).copied().unwrap_or(0.0);
+            let known = self.sums.iter().zip(row).take(count).skip(at + 1);
+            let own = self.sums.get(at).copied().unwrap_or([0.0; 3]);
+            let own = known
+                .fold(own, |own, (y, u)| [own[0] - u * y[0], own[1] - u * y[1], own[2] - u * y[2]]);
+            if let Some(slot) = self.sums.get_mut(at) {
+                *slot = own.map(|x| x * inverse);
+            }
+        }
+    }
+}
+
+/// Finds the hats that reach the contacts and factorises their part of the inverse; their number,
+/// or `None` where they are too many or the factor does not exist.
+pub(crate) fn take_out<N: Number>(
+    hats: &Hats<'_>,
+    room: &mut [Eight],
+    held: &[Contact<N>],
+) -> Option<u16> {
+    let octets = hats.octets();
+    let (vectors, behind) = room.split_at_mut_checked(6 * octets)?;
+    let marks = vectors.get_mut(..octets)?.as_flattened_mut();
+    marks.fill(0.0);
+    for contact in held {
+        for (hat, weight) in hats.row_of(contact.cell()) {
+            if let Some(mark) = marks.get_mut(hat)
+                && weight > 0.0
+            {
+                *mark = 1.0;
+            }
+        }
+    }
+    let mut taken = Taken::cut(hats, behind)?;
+    let mut count = 0;
+    let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);
+    for (hat, _) in marked {
+        *taken.hats.get_mut(count)? = hat as f32;
+        count += 1;
+    }
+    taken.factorise(hats, count).then_some(count as u16)
+}
+
+/// Takes the first `count` hats that stand in the room out of c = B g; whether the rest is sound.
+#[inline(always)]
+pub(crate) fn without<V: F32x8>(
+    hats: &Hats<'_>,
+    behind: &mut [Eight],
+    count: usize,
+    c: &mut [Eight],
+) -> bool {
+    let octets = hats.octets();
+    if count == 0 {
+        return true;
+    }
+    let Some(mut taken) = Taken::cut(hats, behind) else { return false };
+    let numbers = |taken: &Taken<'_>, at: usize| taken.hats.get(at).map_or(0, |&hat| hat as usize);
+    let stride = octets * LANES;
+    let value = |c: &[Eight], axis: usize, hat: usize| {
+        c.as_flattened().get(axis * stride + hat).copied().unwrap_or(0.0)
+    };
+    let mut highest = 0.0;
+    for at in 0..count {
+        let sum = [0, 1, 2].map(|axis| value(c, axis, numbers(&taken, at)));
+        let here = crate::number::cell::peak(sum);
+        highest = if here > highest { here } else { highest };
+        if let Some(slot) = taken.sums.get_mut(at) {
+            *slot = sum;
+        }
+    }
+    taken.solve(count);
+    for at in 0..count {
+        let sum = taken.sums.get(at).copied().unwrap_or([0.0; 3]);
+        let row = vector(hats.inverse, octets, numbers(&taken, at));
+        for (axis, &share) in sum.iter().enumerate() {
+            let share = V::splat(share);
+            let c = c.get_mut(axis * octets..(axis + 1) * octets).unwrap_or(&mut []);
+            for (b, c) in row.iter().zip(c) {
+                V::load(c).minus(V::load(b).times(share)).store(c);
+            }
+        }
+    }
+    let mut left = 0.0;
+    for at in 0..count {
+        for axis in 0..3 {
+            let at = axis * stride + numbers(&taken, at);
+            if let Some(slot) = c.as_flattened_mut().get_mut(at) {
+                left = if slot.abs() > left { slot.abs() } else { left };
+                *slot = 0.0;
+            }
+        }
+    }
+    left <= LEFT_MAX * highest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::{VectorUnit, run};
+    use crate::model::Model;
+    use crate::solver::coarse::tests::{CUBE, ROUNDING_ROOM, matrix};
+    use crate::solver::coarse::{Coarse, Solve};
+    use std::vec;
+    use std::vec::Vec;
+
+    fn held(cells: &[u16]) -> Vec<Contact> {
+        cells.iter().copied().map(Contact::new).collect()
+    }
+
+    /// Both sides of the solution without the hats of some contacts, by hat; and g . c.
+    fn solved(
+        model: &Model<'_>,
+        held: &[Contact],
+        vectors: Option<VectorUnit>,
+    ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, f32) {
+        let hats = model.hats.unwrap();
+        let octets = hats.octets();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(hats.count)];
+        let taken = take_out(&hats, &mut room, held).unwrap();
+        for axis in 0..3 {
+            for hat in 0..hats.count {
+                let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
+                room[axis * octets + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+            }
+        }
+        let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(taken) };
+        let product = run(vectors, solve);
+        let side = |from: usize| {
+            let at =
+                |hat: usize, axis: usize| room[(from + axis) * octets + hat / LANES][hat % LANES];
+            (0..hats.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+        };
+        (side(0), side(3), product.hi)
+    }
+
+    #[test]
+    fn the_best_direction_without_the_hats_of_the_contacts() {
+        let model = Model::from_bytes(CUBE).unwrap();
+        let hats = model.hats.unwrap();
+        let whole = matrix(&model, &hats, &[]);
+        let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
+        let last = free[free.len() - 1];
+        for cells in [&[][..], &[free[0]], &[free[3], free[70], last], &free[90..110]] {
+            let held = held(cells);
+            let (g, c, product) = solved(&model, &held, VectorUnit::find());
+            assert_eq!(solved(&model, &held, None), (g.clone(), c.clone(), product));
+            let mut is_out = vec![false; hats.count];
+            for contact in &held {
+                for (hat, weight) in hats.row_of(contact.cell()) {
+                    is_out[hat] |= weight > 0.0;
+                }
+            }
+            let out = is_out.iter().filter(|&&out| out).count();
+            assert!((out > 0) != cells.is_empty() && out < hats.count, "{out}");
+            let (mut curved, mut exact) = (0.0, 0.0);
+            for hat in 0..hats.count {
+                for axis in 0..3 {
+                    let here = f64::from(c[hat][axis]);
+                    let room = ROUNDING_ROOM * (hats.count as f64).sqrt() * whole[hat][hat];
+                    let sum: f64 = (0..hats.count)
+                        .map(|other| whole[hat][other] * f64::from(c[other][axis]))
+                        .sum();
+                    if is_out[hat] {
+                        assert_eq!(here, 0.0);
+                    } else {
+                        let off = (sum + room * here - f64::from(g[hat][axis])).abs();
+                        assert!(off < 2e-3, "{out} out, hat {hat}: off by {off}");
+                    }
+                    curved += here * sum;
+                    exact += here * f64::from(g[hat][axis]);
+                }
+            }
+            // The bound behind the guard: c' A c <= g . c.
+            assert!(curved <= f64::from(product), "{out} out: {curved} above {product}");
+            assert!((f64::from(product) - exact).abs() <= 1e-5 * exact, "{product} {exact}");
+        }
+    }
+
+    #[test]
+    fn too_many_hats_or_a_bad_factor_leave_no_coarse_level() {
+        let model = Model::from_bytes(CUBE).unwrap();
+        let hats = model.hats.unwrap();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(hats.count)];
+        let all: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
+        let taken = take_out(&hats, &mut room, &held(&all)).map(usize::from);
+        assert_eq!(taken, (hats.count <= TAKEN_MAX).then_some(hats.count));
+        let short = room.len() - 1;
+        assert_eq!(take_out(&hats, &mut room[..short], &held(&all[..1])), None);
+        // The same hat twice has no factor.
+        let mut taken = Taken::cut(&hats, &mut room[6 * hats.octets()..]).unwrap();
+        (taken.hats[0], taken.hats[1]) = (3.0, 3.0);
+        assert!(taken.factorise(&hats, 1) && !taken.factorise(&hats, 2));
+        // A factor of other hats leaves something at these.
+        (taken.hats[0], taken.hats[1]) = (3.0, 4.0);
+        assert!(taken.factorise(&hats, 2));
+        (taken.hats[0], taken.hats[1]) = (0.0, 9.0);
+        for slot in &mut room[..6 * hats.octets()] {
+            *slot = [1.0; LANES];
+        }
+        let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(2) };
+        assert_eq!(run(VectorUnit::find(), solve).hi, 0.0);
+    }
+
+    #[test]
+    fn the_room_is_what_the_page_says() {
+        assert_eq!([1, 8, 9, 64, 400].map(probe_room), [18, 18, 52, 592, 844]);
+    }
+}

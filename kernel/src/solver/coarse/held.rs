@@ -1,0 +1,98 @@
+//! Corrections of the inverse for cells that the tool holds.
+
+use crate::model::Model;
+use crate::model::coarse_basis::Hats;
+use crate::number::Number;
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::{Eight, LANES};
+use crate::terms::held::Contact;
+
+/// Room that the coarse level needs for `hats` hats and up to `held` held cells \[octets of f32\].
+#[must_use]
+pub const fn hats_room(hats: usize, held: usize) -> usize {
+    hats.div_ceil(LANES) * (6 + 2 * held)
+}
+
+/// Works out the corrections of the inverse for cells that the tool will hold, into the room.
+///
+/// Cost: 2 hats^2 a cell and more with every cell; outside the tick.
+pub(crate) fn hold<N: Number>(
+    model: &Model<'_>,
+    hats: &Hats<'_>,
+    room: &mut [Eight],
+    held: &[Contact<N>],
+) {
+    let octets = hats.octets();
+    let Some((scratch, rest)) = room.split_at_mut_checked(6 * octets) else { return };
+    for (index, contact) in held.iter().enumerate() {
+        let Some((earlier, later)) = rest.split_at_mut_checked(2 * index * octets) else { return };
+        let Some((adding, taking)) = later.split_at_mut_checked(octets) else { return };
+        let Some(taking) = taking.get_mut(..octets) else { return };
+        let cell = contact.cell();
+        let diagonal = 0.5 * model.cell_weight(cell);
+        let Some(row) = scratch.get_mut(..octets) else { return };
+        row.fill([0.0; LANES]);
+        // a = l p - h, which is the neighbours' share of h.
+        let add = |to: &mut [Eight], hat: usize, term: f32| {
+            if let Some(slot) = to.as_flattened_mut().get_mut(hat) {
+                *slot += term;
+            }
+        };
+        for (link, other) in model.neighbours(cell) {
+            let zeroed = held.iter().take(index).any(|contact| contact.cell() == other);
+            for (hat, weight) in hats.row_of(other).filter(|_| !zeroed) {
+                add(row, hat, 0.5 * model.link_weight(link) * weight);
+            }
+        }
+        apply(hats, earlier, row, adding);
+        scale(adding, f64::from(diagonal) + dot(row, adding));
+        // h = l p - a.
+        for slot in row.as_flattened_mut() {
+            *slot = -*slot;
+        }
+        for (hat, weight) in hats.row_of(cell) {
+            add(row, hat, diagonal * weight);
+        }
+        apply(hats, earlier, row, taking);
+        let share = -dot(adding, row) as f32;
+        for (slot, along) in taking.as_flattened_mut().iter_mut().zip(adding.as_flattened()) {
+            *slot += share * along;
+        }
+        let left = f64::from(diagonal) - dot(row, taking);
+        // Rounding must not make the matrix indefinite; a larger rest is a shorter step.
+        scale(taking, left.max(1.0e-6 * f64::from(diagonal)));
+    }
+}
+
+/// v / sqrt(norm); nothing where the norm is not positive.
+fn scale(vector: &mut [Eight], norm: f64) {
+    let factor = if norm > 0.0 { 1.0 / sqrt(norm as f32) } else { 0.0 };
+    for slot in vector.as_flattened_mut() {
+        *slot *= factor;
+    }
+}
+
+/// The inverse with the corrections of `earlier` cells, times a vector.
+fn apply(hats: &Hats<'_>, earlier: &[Eight], of: &[Eight], product: &mut [Eight]) {
+    let octets = hats.octets();
+    product.fill([0.0; LANES]);
+    for (row, &factor) in hats.inverse.chunks_exact(octets).zip(of.as_flattened()) {
+        if factor != 0.0 {
+            for (slot, b) in product.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+                *slot += factor * b;
+            }
+        }
+    }
+    for (index, along) in earlier.chunks_exact(octets).enumerate() {
+        let share = dot(along, of) as f32;
+        let share = if index % 2 == 0 { -share } else { share };
+        for (slot, along) in product.as_flattened_mut().iter_mut().zip(along.as_flattened()) {
+            *slot += share * along;
+        }
+    }
+}
+
+fn dot(a: &[Eight], b: &[Eight]) -> f64 {
+    let terms = a.as_flattened().iter().zip(b.as_flattened());
+    terms.fold(0.0, |sum, (&a, &b)| sum + f64::from(a) * f64::from(b))
+}

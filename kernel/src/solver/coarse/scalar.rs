@@ -1,0 +1,130 @@
+//! The loops between cells and hats, cell by cell: restriction and the coarse update.
+//!
+//! Hats are summed up as over pairs of cells: the first cells of the pairs, then the second ones,
+//! then both together. A box keeps its eight hats, or their sums, in registers.
+
+use crate::model::coarse_basis::Hats;
+use crate::model::image::NO_HAT;
+use crate::model::{Model, range};
+use crate::number::cell::{Cell, add, scale, sub};
+use crate::number::two_float::{Eight, LANES};
+use crate::solver::loops::Points;
+use crate::solver::loops::scalar::Range;
+
+/// One value a corner of a box and axis.
+type Corners = [[f32; 3]; LANES];
+
+/// Weights of a cell of a pair at the corners of its box.
+#[inline(always)]
+fn weights([low, high]: &[Eight; 2], second: bool) -> [f32; LANES] {
+    let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (*low, *high);
+    if second { [b, d, f, h, j, l, n, p] } else { [a, c, e, g, i, k, m, o] }
+}
+
+/// Sums of w r over the first or the second cells of a box's pairs.
+#[inline(always)]
+fn sums(cells: &[[u16; 2]], of: &[[Eight; 2]], second: bool, residual: &[Cell]) -> Corners {
+    let mut sums = [[0.0; 3]; LANES];
+    for (&[one, other], pair) in cells.iter().zip(of) {
+        let cell = usize::from(if second { other } else { one });
+        let Some(r) = residual.get(cell).map(|r| r.xyz()) else { continue };
+        for (sum, weight) in sums.iter_mut().zip(weights(pair, second)) {
+            *sum = add(*sum, scale(weight, r));
+        }
+    }
+    sums
+}
+
+/// P' r of the masked residuals, into the first three vectors of the room.
+pub(crate) fn restrict(hats: &Hats<'_>, residual: &[Cell], room: &mut [Eight]) {
+    let stride = hats.stride();
+    let Some(vectors) = room.get_mut(..3 * hats.octets()) else { return };
+    vectors.fill([0.0; LANES]);
+    let flat = vectors.as_flattened_mut();
+    for (at_box, corners) in hats.corners.iter().enumerate() {
+        let pairs = range(hats.rows, at_box);
+        let cells = hats.cells.get(pairs.clone()).unwrap_or(&[]);
+        let weights = hats.weights.get(pairs).unwrap_or(&[]);
+        let first = sums(cells, weights, false, residual);
+        let second = sums(cells, weights, true, residual);
+        for ((&hat, a), b) in corners.iter().zip(first).zip(second) {
+            if hat == NO_HAT {
+                continue;
+            }
+            for (axis, term) in add(a, b).into_iter().enumerate() {
+                if let Some(slot) = flat.get_mut(axis * stride + usize::from(hat)) {
+                    *slot += term;
+                }
+            }
+        }
+    }
+}
+
+/// The coarse direction at the corners of a box.
+#[inline(always)]
+fn corners(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> Corners {
+    let stride = hats.stride();
+    let c = room.get(3 * hats.octets()..6 * hats.octets()).unwrap_or(&[]).as_flattened();
+    let value = |axis: usize, hat: usize| c.get(axis * stride + hat).copied().unwrap_or(0.0);
+    match hats.corners.get(at_box) {
+        Some(corners) => corners.map(|hat| match hat {
+            NO_HAT => [0.0; 3],
+            hat => [0, 1, 2].map(|axis| value(axis, usize::from(hat))),
+        }),
+        None => [[0.0; 3]; LANES],
+    }
+}
+
+/// The update of all free cells with the coarse direction; whether some coordinate is beyond K.
+pub(crate) fn step(
+    model: &Model<'_>,
+    hats: &Hats<'_>,
+    room: &[Eight],
+    points: &mut Points<'_, f32>,
+    [alpha, beta]: [f32; 2],
+) -> bool {
+    let linear = Range::new(model.saturation());
+    let mut beyond = false;
+    for at_box in 0..hats.corners.len() {
+        let corners = corners(hats, room, at_box);
+        let pairs = range(hats.rows, at_box);
+        let cells = hats.cells.get(pairs.clone()).unwrap_or(&[]);
+        let of = hats.weights.get(pairs).unwrap_or(&[]);
+        for (&[one, other], pair) in cells.iter().zip(of) {
+            for (id, second) in [(other, true), (one, false)] {
+                let cell = usize::from(id);
+                let (Some(published), Some(at), Some(before), Some(r), Some(&mobility)) = (
+                    points.published.get_mut(cell),
+                    points.at.get_mut(cell),
+                    points.before.get_mut(cell),
+                    points.residual.get(cell),
+                    model.mobility.get(cell),
+                ) else {
+                    continue;
+                };
+                let (y, last) = (at.xyz(), before.xyz());
+                let z = add(scale(mobility, r.xyz()), along(&corners, weights(pair, second)));
+                let next = add(y, z);
+                let ahead = add(add(y, scale(alpha, z)), scale(beta, sub(y, last)));
+                beyond |= linear.is_left(next, ahead);
+                // A box with an odd number of cells names its last one twice, once without weights.
+                if second && other == one {
+                    continue;
+                }
+                *before = Cell::at(y);
+                *published = Cell::at(next);
+                *at = Cell::at(ahead);
+            }
+        }
+    }
+    beyond
+}
+
+/// The coarse direction at a cell, summed over the corners in their order.
+#[inline(always)]
+fn along(corners: &Corners, weights: [f32; LANES]) -> [f32; 3] {
+    let ([a, b, c, d, e, f, g, h], [p, q, r, s, t, u, v, w]) = (*corners, weights);
+    let sum = add(add(scale(p, a), scale(q, b)), scale(r, c));
+    let sum = add(add(sum, scale(s, d)), scale(t, e));
+    add(add(add(sum, scale(u, f)), scale(v, g)), scale(w, h))
+}

@@ -1,0 +1,166 @@
+//! The loops between cells and hats, two cells side by side: restriction and the coarse update.
+//!
+//! A box keeps its eight hats in registers while its cells go by. Where a box has an odd number of
+//! cells its last one stands twice, the second time without weights.
+
+#![allow(unsafe_code)]
+
+use crate::backend::Work;
+use crate::backend::f32x8::F32x8;
+use crate::model::coarse_basis::Hats;
+use crate::model::image::NO_HAT;
+use crate::model::range;
+use crate::number::cell::Cell;
+use crate::number::two_float::{Eight, LANES};
+
+/// The pairs of cells of a box, with their weights.
+#[inline(always)]
+fn pairs<'m>(hats: &Hats<'m>, at_box: usize) -> (&'m [[u16; 2]], &'m [[Eight; 2]]) {
+    let pairs = range(hats.rows, at_box);
+    (hats.cells.get(pairs.clone()).unwrap_or(&[]), hats.weights.get(pairs).unwrap_or(&[]))
+}
+
+/// P' r of the masked residuals, into the first three vectors of the room.
+pub(crate) struct Restrict<'a, 'm> {
+    pub hats: Hats<'m>,
+    pub residual: &'a [Cell],
+    pub room: &'a mut [Eight],
+}
+
+impl Work for Restrict<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let octets = self.hats.octets();
+        let Some(sums) = self.room.get_mut(..3 * octets) else { return };
+        sums.fill([0.0; LANES]);
+        if self.residual.len() != self.hats.entry.len() {
+            return;
+        }
+        for (at_box, corners) in self.hats.corners.iter().enumerate() {
+            let (cells, weights) = pairs(&self.hats, at_box);
+            let mut sum = [V::splat(0.0); LANES];
+            for (&ids, weights) in cells.iter().zip(weights) {
+                // SAFETY: the model's boxes name only its cells, and there are as many residuals.
+                let r = unsafe { V::couple(self.residual, ids) };
+                let [a, b, c, d, e, f, g, h] = sum;
+                let [low, high] = weights;
+                sum = [
+                    a.plus(V::spread(low, 0).times(r)),
+                    b.plus(V::spread(low, 1).times(r)),
+                    c.plus(V::spread(low, 2).times(r)),
+                    d.plus(V::spread(low, 3).times(r)),
+                    e.plus(V::spread(high, 0).times(r)),
+                    f.plus(V::spread(high, 1).times(r)),
+                    g.plus(V::spread(high, 2).times(r)),
+                    h.plus(V::spread(high, 3).times(r)),
+                ];
+            }
+            let flat = sums.as_flattened_mut();
+            for (&hat, sum) in corners.iter().zip(sum) {
+                if hat == NO_HAT {
+                    continue;
+                }
+                for (axis, term) in sum.folded().xyz().into_iter().enumerate() {
+                    if let Some(slot) = flat.get_mut(axis * octets * LANES + usize::from(hat)) {
+                        *slot += term;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The update of all free cells with the coarse direction: z = r / W + P c, then
+/// x = y + z, `y_last` = y, y = y + alpha z + beta (y - `y_last`).
+pub(crate) struct CoarseStep<'a, 'm> {
+    pub hats: Hats<'m>,
+    pub mobility: &'m [f32],
+    pub room: &'a [Eight],
+    pub published: &'a mut [Cell],
+    pub at: &'a mut [Cell],
+    pub before: &'a mut [Cell],
+    pub residual: &'a [Cell],
+    pub alpha: f32,
+    pub beta: f32,
+    /// Saturation K.
+    pub k: f32,
+}
+
+impl Work for CoarseStep<'_, '_> {
+    /// Whether some coordinate is beyond K.
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) -> bool {
+        let cells = self.hats.entry.len();
+        let lengths = [self.published.len(), self.at.len(), self.before.len(), self.residual.len()];
+        if lengths != [cells; 4] || self.mobility.len() != cells {
+            return false;
+        }
+        let (alpha, beta) = (V::splat(self.alpha), V::splat(self.beta));
+        let mut peak = V::splat(0.0);
+        for at_box in 0..self.hats.corners.len() {
+            let corners = corners::<V>(&self.hats, self.room, at_box);
+            let (cells, weights) = pairs(&self.hats, at_box);
+            for (&ids, weights) in cells.iter().zip(weights) {
+                // SAFETY: the model's boxes name only its cells, and every array has as many.
+                let (r, m, y, last) = unsafe {
+                    (
+                        V::couple(self.residual, ids),
+                        V::couple_values(self.mobility, ids),
+                        V::couple(self.at, ids),
+                        V::couple(self.before, ids),
+                    )
+                };
+                let z = r.times(m).positions().plus(along(&corners, weights));
+                let next = y.plus(z);
+                let ahead = y.plus(z.times(alpha)).plus(y.minus(last).times(beta));
+                peak = peak.larger_magnitude(next).larger_magnitude(ahead);
+                // SAFETY: as above.
+                unsafe {
+                    y.uncouple(self.before, ids);
+                    next.uncouple(self.published, ids);
+                    ahead.uncouple(self.at, ids);
+                }
+            }
+        }
+        V::any(peak.above(V::splat(self.k)))
+    }
+}
+
+/// The coarse direction at the corners of a box, each twice.
+#[inline(always)]
+fn corners<V: F32x8>(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> [V; LANES] {
+    let octets = hats.octets();
+    let stride = octets * LANES;
+    let c = room.get(3 * octets..6 * octets).unwrap_or(&[]).as_flattened();
+    let mut twice = [V::splat(0.0); LANES];
+    if let Some(corners) = hats.corners.get(at_box) {
+        for (twice, &hat) in twice.iter_mut().zip(corners) {
+            if hat != NO_HAT {
+                let hat = usize::from(hat);
+                let x = c.get(hat).copied().unwrap_or(0.0);
+                let y = c.get(stride + hat).copied().unwrap_or(0.0);
+                let z = c.get(2 * stride + hat).copied().unwrap_or(0.0);
+                *twice = V::twice(Cell::at([x, y, z]));
+            }
+        }
+    }
+    twice
+}
+
+/// The coarse direction at two cells, summed over the corners in their order.
+#[inline(always)]
+fn along<V: F32x8>(corners: &[V; LANES], [low, high]: &[Eight; 2]) -> V {
+    let [a, b, c, d, e, f, g, h] = *corners;
+    let sum = V::spread(low, 0).times(a);
+    let sum = sum.plus(V::spread(low, 1).times(b));
+    let sum = sum.plus(V::spread(low, 2).times(c));
+    let sum = sum.plus(V::spread(low, 3).times(d));
+    let sum = sum.plus(V::spread(high, 0).times(e));
+    let sum = sum.plus(V::spread(high, 1).times(f));
+    let sum = sum.plus(V::spread(high, 2).times(g));
+    sum.plus(V::spread(high, 3).times(h))
+}

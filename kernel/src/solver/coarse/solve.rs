@@ -1,0 +1,122 @@
+//! The product with the inverse, so that the held cells are left alone.
+
+use super::deflation::without;
+use super::vector;
+use crate::backend::Work;
+use crate::backend::f32x8::F32x8;
+use crate::model::coarse_basis::Hats;
+use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
+
+/// How a solution leaves the held cells alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Coarse {
+    /// By the corrections of so many held cells, which stand in the room.
+    Corrected(usize),
+    /// Without so many hats, whose factor stands in the room.
+    Without(u16),
+}
+
+/// c = B g, so that the held cells are left alone; gives g . c.
+pub(crate) struct Solve<'a, 'm> {
+    pub hats: Hats<'m>,
+    pub room: &'a mut [Eight],
+    pub coarse: Coarse,
+}
+
+impl Work for Solve<'_, '_> {
+    type Output = TwoFloat;
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) -> TwoFloat {
+        let octets = self.hats.octets();
+        let Some((g, rest)) = self.room.split_at_mut_checked(3 * octets) else {
+            return TwoFloat::ZERO;
+        };
+        let Some((c, corrections)) = rest.split_at_mut_checked(3 * octets) else {
+            return TwoFloat::ZERO;
+        };
+        let mut block = 0;
+        while block + 2 <= octets {
+            columns::<V, 2>(self.hats.inverse, octets, block, g, c);
+            block += 2;
+        }
+        if block < octets {
+            columns::<V, 1>(self.hats.inverse, octets, block, g, c);
+        }
+        match self.coarse {
+            Coarse::Corrected(held) => {
+                let vectors = corrections.chunks_exact(octets).take(2 * held);
+                for (index, along) in vectors.enumerate() {
+                    correct::<V>(along, octets, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
+                }
+            }
+            Coarse::Without(hats) if !without::<V>(&self.hats, corrections, hats.into(), c) => {
+                return TwoFloat::ZERO;
+            }
+            Coarse::Without(_) => {}
+        }
+        let mut product = Lanes::ZERO;
+        for octet in 0..octets {
+            let mut term = V::splat(0.0);
+            for axis in 0..3 {
+                let at = axis * octets + octet;
+                if let (Some(g), Some(c)) = (g.get(at), c.get(at)) {
+                    term = term.plus(V::load(g).times(V::load(c)));
+                }
+            }
+            product.add(term);
+        }
+        product.total()
+    }
+}
+
+/// N octets of c = B g on all axes, summed over the hats in ascending order.
+#[inline(always)]
+fn columns<V: F32x8, const N: usize>(
+    inverse: &[Eight],
+    octets: usize,
+    block: usize,
+    g: &[Eight],
+    c: &mut [Eight],
+) {
+    let mut sums = [[V::splat(0.0); 3]; N];
+    let axis = |axis: usize| vector(g, octets, axis).as_flattened();
+    let g = axis(0).iter().zip(axis(1)).zip(axis(2));
+    for (row, ((&x, &y), &z)) in inverse.chunks_exact(octets).zip(g) {
+        let here = row.get(block..).and_then(|row| row.first_chunk::<N>());
+        let Some(here) = here else { continue };
+        let (x, y, z) = (V::splat(x), V::splat(y), V::splat(z));
+        for ([sum_x, sum_y, sum_z], b) in sums.iter_mut().zip(here) {
+            let b = V::load(b);
+            *sum_x = sum_x.plus(b.times(x));
+            *sum_y = sum_y.plus(b.times(y));
+            *sum_z = sum_z.plus(b.times(z));
+        }
+    }
+    for (at, sums) in sums.into_iter().enumerate() {
+        for (axis, sum) in sums.into_iter().enumerate() {
+            if let Some(slot) = c.get_mut(axis * octets + block + at) {
+                sum.store(slot);
+            }
+        }
+    }
+}
+
+/// c += sign v (v . g) on all axes.
+#[inline(always)]
+fn correct<V: F32x8>(along: &[Eight], octets: usize, sign: f32, g: &[Eight], c: &mut [Eight]) {
+    for axis in 0..3 {
+        let mut lanes = V::splat(0.0);
+        for (v, g) in along.iter().zip(vector(g, octets, axis)) {
+            lanes = lanes.plus(V::load(v).times(V::load(g)));
+        }
+        let mut sums = [0.0; LANES];
+        lanes.store(&mut sums);
+        let [a, b, c0, d, e, f, h, i] = sums;
+        let factor = V::splat(sign * (((a + e) + (c0 + h)) + ((b + f) + (d + i))));
+        let c = c.get_mut(axis * octets..(axis + 1) * octets).unwrap_or(&mut []);
+        for (v, c) in along.iter().zip(c) {
+            V::load(c).plus(V::load(v).times(factor)).store(c);
+        }
+    }
+}

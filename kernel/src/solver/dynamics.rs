@@ -1,0 +1,42 @@
+//! A scheme as users see it: its name and how much memory it needs.
+
+use super::arrays::{CellArrays, Octets};
+use super::scheme::Scheme;
+use crate::model::Model;
+
+/// What a scheme computes cells and links in.
+pub type NumberOf<D> = <D as Scheme>::Number;
+
+/// A scheme, with its own scalar state.
+pub trait Dynamics: Scheme + Copy {
+    /// Name as in the command's `--dynamics`.
+    const NAME: &'static str;
+    /// The scheme at rest.
+    const REST: Self;
+    /// Arrays for the residual: one, or none for a scheme that moves cells in place.
+    const RESIDUALS: usize = 1;
+    /// Arrays of cells the scheme needs besides state and residual.
+    const ARRAYS: usize;
+    /// The residual for a number of cells, [`Self::RESIDUALS`] arrays.
+    type Residual<const CELLS: usize>: CellArrays<Self::Number>;
+    /// Those arrays for a number of cells.
+    type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
+    /// Room for a coarse level, see [`hats_room`](crate::hats_room).
+    type Room: Octets;
+    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps covers it; for schemes
+    /// without it what `euler` covers [dimensionless time].
+    #[must_use]
+    fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
+        f32::from(sweeps) * model.step_max()
+    }
+    /// Octets of room that a model needs with a number of contact cells.
+    #[must_use]
+    fn room_octets(model: &Model<'_>, held: usize) -> usize {
+        Self::room(model, held)
+    }
+    /// Octets of room that a model needs with a probe.
+    #[must_use]
+    fn probe_octets(model: &Model<'_>) -> usize {
+        Self::probe_room(model)
+    }
+}

@@ -1,0 +1,98 @@
+//! `euler`: the paper's own dynamics (Eq. 2, 12, 15), one explicit step of common size a sweep.
+//!
+//! ```text
+//! C dv_i/dt = -(v_i - y_i) / R_x + sum of w mu (y_j - y_i),   y = clamp(v, -K, K)
+//! ```
+//!
+//! which is Eq. 2 with the templates of Eq. 15: inside the linear range the state is the position
+//! and the leak vanishes. With h <= 2 C / b and h <= `R_x` C no step raises the energy of y, from
+//! any state. Time is physical: choose h = 1 ms / time constant for stress relaxation.
+//!
+//! Cost: one link pass and one pass over the cells, no array besides state and residual.
+
+use core::marker::PhantomData;
+
+use super::Dynamics;
+use super::scheme::{Body, Scheme};
+use crate::number::cell::{Cell, add, output, peak, scale, sub};
+use crate::number::two_float::Eight;
+use crate::number::two_float::TwoFloat;
+use crate::solver::loops::Loops;
+
+/// State of the scheme: whether any state is beyond K.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Euler<N = f32> {
+    saturated: bool,
+    number: PhantomData<N>,
+}
+
+impl<N: Loops> Dynamics for Euler<N> {
+    const NAME: &'static str = "euler";
+    const REST: Self = Self { saturated: false, number: PhantomData };
+    const ARRAYS: usize = 0;
+    type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
+    type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 0];
+    type Room = [Eight; 0];
+}
+
+/// A step of the outputs, with the leak of states beyond K: what the guard watches before it, in
+/// internal units, and whether some state is still beyond K. Held cells go back to where the tool has them.
+pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
+    let model = body.terms.model;
+    body.awake.wake_all(model);
+    // The leak moves cells that no link pulls.
+    body.awake.postpone_sleep();
+    let sum = body.terms.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+    let energy = sum.times_power_of_two(0.125);
+    let potential = body.terms.potential(energy, body.state, body.contacts);
+    let step = step / model.capacitance();
+    let leak = N::from_single(step / model.resistance());
+    let (step, k) = (N::from_single(step), N::from_single(model.saturation()));
+    let mut highest = N::ZERO;
+    for ((v, r), &mobility) in body.state.iter_mut().zip(&*body.residual).zip(model.mobility) {
+        if mobility > 0.0 {
+            let next = add(v.xyz(), scale(step, r.xyz()));
+            *v = Cell::at(sub(next, scale(leak, sub(v.xyz(), output(v.xyz(), k)))));
+        }
+        let here = peak(v.xyz());
+        highest = if here > highest { here } else { highest };
+    }
+    (potential, body.restore_held() | (highest > k))
+}
+
+/// A step within K from residuals that are there; whether some state is beyond K after it.
+pub(super) fn linear_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> bool {
+    let model = body.terms.model;
+    let step = step / model.capacitance();
+    let (awake, residual) = (&*body.awake, &*body.residual);
+    let moved = N::euler_step(body.terms, awake, body.state, residual, step);
+    let has_moved = |cell: usize| residual.get(cell).is_some_and(|r| r.xyz() != [N::ZERO; 3]);
+    body.awake.wake_neighbours(model, &moved.slices, has_moved);
+    body.restore_held() | moved.beyond
+}
+
+impl<N: Loops> Scheme for Euler<N> {
+    type Number = N;
+
+    #[allow(private_interfaces)]
+    fn sweep(&mut self, body: &mut Body<'_, '_, N>) -> bool {
+        let step = body.pace.step;
+        self.saturated = if self.saturated {
+            let (potential, beyond) = saturated_step(body, step);
+            body.level.set(potential);
+            beyond
+        } else {
+            let set = &body.awake.set;
+            let energy = N::pass(body.terms, set, body.state, body.residual, body.contacts);
+            body.level.set(body.terms.potential(energy, body.state, body.contacts));
+            linear_step(body, step)
+        };
+        false
+    }
+
+    fn place(&mut self, _own: &mut [Cell<N>], _cell: usize, position: Cell<N>, k: f32) {
+        self.saturated |= peak(position.xyz()) > N::from_single(k);
+    }
+
+    fn interrupt(&mut self) {}
+}

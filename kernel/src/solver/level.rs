@@ -1,0 +1,94 @@
+//! The certified level: an upper bound of the energy that never rises by itself.
+
+use crate::number::two_float::TwoFloat;
+
+/// The certified level: an upper bound of the energy of the published state, internal units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    value: TwoFloat,
+    /// The next pass at the published state sets the level anew.
+    pub(super) forgotten: bool,
+    /// While the tool drives by a current: its work W at the published state, rounded up. The level
+    /// is then one of E - W, see [`current`](crate::terms::current).
+    work: Option<TwoFloat>,
+}
+
+impl Level {
+    /// The level of the rest shape.
+    pub(crate) const REST: Self = Self { value: TwoFloat::ZERO, forgotten: false, work: None };
+
+    /// Leading part of the level.
+    pub(crate) fn leading(&self) -> f32 {
+        self.value.hi
+    }
+
+    pub(crate) fn value(&self) -> TwoFloat {
+        self.value
+    }
+
+    /// Whether the tool drives by a current.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.work.is_some()
+    }
+
+    /// The tool takes hold to drive by a current, which is 0 yet.
+    pub(crate) fn begin_work(&mut self) {
+        self.work = Some(TwoFloat::ZERO);
+    }
+
+    /// The current has done this work, up to the published state.
+    pub(crate) fn note_work(&mut self, work: TwoFloat) {
+        self.work = Some(work);
+    }
+
+    /// The current is 0 from here on: the level is one of E again.
+    pub(crate) fn end_work(&mut self) {
+        let energy = self.energy();
+        self.work = None;
+        self.put(energy);
+    }
+
+    /// Upper bound of the energy E of the published state.
+    pub(crate) fn energy(&self) -> TwoFloat {
+        let Some(work) = self.work else { return self.value };
+        let energy = self.value.plus(work);
+        if energy.hi > 0.0 { energy } else { TwoFloat::ZERO }
+    }
+
+    /// The same as it is published; rounded up where a current's work is part of it.
+    pub(crate) fn published(&self) -> f32 {
+        let energy = self.energy();
+        if self.is_driven() && energy.lo > 0.0 { energy.hi.next_up() } else { energy.hi }
+    }
+
+    /// The bands changed: the next pass at the published state sets the level anew.
+    pub(crate) fn forget(&mut self) {
+        self.forgotten = true;
+    }
+
+    /// The tool moved cells, which changed the energy by at most `change`.
+    pub(crate) fn shift(&mut self, change: TwoFloat) {
+        self.put(self.value.plus(change));
+    }
+
+    /// A sweep certified `level`; the level never rises by a sweep.
+    pub(crate) fn certify(&mut self, level: TwoFloat) {
+        let lowest = if self.forgotten { level } else { self.value.min(level) };
+        self.set(lowest);
+    }
+
+    /// A pass found the energy itself.
+    pub(crate) fn set(&mut self, level: TwoFloat) {
+        self.forgotten = false;
+        self.put(level);
+    }
+
+    /// The largest that the energy may be, `most` where that is not known yet.
+    pub(crate) fn at_most(&self, most: f32) -> f32 {
+        if self.forgotten { most } else { self.leading() }
+    }
+
+    fn put(&mut self, level: TwoFloat) {
+        self.value = if level.hi > 0.0 || self.is_driven() { level } else { TwoFloat::ZERO };
+    }
+}

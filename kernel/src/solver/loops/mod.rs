@@ -1,0 +1,147 @@
+//! The loops over the cells, in the shape that suits number and machine.
+//!
+//! - `scalar`: cell by cell, for any number.
+//! - `sliced`: eight cells side by side, `f32` on a vector unit.
+//! - `vfp`: `f32` on the floating-point unit of Armv7E-M.
+//! - `single`: which of them `f32` takes.
+//!
+//! All give the same bits.
+
+pub(crate) mod scalar;
+mod single;
+pub(crate) mod sliced;
+#[cfg(test)]
+mod tests;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+mod vfp;
+
+use fixed::types::I8F24;
+
+use super::awake::Awake;
+use super::coarse::Coarse;
+use crate::backend::f32x8::F32x8;
+use crate::backend::slice_set::SliceSet;
+use crate::model::Model;
+use crate::model::coarse_basis::Hats;
+use crate::number::cell::Cell;
+use crate::number::two_float::{Eight, TwoFloat};
+use crate::terms::held::Contact;
+use crate::terms::links::number::LinkNumber;
+use crate::terms::pass::Terms;
+
+/// The arrays of `track`.
+pub struct Points<'a, N> {
+    /// The published point x.
+    pub published: &'a mut [Cell<N>],
+    /// The point y of this pass.
+    pub at: &'a mut [Cell<N>],
+    /// The point of the pass before.
+    pub before: &'a mut [Cell<N>],
+    /// The residual at y.
+    pub residual: &'a mut [Cell<N>],
+}
+
+/// What an update did.
+pub(crate) struct Moved {
+    /// Slices whose cells moved and whose neighbours may be asleep.
+    pub slices: SliceSet,
+    /// Whether some coordinate is beyond K.
+    pub beyond: bool,
+}
+
+impl Moved {
+    pub const NOTHING: Self = Self { slices: SliceSet::EMPTY, beyond: false };
+
+    /// Takes in the largest magnitudes by lane.
+    #[inline(always)]
+    pub fn reach<V: F32x8>(&mut self, peak: V, k: f32) {
+        self.beyond |= V::any(peak.above(V::splat(k)));
+    }
+}
+
+/// The loops over links and cells, in the shape that suits number and machine; sealed.
+#[allow(private_interfaces)]
+pub trait Loops: LinkNumber {
+    /// Whether the hats of a model are used; without, `track` goes by its own cells alone.
+    const HATS: bool;
+
+    /// One pass at the states `v`: residuals of awake slices, contact cells driven; gives
+    /// the energy in internal units.
+    fn pass(
+        terms: Terms<'_, '_>,
+        awake: &SliceSet,
+        v: &[Cell<Self>],
+        residual: &mut [Cell<Self>],
+        contacts: &[Contact<Self>],
+    ) -> TwoFloat {
+        terms.energy(awake, v, residual, contacts)
+    }
+
+    /// One pass of `track` at y: energy, r . r / W, r . s and r . `z_last`.
+    fn track_pass(
+        terms: Terms<'_, '_>,
+        awake: &SliceSet,
+        points: &mut Points<'_, Self>,
+        contacts: &[Contact<Self>],
+    ) -> [TwoFloat; 4] {
+        scalar::track::pass(terms, awake, points, contacts)
+    }
+
+    /// The update of `track` without hats.
+    fn track_step(
+        terms: Terms<'_, '_>,
+        awake: &Awake,
+        points: &mut Points<'_, Self>,
+        factors: [f32; 2],
+    ) -> Moved {
+        scalar::track::step(terms.model, awake, points, factors)
+    }
+
+    /// The coarse part of the direction, into the room; gives its inner product with the
+    /// residual.
+    fn coarse(
+        terms: Terms<'_, '_>,
+        residual: &[Cell<Self>],
+        room: &mut [Eight],
+        coarse: Coarse,
+    ) -> TwoFloat {
+        let _ = (terms, residual, room, coarse);
+        TwoFloat::ZERO
+    }
+
+    /// The update of `track` with the coarse part that stands in the room; whether some
+    /// coordinate is beyond K.
+    fn coarse_step(
+        terms: Terms<'_, '_>,
+        room: &[Eight],
+        points: &mut Points<'_, Self>,
+        factors: [f32; 2],
+    ) -> bool {
+        let _ = (terms, room, points, factors);
+        false
+    }
+
+    /// v += step r of the free cells in awake slices.
+    fn euler_step(
+        terms: Terms<'_, '_>,
+        awake: &Awake,
+        state: &mut [Cell<Self>],
+        residual: &[Cell<Self>],
+        step: f32,
+    ) -> Moved {
+        scalar::euler::step(terms.model, awake, state, residual, step)
+    }
+}
+
+impl Loops for f64 {
+    const HATS: bool = false;
+}
+
+impl Loops for I8F24 {
+    const HATS: bool = false;
+}
+
+/// The hats of the model, where the number uses them.
+pub(crate) fn hats<'m, N: Loops>(model: &Model<'m>) -> Option<Hats<'m>> {
+    model.hats.filter(|_| N::HATS)
+}

@@ -1,0 +1,106 @@
+//! The loops of `track` over the cells: its inner products and its update.
+
+use core::ops;
+
+use super::{Range, part, part_mut};
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::Model;
+use crate::number::Sum;
+use crate::number::cell::{Cell, add, scale, sub};
+use crate::number::two_float::TwoFloat;
+use crate::solver::awake::Awake;
+use crate::solver::loops::{Loops, Moved, Points};
+use crate::terms::held::Contact;
+use crate::terms::pass::Terms;
+
+/// See `Loops::track_pass`.
+pub(crate) fn pass<N: Loops>(
+    terms: Terms<'_, '_>,
+    awake: &SliceSet,
+    points: &mut Points<'_, N>,
+    contacts: &[Contact<N>],
+) -> [TwoFloat; 4] {
+    let model = terms.model;
+    let tally = terms.residuals(awake, points.at, points.residual, contacts);
+    let mut energy = N::WideSum::default();
+    let (mut squared, mut way, mut direction) =
+        (N::Sum::default(), N::Sum::default(), N::Sum::default());
+    for slice in awake.iter(model.slice_count()) {
+        let cells = cells_of(slice, model.cells());
+        let here = part(points.residual, &cells).zip(part(points.at, &cells));
+        let there = part(points.published, &cells).zip(part(points.before, &cells));
+        let all = here.zip(there).zip(part(model.mobility, &cells)).enumerate();
+        for (lane, (((r, at), (published, before)), &mobility)) in all {
+            let (residual, before) = (r.xyz(), before.xyz());
+            let z = scale(N::from_single(mobility), residual);
+            energy.add(lane, N::energy_term(r.w()));
+            squared.add(lane, N::inner(residual, z));
+            way.add(lane, N::inner(residual, sub(at.xyz(), before)));
+            direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
+        }
+    }
+    let energy = N::energy(&energy, tally).times_power_of_two(0.125);
+    [energy, squared.total(), way.total(), direction.total()]
+}
+
+/// See `Loops::track_step`.
+pub(crate) fn step<N: Loops>(
+    model: &Model<'_>,
+    awake: &Awake,
+    points: &mut Points<'_, N>,
+    factors: [f32; 2],
+) -> Moved {
+    let mut moved = Moved::NOTHING;
+    for slice in awake.set.iter(model.slice_count()) {
+        let cells = cells_of(slice, model.cells());
+        // Whoever was under way has woken his neighbours.
+        let started = if awake.spread.contains(slice) {
+            update::<N, false>(model, &cells, points, factors, &mut moved.beyond)
+        } else {
+            update::<N, true>(model, &cells, points, factors, &mut moved.beyond)
+        };
+        if started {
+            moved.slices.insert(slice);
+        }
+    }
+    moved
+}
+
+/// The update of some cells; with `WATCHED` whether one of them started to move.
+pub(crate) fn update<N: Loops, const WATCHED: bool>(
+    model: &Model<'_>,
+    cells: &ops::Range<usize>,
+    points: &mut Points<'_, N>,
+    factors: [f32; 2],
+    beyond: &mut bool,
+) -> bool {
+    let [alpha, beta] = factors.map(N::from_single);
+    let range = Range::new(model.saturation());
+    let mut started = false;
+    let from = part(points.residual, cells).zip(part(model.mobility, cells));
+    let to = part_mut(points.published, cells)
+        .zip(part_mut(points.at, cells))
+        .zip(part_mut(points.before, cells));
+    for ((r, &mobility), ((published, at), before)) in from.zip(to) {
+        let (y, last) = (at.xyz(), before.xyz());
+        let z = scale(N::from_single(mobility), r.xyz());
+        let way = sub(y, last);
+        let next = add(y, z);
+        let ahead = add(add(y, scale(alpha, z)), scale(beta, way));
+        if WATCHED {
+            started |= starts(way, y, next, ahead);
+        }
+        *beyond |= range.is_left(next, ahead);
+        *published = Cell::at(next);
+        *before = Cell::at(y);
+        *at = Cell::at(ahead);
+    }
+    started
+}
+
+/// Whether some coordinate that stood still moves.
+fn starts<N: Loops>(way: [N; 3], y: [N; 3], next: [N; 3], ahead: [N; 3]) -> bool {
+    let each = way.iter().zip(y).zip(next).zip(ahead);
+    each.into_iter().any(|(((way, y), next), ahead)| *way == N::ZERO && (next != y || ahead != y))
+}

@@ -1,0 +1,117 @@
+//! The loops of `f32`: over slices where a vector unit was found, cell by cell without one.
+
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+use super::vfp;
+use super::{Loops, Moved, Points, scalar, sliced};
+use crate::backend::run;
+use crate::backend::slice_set::SliceSet;
+use crate::number::cell::Cell;
+use crate::number::two_float::{Eight, TwoFloat};
+use crate::solver::awake::Awake;
+use crate::solver::coarse::sliced::{CoarseStep, Restrict};
+use crate::solver::coarse::{self, Coarse, Solve};
+use crate::terms::held::Contact;
+use crate::terms::pass::Terms;
+use crate::terms::sliced::{Energy, pass};
+
+#[allow(private_interfaces)]
+impl Loops for f32 {
+    const HATS: bool = true;
+
+    fn pass(
+        terms: Terms<'_, '_>,
+        awake: &SliceSet,
+        v: &[Cell],
+        residual: &mut [Cell],
+        contacts: &[Contact],
+    ) -> TwoFloat {
+        let mut energy = Energy::default();
+        if pass(terms, awake, v, residual, contacts, &mut energy) {
+            energy.total()
+        } else {
+            terms.energy(awake, v, residual, contacts)
+        }
+    }
+
+    fn track_pass(
+        terms: Terms<'_, '_>,
+        awake: &SliceSet,
+        points: &mut Points<'_, f32>,
+        contacts: &[Contact],
+    ) -> [TwoFloat; 4] {
+        let mut sums = sliced::track::Sums::new(terms.model, points.published, points.before);
+        if pass(terms, awake, points.at, points.residual, contacts, &mut sums) {
+            sums.totals()
+        } else {
+            scalar::track::pass(terms, awake, points, contacts)
+        }
+    }
+
+    fn track_step(
+        terms: Terms<'_, '_>,
+        awake: &Awake,
+        points: &mut Points<'_, f32>,
+        factors: [f32; 2],
+    ) -> Moved {
+        match terms.vectors {
+            Some(_) => run(
+                terms.vectors,
+                sliced::track::Step { model: terms.model, awake, points, factors },
+            ),
+            #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+            None => vfp::track(terms.model, awake, points, factors),
+            #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+            None => scalar::track::step(terms.model, awake, points, factors),
+        }
+    }
+
+    fn coarse(
+        terms: Terms<'_, '_>,
+        residual: &[Cell],
+        room: &mut [Eight],
+        how: Coarse,
+    ) -> TwoFloat {
+        let Some(hats) = terms.model.hats else { return TwoFloat::ZERO };
+        match terms.vectors {
+            Some(_) => run(terms.vectors, Restrict { hats, residual, room }),
+            None => coarse::scalar::restrict(&hats, residual, room),
+        }
+        run(terms.vectors, Solve { hats, room, coarse: how })
+    }
+
+    fn coarse_step(
+        terms: Terms<'_, '_>,
+        room: &[Eight],
+        points: &mut Points<'_, f32>,
+        [alpha, beta]: [f32; 2],
+    ) -> bool {
+        let Some(hats) = terms.model.hats else { return false };
+        if terms.vectors.is_none() {
+            return coarse::scalar::step(terms.model, &hats, room, points, [alpha, beta]);
+        }
+        let (mobility, k) = (terms.model.mobility, terms.model.saturation());
+        let Points { published, at, before, residual } = points;
+        #[rustfmt::skip]
+        let step = CoarseStep { hats, mobility, room, published, at, before, residual, alpha, beta, k };
+        run(terms.vectors, step)
+    }
+
+    fn euler_step(
+        terms: Terms<'_, '_>,
+        awake: &Awake,
+        state: &mut [Cell],
+        residual: &[Cell],
+        step: f32,
+    ) -> Moved {
+        let model = terms.model;
+        match terms.vectors {
+            Some(_) => {
+                run(terms.vectors, sliced::euler::Step { model, awake, state, residual, step })
+            }
+            #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+            None => vfp::euler(model, awake, state, residual, step),
+            #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+            None => scalar::euler::step(model, awake, state, residual, step),
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! What a scheme does, and what it works on.
+
+use super::awake::Awake;
+use super::coarse::Coarse;
+use super::level::Level;
+use super::loops::Loops;
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{Cell, add, from_single, peak};
+use crate::number::two_float::Eight;
+use crate::terms::held::Contact;
+use crate::terms::pass::Terms;
+
+/// How far a tick goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Sweeps of a tick.
+    pub sweeps: u16,
+    /// Step of an `euler` sweep [dimensionless time].
+    pub step: f32,
+    /// Time that super-steps advance in a tick [dimensionless time].
+    pub tick_time: f32,
+}
+
+/// What a scheme works on during one sweep.
+pub(crate) struct Body<'a, 'm, N = f32> {
+    pub terms: Terms<'a, 'm>,
+    pub pace: Pace,
+    /// Cells that the tool acts on: those it holds, or those that a current flows into.
+    pub contacts: &'a [Contact<N>],
+    /// Cells the tool holds: they do not move in a sweep.
+    pub held: &'a [Contact<N>],
+    /// Where the tool holds them, relative to their origins.
+    pub applied: [f32; 3],
+    /// State v of every cell; its output is published.
+    pub state: &'a mut [Cell<N>],
+    /// Room for the residual.
+    pub residual: &'a mut [Cell<N>],
+    /// The scheme's own arrays, one after the other, each as long as `state`.
+    pub own: &'a mut [Cell<N>],
+    /// Room for a coarse level.
+    pub room: &'a mut [Eight],
+    /// How the coarse level leaves the held cells alone; `None` where it cannot.
+    pub coarse: Option<Coarse>,
+    /// The slices that a sweep looks at.
+    pub awake: &'a mut Awake,
+    pub level: &'a mut Level,
+}
+
+impl<N: Number> Body<'_, '_, N> {
+    /// Puts the held cells back where the tool has them; whether one of them is beyond K.
+    pub fn restore_held(&mut self) -> bool {
+        let mut beyond = false;
+        let k = N::from_single(self.terms.model.saturation());
+        let applied = from_single(self.applied);
+        for contact in self.held {
+            let position = add(contact.origin, applied);
+            if let Some(state) = self.state.get_mut(contact.cell()) {
+                *state = Cell::at(position);
+            }
+            beyond |= peak(position) > k;
+        }
+        beyond
+    }
+}
+
+/// What a scheme does; sealed, since the guarantees rest on it.
+pub trait Scheme {
+    /// What cells and links are computed in.
+    type Number: Loops;
+
+    /// A tick's sweeps begin.
+    fn begin(&mut self, model: &Model<'_>, pace: Pace) {
+        let _ = (model, pace);
+    }
+
+    /// One sweep: at most one link pass and one update. Whether the pass was rolled back.
+    #[allow(private_interfaces)]
+    fn sweep(&mut self, body: &mut Body<'_, '_, Self::Number>) -> bool;
+
+    /// A cell was put at `position`, in the scheme's own arrays too; `k` is the saturation.
+    fn place(
+        &mut self,
+        own: &mut [Cell<Self::Number>],
+        cell: usize,
+        position: Cell<Self::Number>,
+        k: f32,
+    );
+
+    /// The tool moved the cells it holds.
+    fn pushed(&mut self) {}
+
+    /// Whether a cell has moved since the last pass, or has momentum.
+    fn has_moved(
+        state: &[Cell<Self::Number>],
+        own: &[Cell<Self::Number>],
+        residual: &[Cell<Self::Number>],
+        cell: usize,
+    ) -> bool {
+        let _ = (state, own);
+        residual.get(cell).is_some_and(|r| r.xyz() != [Self::Number::ZERO; 3])
+    }
+
+    /// Whether the scheme lacks the model's colours.
+    fn needs_colours(model: &Model<'_>) -> bool {
+        let _ = model;
+        false
+    }
+
+    /// Octets of room for a model and a number of held cells.
+    fn room(model: &Model<'_>, held: usize) -> usize {
+        let _ = (model, held);
+        0
+    }
+
+    /// These cells are the ones the tool will hold.
+    fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact<Self::Number>]) {
+        let _ = (model, room, held);
+    }
+
+    /// Octets of room for a model and a probe.
+    fn probe_room(model: &Model<'_>) -> usize {
+        let _ = model;
+        0
+    }
+
+    /// A probe holds these cells from now on: the number of hats taken out for them, `None`
+    /// where that cannot be done.
+    fn take_out(
+        model: &Model<'_>,
+        room: &mut [Eight],
+        held: &[Contact<Self::Number>],
+    ) -> Option<u16> {
+        let _ = (model, room, held);
+        Some(0)
+    }
+
+    /// The bands changed: forget the momentum.
+    fn interrupt(&mut self);
+}

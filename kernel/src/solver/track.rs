@@ -1,0 +1,283 @@
+//! `track`: follows the equilibrium as fast as the guard allows; conjugate directions, and a
+//! coarse level where the model has one.
+//!
+//! With y the point of a pass, r its residual, W the cells' weights, and P, B the hats with their
+//! inverse ([`hats`](crate::solver::coarse)), the preconditioned residual is
+//!
+//! ```text
+//! z = r / W + P B P' r
+//! ```
+//!
+//! The published point is x = y + z. The next pass is at y' = y + alpha z + beta s with s the way
+//! from the last y to this one, both factors from the local quadratic model ([`conjugate`]).
+//!
+//! **The guard.** Half the squared distance to a set curves upwards by at most one, so for every
+//! move d of the cells E(y + d) <= E(y) - r . d + d' L d / 2, L the Laplacian of weight w / 2. Let
+//! a = r . r / W and b = r . P B P' r. For the two parts of z: `d1' L d1` <= a and `d2' L d2` <= b
+//! (the largest eigenvalue of L / W is at most 1; B is at most the inverse of P' L P). By the
+//! triangle inequality z' L z <= (sqrt a + sqrt b)^2, hence
+//!
+//! ```text
+//! E(x) <= U' = E(y) - (a + b) + (sqrt a + sqrt b)^2 / 2 = E(y) - (sqrt a - sqrt b)^2 / 2
+//! ```
+//!
+//! which without hats is E(y) - a / 2. Where E(y) > U + tol, U the level of the last x, the pass is
+//! discarded and the next one starts at x itself, accepted without comparison. What is published
+//! is x, never y, and its energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w the
+//! smallest weight: at most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the
+//! worst case, and about what it has, since the links' errors add up like a random walk).
+//!
+//! A state beyond K is handled by plain steps from x, whose clamped moves D obey
+//! E falls by at least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
+//!
+//! Cost: one link pass, one pass over the cells, two arrays besides state and residual; with hats
+//! their restriction, product and prolongation.
+
+use core::marker::PhantomData;
+
+use super::Dynamics;
+use super::coarse::deflation::{probe_room, take_out};
+use super::coarse::held::{self, hats_room};
+use super::conjugate::{Last, Products};
+use super::guard::allowed;
+use super::loops::{Loops, Points, hats};
+use super::scheme::{Body, Scheme};
+use crate::backend::slices::copy;
+use crate::model::Model;
+use crate::number::Sum;
+use crate::number::cell::{Cell, add, output, peak, scale, sub};
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::{Eight, LANES, TwoFloat};
+use crate::terms::held::Contact;
+
+/// State of the scheme; `ROOM` octets of memory for the model's hats, `N` the numbers of cells and
+/// links.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Track<const ROOM: usize = 0, N = f32> {
+    last: Last,
+    /// Under way; else the next pass starts at the published point and is accepted.
+    going: bool,
+    /// Some state is beyond K.
+    saturated: bool,
+    number: PhantomData<N>,
+}
+
+impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
+    const NAME: &'static str = "track";
+    const REST: Self =
+        Self { last: Last::None, going: false, saturated: false, number: PhantomData };
+    const ARRAYS: usize = 2;
+    type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
+    type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 2];
+    type Room = [Eight; ROOM];
+}
+
+impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
+    /// A pass at the extrapolated point. Whether the guard discarded it.
+    fn extrapolated(&mut self, body: &mut Body<'_, '_, N>) -> bool {
+        let model = body.terms.model;
+        let cells = body.state.len();
+        let Some((at, before)) = body.own.split_at_mut_checked(cells) else { return false };
+        let (published, residual) = (&mut *body.state, &mut *body.residual);
+        if !self.going {
+            copy(at, published);
+            copy(before, published);
+            self.last = Last::None;
+        }
+        let points = &mut Points { published, at, before, residual };
+        let sums = N::track_pass(body.terms, &body.awake.set, points, body.contacts);
+        let [energy, fine, way, direction] = sums;
+        let potential = body.terms.potential(energy, points.at, body.contacts);
+        if self.going && potential.exceeds(allowed(body.terms, body.level, energy)) {
+            self.going = false;
+            return true;
+        }
+        self.going = true;
+        let is_awake = !body.awake.set.is_empty(model.slice_count());
+        let coarse = match body.coarse {
+            Some(coarse) if is_awake && hats::<N>(model).is_some() => {
+                N::coarse(body.terms, points.residual, body.room, coarse)
+            }
+            _ => TwoFloat::ZERO,
+        };
+        // Only a product that bounds its move is worth that move.
+        let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
+        let level = *body.level;
+        body.level.certify(potential.minus(decrease(fine, coarse)));
+        let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
+        let factors = self.last.choose(products);
+        let beyond = if coarse.hi > 0.0 {
+            body.awake.wake_all(model);
+            N::coarse_step(body.terms, body.room, points, factors)
+        } else {
+            let moved = N::track_step(body.terms, body.awake, points, factors);
+            let Points { published, at, before, .. } = points;
+            let has_moved = |cell: usize| {
+                let last = before.get(cell);
+                at.get(cell) != last || (last.is_some() && published.get(cell) != last)
+            };
+            body.awake.wake_neighbours(model, &moved.slices, has_moved);
+            moved.beyond
+        };
+        self.restore_held(body);
+        if !beyond {
+            return false;
+        }
+        *body.level = level;
+        body.level.certify(potential);
+        self.stay(body);
+        true
+    }
+
+    /// Puts the held cells back where the tool has them, in all arrays.
+    fn restore_held(&mut self, body: &mut Body<'_, '_, N>) {
+        body.restore_held();
+        for contact in body.held {
+            let cell = contact.cell();
+            if let Some(&position) = body.state.get(cell) {
+                self.place(body.own, cell, position, body.terms.model.saturation());
+            }
+        }
+    }
+
+    /// Some cell went beyond K: back to the point of this pass, whose energy was found to be
+    /// within the level, and on with a step that saturates.
+    fn stay(&mut self, body: &mut Body<'_, '_, N>) {
+        let cells = body.state.len();
+        if let Some((_, before)) = body.own.split_at_checked(cells) {
+            copy(body.state, before);
+        }
+        self.saturated = true;
+    }
+
+    /// A plain step from the published point, saturating.
+    fn plain(&mut self, body: &mut Body<'_, '_, N>) {
+        let model = body.terms.model;
+        let k = N::from_single(model.saturation());
+        body.awake.wake_all(model);
+        body.awake.postpone_sleep();
+        let energy =
+            body.terms.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+        let energy = energy.times_power_of_two(0.125);
+        let potential = body.terms.potential(energy, body.state, body.contacts);
+        let next = |v: [N; 3], r: Cell<N>, mobility: f32| {
+            let leak = mobility / model.resistance();
+            let leak = N::from_single(if leak < 1.0 { leak } else { 1.0 });
+            let moved = add(v, scale(N::from_single(mobility), r.xyz()));
+            sub(moved, scale(leak, sub(v, output(v, k))))
+        };
+        let mut falls = N::Sum::default();
+        let (mut highest, still) = (N::ZERO, [N::ZERO; 3]);
+        let cells = body.state.iter_mut().zip(&*body.residual).zip(model.mobility).enumerate();
+        for (cell, ((v, &r), &mobility)) in cells {
+            if mobility > 0.0 {
+                let to = next(v.xyz(), r, mobility);
+                if r.xyz() != still {
+                    // r . D - W |D|^2 / 2, D the clamped move.
+                    let way = sub(output(to, k), output(v.xyz(), k));
+                    let half = scale(N::from_single(0.5 / mobility), way);
+                    falls.add(cell % LANES, N::inner(way, sub(r.xyz(), half)));
+                }
+                *v = Cell::at(to);
+            }
+            let here = peak(v.xyz());
+            highest = if here > highest { here } else { highest };
+        }
+        body.level.certify(potential.minus(sure(falls.total())));
+        self.saturated = body.restore_held() | (highest > k);
+        self.going = false;
+    }
+}
+
+/// Room for the rounding of a sum of products: what of it is sure.
+const SURE: f32 = 1.0 - 1.0 / 512.0;
+
+/// What of a fall is sure.
+fn sure(fall: TwoFloat) -> TwoFloat {
+    let fall = if fall.hi > 0.0 { SURE * fall.hi } else { fall.hi / SURE };
+    fall.into()
+}
+
+/// What a step with these two inner products is certified to lower the energy by.
+fn decrease(fine: TwoFloat, coarse: TwoFloat) -> TwoFloat {
+    let fine = if fine.hi > 0.0 { fine.hi } else { 0.0 };
+    if coarse.hi > 0.0 {
+        let way = sqrt(fine) - sqrt(coarse.hi);
+        TwoFloat::from(0.5 * SURE * way * way)
+    } else {
+        TwoFloat::from(0.5 * SURE * fine)
+    }
+}
+
+impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
+    type Number = N;
+
+    #[allow(private_interfaces)]
+    fn sweep(&mut self, body: &mut Body<'_, '_, N>) -> bool {
+        if self.saturated {
+            self.plain(body);
+            false
+        } else {
+            self.extrapolated(body)
+        }
+    }
+
+    fn place(&mut self, own: &mut [Cell<N>], cell: usize, position: Cell<N>, k: f32) {
+        let cells = own.len() / 2;
+        for at in [cell, cells + cell] {
+            if let Some(slot) = own.get_mut(at) {
+                *slot = position;
+            }
+        }
+        self.saturated |= peak(position.xyz()) > N::from_single(k);
+    }
+
+    fn pushed(&mut self) {
+        if self.last != Last::None {
+            self.last = Last::Pushed;
+        }
+    }
+
+    fn interrupt(&mut self) {
+        self.going = false;
+    }
+
+    fn has_moved(state: &[Cell<N>], own: &[Cell<N>], _residual: &[Cell<N>], cell: usize) -> bool {
+        let here = state.get(cell);
+        here != own.get(cell) || (here.is_some() && here != own.get(state.len() + cell))
+    }
+
+    fn room(model: &Model<'_>, held: usize) -> usize {
+        hats::<N>(model).map_or(0, |hats| hats_room(hats.count, held))
+    }
+
+    fn probe_room(model: &Model<'_>) -> usize {
+        hats::<N>(model).map_or(0, |hats| probe_room(hats.count))
+    }
+
+    #[allow(private_interfaces)]
+    fn take_out(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) -> Option<u16> {
+        hats::<N>(model).map_or(Some(0), |hats| take_out(&hats, room, held))
+    }
+
+    #[allow(private_interfaces)]
+    fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) {
+        if let Some(hats) = &hats::<N>(model) {
+            held::hold(model, hats, room, held);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_certified_decrease_is_that_of_the_better_part() {
+        let certified = |fine: f32, coarse: f32| decrease(fine.into(), coarse.into()).hi;
+        assert!(certified(3.0, 0.0) > 1.49 && certified(3.0, 0.0) < 1.5);
+        assert!(certified(0.0, 3.0) > 1.49 && certified(0.0, 3.0) < 1.5);
+        assert_eq!(certified(2.0, 2.0), 0.0);
+        assert!((certified(9.0, 1.0) - 2.0).abs() < 0.01);
+    }
+}

@@ -1,0 +1,163 @@
+//! The current drive: a tool that loads its contact cells instead of holding them.
+//!
+//! The paper's Eq. 2 and 4 drive the network by a current `I_i`, the input displacement at the
+//! contact cells and 0 elsewhere:
+//!
+//! ```text
+//! C dP_i/dt = sum of w mu (P_j - P_i) + I
+//! ```
+//!
+//! I = the tool's displacement since it took hold, a unit of network time; the same at each contact
+//! cell. It is a load, not a place: the cells go where r + I = 0, a stiffer body goes less far, and
+//! one that nothing fixes drifts (up to K). As a force it is 2 `k_ref` I on each contact cell [N],
+//! with I in metres a unit of network time; at equilibrium the links pull back as much.
+//!
+//! **The guard.** What falls is E - W, with W = sum of I . (`P_i` - `O_i`) over the contact cells, O
+//! = where the tool took hold of them. W is linear, so the curvature bound of E is that of E - W,
+//! its residual is r + I, and every certificate of a scheme holds for it. A change of I changes the
+//! level by -(change of I) . (P - O). The energy itself is at most the level plus W.
+//!
+//! **The energy bound.** Outputs stay within K, so with I unchanged E can grow by no more than
+//!
+//! ```text
+//! X(I) = sum over contact cells and axes of |I_a| K - I_a y_a >= 0
+//! ```
+//!
+//! for E(P') <= level + I . (y' - O) and I . y' <= |I|_1 K at every later P'. E + X(I) <= `E_max` thus
+//! bounds E for ever, and sweeps lower E + X, since that is the level and a constant. X is convex in I,
+//! so a change of I that would break the bound is cut at the share at which the chord from the old
+//! value meets it; a change that lowers X is never cut: the tool can always take its load back.
+//!
+//! Cost: 3 additions a contact cell and pass, W once a pass. It is summed in `f64`, so that the
+//! guard sees none of its rounding.
+
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{Cell, output};
+use crate::number::two_float::TwoFloat;
+use crate::terms::held::Contact;
+use crate::terms::pass::Terms;
+
+/// Room for the rounding of a current that was cut at the energy bound.
+const SHORT: f64 = 0.999;
+
+/// A sum in two single precisions, rounded up.
+pub(crate) fn rounded_up(sum: f64) -> TwoFloat {
+    const ROUNDING: f64 = 1.0 / (1_u64 << 44) as f64;
+    let sum = sum + ROUNDING * if sum < 0.0 { -sum } else { sum };
+    let hi = sum as f32;
+    TwoFloat { hi, lo: (sum - f64::from(hi)) as f32 }
+}
+
+/// W = sum of I . (y - O) over the contact cells.
+pub(crate) fn work<N: Number>(
+    model: &Model<'_>,
+    current: [f32; 3],
+    v: &[Cell<N>],
+    contacts: &[Contact<N>],
+) -> f64 {
+    let k = N::from_single(model.saturation());
+    let mut sum = 0.0;
+    for contact in contacts {
+        let Some(v) = v.get(contact.cell()) else { continue };
+        for ((i, y), o) in current.into_iter().zip(output(v.xyz(), k)).zip(contact.origin) {
+            sum += f64::from(i) * (y.double() - o.double());
+        }
+    }
+    sum
+}
+
+/// What of a change from one current to another keeps E within `energy_max` for ever.
+pub(crate) fn admitted<N: Number>(
+    model: &Model<'_>,
+    [from, to]: [[f32; 3]; 2],
+    energy: f64,
+    v: &[Cell<N>],
+    contacts: &[Contact<N>],
+) -> [f32; 3] {
+    let k = N::from_single(model.saturation());
+    let room = |current: [f32; 3]| {
+        let mut sum = energy;
+        for v in contacts.iter().filter_map(|contact| v.get(contact.cell())) {
+            for (i, y) in current.into_iter().zip(output(v.xyz(), k)) {
+                let i = f64::from(i);
+                sum += if i < 0.0 { -i } else { i } * k.double() - i * y.double();
+            }
+        }
+        f64::from(model.energy_max()) - sum
+    };
+    let [before, after] = [from, to].map(room);
+    if after >= 0.0 || after >= before {
+        return to;
+    }
+    let share = if before > 0.0 { SHORT * before / (before - after) } else { 0.0 } as f32;
+    [0, 1, 2].map(|axis| match (from.get(axis), to.get(axis)) {
+        (Some(from), Some(to)) => from + share * (to - from),
+        _ => 0.0,
+    })
+}
+
+impl Terms<'_, '_> {
+    /// Whether a current other than 0 flows into the contact cells.
+    pub fn is_loaded(&self) -> bool {
+        self.current.is_some_and(|current| current != [0.0; 3])
+    }
+
+    /// What the guard watches at the states `v` whose energy is `energy`: E - W, or E where no
+    /// current drives.
+    pub fn potential<N: Number>(
+        &self,
+        energy: TwoFloat,
+        v: &[Cell<N>],
+        contacts: &[Contact<N>],
+    ) -> TwoFloat {
+        match self.current {
+            Some(current) => energy.plus(rounded_up(-work(self.model, current, v, contacts))),
+            None => energy,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The paper's plane of 9 x 9 nodes.
+    static PLANE: &[u8] = crate::include_model!("../../../tests/data/plane9.chaincell");
+
+    fn room(model: &Model<'_>, current: [f32; 3], energy: f64, v: &[Cell]) -> f64 {
+        let k = f64::from(model.saturation());
+        let cells = v.iter().map(|v| {
+            let terms = current.iter().zip(v.xyz());
+            terms.map(|(&i, y)| f64::from(i.abs()) * k - f64::from(i) * f64::from(y)).sum::<f64>()
+        });
+        f64::from(model.energy_max()) - energy - cells.sum::<f64>()
+    }
+
+    #[test]
+    fn a_sum_is_rounded_up_and_hardly() {
+        for sum in [0.0, 1.0, -1.0, 1.0 / 3.0, -1.0e9 / 7.0] {
+            let TwoFloat { hi, lo } = rounded_up(sum);
+            let up = f64::from(hi) + f64::from(lo) - sum;
+            assert!((0.0..=1e-13 * sum.abs()).contains(&up), "{sum}: {up:e}");
+        }
+    }
+
+    #[test]
+    fn a_current_beyond_the_energy_bound_is_cut_and_can_come_back() {
+        let model = Model::from_bytes(PLANE).unwrap();
+        let v = [Cell::at([1.0, -2.0, 0.5]), Cell::at([0.0, 3.0, 0.0])];
+        let contacts = [Contact::new(0), Contact::new(1)];
+        let energy = 0.25 * f64::from(model.energy_max());
+        let cut = |from, to, energy| admitted(&model, [from, to], energy, &v, &contacts);
+        let small = [0.01, -0.02, 0.0];
+        assert_eq!(cut([0.0; 3], small, energy), small);
+        let far = cut(small, [1e6, 2e6, -1e6], energy);
+        let left = room(&model, far, energy, &v);
+        assert!((0.0..0.01 * f64::from(model.energy_max())).contains(&left), "{far:?}: {left}");
+        // Full, or over full: no further out, but back.
+        let full = 2.0 * f64::from(model.energy_max());
+        assert_eq!(cut(small, [1.0, -0.02, 0.0], full), small);
+        assert_eq!(cut(far, small, full), small);
+    }
+}

@@ -1,0 +1,247 @@
+//! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
+
+use super::links::number::LinkNumber;
+use super::pass::Terms;
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{Cell, add, dot, scale, sub};
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::TwoFloat;
+
+/// A contact cell and where it was when the tool took hold of it [mean link lengths].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact<N = f32> {
+    pub(crate) origin: [N; 3],
+    id: u16,
+}
+
+impl<N: Number> Contact<N> {
+    /// An empty slot.
+    pub const NONE: Self = Self { origin: [N::ZERO; 3], id: 0 };
+
+    pub(crate) const fn new(id: u16) -> Self {
+        Self { origin: [N::ZERO; 3], id }
+    }
+
+    /// The cell.
+    #[must_use]
+    #[inline]
+    pub fn cell(&self) -> usize {
+        usize::from(self.id)
+    }
+}
+
+/// Why a list of contact cells is refused; the position is that in the list.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactError {
+    /// The tissue has room for fewer contact cells.
+    Capacity {
+        /// Cells asked for.
+        needed: usize,
+        /// Room.
+        capacity: usize,
+    },
+    /// The cell is not in the model.
+    Unknown(usize),
+    /// The cell's state is fixed.
+    Fixed(usize),
+    /// The ids must ascend without repeats.
+    Order(usize),
+    /// The tissue was not reset to this network.
+    Model,
+    /// The tissue has too little room to hold that many cells against the model's hats: size it
+    /// with [`hats_room`](crate::hats_room).
+    Hats {
+        /// Octets needed.
+        needed: usize,
+        /// Octets there.
+        room: usize,
+    },
+    /// The tool is engaged: cells change hands only while it is not.
+    Engaged,
+    /// The probe's radius is not above 0, not finite or beyond
+    /// [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths.
+    Radius {
+        /// Largest radius \[m\].
+        max_m: f32,
+    },
+    /// A probe touches surface cells, and the model has none.
+    NoSurface,
+    /// The tissue has too little room for a probe and the model's hats: size it with
+    /// [`probe_room`](crate::probe_room).
+    ProbeHats {
+        /// Octets needed.
+        needed: usize,
+        /// Octets there.
+        room: usize,
+    },
+}
+
+impl core::fmt::Display for ContactError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Capacity { needed, capacity } => {
+                write!(f, "{needed} contact cells, room for {capacity}: raise the capacity")
+            }
+            Self::Unknown(at) => write!(f, "contact cell at position {at} is not in the model"),
+            Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
+            Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
+            Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
+            Self::Hats { needed, room } => write!(
+                f,
+                "holding these cells needs {needed} octets of room for the hats, there are {room}"
+            ),
+            Self::Engaged => f.write_str("the tool is engaged: release it first"),
+            Self::Radius { max_m } => {
+                write!(f, "the probe's radius must be above 0 and at most {max_m} m")
+            }
+            Self::NoSurface => f.write_str(
+                "the model has no surface that a probe could touch: bake a mesh with triangles or \
+                 tetrahedra, or name cells",
+            ),
+            Self::ProbeHats { needed, room } => write!(
+                f,
+                "a probe needs {needed} octets of room for the hats, there are {room}: size it \
+                 with probe_room, or bake with --hats none"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ContactError {}
+
+/// Checks a list of contact cells against the model.
+pub(crate) fn check(model: &Model<'_>, ids: &[u16], capacity: usize) -> Result<(), ContactError> {
+    if ids.len() > capacity {
+        return Err(ContactError::Capacity { needed: ids.len(), capacity });
+    }
+    let mut next = 0;
+    for (at, &id) in ids.iter().enumerate() {
+        if usize::from(id) >= model.cells() {
+            return Err(ContactError::Unknown(at));
+        }
+        if usize::from(id) < next {
+            return Err(ContactError::Order(at));
+        }
+        if model.is_fixed(id) {
+            return Err(ContactError::Fixed(at));
+        }
+        next = usize::from(id) + 1;
+    }
+    Ok(())
+}
+
+/// Calls `visit(link, cell, other)` for every link from a held cell to one that is not held, in
+/// ascending order of the held cell, then of the other.
+pub(crate) fn each_outer_link<N: LinkNumber>(
+    model: &Model<'_>,
+    held: &[Contact<N>],
+    mut visit: impl FnMut(usize, usize, usize),
+) {
+    for contact in held {
+        for (link, other) in model.neighbours(contact.cell()) {
+            if held.binary_search_by_key(&other, Contact::cell).is_err() {
+                visit(link, contact.cell(), other);
+            }
+        }
+    }
+}
+
+/// Weight of the links between held and other cells.
+pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
+    let mut weight = 0.0;
+    each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
+    weight
+}
+
+/// What the links of the held cells store.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Touched {
+    /// Sum of w d^2, four times their energy.
+    pub wd2: TwoFloat,
+    /// Sum of w d (d + u): times eps, what rounding may have made of four times the energy.
+    pub scale: f32,
+}
+
+/// Sums over the links of the held cells, each link once.
+pub(crate) fn touched<N: LinkNumber>(
+    terms: Terms<'_, '_>,
+    v: &[Cell<N>],
+    held: &[Contact<N>],
+) -> Touched {
+    let links = terms.links();
+    let mut sums = Touched { wd2: TwoFloat::ZERO, scale: 0.0 };
+    for contact in held {
+        let cell = contact.cell();
+        for (link, other) in links.model.neighbours(cell) {
+            let counted = other < cell && held.binary_search_by_key(&other, Contact::cell).is_ok();
+            if !counted && let Some(on) = links.force_on(v, link, cell, other) {
+                let wd = 2.0 * sqrt(dot(on.force, on.force));
+                sums.wd2 = sums.wd2.plus(on.wd2.into());
+                sums.scale += on.wd2 + wd * (links.length(v, cell, other) + N::GRAIN);
+            }
+        }
+    }
+    sums
+}
+
+/// Force of the links on the held cells, in internal units. Links between two held cells pull on
+/// both alike and drop out.
+pub(crate) fn force<N: LinkNumber>(
+    terms: Terms<'_, '_>,
+    v: &[Cell<N>],
+    held: &[Contact<N>],
+) -> [f32; 3] {
+    let links = terms.links();
+    let mut sum = [0.0; 3];
+    each_outer_link(links.model, held, |link, cell, other| {
+        if let Some(on) = links.force_on(v, link, cell, other) {
+            sum = add(sum, on.force);
+        }
+    });
+    sum
+}
+
+/// The longest move that keeps the energy within `energy_max`: a move D raises sqrt(E) by at most
+/// sqrt(W) |D| / 2, W = weight of the links between moved and other cells.
+pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
+    let room = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
+    if outer_weight <= 0.0 {
+        f32::INFINITY
+    } else if room > 0.0 {
+        2.0 * room / sqrt(outer_weight)
+    } else {
+        0.0
+    }
+}
+
+/// `from` moved towards `to` by at most `limit`, and whether the limit bit.
+pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], bool) {
+    let way = sub(to, from);
+    let length = sqrt(dot(way, way));
+    if length <= limit {
+        return (to, false);
+    }
+    (add(from, scale(limit / length, way)), true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn approach_stops_at_the_limit_or_the_target() {
+        assert_eq!(approach([1.0, 0.0, 0.0], [1.0, 3.0, 4.0], 5.0), ([1.0, 3.0, 4.0], false));
+        let (at, bit) = approach([0.0; 3], [0.0, 3.0, 4.0], 1.0);
+        assert!(bit && (at[1] - 0.6).abs() < 1e-6 && (at[2] - 0.8).abs() < 1e-6);
+        assert_eq!(approach([1.0; 3], [2.0; 3], 0.0), ([1.0; 3], true));
+    }
+
+    #[test]
+    fn a_full_body_lets_the_tool_move_no_further() {
+        assert_eq!(move_max(9.0, 4.0, 16.0), 0.5);
+        assert_eq!(move_max(9.0, 9.0, 16.0), 0.0);
+        assert_eq!(move_max(9.0, 90.0, 16.0), 0.0);
+        assert_eq!(move_max(9.0, 0.0, 0.0), f32::INFINITY);
+    }
+}

@@ -1,0 +1,18 @@
+//! The links' bands, the first term: half the squared distance of `P_j` - `P_i` to a shell.
+//!
+//! - [`law`]: the arithmetic of one link in single precision.
+//! - [`number`]: what a link needs of a number type; `f64`. Fixed point has a file of its own.
+//! - [`range`]: which models a number type carries.
+//! - `term`: the links of a body, as they are in a tick.
+//! - `scalar`, `sliced`, `vfp`: the residual link by link, eight cells side by side, and with the
+//!   floating-point unit of Armv7E-M.
+
+mod fixed_point;
+pub mod law;
+pub mod number;
+pub mod range;
+pub(crate) mod scalar;
+pub(crate) mod sliced;
+pub(crate) mod term;
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+pub(crate) mod vfp;

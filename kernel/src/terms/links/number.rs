@@ -1,0 +1,152 @@
+//! What a link needs of a number type; the links of `f32` and `f64`.
+
+use super::law::{self, Band, COINCIDENT, LinkForce};
+use super::range::RangeError;
+use super::term::Links;
+use crate::backend::slice_set::SliceSet;
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{Cell, single};
+use crate::terms::number::TermNumber;
+
+/// A number type that links can be computed in.
+#[allow(private_interfaces)]
+pub trait LinkNumber: TermNumber {
+    /// What rounding leaves open of a length, whatever its size, in units of the `f32` epsilon
+    /// [mean link lengths].
+    const GRAIN: f32 = 0.0;
+    /// The band of a link in rest lengths, as a pass needs it.
+    type Band: Copy;
+
+    /// The band `1 - alpha` to `1 + alpha` (Eq. 5).
+    fn band(alpha: f32) -> Self::Band;
+    /// The force of a link of rest length `l0` and weight `w` on its end `pi`, the other end being
+    /// `pj`; inside its band `None` or zero. `rest_difference` gives `P_j` - `P_i` of the rest
+    /// shape; it is asked only where the ends coincide.
+    fn link_force(
+        pi: [Self; 3],
+        pj: [Self; 3],
+        l0: f32,
+        w: f32,
+        band: Self::Band,
+        rest_difference: impl FnOnce() -> [f32; 3],
+    ) -> Option<LinkForce<Self>>;
+    /// The same in single precision, also where it leaves the number's range: for the few links of
+    /// the cells that the tool holds.
+    fn link_force_single(
+        pi: [Self; 3],
+        pj: [Self; 3],
+        l0: f32,
+        w: f32,
+        band: Self::Band,
+        rest_difference: impl FnOnce() -> [f32; 3],
+    ) -> Option<LinkForce> {
+        let of = Self::link_force(pi, pj, l0, w, band, rest_difference)?;
+        Some(LinkForce { force: single(of.force), wd2: Self::product_single(of.wd2) })
+    }
+    /// Residuals and energies of awake slices, link by link, at states within K.
+    fn accumulate(
+        links: Links<'_, '_>,
+        awake: &SliceSet,
+        v: &[Cell<Self>],
+        residual: &mut [Cell<Self>],
+    ) -> Self::Tally {
+        links.accumulate(awake, v, residual, |v| v)
+    }
+    /// Sums again, after the links at the outputs `y` of the states, the residuals whose partial
+    /// sums may have left the number's range.
+    fn mend(
+        links: Links<'_, '_>,
+        awake: &SliceSet,
+        v: &[Cell<Self>],
+        residual: &mut [Cell<Self>],
+        y: impl Fn([Self; 3]) -> [Self; 3],
+    ) {
+        let _ = (links, awake, v, residual, y);
+    }
+    /// Whether the number's range carries the model.
+    ///
+    /// # Errors
+    /// The parameter that is too large.
+    fn admits(model: &Model<'_>) -> Result<(), RangeError> {
+        let _ = model;
+        Ok(())
+    }
+}
+
+#[allow(private_interfaces)]
+impl LinkNumber for f32 {
+    type Band = Band;
+
+    #[inline(always)]
+    fn band(alpha: f32) -> Band {
+        Band::new(alpha)
+    }
+
+    #[inline(always)]
+    fn link_force(
+        pi: [Self; 3],
+        pj: [Self; 3],
+        l0: f32,
+        w: f32,
+        band: Band,
+        rest_difference: impl FnOnce() -> [f32; 3],
+    ) -> Option<LinkForce<Self>> {
+        law::link_force(pi, pj, l0, w, band, rest_difference)
+    }
+
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    fn accumulate(links: Links<'_, '_>, awake: &SliceSet, v: &[Cell], residual: &mut [Cell]) {
+        if links.differ() {
+            return links.accumulate(awake, v, residual, |v| v);
+        }
+        super::vfp::accumulate(links.model, Band::new(links.alpha(0)), awake, v, residual);
+    }
+}
+
+/// The band in rest lengths, and of the squared lengths; widened by the rounding of rest lengths
+/// that are stored in single precision.
+#[derive(Debug, Clone, Copy)]
+pub struct DoubleBand {
+    low: f64,
+    high: f64,
+}
+
+/// Rest lengths are stored in single precision.
+const RIM: f64 = 4.0 / 16_777_216.0;
+
+#[allow(private_interfaces)]
+impl LinkNumber for f64 {
+    type Band = DoubleBand;
+
+    fn band(alpha: f32) -> DoubleBand {
+        DoubleBand { low: 1.0 - f64::from(alpha), high: 1.0 + f64::from(alpha) }
+    }
+
+    fn link_force(
+        pi: [Self; 3],
+        pj: [Self; 3],
+        l0: f32,
+        w: f32,
+        band: DoubleBand,
+        rest_difference: impl FnOnce() -> [f32; 3],
+    ) -> Option<LinkForce<Self>> {
+        let difference = [pj[0] - pi[0], pj[1] - pi[1], pj[2] - pi[2]];
+        let l0 = f64::from(l0);
+        let u = libm::sqrt(Self::inner(difference, difference));
+        let d = if u > l0 * band.high * (1.0 + RIM) {
+            u - l0 * band.high
+        } else if u < l0 * band.low * (1.0 - RIM) {
+            u - l0 * band.low
+        } else {
+            return None;
+        };
+        let wd = f64::from(w) * d;
+        let force = if u * u < f64::from(COINCIDENT) * l0 * l0 {
+            rest_difference().map(|x| wd / (2.0 * l0) * f64::from(x))
+        } else {
+            difference.map(|x| wd / (2.0 * u) * x)
+        };
+        Some(LinkForce { force, wd2: wd * d })
+    }
+}

@@ -1,0 +1,177 @@
+//! The links over slices: eight cells side by side, one neighbour of each at a time.
+//!
+//! Every lane does what [`link_force`](super::law::link_force) does, in its order. A cell's links
+//! are added in ascending order of its neighbours, as they are link by link, and the force that a
+//! cell feels from below is exactly the opposite of what is computed there for the other end.
+
+#![allow(unsafe_code)]
+
+use super::law::{Band, COINCIDENT, LinkForce, RIM};
+use super::term::Links;
+use crate::backend::f32x8::F32x8;
+use crate::model::{Slices, range};
+use crate::number::cell::Cell;
+use crate::number::two_float::LANES;
+
+/// The links of a body whose slices are stored, and where its cells are: as many as the model has.
+#[derive(Clone, Copy)]
+pub(crate) struct SlicedLinks<'a, 'm> {
+    links: Links<'a, 'm>,
+    slices: Slices<'m>,
+    at: &'a [Cell],
+}
+
+impl<'a, 'm> SlicedLinks<'a, 'm> {
+    /// `None` for a model without slices, or another number of cells.
+    pub fn of(links: Links<'a, 'm>, at: &'a [Cell]) -> Option<Self> {
+        let slices = links.model.slices?;
+        (at.len() == links.model.cells()).then_some(Self { links, slices, at })
+    }
+
+    /// Whether links differ in what this tick needs of them.
+    #[inline(always)]
+    pub fn differ(&self) -> bool {
+        self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some()
+    }
+
+    /// Residual and sum of w d^2 of the cells of a slice, which are `here`. `VARIED` where links
+    /// differ.
+    #[inline(always)]
+    pub fn residual<V: F32x8, const VARIED: bool>(&self, slice: usize, here: [V; 3]) -> [V; 4] {
+        let mut sum = [V::splat(0.0); 4];
+        let mut void = V::splat(0.0).below(V::splat(0.0));
+        let mut law = Law::uniform(Band::new(self.links.alpha(0)));
+        for group in range(self.slices.rows, slice) {
+            // SAFETY: the last row start is the number of groups; a model's slices name only its
+            // cells, and `at` has as many.
+            let (there, l0) = unsafe {
+                let ids = self.slices.neighbours.get_unchecked(group);
+                (V::gather(self.at, ids), V::load(self.slices.lengths.get_unchecked(group)))
+            };
+            if VARIED {
+                law = self.law(group);
+            }
+            add_links(&law, here, there, l0, &mut void, &mut sum);
+        }
+        if V::any(void) {
+            sum = [V::splat(0.0); 4];
+            for (sum, lanes) in sum.iter_mut().zip(&self.one_by_one(slice)) {
+                *sum = V::load(lanes);
+            }
+        }
+        sum
+    }
+
+    /// Bands and weights of a group whose links differ.
+    #[inline(always)]
+    fn law<V: F32x8>(&self, group: usize) -> Law<V> {
+        let alpha = if self.links.closed {
+            V::splat(0.0)
+        } else {
+            of_group(self.slices.alphas, group, self.links.model.alpha())
+        };
+        Law::varied(alpha, of_group(self.slices.weights, group, 1.0))
+    }
+
+    /// The sums of a slice with coincident cells, link after link.
+    #[cold]
+    #[inline(never)]
+    fn one_by_one(&self, slice: usize) -> [[f32; LANES]; 4] {
+        let mut lanes = [[0.0_f32; LANES]; 4];
+        for lane in 0..LANES {
+            let cell = slice * LANES + lane;
+            for (link, other) in self.links.model.neighbours(cell) {
+                let on: Option<LinkForce> = self.links.force_on(self.at, link, cell, other);
+                let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
+                for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
+                    if let Some(sum) = lanes.get_mut(lane) {
+                        *sum += term;
+                    }
+                }
+            }
+        }
+        lanes
+    }
+}
+
+/// Bands and weights of eight links.
+struct Law<V> {
+    low: V,
+    high: V,
+    low_squared: V,
+    high_squared: V,
+    weight: Option<V>,
+}
+
+impl<V: F32x8> Law<V> {
+    /// One band for all, weight 1.
+    #[inline(always)]
+    fn uniform(band: Band) -> Self {
+        Self {
+            low: V::splat(band.low),
+            high: V::splat(band.high),
+            low_squared: V::splat(band.low_squared),
+            high_squared: V::splat(band.high_squared),
+            weight: None,
+        }
+    }
+
+    /// The arithmetic of [`Band::new`].
+    #[inline(always)]
+    fn varied(alpha: V, weight: V) -> Self {
+        let one = V::splat(1.0);
+        let (low, high) = (one.minus(alpha), one.plus(alpha));
+        Self {
+            low,
+            high,
+            low_squared: low.times(low).times(V::splat(1.0 - RIM)),
+            high_squared: high.times(high).times(V::splat(1.0 + RIM)),
+            weight: Some(weight),
+        }
+    }
+}
+
+/// The values of a group, or one for all where they are not stored.
+#[inline(always)]
+fn of_group<V: F32x8>(values: Option<&[[f32; LANES]]>, group: usize, otherwise: f32) -> V {
+    match values.and_then(|values| values.get(group)) {
+        Some(values) => V::load(values),
+        None => V::splat(otherwise),
+    }
+}
+
+/// Adds the forces of eight links to the sums. `void` becomes true in the lane of a link without a
+/// direction of its own.
+#[inline(always)]
+fn add_links<V: F32x8>(
+    law: &Law<V>,
+    here: [V; 3],
+    there: [V; 3],
+    l0: V,
+    void: &mut V::Mask,
+    sum: &mut [V; 4],
+) {
+    let dx = there[0].minus(here[0]);
+    let dy = there[1].minus(here[1]);
+    let dz = there[2].minus(here[2]);
+    let u2 = dx.times(dx).plus(dy.times(dy)).plus(dz.times(dz));
+    let l02 = l0.times(l0);
+    let above = u2.above(l02.times(law.high_squared));
+    let taut = V::either(above, u2.below(l02.times(law.low_squared)));
+    if !V::any(taut) {
+        return;
+    }
+    *void = V::either(*void, u2.below(l02.times(V::splat(COINCIDENT))));
+    let u = u2.root();
+    let d = u.minus(l0.times(V::select(above, law.high, law.low)));
+    let wd = match law.weight {
+        Some(weight) => weight.times(d),
+        None => d,
+    };
+    let factor = wd.over(u.plus(u)).keep(taut);
+    let [x, y, z, wd2] = sum;
+    *x = x.plus(factor.times(dx));
+    *y = y.plus(factor.times(dy));
+    *z = z.plus(factor.times(dz));
+    *wd2 = wd2.plus(wd.times(d).keep(taut));
+}

@@ -1,0 +1,103 @@
+//! One pass over the terms: the residual of every cell and the energy of the whole body.
+//!
+//! Residual r of cell i = the negative gradient of E, for links the sum of w mu (`P_j` - `P_i`)
+//! (Eq. 12) with E = sum of w d^2 / 4. The fourth lane of a residual is the cell's sum of w d^2;
+//! adding it over all cells counts each link at both ends, so E is an eighth of that sum.
+
+use super::held::Contact;
+use super::links::number::LinkNumber;
+use super::links::term::Links;
+use crate::backend::VectorUnit;
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::Model;
+use crate::number::cell::{Cell, add, from_single, output};
+use crate::number::two_float::{LANES, TwoFloat};
+use crate::number::{Number, Sum};
+
+/// The terms as they are in a tick: the body, whether its bands are closed (unloading), and how the
+/// tool acts on its contact cells.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms<'a, 'm> {
+    pub model: &'a Model<'m>,
+    pub closed: bool,
+    /// The vector unit to use.
+    pub vectors: Option<VectorUnit>,
+    /// The current into each contact cell; `None` where the tool holds them.
+    pub current: Option<[f32; 3]>,
+}
+
+impl<'a, 'm> Terms<'a, 'm> {
+    /// The links' bands.
+    #[inline(always)]
+    pub fn links(&self) -> Links<'a, 'm> {
+        Links { model: self.model, closed: self.closed }
+    }
+
+    /// One pass cell by cell at states within K: residuals of awake slices, contact cells driven;
+    /// gives the energy in internal units.
+    pub fn energy<N: LinkNumber>(
+        self,
+        awake: &SliceSet,
+        v: &[Cell<N>],
+        residual: &mut [Cell<N>],
+        contacts: &[Contact<N>],
+    ) -> TwoFloat {
+        let tally = self.residuals(awake, v, residual, contacts);
+        let mut lanes = N::WideSum::default();
+        for slice in awake.iter(self.model.slice_count()) {
+            let cells = residual.get(cells_of(slice, self.model.cells())).unwrap_or(&[]);
+            for (lane, r) in cells.iter().enumerate() {
+                lanes.add(lane, N::energy_term(r.w()));
+            }
+        }
+        N::energy(&lanes, tally).times_power_of_two(0.125)
+    }
+
+    /// Residuals and energies of awake slices at states within K, contact cells driven.
+    #[inline(always)]
+    pub fn residuals<N: LinkNumber>(
+        self,
+        awake: &SliceSet,
+        v: &[Cell<N>],
+        residual: &mut [Cell<N>],
+        contacts: &[Contact<N>],
+    ) -> N::Tally {
+        let tally = N::accumulate(self.links(), awake, v, residual);
+        self.drive(residual, contacts);
+        tally
+    }
+
+    /// The same at the outputs of all states; every slice has to be awake. Gives the sum of w d^2
+    /// over the cells.
+    pub fn saturated_pass<N: LinkNumber>(
+        self,
+        awake: &SliceSet,
+        v: &[Cell<N>],
+        residual: &mut [Cell<N>],
+        contacts: &[Contact<N>],
+    ) -> TwoFloat {
+        let k = N::from_single(self.model.saturation());
+        let tally = self.links().accumulate(awake, v, residual, |v| output(v, k));
+        self.drive(residual, contacts);
+        let mut lanes = N::WideSum::default();
+        for (cell, r) in residual.iter().enumerate() {
+            lanes.add(cell % LANES, N::energy_term(r.w()));
+        }
+        N::energy(&lanes, tally)
+    }
+
+    /// Takes held cells out of the residual, or adds the current to that of the contact cells;
+    /// the fourth lanes stay.
+    fn drive<N: Number>(self, residual: &mut [Cell<N>], contacts: &[Contact<N>]) {
+        for contact in contacts {
+            if let Some(r) = residual.get_mut(contact.cell()) {
+                let [x, y, z] = match self.current {
+                    Some(current) => add(r.xyz(), from_single(current)),
+                    None => [N::ZERO; 3],
+                };
+                *r = Cell([x, y, z, r.w()]);
+            }
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Contact by shape: a sphere, the paper's virtual haptic probe (its Fig. 6).
+//!
+//! While engaged the sphere's centre follows the tool, from the tool's position on. In contact are,
+//! in each tick,
+//!
+//! - the surface cells inside the sphere, and
+//! - the contacts of the last tick that the links hold against it: those on the sphere which their
+//!   links do not pull away from the centre, and those beyond it which they pull towards it by
+//!   enough to bring them there.
+//!
+//! They are put on the sphere radially but within K, a cell at the centre along its normal at rest,
+//! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
+//! capacity the lowest ids are kept.
+//!
+//! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
+//! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
+//! and a cell that was let go comes back only when it really goes in.
+//!
+//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if
+//! b <= 2 f / W, f its links' pull towards the centre and W their weight: then what it moves for all
+//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So a tool
+//! that leaves, however fast, draws no cell after it.
+//!
+//! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of
+//! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
+//! the energy does rise, all moves are shortened alike.
+//!
+//! Cost a tick while engaged: one look at each surface cell; the links of the contacts, at most six
+//! times; at most contacts^2 / 2 slots moved where cells enter.
+
+use super::held::Contact;
+use super::links::number::LinkNumber;
+use super::pass::Terms;
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{Cell, add, dot, output, peak, scale, single, sub};
+use crate::number::sqrt::sqrt;
+
+/// Rounding of a distance in the size of its coordinates.
+const GRAIN: f32 = 4.0 * f32::EPSILON;
+
+/// The sphere in a tick [mean link lengths].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sphere {
+    pub centre: [f32; 3],
+    pub radius: f32,
+    /// Cells this near to the surface are on it.
+    pub grain: f32,
+}
+
+impl Sphere {
+    pub(crate) fn new(centre: [f32; 3], radius: f32) -> Self {
+        Self { centre, radius, grain: GRAIN * (peak(centre) + radius) }
+    }
+
+    /// The way from the centre, and its length less the radius.
+    fn beyond(&self, at: [f32; 3]) -> ([f32; 3], f32) {
+        let way = sub(at, self.centre);
+        (way, sqrt(dot(way, way)) - self.radius)
+    }
+
+    pub(crate) fn is_inside(&self, at: [f32; 3]) -> bool {
+        self.beyond(at).1 < -self.grain
+    }
+
+    /// Whether a contact at `at` stays one that its links pull by `force`; `mobility` = 1 / W.
+    pub(crate) fn keeps(&self, at: [f32; 3], force: [f32; 3], mobility: f32) -> bool {
+        let (way, beyond) = self.beyond(at);
+        let outward = dot(force, way);
+        if beyond > self.grain {
+            return beyond * (beyond + self.radius) <= -2.0 * mobility * outward;
+        }
+        beyond < -self.grain || outward <= 0.0
+    }
+
+    /// Where a cell goes; `None` where it is on the sphere.
+    pub(crate) fn place(
+        &self,
+        at: [f32; 3],
+        normal: impl FnOnce() -> [f32; 3],
+    ) -> Option<[f32; 3]> {
+        let (way, beyond) = self.beyond(at);
+        if beyond.abs() <= self.grain {
+            return None;
+        }
+        let distance = sqrt(dot(way, way));
+        let out = if distance > self.grain {
+            scale(self.radius / distance, way)
+        } else {
+            scale(self.radius, normal())
+        };
+        Some(add(self.centre, out))
+    }
+}
+
+/// Outward normal of a surface cell at rest.
+pub(crate) fn normal(model: &Model<'_>, cell: usize) -> [f32; 3] {
+    let at = u16::try_from(cell).ok().and_then(|cell| model.surface.binary_search(&cell).ok());
+    at.and_then(|at| model.normals.get(at)).copied().unwrap_or([0.0, 0.0, 1.0])
+}
+
+/// What the links of a cell do to it, in single precision.
+pub(crate) fn residual<N: LinkNumber>(
+    terms: Terms<'_, '_>,
+    v: &[Cell<N>],
+    cell: usize,
+) -> [f32; 3] {
+    let links = terms.links();
+    let forces = links.model.neighbours(cell).filter_map(|(link, other)| {
+        let on = links.force_on(v, link, cell, other)?;
+        Some(on.force)
+    });
+    forces.fold([0.0; 3], add)
+}
+
+/// The contacts, ascending, in slots of which the first `count` are taken.
+pub(crate) struct Contacts<'a, N> {
+    pub slots: &'a mut [Contact<N>],
+    pub count: usize,
+    /// A cell was let go or taken hold of.
+    pub changed: bool,
+    /// Some cell found no slot.
+    pub full: bool,
+}
+
+impl<N: Number> Contacts<'_, N> {
+    /// Lets go of those for which `keeps` does not hold.
+    pub(crate) fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
+        let before = self.count;
+        self.count = 0;
+        for at in 0..before {
+            let Some(&contact) = self.slots.get(at) else { break };
+            if keeps(contact.cell())
+                && let Some(slot) = self.slots.get_mut(self.count)
+            {
+                *slot = contact;
+                self.count += 1;
+            }
+        }
+        self.changed |= self.count < before;
+    }
+
+    /// Takes hold of a cell; over the capacity the highest id goes.
+    pub(crate) fn insert(&mut self, id: u16) {
+        let taken = self.slots.get(..self.count).unwrap_or(&[]);
+        let Err(at) = taken.binary_search_by_key(&usize::from(id), Contact::cell) else { return };
+        self.full |= self.count == self.slots.len();
+        if at == self.slots.len() {
+            return;
+        }
+        self.count = (self.count + 1).min(self.slots.len());
+        self.changed = true;
+        let mut carried = Contact::new(id);
+        for slot in self.slots.iter_mut().take(self.count).skip(at) {
+            core::mem::swap(slot, &mut carried);
+        }
+    }
+}
+
+/// Sum of w |`D_i` - `D_j`|^2 over the links of the contacts, each link once, D being the ways of
+/// the contacts from their origins.
+pub(crate) fn spread<N: Number>(model: &Model<'_>, v: &[Cell<N>], held: &[Contact<N>]) -> f32 {
+    let k = N::from_single(model.saturation());
+    let way = |contact: &Contact<N>| {
+        let here = v.get(contact.cell()).map(|v| output(v.xyz(), k));
+        here.map_or([0.0; 3], |here| single(sub(here, contact.origin)))
+    };
+    let mut sum = 0.0;
+    for contact in held {
+        let own = way(contact);
+        for (link, other) in model.neighbours(contact.cell()) {
+            let at = held.binary_search_by_key(&other, Contact::cell).ok();
+            let theirs = at.and_then(|at| held.get(at)).map(way);
+            if theirs.is_none() || other > contact.cell() {
+                let apart = sub(own, theirs.unwrap_or([0.0; 3]));
+                sum += model.link_weight(link) * dot(apart, apart);
+            }
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+    use std::vec::Vec;
+
+    const BALL: [f32; 3] = [10.0, -4.0, 0.0];
+
+    fn sphere() -> Sphere {
+        Sphere::new(BALL, 2.0)
+    }
+
+    #[test]
+    fn a_cell_goes_out_along_its_radius_or_its_normal() {
+        let up = || [0.0, 0.0, 1.0];
+        assert_eq!(sphere().place([10.0, -3.5, 0.0], up), Some([10.0, -2.0, 0.0]));
+        assert_eq!(sphere().place([10.0, -9.0, 0.0], up), Some([10.0, -6.0, 0.0]));
+        for centre in [BALL, [10.0, -4.0, 1e-7]] {
+            assert_eq!(sphere().place(centre, up), Some([10.0, -4.0, 2.0]));
+        }
+        for near in [2.0, 2.000_001, 1.999_999] {
+            assert_eq!(sphere().place([10.0, -4.0, near], up), None);
+        }
+    }
+
+    #[test]
+    fn a_contact_stays_while_it_is_pressed_on() {
+        let (inwards, outwards) = ([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
+        let keeps = |z: f32, force| sphere().keeps([10.0, -4.0, z], force, 0.3);
+        assert!(keeps(1.0, outwards) && keeps(2.0, inwards) && keeps(2.5, inwards));
+        assert!(!keeps(2.0, outwards) && !keeps(2.5, outwards));
+        // Twice 0.3 of the force is how far it may be drawn.
+        assert!(keeps(2.59, inwards) && !keeps(2.61, inwards));
+        // No force: what touches stays, what would have to be dragged along does not.
+        assert!(keeps(2.0, [0.0; 3]) && !keeps(2.5, [0.0; 3]));
+        // On the sphere within rounding is not inside.
+        assert!(!keeps(1.999_999, outwards) && !sphere().is_inside([10.0, -4.0, 1.999_999]));
+    }
+
+    #[test]
+    fn the_lowest_ids_get_the_slots() {
+        let mut slots = vec![Contact::<f32>::NONE; 3];
+        let mut contacts = Contacts { slots: &mut slots, count: 0, changed: false, full: false };
+        for (id, expected, full) in [
+            (20_u16, &[20][..], false),
+            (10, &[10, 20], false),
+            (10, &[10, 20], false),
+            (30, &[10, 20, 30], false),
+            (40, &[10, 20, 30], true),
+            (15, &[10, 15, 20], true),
+        ] {
+            contacts.changed = false;
+            let before: Vec<usize> = contacts.slots.iter().map(Contact::cell).collect();
+            contacts.insert(id);
+            let after: Vec<usize> = contacts.slots.iter().map(Contact::cell).collect();
+            assert_eq!(after[..contacts.count], *expected);
+            assert_eq!((contacts.full, contacts.changed), (full, after != before));
+        }
+        contacts.changed = false;
+        contacts.retain(|_| true);
+        assert!(!contacts.changed);
+        contacts.retain(|cell| cell != 15);
+        assert!(contacts.changed && contacts.count == 2);
+        assert_eq!(contacts.slots[..2].iter().map(Contact::cell).collect::<Vec<_>>(), [10, 20]);
+    }
+}

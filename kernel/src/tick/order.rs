@@ -1,0 +1,166 @@
+//! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs.
+
+use super::sample::{Flags, TickOutput, ToolSample};
+use super::settings::{Network, Settings};
+use super::tissue::{Head, TissueMut};
+use crate::number::cell::Cell;
+use crate::number::two_float::{Eight, TwoFloat};
+use crate::solver::Dynamics;
+use crate::solver::coarse::Coarse;
+use crate::solver::scheme::{Body, Pace};
+use crate::terms::held::Contact;
+use crate::terms::pass::Terms;
+
+/// Bad samples in a row that the last good one stands in for.
+pub const HELD_TICKS_MAX: u32 = 10;
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// One tick of the network: infallible, with [`Settings::sweeps`](crate::Settings::sweeps)
+    /// link passes whatever the input, none in the safe state.
+    ///
+    /// The safe state (force 0, cells as they are) answers a sample that stays bad for more than
+    /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
+    /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
+    pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        let mut flags = Flags::default();
+        let cells = network.model().cells();
+        if self.head.model != Some(network.model().checksum()) {
+            return self.safe(network, flags);
+        }
+        let Some(sample) = self.head.accept(sample, &mut flags) else {
+            return self.safe(network, flags);
+        };
+        let (Some(state), Some(residual), Some(own)) = (
+            self.state.get_mut(..cells),
+            self.residual.get_mut(..D::RESIDUALS * cells),
+            self.own.get_mut(..D::ARRAYS * cells),
+        ) else {
+            return self.safe(network, flags);
+        };
+        let chosen = self.contacts.len().min(self.head.chosen);
+        // A probe finds its cells by itself.
+        let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
+        let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
+        let room = &mut *self.room;
+        let mut tick = Tick {
+            network,
+            head: self.head,
+            state,
+            residual,
+            own,
+            room,
+            contacts,
+            work: TwoFloat::ZERO,
+            flags,
+        };
+        tick.hold_or_release(&sample);
+        match tick.head.probe {
+            _ if !tick.head.engaged => {}
+            Some(radius) => tick.touch(&sample, radius),
+            None => tick.follow(&sample),
+        }
+        tick.unload();
+        tick.sweep();
+        tick.book();
+        tick.settle();
+        tick.output()
+    }
+
+    fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
+        flags.insert(Flags::SAFE_STATE);
+        if self.head.closed {
+            flags.insert(Flags::BAND_CLOSED);
+        }
+        TickOutput {
+            energy_j: self.head.level.published() * network.model().energy_unit_j(),
+            contacts: if self.head.engaged { self.head.chosen as u32 } else { 0 },
+            flags,
+            ..TickOutput::NONE
+        }
+    }
+}
+
+impl<D> Head<D> {
+    /// The sample to act on; `None` where bad samples have gone on for too long.
+    fn accept(&mut self, sample: &ToolSample, flags: &mut Flags) -> Option<ToolSample> {
+        if sample.is_good() {
+            self.last_good = *sample;
+            self.bad_ticks = 0;
+            return Some(*sample);
+        }
+        flags.insert(Flags::BAD_SAMPLE);
+        self.bad_ticks = self.bad_ticks.saturating_add(1);
+        if self.bad_ticks == HELD_TICKS_MAX + 1 {
+            log::warn!("tool samples stay bad: safe state");
+        }
+        (self.bad_ticks <= HELD_TICKS_MAX).then_some(self.last_good)
+    }
+}
+
+/// A tick under way: the arrays cut to the model's size.
+pub(crate) struct Tick<'a, 'm, D: Dynamics> {
+    pub network: &'a Network<'m>,
+    pub head: &'a mut Head<D>,
+    pub state: &'a mut [Cell<D::Number>],
+    pub residual: &'a mut [Cell<D::Number>],
+    pub own: &'a mut [Cell<D::Number>],
+    pub room: &'a mut [Eight],
+    pub contacts: &'a mut [Contact<D::Number>],
+    /// What the tool's motion did to E.
+    pub work: TwoFloat,
+    pub flags: Flags,
+}
+
+impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
+    pub fn terms(&self) -> Terms<'a, 'm> {
+        let (model, current) = (self.network.model(), self.current());
+        Terms { model, closed: self.head.closed, vectors: self.head.vectors, current }
+    }
+
+    /// The bounded number of link passes.
+    fn sweep(&mut self) {
+        let current = self.current();
+        let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
+        let held = if current.is_none() { contacts } else { &[] };
+        // The origins of a probe's contacts are where it has put them.
+        let (applied, coarse) = match self.head.probe {
+            Some(_) => ([0.0; 3], self.head.taken.map(Coarse::Without)),
+            None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
+        };
+        let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
+        let pace = Pace { sweeps, step, tick_time };
+        let mut body = Body {
+            terms: Terms {
+                model: self.network.model(),
+                closed: self.head.closed,
+                vectors: self.head.vectors,
+                current,
+            },
+            pace,
+            contacts,
+            held,
+            applied,
+            coarse,
+            state: self.state,
+            residual: self.residual,
+            own: self.own,
+            room: self.room,
+            awake: &mut self.head.awake,
+            level: &mut self.head.level,
+        };
+        self.head.dynamics.begin(self.network.model(), pace);
+        for _ in 0..sweeps {
+            if self.head.dynamics.sweep(&mut body) {
+                self.flags.insert(Flags::ROLLED_BACK);
+            }
+        }
+    }
+
+    /// Puts parts of the body to sleep: behind the sweeps, before anything else can move a cell.
+    fn settle(&mut self) {
+        let (state, own, residual) = (&*self.state, &*self.own, &*self.residual);
+        self.head.awake.settle(self.network.model(), residual, |cell| {
+            D::has_moved(state, own, residual, cell)
+        });
+    }
+}

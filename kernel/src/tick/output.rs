@@ -1,0 +1,49 @@
+//! What a tick answers.
+
+use super::order::Tick;
+use super::sample::{Flags, TickOutput};
+use crate::number::cell::{dot, scale};
+use crate::number::sqrt::sqrt;
+use crate::solver::Dynamics;
+use crate::terms::held;
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the
+    /// links that a move of the tool stretches.
+    fn stiffness(&self) -> f32 {
+        if !self.head.engaged || self.current().is_some() {
+            return 0.0;
+        }
+        let model = self.network.model();
+        let weight = match self.head.probe {
+            None => self.head.outer_weight,
+            Some(_) => self.contacts.iter().fold(0.0, |weight, contact| {
+                weight + model.mobility.get(contact.cell()).map_or(0.0, |&m| 1.0 / m)
+            }),
+        };
+        model.stiffness_n_per_m() * weight
+    }
+
+    /// Force and energy of the state after the last update.
+    pub(super) fn output(mut self) -> TickOutput {
+        let (model, settings) = (self.network.model(), self.network.settings());
+        let mut force_n = [0.0; 3];
+        if self.head.engaged {
+            let force = held::force(self.terms(), self.state, self.contacts);
+            force_n = scale(model.force_unit_n(), force);
+            let magnitude = sqrt(dot(force_n, force_n));
+            if magnitude > settings.max_force_n {
+                force_n = scale(settings.max_force_n / magnitude, force_n);
+                self.flags.insert(Flags::FORCE_CLAMPED);
+            }
+        }
+        TickOutput {
+            force_n: force_n.into(),
+            energy_j: self.head.level.published() * model.energy_unit_j(),
+            work_j: self.work.hi * model.energy_unit_j(),
+            stiffness_n_per_m: self.stiffness(),
+            contacts: if self.head.engaged { self.contacts.len() as u32 } else { 0 },
+            flags: self.flags,
+        }
+    }
+}

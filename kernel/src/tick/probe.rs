@@ -1,0 +1,132 @@
+//! The tool's part of a tick where it is a sphere, see [`probe`](crate::terms::probe).
+
+use super::order::Tick;
+use super::sample::{Flags, ToolSample};
+use crate::number::Number;
+use crate::number::cell::{Cell, add, from_single, output, scale, single, sub};
+use crate::solver::Dynamics;
+use crate::terms::held;
+use crate::terms::probe::{Contacts, Sphere, normal, residual, spread};
+
+/// Largest coordinate of a centre [mean link lengths], so that its square stays finite.
+const CENTRE_MAX: f32 = 2.0e6;
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    /// The sphere follows the tool and pushes cells out.
+    pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32) {
+        let model = self.network.model();
+        self.head.applied = self.step_towards(sample);
+        let unit = model.unit_m();
+        let start = sub(self.head.tool_origin_m, model.centre_m())
+            .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
+        let sphere = Sphere::new(add(start, self.head.applied), radius);
+        let touched = self.head.chosen > 0;
+        let changed = self.renew(&sphere);
+        if !touched && self.head.chosen > 0 {
+            self.head.touched_at = self.head.applied;
+            self.head.deepest = -1.0;
+        }
+        let moved = self.push_out(&sphere);
+        if changed {
+            self.head.taken = D::take_out(model, self.room, self.contacts);
+        }
+        if changed || moved {
+            self.head.dynamics.pushed();
+        }
+    }
+
+    /// Finds the contacts of this tick; whether they are others than in the last one.
+    fn renew(&mut self, sphere: &Sphere) -> bool {
+        let (terms, state) = (self.terms(), &*self.state);
+        let model = terms.model;
+        let k = D::Number::from_single(model.saturation());
+        let at = |cell: usize| state.get(cell).map(|v| single(output(v.xyz(), k)));
+        let mut contacts = Contacts {
+            slots: core::mem::take(&mut self.contacts),
+            count: self.head.chosen,
+            changed: false,
+            full: false,
+        };
+        contacts.retain(|cell| {
+            let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
+            at(cell).is_some_and(|at| sphere.keeps(at, residual(terms, state, cell), mobility))
+        });
+        for &id in model.surface {
+            let cell = usize::from(id);
+            let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
+            if is_free && at(cell).is_some_and(|at| sphere.is_inside(at)) {
+                contacts.insert(id);
+            }
+        }
+        let Contacts { slots, count, changed, full } = contacts;
+        if full {
+            self.flags.insert(Flags::CONTACT_CAPACITY);
+        }
+        self.head.chosen = count;
+        self.contacts = slots.get_mut(..count).unwrap_or(&mut []);
+        changed
+    }
+
+    /// Puts the contacts on the sphere, as far as the model's largest energy allows; whether one of
+    /// them moved.
+    fn push_out(&mut self, sphere: &Sphere) -> bool {
+        let model = self.network.model();
+        let k = D::Number::from_single(model.saturation());
+        for contact in &mut *self.contacts {
+            if let Some(v) = self.state.get(contact.cell()) {
+                contact.origin = output(v.xyz(), k);
+            }
+        }
+        let before = held::touched(self.terms(), self.state, self.contacts);
+        let mut moved = self.put(sphere, 1.0);
+        if moved {
+            let mut change = self.change(before);
+            let spread = spread(model, self.state, self.contacts);
+            let level = self.head.level.at_most(model.energy_max());
+            let share = held::move_max(model.energy_max(), level, spread);
+            if share < 1.0 && change.bound().hi > 0.0 {
+                self.put(sphere, share);
+                change = self.change(before);
+                self.flags.insert(Flags::MOTION_CLAMPED);
+                // Without room for any move all are back where they were.
+                moved = share > 0.0;
+            }
+            if moved {
+                self.load(change);
+            }
+        }
+        for contact in &mut *self.contacts {
+            if let Some(v) = self.state.get(contact.cell()) {
+                contact.origin = output(v.xyz(), k);
+            }
+        }
+        moved
+    }
+
+    /// Puts the contacts a share of their way from their origins to the sphere, in every copy of
+    /// the state; whether one of them moved.
+    fn put(&mut self, sphere: &Sphere, share: f32) -> bool {
+        let model = self.network.model();
+        let k = model.saturation();
+        let mut moved = false;
+        for contact in &*self.contacts {
+            let cell = contact.cell();
+            let from = single(contact.origin);
+            let place = sphere.place(from, || normal(model, cell)).filter(|_| share > 0.0);
+            let position = place.map_or(contact.origin, |to| {
+                let to = output(to, k);
+                let to = if share < 1.0 { add(from, scale(share, sub(to, from))) } else { to };
+                // There is one zero in the state.
+                from_single(to.map(|x| x + 0.0))
+            });
+            let Some(v) = self.state.get_mut(cell) else { continue };
+            if v.xyz() != position {
+                *v = Cell::at(position);
+                moved = true;
+                self.head.awake.wake_around(model, cell);
+            }
+            self.head.dynamics.place(self.own, cell, Cell::at(position), k);
+        }
+        moved
+    }
+}

@@ -1,0 +1,398 @@
+//! The mutable half: statically sized arrays, and the size-erased view that does the work.
+
+use nalgebra::Vector3;
+
+use super::error::{ResetError, StateError};
+use super::hash::state_hash;
+use super::sample::{TickOutput, ToolSample};
+use super::settings::Network;
+use crate::backend::VectorUnit;
+use crate::model::image::CELLS_MAX;
+use crate::model::{COORDINATE_MAX, Model};
+use crate::number::cell::{Cell, from_single, output};
+use crate::number::two_float::Eight;
+use crate::number::{Number, float_env};
+use crate::solver::awake::Awake;
+use crate::solver::level::Level;
+use crate::solver::{CellArrays, Dynamics, Octets};
+use crate::terms::held::{self, Contact, ContactError};
+use crate::terms::links::number::LinkNumber;
+
+/// Scalar state of a tissue: all of it but the arrays.
+#[derive(Debug, Clone, Copy)]
+pub struct Head<D> {
+    pub(crate) dynamics: D,
+    pub(crate) level: Level,
+    /// Checksum of the model the arrays belong to, `None` before the first reset.
+    pub(crate) model: Option<u32>,
+    /// Contact cells chosen, or that the probe touches.
+    pub(crate) chosen: usize,
+    /// Radius of the probe, where contact is by shape [mean link lengths].
+    pub(crate) probe: Option<f32>,
+    /// Hats taken out for the probe's contacts; `None` where that cannot be done.
+    pub(crate) taken: Option<u16>,
+    /// Where the probe touched first, relative to where it was engaged [mean link lengths].
+    pub(crate) touched_at: [f32; 3],
+    /// Whether the tool holds them.
+    pub(crate) engaged: bool,
+    /// Tool position when it took hold \[m\].
+    pub(crate) tool_origin_m: [f32; 3],
+    /// Displacement of the held cells, or the current into the contact cells [mean link lengths].
+    pub(crate) applied: [f32; 3],
+    /// Largest displacement since the tool took hold [mean link lengths].
+    pub(crate) deepest: f32,
+    /// Weight of the links between held and other cells.
+    pub(crate) outer_weight: f32,
+    /// Whether the tool let go and has not taken hold since.
+    pub(crate) released: bool,
+    /// Whether the bands are closed.
+    pub(crate) closed: bool,
+    /// The slices that a sweep looks at.
+    pub(crate) awake: Awake,
+    /// The vector unit found at the reset.
+    pub(crate) vectors: Option<VectorUnit>,
+    pub(crate) last_good: ToolSample,
+    pub(crate) bad_ticks: u32,
+}
+
+impl<D: Dynamics> Head<D> {
+    /// At rest, without a model.
+    pub const NEW: Self = Self {
+        dynamics: D::REST,
+        level: Level::REST,
+        model: None,
+        chosen: 0,
+        probe: None,
+        taken: None,
+        touched_at: [0.0; 3],
+        engaged: false,
+        tool_origin_m: [0.0; 3],
+        applied: [0.0; 3],
+        deepest: 0.0,
+        outer_weight: 0.0,
+        released: false,
+        closed: false,
+        awake: Awake::NOBODY,
+        vectors: None,
+        last_good: ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 },
+        bad_ticks: 0,
+    };
+}
+
+/// A body's state in statically sized memory: room for `CELLS` cells under the scheme `D`, of
+/// which a tool may hold `CONTACTS`.
+///
+/// `const` constructible, so it can be a `static`. All work is done by [`TissueMut`].
+pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
+    head: Head<D>,
+    state: [Cell<D::Number>; CELLS],
+    residual: D::Residual<CELLS>,
+    own: D::Arrays<CELLS>,
+    room: D::Room,
+    contacts: [Contact<D::Number>; CONTACTS],
+}
+
+impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CONTACTS> {
+    /// RAM of the tissue \[bytes\].
+    pub const RAM_BYTES: usize = size_of::<Self>();
+
+    /// An empty tissue; [`Self::reset`] gives it a body.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(CELLS > 0 && CELLS <= CELLS_MAX, "between 1 and 65,535 cells") };
+        const { assert!(CONTACTS <= CELLS, "no more contact cells than cells") };
+        Self {
+            head: Head::NEW,
+            state: [Cell::ZERO; CELLS],
+            residual: <D::Residual<CELLS> as CellArrays<D::Number>>::ZERO,
+            own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
+            room: <D::Room as Octets>::ZERO,
+            contacts: [Contact::NONE; CONTACTS],
+        }
+    }
+
+    /// The size-erased view.
+    pub fn view(&mut self) -> TissueMut<'_, D> {
+        TissueMut {
+            head: &mut self.head,
+            state: &mut self.state,
+            residual: self.residual.flat(),
+            own: self.own.flat(),
+            room: self.room.flat(),
+            contacts: &mut self.contacts,
+        }
+    }
+
+    /// See [`TissueMut::reset`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
+        self.view().reset(network)
+    }
+
+    /// See [`TissueMut::choose_contacts`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn choose_contacts(
+        &mut self,
+        network: &Network<'_>,
+        cells: &[u16],
+    ) -> Result<(), ContactError> {
+        self.view().choose_contacts(network, cells)
+    }
+
+    /// See [`TissueMut::choose_probe`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn choose_probe(
+        &mut self,
+        network: &Network<'_>,
+        radius_m: f32,
+    ) -> Result<(), ContactError> {
+        self.view().choose_probe(network, radius_m)
+    }
+
+    /// See [`TissueMut::tick`].
+    pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.view().tick(network, sample)
+    }
+}
+
+impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
+    for Tissue<CELLS, D, CONTACTS>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\]; `room` in
+/// octets.
+#[must_use]
+pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
+    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
+        + contacts * size_of::<Contact<D::Number>>()
+        + room * size_of::<Eight>()
+}
+
+/// A tissue of any size, over memory that somebody else owns.
+///
+/// `state` holds at least as many cells as the model, `residual` [`Dynamics::RESIDUALS`] and `own`
+/// [`Dynamics::ARRAYS`] times as many; a reset refuses a model that does not fit.
+pub struct TissueMut<'a, D: Dynamics> {
+    /// Scalar state.
+    pub head: &'a mut Head<D>,
+    /// State v of every cell [mean link lengths from the body's centre].
+    pub state: &'a mut [Cell<D::Number>],
+    /// Room for the residual.
+    pub residual: &'a mut [Cell<D::Number>],
+    /// The scheme's own arrays.
+    pub own: &'a mut [Cell<D::Number>],
+    /// Room for the coarse level of a model with hats, see [`hats_room`](crate::hats_room).
+    pub room: &'a mut [Eight],
+    /// Room for contact cells.
+    pub contacts: &'a mut [Contact<D::Number>],
+}
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Puts the body into its rest shape, releases the tool and forgets its contact cells.
+    ///
+    /// # Errors
+    /// A model that does not fit, or arithmetic that is not IEEE 754 to nearest.
+    pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
+        float_env::check().map_err(ResetError::Float)?;
+        D::Number::admits(network.model()).map_err(ResetError::Range)?;
+        let cells = network.model().cells();
+        let room =
+            |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
+        let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
+        let capacity = self.state.len().min(residual).min(own);
+        if cells > capacity {
+            return Err(ResetError::Capacity { needed: cells, capacity });
+        }
+        if D::needs_colours(network.model()) {
+            return Err(ResetError::Colours);
+        }
+        let (needed, room) = (D::room(network.model(), 0), self.room.len());
+        if needed > room {
+            return Err(ResetError::Hats { needed, room });
+        }
+        *self.head = Head::NEW;
+        self.head.model = Some(network.model().checksum());
+        self.head.vectors = VectorUnit::find();
+        self.residual.fill(Cell::ZERO);
+        for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
+            *v = Cell::at(from_single(*rest));
+        }
+        for array in self.own.chunks_mut(cells.max(1)).take(D::ARRAYS) {
+            for (own, v) in array.iter_mut().zip(&*self.state) {
+                *own = *v;
+            }
+        }
+        log::debug!("tissue reset");
+        Ok(())
+    }
+
+    /// Puts every cell, fixed ones too, at a position [mean link lengths from the body's centre],
+    /// without motion and with the tool released; the contact cells stay chosen.
+    ///
+    /// The certified level starts anew from the energy of that state.
+    ///
+    /// # Errors
+    /// What is wrong with the positions; the state stays as it is.
+    pub fn set_positions(
+        &mut self,
+        network: &Network<'_>,
+        positions: &[[f32; 3]],
+    ) -> Result<(), StateError> {
+        let model = network.model();
+        if self.head.model != Some(model.checksum()) {
+            return Err(StateError::Model);
+        }
+        let (needed, given) = (model.cells(), positions.len());
+        if needed != given {
+            return Err(StateError::Count { needed, given });
+        }
+        let range = -COORDINATE_MAX..=COORDINATE_MAX;
+        if let Some(cell) = positions.iter().position(|p| !p.iter().all(|x| range.contains(x))) {
+            return Err(StateError::Position(cell));
+        }
+        let kept = *self.head;
+        *self.head = Head { vectors: kept.vectors, ..Head::NEW };
+        self.head.model = kept.model;
+        self.head.probe = kept.probe;
+        self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
+        self.head.level.forget();
+        self.head.awake.wake_all(model);
+        if kept.awake.is_sleepless() {
+            self.head.awake.forbid_sleep(model);
+        }
+        for (cell, (v, position)) in self.state.iter_mut().zip(positions).enumerate() {
+            // There is one zero in the state.
+            *v = Cell::at(from_single(position.map(|x| x + 0.0)));
+            let own = self.own.get_mut(..D::ARRAYS * needed).unwrap_or(&mut []);
+            self.head.dynamics.place(own, cell, *v, model.saturation());
+        }
+        Ok(())
+    }
+
+    /// Chooses the cells that the tool holds while engaged: cells of the image, ascending, none of
+    /// them fixed. [`Model::cell_of_input`] finds the cell of an input id.
+    ///
+    /// # Errors
+    /// The first cell that cannot be one, or a list longer than the room; the old choice stays.
+    pub fn choose_contacts(
+        &mut self,
+        network: &Network<'_>,
+        cells: &[u16],
+    ) -> Result<(), ContactError> {
+        let model = self.may_choose(network)?;
+        held::check(model, cells, self.contacts.len())?;
+        let (needed, room) = (D::room(model, cells.len()), self.room.len());
+        if needed > room {
+            return Err(ContactError::Hats { needed, room });
+        }
+        for (slot, &cell) in self.contacts.iter_mut().zip(cells) {
+            *slot = Contact::new(cell);
+        }
+        self.head.chosen = cells.len();
+        self.head.probe = None;
+        D::hold(model, self.room, self.contacts.get(..cells.len()).unwrap_or(&[]));
+        Ok(())
+    }
+
+    /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
+    /// probe, in place of chosen cells; `radius_m` in metres.
+    ///
+    /// The sphere's centre is at the tool. At most as many cells as the tissue has contacts are
+    /// touched, the ones with the lowest ids; more set
+    /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
+    ///
+    /// # Errors
+    /// Why this cannot be; the old choice stays.
+    pub fn choose_probe(
+        &mut self,
+        network: &Network<'_>,
+        radius_m: f32,
+    ) -> Result<(), ContactError> {
+        let model = self.may_choose(network)?;
+        let radius = radius_m / model.unit_m();
+        if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
+            return Err(ContactError::Radius { max_m: COORDINATE_MAX * model.unit_m() });
+        }
+        if model.surface().is_empty() {
+            return Err(ContactError::NoSurface);
+        }
+        let (needed, room) = (D::probe_room(model), self.room.len());
+        if needed > room {
+            return Err(ContactError::ProbeHats { needed, room });
+        }
+        self.head.chosen = 0;
+        self.head.probe = Some(radius);
+        Ok(())
+    }
+
+    /// The model, where what the tool touches may be chosen.
+    fn may_choose<'n, 'm>(&self, network: &'n Network<'m>) -> Result<&'n Model<'m>, ContactError> {
+        let model = network.model();
+        if self.head.engaged {
+            Err(ContactError::Engaged)
+        } else if self.head.model != Some(model.checksum()) {
+            Err(ContactError::Model)
+        } else {
+            Ok(model)
+        }
+    }
+
+    /// Leaves the vector unit alone from here to the next reset: the bits stay the same.
+    pub fn go_scalar(&mut self) {
+        self.head.vectors = None;
+    }
+
+    /// Sweeps over every cell from here to the next reset, at rest too: the bits stay the same.
+    pub fn forbid_sleep(&mut self, model: &Model<'_>) {
+        self.head.awake.forbid_sleep(model);
+    }
+
+    /// Published position of a cell in the frame of the input mesh \[m\]; `None` beyond the last.
+    #[must_use]
+    pub fn position_m(&self, model: &Model<'_>, cell: usize) -> Option<Vector3<f32>> {
+        let y = self.position(model, cell)?.map(Number::single);
+        let centre = model.centre_m();
+        Some(Vector3::new(
+            centre[0] + y[0] * model.unit_m(),
+            centre[1] + y[1] * model.unit_m(),
+            centre[2] + y[2] * model.unit_m(),
+        ))
+    }
+
+    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by the
+    /// published positions of the cells around it. `None` for a node that is left out, beyond the
+    /// last, and in a model without fine nodes. Cost: the node's weights.
+    #[must_use]
+    pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
+        let at = |cell| Some(self.position(model, cell)?.map(Number::single));
+        let (place, centre) = (model.fine_position(node, at)?, model.centre_m());
+        Some(Vector3::new(
+            centre[0] + place[0] * model.unit_m(),
+            centre[1] + place[1] * model.unit_m(),
+            centre[2] + place[2] * model.unit_m(),
+        ))
+    }
+
+    /// Published position of a cell [mean link lengths from the body's centre].
+    #[must_use]
+    pub fn position(&self, model: &Model<'_>, cell: usize) -> Option<[D::Number; 3]> {
+        let v = self.state.get(..model.cells())?.get(cell)?;
+        Some(output(v.xyz(), D::Number::from_single(model.saturation())))
+    }
+
+    /// The state hash, see [`state_hash`].
+    #[must_use]
+    pub fn state_hash(&self, model: &Model<'_>) -> u64 {
+        state_hash(self.state.get(..model.cells()).unwrap_or(self.state), model.saturation())
+    }
+}

@@ -1,0 +1,145 @@
+//! The tool's part of a tick where it holds chosen cells.
+
+use super::order::Tick;
+use super::sample::{Flags, ToolSample};
+use super::settings::Drive;
+use crate::number::Number;
+use crate::number::cell::{Cell, add, from_single, output, sub};
+use crate::number::two_float::TwoFloat;
+use crate::solver::Dynamics;
+use crate::terms::held::{self, Touched};
+
+/// Bound of a coordinate of the wished displacement, so that its square stays finite.
+const DISPLACEMENT_MAX: f32 = 1.0e6;
+
+/// What a move of the tool did to E.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Change {
+    exact: TwoFloat,
+    rounding: f32,
+}
+
+impl Change {
+    /// Rounded up: the level stays an upper bound where two large energies almost cancel.
+    pub fn bound(&self) -> TwoFloat {
+        self.exact.plus(self.rounding.into())
+    }
+}
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
+    pub(super) fn hold_or_release(&mut self, sample: &ToolSample) {
+        let engaged = sample.engaged == 1;
+        if engaged && !self.head.engaged {
+            self.head.tool_origin_m = sample.position_m.into();
+            self.head.applied = [0.0; 3];
+            self.head.touched_at = [0.0; 3];
+            // Any depth is deeper: taking hold reopens the bands.
+            self.head.deepest = -1.0;
+        }
+        if self.head.probe.is_some() {
+            if engaged != self.head.engaged {
+                self.head.taken = Some(0);
+                self.head.chosen = 0;
+            }
+        } else if engaged && !self.head.engaged {
+            let model = self.network.model();
+            let k = D::Number::from_single(model.saturation());
+            for contact in &mut *self.contacts {
+                if let Some(v) = self.state.get(contact.cell()) {
+                    contact.origin = output(v.xyz(), k);
+                }
+            }
+            match self.network.settings().drive {
+                Drive::Position => {
+                    self.head.outer_weight = held::outer_weight(model, self.contacts);
+                    self.place();
+                }
+                Drive::Current => self.head.level.begin_work(),
+            }
+        }
+        if !engaged && self.current().is_some() {
+            self.cut_off();
+        }
+        if engaged != self.head.engaged {
+            self.head.released = !engaged;
+        }
+        self.head.engaged = engaged;
+    }
+
+    /// The tool's displacement after this tick: towards the sample, by the step limit at most.
+    pub fn step_towards(&mut self, sample: &ToolSample) -> [f32; 3] {
+        let (model, settings) = (self.network.model(), self.network.settings());
+        let wished = sub(sample.position_m.into(), self.head.tool_origin_m)
+            .map(|way| (way / model.unit_m()).clamp(-DISPLACEMENT_MAX, DISPLACEMENT_MAX));
+        let step = settings.max_tool_step_m / model.unit_m();
+        let (to, clamped) = held::approach(self.head.applied, wished, step);
+        if clamped {
+            self.flags.insert(Flags::MOTION_CLAMPED);
+        }
+        to
+    }
+
+    /// Moves the held cells, or the current, towards the tool, as far as the limits allow.
+    pub(super) fn follow(&mut self, sample: &ToolSample) {
+        let from = self.head.applied;
+        let to = self.step_towards(sample);
+        if self.current().is_some() {
+            return self.let_in(to);
+        }
+        if to == from {
+            return;
+        }
+        let room = held::move_max(
+            self.network.model().energy_max(),
+            self.head.level.leading(),
+            self.head.outer_weight,
+        );
+        let (within, beyond) = held::approach(from, to, room);
+        let before = held::touched(self.terms(), self.state, self.contacts);
+        let mut change = self.displace(to, before);
+        // A move that lowers the energy is not shortened: the tool can always come back.
+        if beyond && change.bound().hi > 0.0 {
+            change = self.displace(within, before);
+            self.flags.insert(Flags::MOTION_CLAMPED);
+        }
+        if self.head.applied != from {
+            self.load(change);
+        }
+    }
+
+    /// Books what the tool has done.
+    pub fn load(&mut self, change: Change) {
+        self.head.level.shift(change.bound());
+        self.work = change.exact;
+    }
+
+    /// Puts the held cells at a displacement and returns what that does to the energy.
+    fn displace(&mut self, to: [f32; 3], before: Touched) -> Change {
+        self.head.applied = to;
+        self.place();
+        self.head.dynamics.pushed();
+        self.change(before)
+    }
+
+    /// What the links of the contacts store more than `before`.
+    pub fn change(&self, before: Touched) -> Change {
+        let after = held::touched(self.terms(), self.state, self.contacts);
+        let rounding = f32::EPSILON * (before.scale + after.scale);
+        Change { exact: after.wd2.minus(before.wd2).times_power_of_two(0.25), rounding }
+    }
+
+    /// Puts the held cells where the tool has them, in every copy of the state.
+    fn place(&mut self) {
+        let k = self.network.model().saturation();
+        let applied = from_single(self.head.applied);
+        for contact in &*self.contacts {
+            let position = Cell::at(add(contact.origin, applied));
+            if let Some(v) = self.state.get_mut(contact.cell()) {
+                *v = position;
+            }
+            self.head.dynamics.place(self.own, contact.cell(), position, k);
+            self.head.awake.wake_around(self.network.model(), contact.cell());
+        }
+    }
+}
