@@ -25,9 +25,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::error::Result;
-use crate::interrupt;
-use crate::terminal;
+use crate::error::{Error, Result};
+use crate::{interrupt, terminal};
 
 /// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
 /// exit code.
@@ -38,7 +37,9 @@ pub fn process(execute: impl FnOnce() -> Result<()>) -> ExitCode {
     match interrupt::install().and_then(|()| execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            terminal::note(format_args!("{}: {why}", own_name()));
+            if !matches!(why, Error::Reported(_)) {
+                terminal::note(format_args!("{}: {why}", own_name()));
+            }
             ExitCode::from(why.exit_code())
         }
     }

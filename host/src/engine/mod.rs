@@ -3,6 +3,7 @@
 pub mod contact;
 #[cfg(test)]
 pub(crate) mod fixture;
+pub mod flag_ticks;
 pub mod motion;
 pub mod staged;
 pub mod tissue;

@@ -14,7 +14,7 @@ use chaincell_host::error::Result;
 /// How much is done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Scale {
-    /// Seconds instead of minutes.
+    /// Smaller bodies, fewer ticks and seeds.
     pub quick: bool,
     /// The drift over 10^8 ticks.
     pub slow: bool,
