@@ -3,6 +3,7 @@
 use super::coarse_basis::Hats;
 use super::embedded_mesh::Fine;
 use super::image::{ModelError, Sections, kind, params};
+use super::terms::{Others, TermData};
 use super::validate;
 use crate::number::two_float::LANES;
 
@@ -58,6 +59,8 @@ pub struct Model<'a> {
     pub(crate) tetrahedra: &'a [[u16; 4]],
     pub(crate) notes: &'a [u8],
     pub(crate) fine: Option<Fine<'a>>,
+    /// Terms of the energy beside the links.
+    pub(crate) others: Others<'a>,
     pub(crate) dimension: u32,
     pub(crate) unit_m: f32,
     pub(crate) centre_m: [f32; 3],
@@ -123,6 +126,7 @@ impl<'a> Model<'a> {
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
             fine: Fine::read(&sections, word(params::INPUT_NODES) as usize)?,
+            others: Others::read(&sections)?,
             dimension: word(params::DIMENSION),
             unit_m: real(params::UNIT_M),
             centre_m: [0, 1, 2].map(|axis| real(params::CENTRE_M + axis)),

@@ -4,6 +4,7 @@
 //! two sweeps plus the checksum.
 
 use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
+use super::terms::TermData;
 use super::{Model, range, rest_length};
 use crate::number::two_float::LANES;
 
@@ -41,6 +42,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     link_numbers(model)?;
     slices(model)?;
     ascending(kind::FIXED, model.fixed, model.cells())?;
+    model.others.check(model)?;
     mobilities(model)?;
     slice_values(model)?;
     hats(model)?;
@@ -304,14 +306,14 @@ fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
     let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
     for i in 0..model.cells() {
         let is_fixed = fixed.next_if_eq(&i).is_some();
-        let weight = model.cell_weight(i);
-        let expected = if is_fixed || weight == 0.0 { 0.0 } else { 1.0 / weight };
+        let bound = model.cell_bound(i);
+        let expected = if is_fixed || bound == 0.0 { 0.0 } else { 1.0 / bound };
         if model.mobility.get(i).map(|m| m.to_bits()) != Some(expected.to_bits()) {
             return Err(ModelError::Value(kind::MOBILITY, at(i)));
         }
         for k in model.row(i) {
             let j = model.upper.get(k).copied().map_or(0, usize::from);
-            if (weight + model.cell_weight(j)) * 0.5 > model.degree_bound {
+            if (bound + model.cell_bound(j)) * 0.5 > model.degree_bound {
                 return Err(ModelError::Parameter(at(params::DEGREE_BOUND)));
             }
         }

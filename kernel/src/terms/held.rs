@@ -2,6 +2,7 @@
 
 use super::links::number::LinkNumber;
 use super::pass::Terms;
+use super::term::Term;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, scale, sub};
@@ -147,14 +148,14 @@ pub(crate) fn each_outer_link<N: LinkNumber>(
     }
 }
 
-/// Weight of the links between held and other cells.
+/// Weight of the links between held and other cells, and of the other terms at the held cells.
 pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
     each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
-    weight
+    held.iter().fold(weight, |weight, held| model.others.add_move(held.cell(), 1.0, weight))
 }
 
-/// What the links of the held cells store.
+/// What the terms store at the held cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Touched {
     /// Sum of w d^2, four times their energy.
@@ -163,7 +164,7 @@ pub(crate) struct Touched {
     pub scale: f32,
 }
 
-/// Sums over the links of the held cells, each link once.
+/// Sums over the terms at the held cells, each link once.
 pub(crate) fn touched<N: LinkNumber>(
     terms: Terms<'_, '_>,
     v: &[Cell<N>],
@@ -182,10 +183,11 @@ pub(crate) fn touched<N: LinkNumber>(
             }
         }
     }
+    terms.model.others.touched(held, &|cell| links.published(v, cell), &mut sums);
     sums
 }
 
-/// Force of the links on the held cells, in internal units. Links between two held cells pull on
+/// Force of the terms on the held cells, in internal units. Links between two held cells pull on
 /// both alike and drop out.
 pub(crate) fn force<N: LinkNumber>(
     terms: Terms<'_, '_>,
@@ -199,11 +201,15 @@ pub(crate) fn force<N: LinkNumber>(
             sum = add(sum, on.force);
         }
     });
+    for cell in held.iter().map(Contact::cell) {
+        let here = links.published(v, cell);
+        terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+    }
     sum
 }
 
 /// The longest move that keeps the energy within `energy_max`: a move D raises sqrt(E) by at most
-/// sqrt(W) |D| / 2, W = weight of the links between moved and other cells.
+/// sqrt(W) |D| / 2, W = [`outer_weight`].
 pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
     let room = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
     if outer_weight <= 0.0 {

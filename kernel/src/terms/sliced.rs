@@ -3,6 +3,7 @@
 use super::held::Contact;
 use super::links::sliced::SlicedLinks;
 use super::pass::Terms;
+use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{eight, put_lanes};
@@ -116,6 +117,7 @@ impl<R: Reduce> SlicedPass<'_, '_, R> {
         let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut buffer));
         let here = [x, y, z];
         let mut sum = self.links.residual::<V, VARIED>(slice, here);
+        self.terms.model.others.slice(slice, self.at, &mut sum);
         if let Some(contacts) = self.contacts.of_slice(slice) {
             drive(&mut sum, self.terms.current, contacts);
         }

@@ -15,6 +15,8 @@ mod output;
 mod probe;
 pub mod sample;
 pub mod settings;
+#[cfg(test)]
+mod tests;
 pub mod tissue;
 mod tool;
 mod unloading;

@@ -8,6 +8,7 @@ use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use crate::backend::VectorUnit;
 use crate::model::image::CELLS_MAX;
+use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
 use crate::number::cell::{Cell, from_single, output};
 use crate::number::two_float::Eight;
@@ -231,6 +232,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
             for (own, v) in array.iter_mut().zip(&*self.state) {
                 *own = *v;
             }
+        }
+        if !network.model().others.rests(network.model()) {
+            self.head.level.forget();
+            self.head.awake.wake_all(network.model());
         }
         log::debug!("tissue reset");
         Ok(())

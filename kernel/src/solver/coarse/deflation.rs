@@ -231,8 +231,9 @@ mod tests {
     use super::*;
     use crate::backend::{VectorUnit, run};
     use crate::model::Model;
-    use crate::solver::coarse::tests::{CUBE, ROUNDING_ROOM, matrix};
+    use crate::solver::coarse::tests::CUBE;
     use crate::solver::coarse::{Coarse, Solve};
+    use crate::terms::tests::{ROUNDING_ROOM, matrix};
     use std::vec;
     use std::vec::Vec;
 
@@ -270,7 +271,7 @@ mod tests {
     fn the_best_direction_without_the_hats_of_the_contacts() {
         let model = Model::from_bytes(CUBE).unwrap();
         let hats = model.hats.unwrap();
-        let whole = matrix(&model, &hats, &[]);
+        let whole = matrix(&model, model.others.0.iter(), &hats, &[]);
         let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
         let last = free[free.len() - 1];
         for cells in [&[][..], &[free[0]], &[free[3], free[70], last], &free[90..110]] {

@@ -29,7 +29,7 @@ pub(crate) fn hold<N: Number>(
         let Some((adding, taking)) = later.split_at_mut_checked(octets) else { return };
         let Some(taking) = taking.get_mut(..octets) else { return };
         let cell = contact.cell();
-        let diagonal = 0.5 * model.cell_weight(cell);
+        let diagonal = 0.5 * model.cell_bound(cell);
         let Some(row) = scratch.get_mut(..octets) else { return };
         row.fill([0.0; LANES]);
         // a = l p - h, which is the neighbours' share of h.

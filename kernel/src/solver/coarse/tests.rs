@@ -4,39 +4,15 @@ use super::held::{hats_room, hold};
 use super::*;
 use crate::backend::{VectorUnit, run};
 use crate::model::Model;
-use crate::model::coarse_basis::Hats;
+use crate::model::pin::Pin;
 use crate::number::two_float::LANES;
 use crate::terms::held::Contact;
+use crate::terms::tests::{ROUNDING_ROOM, matrix, pinned};
 use std::vec;
 use std::vec::Vec;
 
 /// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
 pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/box7.chaincell");
-/// The bake's share of the diagonal, over the root of the number of hats.
-pub(crate) const ROUNDING_ROOM: f64 = 1.0e-3;
-
-/// P' L P in double precision, the rows of `held` cells zeroed.
-pub(crate) fn matrix(model: &Model<'_>, hats: &Hats<'_>, held: &[Contact]) -> Vec<Vec<f64>> {
-    let row = |cell: usize| -> Vec<(usize, f64)> {
-        let is_held = held.iter().any(|contact| contact.cell() == cell);
-        let row = hats.row_of(cell).filter(|_| !is_held);
-        row.map(|(hat, weight)| (hat, f64::from(weight))).collect()
-    };
-    let mut matrix = vec![vec![0.0; hats.count]; hats.count];
-    for i in 0..model.cells() {
-        for link in model.row(i) {
-            let mut difference = row(i);
-            let j = usize::from(model.upper[link]);
-            difference.extend(row(j).into_iter().map(|(hat, weight)| (hat, -weight)));
-            for &(a, x) in &difference {
-                for &(b, y) in &difference {
-                    matrix[a][b] += 0.5 * f64::from(model.link_weight(link)) * x * y;
-                }
-            }
-        }
-    }
-    matrix
-}
 
 /// Solves for a right-hand side in the room; returns both sides, axis by axis.
 fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, f64) {
@@ -63,9 +39,20 @@ fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>,
 
 #[test]
 fn held_cells_are_corrected_for_exactly() {
-    let model = Model::from_bytes(CUBE).unwrap();
+    corrected_for_exactly(&Model::from_bytes(CUBE).unwrap());
+}
+
+/// Another term has its part in the bound, and in what a held cell takes out of it.
+#[test]
+fn held_cells_with_pins_are_corrected_for_exactly() {
+    let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0 };
+    let pins = [60, 61, 130, 200].map(pin);
+    corrected_for_exactly(&Model::from_bytes(pinned(CUBE, &pins, false)).unwrap());
+}
+
+fn corrected_for_exactly(model: &Model<'_>) {
     let hats = model.hats.unwrap();
-    let whole = matrix(&model, &hats, &[]);
+    let whole = matrix(model, model.others.0.iter(), &hats, &[]);
     let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
     for count in [0, 1, 2, 7, 30, free.len()] {
         let held: Vec<Contact> = free
@@ -75,8 +62,8 @@ fn held_cells_are_corrected_for_exactly() {
             .copied()
             .map(Contact::new)
             .collect();
-        let (g, c, product) = solved(&model, &held);
-        let masked = matrix(&model, &hats, &held);
+        let (g, c, product) = solved(model, &held);
+        let masked = matrix(model, model.others.0.iter(), &hats, &held);
         let mut exact = 0.0;
         for hat in 0..hats.count {
             for axis in 0..3 {

@@ -3,6 +3,8 @@
 use std::vec;
 use std::vec::Vec;
 
+use crate::model::pin::Pins;
+use crate::model::terms::NoTerm;
 use crate::model::{Model, Slices, rest_length};
 use crate::number::two_float::LANES;
 
@@ -128,6 +130,7 @@ impl Body {
             tetrahedra: &[],
             notes: &[],
             fine: None,
+            others: (Pins::NONE, NoTerm),
             dimension: 3,
             unit_m: 1.0,
             centre_m: [0.0; 3],
