@@ -5,8 +5,7 @@ use chaincell_host::engine::contact;
 use chaincell_host::engine::tissue::Node;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
-use chaincell_kernel::{Model, Network};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Model, Network};
 
 use super::bodies;
 use super::watch::Watch;
@@ -36,8 +35,8 @@ fn load(bytes: &[u8]) {
     let _ = Notes::read(&model);
     let node = model.input_id()[0];
     assert!(contact::held(&model, &[node]).is_ok() || model.is_fixed(0) || model.fine_nodes() > 0);
-    for &scheme in Scheme::value_variants() {
-        for &numbers in Arithmetic::value_variants() {
+    for &scheme in Scheme::ALL {
+        for &numbers in Arithmetic::ALL {
             press(model, scheme, numbers);
         }
     }

@@ -5,17 +5,16 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::mesh::{Mesh, load};
-use chaincell_kernel::{Drive, Flags, Model, Network, Settings, Unloading};
+use chaincell_kernel::{Choice, Drive, Flags, Model, Network, Settings, Unloading};
 use chaincell_lab::reference::Links;
 use chaincell_tests::graph::{case, energy_j, sample};
-use clap::ValueEnum;
 use proptest::prelude::*;
 
 const UNIT_M: f64 = 0.01;
 
 /// Every scheme in every number type that it has.
 fn variants() -> Vec<(Scheme, Arithmetic)> {
-    let schemes = Scheme::value_variants().iter();
+    let schemes = Scheme::ALL.iter();
     let exact = [Scheme::Euler, Scheme::Track];
     let others = exact.map(|scheme| [Arithmetic::Fixed, Arithmetic::F64].map(|n| (scheme, n)));
     schemes.map(|&scheme| (scheme, Arithmetic::F32)).chain(others.concat()).collect()
@@ -289,7 +288,7 @@ fn all_loops_give_the_same_bits() {
             .map(|cell| model.input_id()[cell])
             .collect();
         let nodes = [free[free.len() / 3], free[free.len() / 2]];
-        for &scheme in Scheme::value_variants() {
+        for &scheme in Scheme::ALL {
             let variant = (scheme, Arithmetic::F32);
             let mut engines = [(); 3].map(|()| {
                 engine(&image, variant, &nodes, |settings| {

@@ -5,9 +5,8 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::Mesh;
-use chaincell_kernel::{Flags, Model, Network, Settings, Unloading};
+use chaincell_kernel::{Choice, Flags, Model, Network, Settings, Unloading};
 use chaincell_tests::graph::{case, energy_j, sample};
-use clap::ValueEnum;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -19,7 +18,7 @@ fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
 }
 
 fn schemes() -> impl Strategy<Value = Scheme> {
-    prop::sample::select(Scheme::value_variants())
+    prop::sample::select(Scheme::ALL)
 }
 
 proptest! {
@@ -246,7 +245,7 @@ fn ten_thousand_ticks_of_rest() {
         bake(&mesh, &mesh.default_fixed, &BakeOptions { colours: true, ..BakeOptions::default() })
             .unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for &scheme in Scheme::value_variants() {
+    for &scheme in Scheme::ALL {
         let network = Network::new(model, Settings::for_model(&model)).unwrap();
         let mut engine = Engine::new(network, scheme, &[]).unwrap();
         let before = engine.state_hash();

@@ -4,9 +4,10 @@
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{
+    Choice, Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading,
+};
 use chaincell_tests::graph::{case, energy_j, sample};
-use clap::ValueEnum;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -48,7 +49,7 @@ fn kinds() -> impl Iterator<Item = (Scheme, Arithmetic)> {
     let has = |&(scheme, numbers): &(Scheme, Arithmetic)| {
         numbers == Arithmetic::F32 || matches!(scheme, Scheme::Euler | Scheme::Track)
     };
-    let all = Scheme::value_variants().iter();
+    let all = Scheme::ALL.iter();
     all.flat_map(|&scheme| NUMBERS.map(|numbers| (scheme, numbers))).filter(has)
 }
 

@@ -7,8 +7,7 @@ use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::VectorUnit;
-use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolSample, Unloading};
 use nalgebra::Vector3;
 
 /// Pseudo-random numbers, the same in every run.
@@ -109,7 +108,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
             let image = bake(&mesh, &fixed, &options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
-            for &scheme in Scheme::value_variants() {
+            for &scheme in Scheme::ALL {
                 let mut twins = Twins::new(model, scheme, Unloading::Release);
                 let rest = twins.0[0].state_hash();
                 let mut hashes = vec![rest];
@@ -210,7 +209,7 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
                 let image = varied(&mesh, &fixed, links, hats);
                 let model = Model::from_bytes(image.as_bytes()).unwrap();
                 assert!(model.is_sliced(), "{spec}");
-                for (&scheme, deformed) in Scheme::value_variants()
+                for (&scheme, deformed) in Scheme::ALL
                     .iter()
                     .flat_map(|scheme| Deformed::ALL.map(|deformed| (scheme, deformed)))
                 {

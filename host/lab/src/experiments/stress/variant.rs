@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use clap::ValueEnum;
+use chaincell_kernel::Choice;
 
 use super::energy::FIXED_RESOLUTION;
 use super::watch::Certificate;
@@ -25,7 +25,7 @@ impl Variant {
     pub fn all() -> Vec<Self> {
         let of = |scheme, numbers| Self { scheme, numbers, hats: false };
         let default = Self { hats: true, ..of(Scheme::Track, Arithmetic::F32) };
-        let plain = Scheme::value_variants().iter().map(|&scheme| of(scheme, Arithmetic::F32));
+        let plain = Scheme::ALL.iter().map(|&scheme| of(scheme, Arithmetic::F32));
         let others = [Scheme::Track, Scheme::Euler]
             .map(|scheme| [Arithmetic::Fixed, Arithmetic::F64].map(|numbers| of(scheme, numbers)));
         std::iter::once(default).chain(plain).chain(others.concat()).collect()
@@ -57,12 +57,7 @@ impl Variant {
 
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = |value: Option<clap::builder::PossibleValue>| {
-            value.map_or_else(String::new, |value| value.get_name().to_owned())
-        };
         let hats = if self.hats { "+hats" } else { "" };
-        let (scheme, numbers) =
-            (name(self.scheme.to_possible_value()), name(self.numbers.to_possible_value()));
-        write!(f, "{scheme}{hats} {numbers}")
+        write!(f, "{}{hats} {}", self.scheme.name(), self.numbers.name())
     }
 }
