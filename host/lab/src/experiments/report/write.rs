@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use chaincell_kernel::Choice;
 use serde::Serialize;
 
 use super::collect::Report;
@@ -381,8 +382,8 @@ fn numbers(report: &Report) -> String {
     for row in &report.numbers {
         table.row(vec![
             row.scene.into(),
-            name(&row.scheme),
-            name(&row.number),
+            row.scheme.name().into(),
+            row.number.name().into(),
             us(row.tick_ns_p50),
             percent(row.field),
             percent(row.force),
@@ -427,11 +428,6 @@ fn firmware(report: &Report) -> String {
         ]);
     }
     format!("On emulated microcontrollers, in their worst state:\n\n{}", table.markdown())
-}
-
-/// A name as the command line has it.
-fn name(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
 }
 
 fn growth(report: &Report) -> String {
