@@ -173,7 +173,7 @@ fn wait_for_server(
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {
-    let end_ns = now_ns().saturating_add(span_ns("--wait-for-server-s", at_most_s)?);
+    let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
     while !scene.is_served() {
         if interrupt::asked() {
             return Err(Error::Interrupted);
@@ -181,7 +181,7 @@ fn wait_for_server(
         if now_ns() >= end_ns {
             return Err(Error::input(format!(
                 "no server on {} after {at_most_s} s; start chaincell serve with the same \
-                 --scene, or wait longer with --wait-for-server-s",
+                 `scene`, or wait longer with `wait_for_server_s`",
                 scene.label()
             )));
         }

@@ -71,7 +71,7 @@ impl Server {
     /// Opens the scene's services; refused while another server is alive on the scene.
     pub fn open(options: &ServeOptions) -> Result<Self> {
         let length_ns = match options.seconds {
-            Some(seconds) => span_ns("--seconds", seconds)?,
+            Some(seconds) => span_ns("`seconds`", seconds)?,
             None => u64::MAX,
         };
         let rate = PoseRate::new(options.max_pose_hz)?;
@@ -287,7 +287,7 @@ impl<'a> Run<'a> {
         }
         self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
         if !self.rate.takes(arrival_ns) {
-            complain(&mut self.throttled, "poses come faster than --max-pose-hz", pose.tick);
+            complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
             return false;
         }
         self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.hand.heard_ns()));
