@@ -107,7 +107,7 @@ trait AnyTissue {
 impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
         self.view().reset(network).map_err(|why| match why {
-            ResetError::Range(why) => Error::input(format!("--number: {why}")),
+            ResetError::Range(why) => Error::input(format!("`number`: {why}")),
             other => Error::check(other),
         })
     }
@@ -230,7 +230,7 @@ impl<'m> Engine<'m> {
             (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
             (_, Arithmetic::Fixed | Arithmetic::F64) => {
                 return Err(Error::input(
-                    "--number fixed and f64: for --dynamics euler and track only",
+                    "`number` fixed and f64: for `dynamics` euler and track only",
                 ));
             }
             (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
@@ -240,7 +240,7 @@ impl<'m> Engine<'m> {
                 if model.colours() == 0 && model.fixed().len() < model.cells() =>
             {
                 return Err(Error::input(
-                    "--dynamics gauss-seidel: the model has no colours; bake it with --colours",
+                    "`dynamics` gauss-seidel: the model has no colours; bake it with `colours`",
                 ));
             }
             (Scheme::GaussSeidel, Arithmetic::F32) => {
@@ -265,10 +265,10 @@ impl<'m> Engine<'m> {
             };
             match why {
                 ContactError::Fixed(at) => Error::input(format!(
-                    "--contact: node {} is fixed and cannot be held by the tool",
+                    "`contact`: node {} is fixed and cannot be held by the tool",
                     name(at).unwrap_or_default()
                 )),
-                other => Error::input(format!("--contact: {other}")),
+                other => Error::input(format!("`contact`: {other}")),
             }
         })
     }

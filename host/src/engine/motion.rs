@@ -49,10 +49,10 @@ impl Press {
         let direction = Vector3::from(direction);
         let length = libm::sqrt(direction.dot(&direction));
         if !(length.is_finite() && length > 0.0) {
-            return Err(Error::input("--direction: its length must be finite and above 0"));
+            return Err(Error::input("`direction`: its length must be finite and above 0"));
         }
         if !(depth_m.is_finite() && depth_m > 0.0) {
-            return Err(Error::input(format!("--depth-m {depth_m}: must be above 0 and finite")));
+            return Err(Error::input(format!("`depth_m` {depth_m}: must be above 0 and finite")));
         }
         if ticks < TICKS_MIN {
             return Err(Error::input(format!(

@@ -154,14 +154,14 @@ pub fn play(
 /// # Errors
 /// A file that is there, with what to do; a folder that cannot be written.
 pub fn check_place(path: &Path, force: bool) -> Result<()> {
-    file::check_kind("--trace", path)?;
+    file::check_kind("`trace`", path)?;
     if path.is_file() {
         let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
-        file::check_content("--trace", path, &file, force)?;
+        file::check_content("`trace`", path, &file, force)?;
     }
     let folder = folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
-    check_idle("--trace", path)
+    check_idle("`trace`", path)
 }
 
 /// The bytes of a trace file.
