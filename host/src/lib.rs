@@ -2,7 +2,9 @@
 //!
 //! Each module uses only those above it:
 //!
-//! - [`error`], [`terminal`], [`interrupt`]: errors with exit codes, printing, Ctrl-C.
+//! - [`words`], [`error`], [`terminal`], [`interrupt`]: counts in words, errors with exit codes,
+//!   printing, Ctrl-C.
+//! - [`choice`]: the kernel's choices in JSON and in sentences.
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
 //! - [`engine`]: a tissue on the heap, its contact, its output stage, the built-in press.
@@ -11,6 +13,7 @@
 //! - [`cli`]: the command line.
 
 pub mod bake;
+pub mod choice;
 pub mod cli;
 pub mod engine;
 pub mod error;
@@ -19,3 +22,4 @@ pub mod interrupt;
 pub mod mesh;
 pub mod session;
 pub mod terminal;
+pub mod words;

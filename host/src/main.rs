@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use chaincell_host::cli::{Cli, process};
-use clap::Parser;
+use clap::CommandFactory;
 
 fn main() -> ExitCode {
-    process("chaincell", || Cli::parse().execute())
+    process(Cli::command(), Cli::run)
 }

@@ -31,7 +31,7 @@ fn binary() -> &'static Path {
             .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap())
             .args(["build", "--locked", "--offline", "--quiet", "--profile", profile])
             // The whole workspace selects the same features as its tests: nothing is built twice.
-            .args(["--workspace", "--bin", "chaincell", "--target-dir"])
+            .args(["--workspace", "--bin", "chaincell", "--bin", "chaincell-lab", "--target-dir"])
             .arg(target)
             .stdin(Stdio::null())
             .output()

@@ -197,7 +197,7 @@ impl Level {
             matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (self.count as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
-            Error::check("the hats' matrix is not positive definite: bake with --hats none")
+            Error::check("the hats' matrix is not positive definite: bake with `hats` none")
         })?;
         Ok(factor.inverse())
     }
@@ -266,12 +266,12 @@ pub(super) fn push(
     }
     if !level.is_addressable() {
         return Err(Error::input(format!(
-            "--hats {spacing}: too many cells for hats that close; set them farther apart"
+            "`hats` {spacing}: too many cells for hats that close; set them farther apart"
         )));
     }
     if level.count > HATS_MAX {
         return Err(Error::input(format!(
-            "--hats {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
+            "`hats` {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
              apart",
             level.count
         )));

@@ -146,21 +146,24 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         },
     };
     let positive = |value: f64| value > 0.0 && (value as f32).is_normal();
-    each("--alpha", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
+    each("`alpha`", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
-    each("--stiffness-n-per-m", &options.stiffness_n_per_m, positive, stiffness)?;
+    each("`stiffness_n_per_m`", &options.stiffness_n_per_m, positive, stiffness)?;
     if let HatSpacing::Links(spacing) = options.hats
         && !(1.0..=1e6).contains(&spacing)
     {
-        return Err(Error::input(format!("--hats {spacing}: must be at least 1 mean link length")));
+        return Err(Error::input(format!("`hats` {spacing}: must be at least 1 mean link length")));
     }
-    for (name, value) in [("--k-m", options.saturation_m), ("--energy-max-j", options.energy_max_j)]
+    for (name, value) in
+        [("`saturation_m`", options.saturation_m), ("`energy_max_j`", options.energy_max_j)]
     {
         if let Some(value) = value.filter(|&value| !positive(value)) {
             return Err(Error::input(format!("{name} {value}: must be above 0 and finite")));
         }
     }
-    for (name, value) in [("--r-x", options.resistance), ("--capacitance", options.capacitance)] {
+    for (name, value) in
+        [("`resistance`", options.resistance), ("`capacitance`", options.capacitance)]
+    {
         if !(1e-11..=1e11).contains(&value) {
             return Err(Error::input(format!("{name} {value}: must be from 1e-11 to 1e11")));
         }
@@ -195,7 +198,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     for &node in fixed {
         match cell_of.get(node as usize) {
             Some(&cell) if cell != u16::MAX => fixed_cells.push(cell),
-            _ => return Err(Error::input(format!("--fix: node {node} is no cell of the body"))),
+            _ => return Err(Error::input(format!("`fixed`: node {node} is no cell of the body"))),
         }
     }
     fixed_cells.sort_unstable();

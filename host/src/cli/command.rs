@@ -1,15 +1,17 @@
 //! `chaincell command`: tells a running `serve` what to do.
 
-use chaincell_kernel::Unloading;
 use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Choice, Unloading};
 use serde::Serialize;
 
+use crate::choice;
 use crate::error::{Error, Result};
 use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
 use crate::session::ipc::services::{Domain, Scene};
 use crate::session::timing::clock::SECOND_NS;
 use crate::terminal;
+use crate::words::counted;
 
 /// Longest wait for the reply \[ns\].
 const REPLY_NS: u64 = 5 * SECOND_NS;
@@ -87,8 +89,10 @@ pub fn execute(args: &Args) -> Result<()> {
         return terminal::say_json(&report);
     }
     terminal::say(format_args!(
-        "done after tick {}, {} ticks answered; state hash {}",
-        report.tick, report.ticks_answered, report.state_hash
+        "done after tick {}, {} answered; state hash {}",
+        report.tick,
+        counted(report.ticks_answered, "tick"),
+        report.state_hash
     ))
 }
 
@@ -110,12 +114,9 @@ fn set(assignment: &str) -> Result<Command> {
         "max_force_n" if value == "off" => Ok(Command::MaxForceN(f32::INFINITY)),
         "max_force_n" => length().map(Command::MaxForceN),
         "max_tool_step_m" => length().map(Command::MaxToolStepM),
-        "unloading" => match value {
-            "off" => Ok(Command::Unloading(Unloading::Off)),
-            "release" => Ok(Command::Unloading(Unloading::Release)),
-            "retreat" => Ok(Command::Unloading(Unloading::Retreat)),
-            _ => Err(refused("the value must be off, release or retreat")),
-        },
+        "unloading" => Unloading::from_name(value)
+            .map(Command::Unloading)
+            .ok_or_else(|| refused(&format!("the value must be {}", choice::names::<Unloading>()))),
         _ => Err(refused(
             "sweeps, max_force_n, max_tool_step_m and unloading may be set while serve runs; for \
              others start it again",

@@ -1,13 +1,16 @@
 //! The command line: one file a command, shared arguments beside them.
 
 mod bake;
+pub mod choice;
 mod command;
 mod control;
 mod cosim;
 mod info;
 mod inject;
+pub mod lab;
 mod latency;
 pub mod model_file;
+mod options;
 mod replay;
 pub mod reports;
 mod run;
@@ -19,26 +22,37 @@ mod state;
 
 pub use bake::BodyArgs;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::error::Result;
-use crate::{interrupt, terminal};
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::terminal;
 
 /// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
-/// exit code. `name` is the command that the error message begins with.
-pub fn process(name: &str, execute: impl FnOnce() -> Result<()>) -> ExitCode {
+/// exit code. `command` is the command line, whose options the error names.
+pub fn process(command: Command, execute: impl FnOnce() -> Result<()>) -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::new().filter_or("CHAINCELL_LOG", "warn"))
         .format_timestamp(None)
         .init();
     match interrupt::install().and_then(|()| execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            terminal::note(format_args!("{name}: {why}"));
+            if !matches!(why, Error::Reported(_)) {
+                let why_named = options::named(&why.to_string(), &[command, Cli::command()]);
+                terminal::note(format_args!("{}: {why_named}", own_name()));
+            }
             ExitCode::from(why.exit_code())
         }
     }
+}
+
+/// The name that this process was started under.
+fn own_name() -> String {
+    let path = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
+    path.file_name().map_or_else(|| "chaincell".into(), |name| name.to_string_lossy().into_owned())
 }
 
 /// Soft tissue that a haptic device can feel: bake a mesh, run it offline, serve it at 1 kHz.
@@ -64,11 +78,20 @@ enum Work {
 }
 
 impl Cli {
-    /// Carries the command out.
+    /// Reads the command line and carries it out; a command of the laboratory is handed over.
     ///
     /// # Errors
     /// What went wrong, with the exit code it stands for.
-    pub fn execute(self) -> Result<()> {
+    pub fn run() -> Result<()> {
+        lab::hand_over()?;
+        let matches = lab::listed(Self::command()).get_matches();
+        match Self::from_arg_matches(&matches) {
+            Ok(cli) => cli.execute(),
+            Err(why) => why.exit(),
+        }
+    }
+
+    fn execute(self) -> Result<()> {
         match self.command {
             Work::Bake(args) => bake::execute(&args),
             Work::Info(args) => info::execute(&args),

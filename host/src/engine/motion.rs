@@ -6,6 +6,7 @@ use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
+use crate::words::counted;
 
 /// Tremor of the hand: physiological tremor lies between 8 and 12 Hz \[Hz\].
 const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
@@ -48,14 +49,15 @@ impl Press {
         let direction = Vector3::from(direction);
         let length = libm::sqrt(direction.dot(&direction));
         if !(length.is_finite() && length > 0.0) {
-            return Err(Error::input("--direction: its length must be finite and above 0"));
+            return Err(Error::input("`direction`: its length must be finite and above 0"));
         }
         if !(depth_m.is_finite() && depth_m > 0.0) {
-            return Err(Error::input(format!("--depth-m {depth_m}: must be above 0 and finite")));
+            return Err(Error::input(format!("`depth_m` {depth_m}: must be above 0 and finite")));
         }
         if ticks < TICKS_MIN {
             return Err(Error::input(format!(
-                "{ticks} ticks are too few for the built-in press: give at least {TICKS_MIN}"
+                "{} cannot hold the built-in press: give at least {TICKS_MIN}",
+                counted(ticks, "tick")
             )));
         }
         Ok(Self { touch_m: Vector3::from(touch_m), direction: direction / length, depth_m, ticks })

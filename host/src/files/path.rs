@@ -93,7 +93,7 @@ fn pose(row: &str, rules: Rules) -> std::result::Result<Pose, String> {
         if rules == Rules::Strict && !value.is_finite() {
             return Err(format!(
                 "field {name} `{text}`: must be finite in single precision; to replay a recorded \
-                 session with bad poses use `run --recorded`"
+                 session with bad poses use run with `recorded`"
             ));
         }
         Ok(value)
@@ -113,7 +113,7 @@ fn follows(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Resul
         Some(last) if rules == Rules::Strict && Some(pose.tick) != last.tick.checked_add(1) => {
             Err(format!(
                 "field tick {}: must be {}, one above the row before; to replay a recorded session \
-                 with lost poses use `run --recorded`",
+                 with lost poses use run with `recorded`",
                 pose.tick,
                 last.tick.saturating_add(1)
             ))

@@ -86,7 +86,7 @@ impl Mesh {
 /// Why a body is too large, and what helps.
 fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> String {
     if nodes_max == CELLS_MAX {
-        format!("{nodes} than {nodes_max} cells, the limit; {remedy}, or group them with --cells N")
+        format!("{nodes} than {nodes_max} cells, the limit; {remedy}, or group them with `cells` N")
     } else {
         format!("{nodes} than {nodes_max} nodes, the limit; {remedy}")
     }
@@ -158,7 +158,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
     let (kind, size) = spec.split_once(':').map_or((spec, None), |(k, s)| (k, Some(s)));
     if options.diagonals && kind != "plane" {
         return Err(Error::input(format!(
-            "--diagonals links the squares of a plane; {spec} is none: leave it out"
+            "`diagonals` links the squares of a plane; {spec} is none: leave it out"
         )));
     }
     let mesh = match (kind, size) {
@@ -185,7 +185,7 @@ fn check_unit(options: &MeshOptions) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "--units: {} metres a unit; it must be finite and above 0",
+        "`unit_m`: {} metres a unit; it must be finite and above 0",
         options.unit_m
     )))
 }
@@ -247,9 +247,9 @@ mod tests {
     #[test]
     fn options_are_checked() {
         let bad = MeshOptions { unit_m: f64::NAN, ..MeshOptions::default() };
-        assert!(refusal("plane:3x3x0.01", &bad).contains("--units"));
+        assert!(refusal("plane:3x3x0.01", &bad).contains("`unit_m`"));
         let diagonals = MeshOptions { diagonals: true, ..MeshOptions::default() };
-        assert!(refusal("box:3x3x3x0.01", &diagonals).contains("--diagonals"));
+        assert!(refusal("box:3x3x3x0.01", &diagonals).contains("`diagonals`"));
     }
 
     #[test]
@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(mm.nodes_m[7][2], old.nodes_m[7][2] * 0.001);
         let sets = Path::new(&folder).join("meshes/liver_5762.sets.json");
         let text = format!("file:{}#fixed", sets.display());
-        let fixed = select(&text, &old.nodes_m, &old.groups, &old.border, "--fix").unwrap();
+        let fixed = select(&text, &old.nodes_m, &old.groups, &old.border, "`fix`").unwrap();
         assert_eq!(fixed.len(), 697);
     }
 }

@@ -223,13 +223,13 @@ mod tests {
 
     fn pick(text: &str) -> Result<Vec<u32>> {
         let groups = [("top".to_string(), vec![2, 3]), ("7".to_string(), vec![0])].into();
-        select(text, &NODES, &groups, &[0, 1], "--fix")
+        select(text, &NODES, &groups, &[0, 1], "`fix`")
     }
 
     #[track_caller]
     fn refused(text: &str, part: &str) {
         let error = pick(text).unwrap_err().to_string();
-        assert!(error.starts_with("--fix ") && error.contains(part), "{text}: {error}");
+        assert!(error.starts_with("`fix` ") && error.contains(part), "{text}: {error}");
     }
 
     #[test]
@@ -258,7 +258,7 @@ mod tests {
         refused("box:0,1,0,1,0,NaN", "z1 is 'NaN'");
         refused("box:0,1,2,1,0,1", "y0 is above y1");
         refused("box:5,6,0,1,0,1", "selects no node");
-        let none = select("border", &NODES, &BTreeMap::new(), &[], "--fix").unwrap_err();
+        let none = select("border", &NODES, &BTreeMap::new(), &[], "`fix`").unwrap_err();
         assert!(none.to_string().contains("only a plane has a border"));
     }
 

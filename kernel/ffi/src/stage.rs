@@ -5,6 +5,7 @@ use chaincell_kernel::{Flags, TickOutput, ToolSample};
 
 use crate::code::Code;
 use crate::memory;
+use crate::settings::chosen;
 use crate::tick::{Output, SAFE, Sample};
 
 /// Words of a `chaincell_stage`.
@@ -145,14 +146,7 @@ pub unsafe extern "C" fn chaincell_stage_default(
     device: i32,
     settings: *mut StageSettings,
 ) -> Code {
-    let device = match device {
-        0 => Device::Touch,
-        1 => Device::Premium,
-        2 => Device::Falcon,
-        3 => Device::Omega,
-        4 => Device::Sigma,
-        _ => return Code::StageDevice,
-    };
+    let Some(device) = chosen::<Device>(device) else { return Code::StageDevice };
     let value = StageSettings::of(&chaincell_kernel::stage::StageSettings::for_device(device));
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { memory::write(settings, value) })

@@ -69,7 +69,7 @@ fn emit(mut args: impl Iterator<Item = String>) -> Result<(), String> {
         _ => return Err(USAGE.to_owned()),
     }
     let mut known = false;
-    for tier in Tier::ALL {
+    for &tier in Tier::ALL {
         act.tier = tier;
         for scene in SCENES.iter().filter(|scene| which == "all" || which == scene.name) {
             known = true;

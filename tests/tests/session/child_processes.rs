@@ -159,6 +159,7 @@ fn cosim_collects_both_reports_and_leaves_no_child() {
     let _turn = turn();
     let (_root, options) = options();
     let reports = cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", &options, 200),
         control_args: child_args("child_control", &options, 200),
         motion_ms: 200,
@@ -175,6 +176,7 @@ fn cosim_collects_both_reports_and_leaves_no_child() {
 fn child_cosim() {
     let Some((options, ticks)) = child_options() else { return };
     let reports = cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", &options, ticks),
         control_args: child_args("child_control", &options, ticks),
         motion_ms: ticks,
@@ -205,6 +207,7 @@ fn cosim_says_which_side_failed() {
     let (_root, options) = options();
     let _other = Server::open(&options).unwrap();
     let error = cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
         serve_args: child_args("child_serve", &options, 200),
         control_args: child_args("child_control", &options, 200),
         motion_ms: 200,

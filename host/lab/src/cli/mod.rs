@@ -42,3 +42,22 @@ impl Cli {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use chaincell_host::cli::lab::COMMANDS;
+    use clap::CommandFactory;
+
+    #[test]
+    fn chaincell_lists_every_command_with_its_line() {
+        let command = super::Cli::command();
+        let mut own: Vec<(String, String)> = command
+            .get_subcommands()
+            .map(|of| (of.get_name().to_owned(), of.get_about().unwrap().to_string()))
+            .collect();
+        let mut listed = COMMANDS.map(|(name, about)| (name.to_owned(), about.to_owned()));
+        own.sort();
+        listed.sort();
+        assert_eq!(own, listed);
+    }
+}

@@ -23,8 +23,9 @@ use chaincell_host::interrupt;
 use chaincell_host::session::ipc::services::Domain;
 use chaincell_host::session::loops::control::ControlReport;
 use chaincell_host::session::loops::floor;
-use chaincell_host::session::supervise::{self, CosimOptions, CosimReports, Underway};
+use chaincell_host::session::supervise::{self, CosimOptions, CosimReports, Underway, program};
 use chaincell_host::terminal;
+use chaincell_host::words::counted;
 
 /// Length unless given: ten minutes [s].
 const SECONDS: f64 = 600.0;
@@ -191,8 +192,18 @@ fn both(args: &Args, plan: &Plan, poses: &[Pose], model: &Path, scratch: &Path) 
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(["--repeat".into(), plan.presses.to_string().into()]);
     control_args.extend(common);
-    let options =
-        CosimOptions { serve_args, control_args, motion_ms: plan.ticks(), ready_s: READY_S };
+    let program = program::find("chaincell").ok_or_else(|| {
+        Error::input(
+            "no chaincell beside this program or in PATH: build it with cargo build --release",
+        )
+    })?;
+    let options = CosimOptions {
+        program,
+        serve_args,
+        control_args,
+        motion_ms: plan.ticks(),
+        ready_s: READY_S,
+    };
     let mut looks = Looks::new(plan);
     let reports = supervise::cosim_watched(&options, |underway| looks.look(underway))?;
     Ok(Both { reports, memory: [looks.serve.growth(), looks.control.growth()] })
@@ -300,11 +311,11 @@ fn print(args: &Args, report: &SoakReport) -> Result<()> {
     tell_refused(&report.refused);
     let machine = &report.machine;
     terminal::say(format_args!(
-        "{}, {} cores, Linux {}; load: {} thread(s), {:.1} GB/s{}",
+        "{}, {}, Linux {}; load: {}, {:.1} GB/s{}",
         machine.processor,
-        machine.cores,
+        counted(machine.cores, "core"),
         report.kernel,
-        report.load.threads,
+        counted(report.load.threads, "thread"),
         report.load.gb_per_s,
         if machine.optimised { "" } else { "; a debug build" }
     ))?;

@@ -213,7 +213,7 @@ fn types_coordinates_and_references() {
     let at = behind(&old(true), "$Nodes\n5\n");
     for bad in [f64::NAN, f64::INFINITY, -1e39] {
         let bytes = with(&old(true), at + 20, &bad.to_le_bytes());
-        refused(&bytes, &[&format!("a.msh: byte {}: the z is {bad:?}", at + 20), "--units"]);
+        refused(&bytes, &[&format!("a.msh: byte {}: the z is {bad:?}", at + 20), "`unit_m`"]);
     }
     refused(&with(&old(true), at + 28, &900_i32.to_le_bytes()), &["tag 900 is given twice"]);
     refused(&with(&old(true), at + 28, &[255; 4]), &["the node tag is -1"]);

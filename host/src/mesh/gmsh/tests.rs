@@ -136,7 +136,7 @@ fn coordinates_are_scaled_and_bounded() {
     assert_eq!(mm.nodes_m[4], [0.001; 3]);
     for bad in ["nan", "inf", "1e400", "-1e39", "0x1", "1,5"] {
         let remedy = format!("a.msh:17: the z is '{bad}'");
-        refused(&with(OLD, "3 0 0 1\n", &format!("3 0 0 {bad}\n")), &[&remedy, "--units"]);
+        refused(&with(OLD, "3 0 0 1\n", &format!("3 0 0 {bad}\n")), &[&remedy, "`unit_m`"]);
     }
     refused(&with(NEW, "1 0 0 .5 .5 .5", "1 0"), &["a.msh:27: the line ends before the z"]);
 }

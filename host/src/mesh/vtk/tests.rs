@@ -152,7 +152,7 @@ fn cells_that_are_not_read() {
     refused(&with("4 0 1 2 3", "4 0 1 -2 3"), &["a.vtk:21:", "is '-2'"]);
     refused(&with("CELL_TYPES 4\n1 5 10 10", "CELL_TYPES 2\n10 10"), &["4 CELLS and 2"]);
     for bad in ["nan", "inf", "1e39"] {
-        refused(&with("0 0 1\n", &format!("0 0 {bad}\n")), &["a.vtk:13: the z is", "--units"]);
+        refused(&with("0 0 1\n", &format!("0 0 {bad}\n")), &["a.vtk:13: the z is", "`unit_m`"]);
     }
     refused(&with("0 0 1\n", "0 0 x\n"), &["a.vtk:13: z is 'x'; it must be a number"]);
 }
@@ -181,7 +181,7 @@ fn counts_that_lie_are_refused_before_anything_is_read() {
     let point = behind(&lists(), "POINTS 5 float\n");
     let mut file = lists();
     file[point..point + 4].copy_from_slice(&f32::NAN.to_be_bytes());
-    refused(&file, &[&format!("a.vtk: byte {point}: the x is NaN"), "--units"]);
+    refused(&file, &[&format!("a.vtk: byte {point}: the x is NaN"), "`unit_m`"]);
 }
 
 #[test]

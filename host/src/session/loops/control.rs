@@ -5,16 +5,17 @@ use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::Flags;
 
+use crate::engine::flag_ticks::FlagTicks;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
 use crate::session::ipc::services::{Domain, Ports, Scene};
-use crate::session::loops::hand::Hand;
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
 use crate::session::loops::realtime::{self, Role};
+use crate::session::loops::shaper::ForceShaper;
 use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{
     MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns,
@@ -92,6 +93,8 @@ pub struct ControlReport {
     pub missed_sent_late: u64,
     /// Of the others, the ones whose tick took more than 1 ms.
     pub missed_in_step: u64,
+    /// In how many answers each flag was set.
+    pub flag_ticks: FlagTicks,
     /// Messages in which the tissue's watchdog said that poses had stopped coming, one each
     /// millisecond of the force's fall.
     pub stale_answers: u64,
@@ -173,7 +176,7 @@ fn wait_for_server(
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {
-    let end_ns = now_ns().saturating_add(span_ns("--wait-for-server-s", at_most_s)?);
+    let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
     while !scene.is_served() {
         if interrupt::asked() {
             return Err(Error::Interrupted);
@@ -181,7 +184,7 @@ fn wait_for_server(
         if now_ns() >= end_ns {
             return Err(Error::input(format!(
                 "no server on {} after {at_most_s} s; start chaincell serve with the same \
-                 --scene, or wait longer with --wait-for-server-s",
+                 `scene`, or wait longer with `wait_for_server_s`",
                 scene.label()
             )));
         }
@@ -202,7 +205,7 @@ struct Run<'a> {
     plan: Plan,
     ports: &'a Ports<ToolForce, ToolPose>,
     waiter: Waiter,
-    hand: Hand,
+    shaper: ForceShaper,
     start_ns: u64,
     outstanding: Outstanding,
     overtaken: u64,
@@ -212,6 +215,7 @@ struct Run<'a> {
     missed: u64,
     missed_sent_late: u64,
     missed_in_step: u64,
+    flag_ticks: FlagTicks,
     stale: u64,
     foreign: u64,
     failed: u64,
@@ -236,7 +240,7 @@ impl<'a> Run<'a> {
             plan: Plan::new(poses.len(), options.faults),
             ports,
             waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
-            hand: Hand::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
+            shaper: ForceShaper::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
             start_ns: now_ns + LOOK_NS,
             outstanding: Outstanding::new(),
             overtaken: 0,
@@ -246,6 +250,7 @@ impl<'a> Run<'a> {
             missed: 0,
             missed_sent_late: 0,
             missed_in_step: 0,
+            flag_ticks: FlagTicks::default(),
             stale: 0,
             foreign: 0,
             failed: 0,
@@ -297,11 +302,11 @@ impl<'a> Run<'a> {
                 continue;
             }
             let now_ns = now_ns();
-            self.hand.waits(now_ns);
+            self.shaper.wait(now_ns);
             if now_ns >= moment_ns {
                 return;
             }
-            // A hand is looked after every millisecond, also in a long wait.
+            // The shaper has its turn every millisecond, also in a long wait.
             self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
         }
     }
@@ -318,8 +323,8 @@ impl<'a> Run<'a> {
     }
 
     fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
-        self.hand.hears(arrival_ns);
-        self.hand.show(force.force_n, arrival_ns);
+        self.shaper.hear(arrival_ns);
+        self.shaper.shape(force.force_n, arrival_ns);
         if Flags(force.flags).contains(Flags::STALE) {
             self.stale += 1;
             return;
@@ -336,6 +341,7 @@ impl<'a> Run<'a> {
             self.waiter.expect_after(arrival_ns);
         }
         self.round_trip.record(round_trip_ns);
+        self.flag_ticks.add(Flags(force.flags));
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
         if arrival_ns > due_ns {
             self.missed += 1;
@@ -373,11 +379,12 @@ impl<'a> Run<'a> {
                 missed_deadlines: self.missed,
                 missed_sent_late: self.missed_sent_late,
                 missed_in_step: self.missed_in_step,
+                flag_ticks: self.flag_ticks,
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,
-                silences: self.hand.silences(),
-                largest_force_step_n: self.hand.largest_step_n(),
+                silences: self.shaper.silences(),
+                largest_force_step_n: self.shaper.largest_step_n(),
                 injected: self.plan.injected(),
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),

@@ -1,13 +1,14 @@
 //! Real-time privileges: asked for, told when refused, never needed.
 
-use core_affinity::CoreId;
 use iceoryx2_bb_posix::process::{Process, ProcessId, ProcessSetSchedulerError};
 use iceoryx2_bb_posix::scheduler::Scheduler;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Signal, getrlimit, set_parent_process_death_signal};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::error::{Error, Result};
 use crate::session::loops::wait::Wait;
+use crate::words::counted;
 
 /// Middle of the range 0 to 255, which Linux's 1 to 99 are spread over.
 const FIFO_PRIORITY: u8 = 127;
@@ -31,7 +32,7 @@ pub fn ask(role: Role, wait: Wait) -> Vec<String> {
     sharpen_timers();
     if wait == Wait::Spin {
         // The kernel takes the core away from a FIFO thread that never sleeps: 50 ms each second.
-        refused.push("SCHED_FIFO not asked for: --wait spin never sleeps".to_owned());
+        refused.push("SCHED_FIFO not asked for: a loop that spins never sleeps".to_owned());
         return refused;
     }
     match ask_fifo() {
@@ -79,15 +80,33 @@ fn ask_fifo() -> std::result::Result<(), String> {
 }
 
 fn pin(role: Role) -> Option<String> {
-    let cores = core_affinity::get_core_ids().unwrap_or_default();
+    let cores = allowed_cores();
     match core_for(role, &cores) {
-        None => Some(format!("pinning left out: {} core(s) allowed, two needed", cores.len())),
-        Some(core) if core_affinity::set_for_current(core) => None,
-        Some(core) => Some(format!("pinning to core {} refused", core.id)),
+        None => {
+            Some(format!("pinning left out: {} allowed, two needed", counted(cores.len(), "core")))
+        }
+        Some(core) => pin_to(core).err().map(|_| format!("pinning to core {core} refused")),
     }
 }
 
-fn core_for(role: Role, cores: &[CoreId]) -> Option<CoreId> {
+/// Cores that this thread may run on, ascending; none where the system does not tell.
+#[must_use]
+pub fn allowed_cores() -> Vec<usize> {
+    let allowed = sched_getaffinity(None).unwrap_or_default();
+    (0..CpuSet::MAX_CPU).filter(|&core| allowed.is_set(core)).collect()
+}
+
+/// Keeps the calling thread on a core.
+///
+/// # Errors
+/// A core that is not there or not allowed.
+pub fn pin_to(core: usize) -> rustix::io::Result<()> {
+    let mut only = CpuSet::new();
+    only.set(core);
+    sched_setaffinity(None, &only)
+}
+
+fn core_for(role: Role, cores: &[usize]) -> Option<usize> {
     let place_from_end = match role {
         Role::Serve => 1,
         Role::Control => 2,
@@ -104,9 +123,9 @@ mod tests {
 
     #[test]
     fn the_two_processes_get_different_cores() {
-        let cores: Vec<CoreId> = [0, 3, 5].map(|id| CoreId { id }).to_vec();
-        assert_eq!(core_for(Role::Serve, &cores), Some(CoreId { id: 5 }));
-        assert_eq!(core_for(Role::Control, &cores), Some(CoreId { id: 3 }));
+        let cores = [0, 3, 5];
+        assert_eq!(core_for(Role::Serve, &cores), Some(5));
+        assert_eq!(core_for(Role::Control, &cores), Some(3));
         assert_eq!(core_for(Role::Serve, &cores[..1]), None);
         assert_eq!(core_for(Role::Control, &[]), None);
     }

@@ -1,7 +1,10 @@
 //! Runs `serve` and `control` as child processes and collects their reports.
 
+pub mod program;
+
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -32,9 +35,11 @@ const CONTROL_END: Duration = Duration::from_secs(20);
 /// end even when this process is killed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CosimOptions {
-    /// Arguments of this executable that serve the scene and print a report as the last line.
+    /// The executable of both sides.
+    pub program: PathBuf,
+    /// Its arguments that serve the scene and print a report as the last line.
     pub serve_args: Vec<OsString>,
-    /// Arguments of this executable that control the scene and print a report as the last line.
+    /// Its arguments that control the scene and print a report as the last line.
     pub control_args: Vec<OsString>,
     /// Length of the motion \[ms\].
     pub motion_ms: u64,
@@ -74,9 +79,9 @@ pub fn cosim_watched(
     options: &CosimOptions,
     mut watch: impl FnMut(Underway),
 ) -> Result<CosimReports> {
-    let mut serve = Side::start("serve", &options.serve_args)?;
+    let mut serve = Side::start("serve", &options.program, &options.serve_args)?;
     serve.wait_for_ready(Duration::from_secs(options.ready_s))?;
-    let mut control = Side::start("control", &options.control_args)?;
+    let mut control = Side::start("control", &options.program, &options.control_args)?;
     let motion = Duration::from_millis(options.motion_ms);
     let progress = terminal::progress(options.motion_ms, "cosim");
     let start = Instant::now();
@@ -113,10 +118,9 @@ struct Side {
 }
 
 impl Side {
-    fn start(name: &'static str, args: &[OsString]) -> Result<Self> {
+    fn start(name: &'static str, program: &Path, args: &[OsString]) -> Result<Self> {
         let start_error = |why| Error::check(format!("cannot start chaincell {name}: {why}"));
-        let executable = std::env::current_exe().map_err(start_error)?;
-        let mut child = Command::new(executable)
+        let mut child = Command::new(program)
             .args(args)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -211,7 +215,7 @@ impl Side {
         );
         match status.code() {
             Some(2) => Error::input(text),
-            Some(130) => Error::Interrupted,
+            Some(130) if interrupt::asked() => Error::Interrupted,
             _ => Error::check(text),
         }
     }

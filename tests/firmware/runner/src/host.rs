@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use chaincell_kernel::Cell;
+use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
 use chaincell_scenes::adverse::{self, AdverseError};

@@ -8,6 +8,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use chaincell_host::error::{Error, Result};
+use chaincell_host::session::loops::realtime::{allowed_cores, pin_to};
 use chaincell_host::session::timing::cold::last_level_cache_bytes;
 
 /// Most that a thread copies to and fro \[bytes\].
@@ -41,11 +42,7 @@ pub struct Load {
 /// Threads unless the user says otherwise: one for each core but the tissue's, at least one.
 #[must_use]
 pub fn default_threads() -> usize {
-    cores().len().saturating_sub(1).max(1)
-}
-
-fn cores() -> Vec<core_affinity::CoreId> {
-    core_affinity::get_core_ids().unwrap_or_default()
+    allowed_cores().len().saturating_sub(1).max(1)
 }
 
 impl Load {
@@ -54,7 +51,7 @@ impl Load {
     /// # Errors
     /// A thread that the system refuses.
     pub fn start(threads: usize) -> Result<Self> {
-        let cores = cores();
+        let cores = allowed_cores();
         let others = cores.get(..cores.len().saturating_sub(1)).unwrap_or_default();
         let mut load = Self { shared: Arc::default(), threads: Vec::new(), start: Instant::now() };
         for at in 0..threads {
@@ -63,7 +60,7 @@ impl Load {
             let thread = std::thread::Builder::new().name(format!("load {at}"));
             let started = thread.spawn(move || {
                 // A core that is refused leaves the choice to the system.
-                let _ = core.map(core_affinity::set_for_current);
+                let _ = core.map(pin_to);
                 work(&shared);
             });
             load.threads.push(

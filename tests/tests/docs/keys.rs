@@ -1,0 +1,49 @@
+//! `host/CONTRACT.md` names every key that the commands print.
+
+use std::collections::BTreeSet;
+
+use chaincell_tests::place::Place;
+use chaincell_tests::{Running, process::SHORT, run, turn};
+use serde_json::Value;
+
+use super::page::pages;
+
+/// Keys of an object, those of its objects apart.
+fn keys(what: &str, object: &Value) -> Vec<(String, String)> {
+    let object = object.as_object().unwrap();
+    object.keys().map(|key| (what.to_owned(), key.clone())).collect()
+}
+
+#[test]
+fn the_contract_names_every_key() {
+    let _turn = turn();
+    let place = Place::new("keys");
+    let model = place.model.to_str().unwrap();
+    let out = place.folder.path().join("out");
+    let session = out.to_str().unwrap();
+    let mut found = keys("info", &run(["info", model, "--json"]).with(0).json());
+    let serve = place.serve(&["--ticks", "200", "--json"]);
+    let control =
+        ["control", "--scene", &place.scene, "--seconds", "0.1", "--wait-for-server-s", "10"];
+    let control = || run(control.iter().chain(&["--json"]));
+    found.extend(keys("control", &control().with(0).json()));
+    let state = run(["state", "--scene", &place.scene, "--once", "--json"]);
+    found.extend(keys("state", &state.with(0).json()));
+    let command = run(["command", "--scene", &place.scene, "--json", "reset"]);
+    found.extend(keys("command", &command.with(0).json()));
+    control().with(0);
+    found.extend(keys("serve", &serve.end(SHORT).with(0).json()));
+    let cosim = ["cosim", model, "--contact", "40", "--seconds", "0.2", "--out", session, "--json"];
+    let cosim = Running::chaincell(cosim).end(SHORT);
+    found.extend(keys("cosim", &cosim.with(0).json()));
+    let path = out.join("path.csv");
+    let offline = place.folder.path().join("offline");
+    let files = ["--path", path.to_str().unwrap(), "--out", offline.to_str().unwrap()];
+    let run = run(["run", model, "--contact", "40", "--recorded", "--json"].iter().chain(&files));
+    found.extend(keys("run", &run.with(0).json()));
+    let contract = pages().into_iter().find(|page| page.path == "host/CONTRACT.md").unwrap();
+    let named: BTreeSet<&str> = contract.spans.iter().map(String::as_str).collect();
+    let missing: Vec<_> = found.iter().filter(|(_, key)| !named.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "host/CONTRACT.md does not name {missing:?}");
+    assert!(found.len() > 100, "only {} keys were seen", found.len());
+}
