@@ -62,7 +62,7 @@ pub use number::Number;
 pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
 pub use solver::coarse::deflation::probe_room;
-pub use solver::coarse::held::hats_room;
+pub use solver::coarse::held::coarse_room;
 pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;

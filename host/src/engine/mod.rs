@@ -61,8 +61,8 @@ impl<D: Dynamics> Memory<D> {
     fn new(model: &Model<'_>, contact: &Contact) -> Self {
         let (cells, slots) = (model.cells(), contact.slots());
         let room = match contact {
-            Contact::Cells(_) => D::room_octets(model, slots),
-            Contact::Probe { .. } => D::probe_octets(model),
+            Contact::Cells(_) => D::room_blocks(model, slots),
+            Contact::Probe { .. } => D::probe_blocks(model),
         };
         Self {
             head: Head::NEW,

@@ -82,8 +82,8 @@ pub enum UnloadingMode {
 pub enum DriveMode {
     /// It prescribes their positions.
     Position = 0,
-    /// It is the current into each of them, a load of 2 k times the displacement \[N\]: Eq. 2 of the
-    /// paper.
+    /// It is the current into each of them, a load of 2 k times the displacement \[N\]: Eq. 2 of
+    /// the paper.
     Current = 1,
 }
 

@@ -61,8 +61,8 @@ pub struct StageSettings {
     pub max_slew_n_per_s: f32,
     /// Largest force, infinite for none \[N\].
     pub max_force_n: f32,
-    /// Ticks in which the force rises after engaging and after a silence, and in which it falls when
-    /// samples stop; 0 for none, at most 60,000.
+    /// Ticks in which the force rises after engaging and after a silence, and in which it falls
+    /// when samples stop; 0 for none, at most 60,000.
     pub ramp_ticks: u32,
     /// Ticks without a sample after which the force falls, 0 for never, at most 60,000.
     pub watchdog_ticks: u32,
@@ -223,8 +223,8 @@ unsafe fn give(
 /// What the device is given for what the tissue has answered to the tool of
 /// `chaincell_stage_sample`. `tissue` and `output` may be one output.
 ///
-/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says force 0
-/// with `CHAINCELL_FLAG_SAFE_STATE`.
+/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says force
+/// 0 with `CHAINCELL_FLAG_SAFE_STATE`.
 ///
 /// # Safety
 /// `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,

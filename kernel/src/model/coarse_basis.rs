@@ -4,13 +4,13 @@
 use super::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
 use crate::number::two_float::{Eight, LANES};
 
-/// The hats of a model.
+/// The basis functions of a model.
 #[derive(Clone, Copy)]
 pub(crate) struct CoarseBasis<'a> {
     pub count: usize,
     /// Starts of the boxes' pairs.
     pub rows: &'a [u32],
-    /// Hats at the corners of each box.
+    /// Basis functions at the corners of each box.
     pub corners: &'a [[u16; LANES]],
     /// Cells of each pair.
     pub cells: &'a [[u16; 2]],
@@ -43,7 +43,7 @@ impl<'a> CoarseBasis<'a> {
         }))
     }
 
-    /// Blocks of a vector over the hats.
+    /// Blocks of a vector over the basis functions.
     #[inline(always)]
     pub fn blocks(&self) -> usize {
         // A model has at least one hat; the compiler is to know it too.
@@ -67,7 +67,7 @@ impl<'a> CoarseBasis<'a> {
         block.and_then(|block| block.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
     }
 
-    /// Row of P of a cell: its hats with their weights.
+    /// Row of P of a cell: its basis functions with their weights.
     pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
         let parts = entry.and_then(|entry| {

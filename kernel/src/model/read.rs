@@ -80,8 +80,8 @@ impl<'a> Model<'a> {
     /// Reads an image in place. `bytes` must start at a multiple of 16
     /// ([`include_model!`](crate::include_model) sees to it).
     ///
-    /// Cost: the checksum, about two sweeps and two looks at each element of the hats' inverse,
-    /// once; no memory.
+    /// Cost: the checksum, about two sweeps and two looks at each element of the inverse of the
+    /// coarse level, once; no memory.
     ///
     /// # Errors
     /// What is wrong with the image, with section and position.

@@ -17,7 +17,7 @@ const WEIGHT_RANGE: f32 = 1.0e9;
 const CIRCUIT_RANGE: f32 = 1.0e12;
 /// Newtons and joules per internal unit span at most this factor either way.
 const UNIT_RANGE: f32 = 1.0e18;
-/// Largest element of the hats' inverse: far above what weights in their range give.
+/// Largest element of the inverse of the coarse level: far above what weights in their range give.
 const INVERSE_MAX: f32 = 1.0e24;
 /// Largest weight with which a cell carries a fine node, either way.
 const CARRY_MAX: f32 = 16.0;
@@ -222,7 +222,7 @@ fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
 }
 
 /// Every free cell stands in one box, with weights of at most 1 in all; the inverse is symmetric
-/// and finite. That it inverts is the bake's word, as rest positions are.
+/// and finite. That it is the inverse is not checked.
 fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(basis) = model.coarse_basis else { return Ok(()) };
     rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;

@@ -21,10 +21,10 @@ pub trait Dynamics: Scheme + Copy {
     type Residual<const CELLS: usize>: CellArrays<Self::Number>;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
-    /// Room for a coarse level, see [`hats_room`](crate::hats_room).
+    /// Room for a coarse level, see [`coarse_room`](crate::coarse_room).
     type Room: Blocks;
-    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps covers it; for schemes
-    /// without it what `euler` covers [dimensionless time].
+    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps
+    /// covers it; for schemes without it what `euler` covers [dimensionless time].
     #[must_use]
     fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
         f32::from(sweeps) * model.step_max()

@@ -36,7 +36,8 @@ impl<N: Loops> Dynamics for Euler<N> {
 }
 
 /// A step of the outputs, with the leak of states beyond K: what the guard watches before it, in
-/// internal units, and whether some state is still beyond K. Held cells go back to where the tool has them.
+/// internal units, and whether some state is still beyond K. Held cells go back to where the tool
+/// has them.
 pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
     let model = body.terms.model;
     body.awake.wake_all(model);

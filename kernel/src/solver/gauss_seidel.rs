@@ -8,30 +8,31 @@
 //! ```
 //!
 //! in every state, inverted and coincident cells included (L, the Laplacian of weight w / 2, has
-//! `W_i` / 2 on its diagonal). The step d = omega (2 / `W_i`) `r_i` lowers E by at least
-//! omega (2 - omega) |`r_i`|^2 / `W_i`, for 0 < omega < 2: in any order, with no second array and no
-//! guard. omega = [`OMEGA`] looks ahead like momentum does. Clamping the new position to K keeps the
+//! `W_i` / 2 on its diagonal). The step d = omega (2 / `W_i`) `r_i` lowers E by at least omega (2 -
+//! omega) |`r_i`|^2 / `W_i`, for 0 < omega < 2: in any order, with no second array and no guard.
+//! omega = [`OMEGA`] looks ahead like momentum does. Clamping the new position to K keeps the
 //! bound: D, the clamped move, is the projection of d, so d . D >= |D|^2 and the fall is at least
 //! `W_i` |D|^2 (2 - omega) / (4 omega). So outputs are what is moved, and nothing saturates.
 //!
-//! **The level** falls by the sum of `r_i` . D - `W_i` |D|^2 / 4 over the moves as rounded, less what
-//! rounding has made of `r_i`: a quarter of eps times the sum of w u over its links, whose errors add
-//! up like a random walk, as in the guards' tolerance. A move that is not sure to lower E is tried
-//! with omega = 1 and else left out: a body comes to a standstill. Since links resist along their
-//! direction only, E falls faster than the level; every [`MEASURE`]th sweep measures E instead of
-//! moving cells, and so does the first one after positions were set or bands changed. Where all
-//! cells found their links slack, E = 0.
+//! **The level** falls by the sum of `r_i` . D - `W_i` |D|^2 / 4 over the moves as rounded, less
+//! what rounding has made of `r_i`: a quarter of eps times the sum of w u over its links, whose
+//! errors add up like a random walk, as in the guards' tolerance. A move that is not sure to lower
+//! E is tried with omega = 1 and else left out: a body comes to a standstill. Since links resist
+//! along their direction only, E falls faster than the level; every [`MEASURE`]th sweep measures E
+//! instead of moving cells, and so does the first one after positions were set or bands changed.
+//! Where all cells found their links slack, E = 0.
 //!
 //! **Order.** By the colours of the bake, each free cell once; no two cells of a colour are linked,
 //! so a colour's cells may be moved at the same time with the same bits. Asleep and held cells are
-//! left out. Sleep needs to know where all links are slack, and there is no residual: the fourth lane
-//! of a cell's state keeps the sum of w d^2 that it saw last.
+//! left out. Sleep needs to know where all links are slack, and there is no residual: the fourth
+//! lane of a cell's state keeps the sum of w d^2 that it saw last.
 //!
 //! Cost: one link pass a sweep, every link at both ends; no array besides the state, one fewer than
 //! `euler`. Converges to the minimum as `track` does, more slowly; time has no meaning here.
 //!
-//! Source: D. M. Young, Iterative methods for solving partial difference equations of elliptic type,
-//! 1954 (over-relaxation, colouring); the bound is that of [`link`](crate::terms::links::law).
+//! Source: D. M. Young, Iterative methods for solving partial difference equations of elliptic
+//! type, 1954 (over-relaxation, colouring); the bound is that of
+//! [`link`](crate::terms::links::law).
 
 use super::Dynamics;
 use super::scheme::{Body, Scheme};
@@ -117,7 +118,7 @@ fn relax_all(body: &mut Body<'_, '_>) -> (TwoFloat, SliceSet) {
             };
             if let Some((_, fall)) = way {
                 falls = falls.plus(fall.into());
-                // At once: a later colour of this sweep may feel it.
+                // At once: a later colour of this sweep may be linked to it.
                 if !body.awake.spread.contains(cell / LANES) {
                     moved.insert(cell / LANES);
                     body.awake.wake_around(model, cell);

@@ -124,8 +124,8 @@ pub trait Scheme {
         0
     }
 
-    /// A probe holds these cells from now on: the number of hats taken out for them, `None`
-    /// where that cannot be done.
+    /// A probe holds these cells from now on: the number of basis functions taken out for them,
+    /// `None` where that cannot be done.
     fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],

@@ -23,8 +23,8 @@ pub struct Coupling {
 
 /// What the passivity observer may count on.
 ///
-/// Where the controller cannot make up for what is going on, the force is let go along the ramp: that
-/// takes [`StageSettings::ramp_ticks`] of 2 or more.
+/// Where the controller cannot make up for what is going on, the force is let go along the ramp:
+/// that takes [`StageSettings::ramp_ticks`] of 2 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passivity {
     /// Damping that the device's own mechanics have for sure, 0 to [`COUPLING_MAX`] [N s/m].

@@ -50,9 +50,9 @@ pub enum ContactError {
     Order(usize),
     /// The tissue was not reset to this network.
     Model,
-    /// The tissue has too little room to hold that many cells against the model's hats: size it
-    /// with [`hats_room`](crate::hats_room).
-    Hats {
+    /// The tissue has too little room to hold that many cells against the model's coarse level:
+    /// size it with [`coarse_room`](crate::coarse_room).
+    CoarseRoom {
         /// Blocks needed.
         needed: usize,
         /// Blocks there.
@@ -68,9 +68,9 @@ pub enum ContactError {
     },
     /// A probe touches surface cells, and the model has none.
     NoSurface,
-    /// The tissue has too little room for a probe and the model's hats: size it with
+    /// The tissue has too little room for a probe and the model's coarse level: size it with
     /// [`probe_room`](crate::probe_room).
-    ProbeHats {
+    ProbeRoom {
         /// Blocks needed.
         needed: usize,
         /// Blocks there.
@@ -88,9 +88,10 @@ impl core::fmt::Display for ContactError {
             Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
             Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
             Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
-            Self::Hats { needed, room } => write!(
+            Self::CoarseRoom { needed, room } => write!(
                 f,
-                "holding these cells needs {needed} blocks of room for the hats, there are {room}"
+                "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
+                 room for {room}"
             ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
             Self::Radius { max_m } => {
@@ -100,10 +101,10 @@ impl core::fmt::Display for ContactError {
                 "the model has no surface that a probe could touch: bake a mesh with triangles or \
                  tetrahedra, or name cells",
             ),
-            Self::ProbeHats { needed, room } => write!(
+            Self::ProbeRoom { needed, room } => write!(
                 f,
-                "a probe needs {needed} blocks of room for the hats, there are {room}: size it \
-                 with probe_room, or bake with --hats none"
+                "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
+                 {room}: size it with probe_room, or bake with --hats none"
             ),
         }
     }

@@ -16,10 +16,10 @@
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
 //! and a cell that was let go comes back only when it really goes in.
 //!
-//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if
-//! b <= 2 f / W, f its links' pull towards the centre and W their weight: then what it moves for all
-//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So a tool
-//! that leaves, however fast, draws no cell after it.
+//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if b <= 2 f
+//! / W, f its links' pull towards the centre and W their weight: then what it moves for all
+//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So
+//! a tool that leaves, however fast, draws no cell after it.
 //!
 //! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of
 //! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and

@@ -13,7 +13,8 @@ use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
 /// What a pass sums over the cells beside their residuals, eight cells at a time.
 pub(crate) trait Reduce {
-    /// Adds the terms of a slice: where its cells are, and their residuals with contact cells driven.
+    /// Adds the terms of a slice: where its cells are, and their residuals with contact cells
+    /// driven.
     fn slice<V: F32x8>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]);
 }
 

@@ -13,7 +13,7 @@ use crate::model::image::{
 use crate::model::pin::{PINS, Pin};
 use crate::number::two_float::LANES;
 
-/// The bake's share of the diagonal, over the root of the number of hats.
+/// The bake's share of the diagonal, over the root of the number of basis functions.
 pub(crate) const ROUNDING_ROOM: f64 = 1.0e-3;
 
 /// P' L P in double precision, the rows of `held` cells zeroed.

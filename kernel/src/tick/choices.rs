@@ -68,8 +68,8 @@ choices! {
         /// From the tool's release until it takes hold again.
         #[default]
         Release = 1, "release";
-        /// As `Release`, and while the tool has come back by more than a tenth of a mean link length
-        /// from its deepest point, until it passes that.
+        /// As `Release`, and while the tool has come back by more than a tenth of a mean link
+        /// length from its deepest point, until it passes that.
         Retreat = 2, "retreat";
     }
 }
@@ -82,11 +82,11 @@ choices! {
         #[default]
         Position = 0, "position";
         /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's
-        /// displacement since it took hold, a unit of network time, added to
-        /// the residual of each contact cell, none of which is held. As a force that is a load of
-        /// 2 `k_ref` I a cell \[N\]. At equilibrium the links exert its opposite; where they have settled
-        /// depends on their stiffness, and a body without fixed cells drifts up to K. On release I is 0
-        /// at once. The guarded quantity is E less the load's work; a current that might take the
+        /// displacement since it took hold, a unit of network time, added to the residual of each
+        /// contact cell, none of which is held. As a force that is a load of 2 `k_ref` I a cell
+        /// \[N\]. At equilibrium the links exert its opposite; where they have settled depends on
+        /// their stiffness, and a body without fixed cells drifts up to K. On release I is 0 at
+        /// once. The guarded quantity is E less the load's work; a current that might take the
         /// energy beyond [`Model::energy_max`] is cut (flag 1).
         Current = 1, "current";
     }

@@ -58,8 +58,8 @@ impl core::fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 impl Settings {
-    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one mean link length a
-    /// tick, prescribed positions, unloading on release, no force limit.
+    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one
+    /// mean link length a tick, prescribed positions, unloading on release, no force limit.
     #[must_use]
     pub fn for_model(model: &Model<'_>) -> Self {
         Self {

@@ -6,8 +6,9 @@ use std::vec::Vec;
 use fixed::types::I8F24;
 use nalgebra::Vector3;
 
+use super::choices::{Drive, Unloading};
 use super::sample::{Flags, ToolSample};
-use super::settings::{Drive, Network, Settings, Unloading};
+use super::settings::{Network, Settings};
 use super::tissue::Tissue;
 use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
@@ -16,7 +17,7 @@ use crate::number::Number;
 use crate::solver::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};
 use crate::terms::tests::{pinned, with_word};
 
-/// 299 cells, 20 of them fixed; bands, weights, slices, 24 hats, colours and a surface.
+/// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions, colours and a surface.
 static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chaincell");
 const CELLS: usize = 299;
 /// Blocks for a coarse level with 16 held cells or a probe.

@@ -193,8 +193,8 @@ impl Header {
     }
 
     /// Writes the header with the input ids of the contact cells (in the order of the model's
-    /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many, or
-    /// stand beside a probe.
+    /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many,
+    /// or stand beside a probe.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
         if contacts.len() > CONTACTS_MAX || (self.probe.is_some() && !contacts.is_empty()) {
             return None;

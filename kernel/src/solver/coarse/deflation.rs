@@ -1,18 +1,18 @@
-//! The coarse level beside a probe: without the hats that reach its contacts.
+//! The coarse level beside a probe: without the basis functions that reach its contacts.
 //!
-//! Contacts of a probe come and go, so the corrections of [`hold`](super::held::hold), which cost 2 hats^2
-//! a held cell, are too dear for them. Instead the set H of hats with a weight at a contact is left
-//! out: c = 0 there, and no held cell moves. Among the c that are zero on H, the one that lowers
-//! the bound of the energy most is
+//! Contacts of a probe come and go, so the corrections of [`hold`](super::held::hold), which cost 2
+//! n^2 a held cell, cost too much for them. Instead the set H of basis functions with a weight at a
+//! contact is left out: c = 0 there, and no held cell moves. Among the c that are zero on H, the
+//! one that lowers the bound of the energy most is
 //!
 //! ```text
 //! c = B g - B_H (B_HH)^-1 (B g)_H
 //! ```
 //!
-//! for which c' (A + R) c = g . c still holds, hence the certificate of
-//! [`track`](crate::Track). The principal submatrix `B_HH` is positive definite as B is; its
-//! Cholesky factor is worked out when the contacts change. With more than [`DEFLATED_MAX`] hats in H,
-//! or where rounding makes a pivot too small, there is no coarse level until they change again.
+//! for which c' (A + R) c = g . c still holds, hence the certificate of [`track`](crate::Track).
+//! The principal submatrix `B_HH` is positive definite as B is; its Cholesky factor is worked out
+//! when the contacts change. With more than [`DEFLATED_MAX`] basis functions in H, or where
+//! rounding makes a pivot too small, there is no coarse level until they change again.
 //!
 //! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (hats + k) a sweep.
 
@@ -24,12 +24,12 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Most hats that are taken out.
+/// Most basis functions that are taken out.
 pub(crate) const DEFLATED_MAX: usize = 64;
 /// Smallest pivot, in the diagonal element.
 const PIVOT_MIN: f32 = 1.0e-5;
-/// What may be left of c at the hats taken out, over what was there: above that the factor is no
-/// good.
+/// What may be left of c at the basis functions taken out, over what was there: above that the
+/// factor is no good.
 const LEFT_MAX: f32 = 1.0e-2;
 
 /// Blocks of a row of the factor.
@@ -39,19 +39,20 @@ const fn row_blocks(functions: usize) -> usize {
     if row == 0 { 1 } else { row }
 }
 
-/// Room that the coarse level needs for `functions` basis functions and a probe \[blocks of eight `f32`\].
+/// Room that the coarse level needs for `functions` basis functions and a probe \[blocks of eight
+/// `f32`\].
 ///
-/// With K = min(hats, 64) rounded up to a multiple of 8: six vectors over the hats, K numbers of
-/// hats, K sums for each axis, K^2 elements of the factor.
+/// With K = min(`functions`, 64) rounded up to a multiple of 8: six vectors over the basis
+/// functions, K numbers of basis functions, K sums for each axis, K^2 elements of the factor.
 #[must_use]
 pub const fn probe_room(functions: usize) -> usize {
     let row = row_blocks(functions);
     6 * functions.div_ceil(LANES) + row * (4 + LANES * row)
 }
 
-/// What stands behind the vectors in the room.
+/// What lies behind the vectors in the room.
 struct Deflated<'a> {
-    /// Numbers of the hats, ascending.
+    /// Numbers of the basis functions, ascending.
     functions: &'a mut [f32],
     /// Three sums each.
     sums: &'a mut [[f32; 3]],
@@ -75,7 +76,7 @@ impl<'a> Deflated<'a> {
         vector(self.factor, self.row, i).as_flattened()
     }
 
-    /// Works out the factor of the first `count` hats; whether that could be done.
+    /// Works out the factor of the first `count` basis functions; whether that could be done.
     fn factorise(&mut self, of: &CoarseBasis<'_>, count: usize) -> bool {
         // The compiler is to know here too that a row is neither empty nor beyond counting.
         let row = self.row.clamp(1, DEFLATED_MAX / LANES);
@@ -144,8 +145,8 @@ impl<'a> Deflated<'a> {
     }
 }
 
-/// Finds the hats that reach the contacts and factorises their part of the inverse; their number,
-/// or `None` where they are too many or the factor does not exist.
+/// Finds the basis functions that reach the contacts and factorises their part of the inverse;
+/// their number, or `None` where they are too many or the factor does not exist.
 pub(crate) fn deflate<N: Number>(
     basis: &CoarseBasis<'_>,
     room: &mut [Eight],
@@ -174,7 +175,8 @@ pub(crate) fn deflate<N: Number>(
     taken.factorise(basis, count).then_some(count as u16)
 }
 
-/// Takes the first `count` hats that stand in the room out of c = B g; whether the rest is sound.
+/// Takes the first `count` basis functions that stand in the room out of c = B g; whether the rest
+/// is sound.
 #[inline(always)]
 pub(crate) fn solve_deflated<V: F32x8>(
     basis: &CoarseBasis<'_>,
@@ -242,7 +244,7 @@ mod tests {
         cells.iter().copied().map(Contact::new).collect()
     }
 
-    /// Both sides of the solution without the hats of some contacts, by hat; and g . c.
+    /// Both sides of the solution without the basis functions of some contacts, by hat; and g . c.
     fn solved(
         model: &Model<'_>,
         held: &[Contact],
@@ -325,7 +327,7 @@ mod tests {
         let mut taken = Deflated::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
         (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
         assert!(taken.factorise(&basis, 1) && !taken.factorise(&basis, 2));
-        // A factor of other hats leaves something at these.
+        // A factor of other basis functions leaves something at these.
         (taken.functions[0], taken.functions[1]) = (3.0, 4.0);
         assert!(taken.factorise(&basis, 2));
         (taken.functions[0], taken.functions[1]) = (0.0, 9.0);

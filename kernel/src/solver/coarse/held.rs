@@ -7,15 +7,16 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Room that the coarse level needs for `functions` basis functions and up to `held` held cells \[blocks of eight `f32`\].
+/// Room that the coarse level needs for `functions` basis functions and up to `held` held cells
+/// \[blocks of eight `f32`\].
 #[must_use]
-pub const fn hats_room(functions: usize, held: usize) -> usize {
+pub const fn coarse_room(functions: usize, held: usize) -> usize {
     functions.div_ceil(LANES) * (6 + 2 * held)
 }
 
 /// Works out the corrections of the inverse for cells that the tool will hold, into the room.
 ///
-/// Cost: 2 hats^2 a cell and more with every cell; outside the tick.
+/// Cost: 2 n^2 a cell and more with every cell; outside the tick.
 pub(crate) fn hold<N: Number>(
     model: &Model<'_>,
     basis: &CoarseBasis<'_>,

@@ -1,7 +1,8 @@
-//! The loops between cells and hats, cell by cell: restriction and the coarse update.
+//! The loops between cells and basis functions, cell by cell: restriction and the coarse update.
 //!
-//! Hats are summed up as over pairs of cells: the first cells of the pairs, then the second ones,
-//! then both together. A box keeps its eight hats, or their sums, in registers.
+//! Basis functions are summed up as over pairs of cells: the first cells of the pairs, then the
+//! second ones, then both together. A box keeps its eight basis functions, or their sums, in
+//! registers.
 
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_HAT;

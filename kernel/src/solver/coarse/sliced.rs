@@ -1,7 +1,8 @@
-//! The loops between cells and hats, two cells side by side: restriction and the coarse update.
+//! The loops between cells and basis functions, two cells side by side: restriction and the coarse
+//! update.
 //!
-//! A box keeps its eight hats in registers while its cells go by. Where a box has an odd number of
-//! cells its last one stands twice, the second time without weights.
+//! A box keeps its eight basis functions in registers while its cells go by. Where a box has an odd
+//! number of cells its last one stands twice, the second time without weights.
 
 #![allow(unsafe_code)]
 

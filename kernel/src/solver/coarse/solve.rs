@@ -12,7 +12,7 @@ use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 pub(crate) enum Coarse {
     /// By the corrections of so many held cells, which stand in the room.
     Corrected(usize),
-    /// Without so many hats, whose factor stands in the room.
+    /// Without so many basis functions, whose factor stands in the room.
     Deflated(u16),
 }
 
@@ -72,7 +72,8 @@ impl Work for Solve<'_, '_> {
     }
 }
 
-/// N blocks of eight `f32` of c = B g on all axes, summed over the hats in ascending order.
+/// N blocks of eight `f32` of c = B g on all axes, summed over the basis functions in ascending
+/// order.
 #[inline(always)]
 fn columns<V: F32x8, const N: usize>(
     inverse: &[Eight],

@@ -1,6 +1,6 @@
 //! Corrections for held cells against dense matrices in double precision.
 
-use super::held::{hats_room, hold};
+use super::held::{coarse_room, hold};
 use super::*;
 use crate::backend::{VectorUnit, run};
 use crate::model::Model;
@@ -18,7 +18,7 @@ pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/bo
 fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, f64) {
     let basis = model.coarse_basis.unwrap();
     let blocks = basis.blocks();
-    let mut room = vec![[0.0_f32; LANES]; hats_room(basis.count, held.len())];
+    let mut room = vec![[0.0_f32; LANES]; coarse_room(basis.count, held.len())];
     hold(model, &basis, &mut room, held);
     for axis in 0..3 {
         for hat in 0..basis.count {

@@ -62,7 +62,8 @@ impl Moved {
 /// The loops over links and cells, in the shape that suits number and machine; sealed.
 #[allow(private_interfaces)]
 pub trait Loops: LinkNumber {
-    /// Whether the hats of a model are used; without, `track` goes by its own cells alone.
+    /// Whether the coarse level of a model is used; without it `track` takes the residuals of its
+    /// cells alone.
     const COARSE: bool;
 
     /// One pass at the states `v`: residuals of awake slices, contact cells driven; gives
@@ -87,7 +88,7 @@ pub trait Loops: LinkNumber {
         scalar::track::residual(terms, awake, points, contacts)
     }
 
-    /// The update of `track` without hats.
+    /// The update of `track` without a coarse level.
     fn track_step(
         terms: Terms<'_, '_>,
         awake: &Awake,
@@ -141,7 +142,7 @@ impl Loops for I8F24 {
     const COARSE: bool = false;
 }
 
-/// The hats of the model, where the number uses them.
+/// The coarse basis of the model, where the number type uses it.
 pub(crate) fn coarse_basis<'m, N: Loops>(model: &Model<'m>) -> Option<CoarseBasis<'m>> {
     model.coarse_basis.filter(|_| N::COARSE)
 }

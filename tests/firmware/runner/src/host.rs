@@ -83,7 +83,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         state: &mut vec![Cell::ZERO; cells],
         residual: &mut vec![Cell::ZERO; D::RESIDUALS * cells],
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],
-        room: &mut vec![[0.0; 8]; D::room_octets(&ready.model, held)],
+        room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
     };
     act.act(ready.scene, tissue)

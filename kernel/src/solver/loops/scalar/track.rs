@@ -54,7 +54,7 @@ pub(crate) fn step<N: Loops>(
     let mut moved = Moved::NOTHING;
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
-        // Whoever was under way has woken his neighbours.
+        // The neighbours of cells that moved before are awake.
         let started = if awake.spread.contains(slice) {
             update::<N, false>(model, &cells, points, factors, &mut moved.beyond)
         } else {

@@ -1,5 +1,5 @@
-//! Passes and updates over slices, on the machine's unit and in plain Rust, against those that visit
-//! every link once and cell after cell.
+//! Passes and updates over slices, on the machine's unit and in plain Rust, against those that
+//! visit every link once and cell after cell.
 
 mod body;
 
@@ -133,7 +133,7 @@ impl Case {
             *before = *at;
         }
         published.rotate_left(1);
-        let mut awake = Awake::NOBODY;
+        let mut awake = Awake::NONE;
         awake.wake_all(model);
         if !self.held.is_empty() {
             awake.spread = SliceSet::EMPTY;
@@ -189,7 +189,7 @@ impl Place {
                 signs.map(|up| if up { COORDINATE_MAX } else { -COORDINATE_MAX })
             }
         };
-        // There is one zero in the state.
+        // -0.0 becomes +0.0.
         position.map(|x| x + 0.0)
     }
 }
