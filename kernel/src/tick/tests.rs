@@ -6,8 +6,9 @@ use std::vec::Vec;
 use fixed::types::I8F24;
 use nalgebra::Vector3;
 
+use super::choices::{Drive, Unloading};
 use super::sample::{Flags, ToolSample};
-use super::settings::{Drive, Network, Settings, Unloading};
+use super::settings::{Network, Settings};
 use super::tissue::Tissue;
 use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
