@@ -3,7 +3,7 @@
 
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Choice, Flags, Model, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolSample, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{case, holds, sample, shape};

@@ -9,7 +9,7 @@ use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
 use super::pictures;
 use super::press::{Errors, FIRST_TICK, PressRow};
-use super::recommend::{BUDGETS_US, Choice, ERROR_MAX, choose};
+use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
 use super::tables::{Table, csv, duration, percent, us};
 use super::worst;
 use chaincell_host::error::Result;
@@ -129,8 +129,8 @@ fn budgets(report: &Report) -> String {
 }
 
 /// A budget's setting with its figures.
-fn choice(choice: Option<Choice<'_>>) -> Vec<String> {
-    let Some(Choice { qualifies, row }) = choice else {
+fn choice(choice: Option<Recommended<'_>>) -> Vec<String> {
+    let Some(Recommended { qualifies, row }) = choice else {
         let mut cells = vec!["none: every setting takes longer".to_owned()];
         cells.resize(6, "-".to_owned());
         return cells;
