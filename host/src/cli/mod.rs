@@ -26,7 +26,7 @@ use std::process::ExitCode;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::terminal;
 
@@ -39,8 +39,10 @@ pub fn process(command: Command, execute: impl FnOnce() -> Result<()>) -> ExitCo
     match interrupt::install().and_then(|()| execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            let why_named = options::named(&why.to_string(), &[command, Cli::command()]);
-            terminal::note(format_args!("{}: {why_named}", own_name()));
+            if !matches!(why, Error::Reported(_)) {
+                let why_named = options::named(&why.to_string(), &[command, Cli::command()]);
+                terminal::note(format_args!("{}: {why_named}", own_name()));
+            }
             ExitCode::from(why.exit_code())
         }
     }

@@ -21,6 +21,7 @@ use crate::session::supervise::{CosimOptions, CosimReports, cosim};
 use crate::session::timing::clock::MILLISECOND_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
+use crate::words::counted;
 
 /// Ticks of each measurement of the machine's floor: a second and a half.
 const FLOOR_TICKS: u32 = 1500;
@@ -54,6 +55,15 @@ impl LoopArgs {
     pub fn check(&self) -> Result<()> {
         let scene = Scene::open(self.scene.as_deref(), &Domain::default())?;
         scene.serve_ports(false).map(|_| ())
+    }
+
+    /// How a side ends that has printed its report: where another process of this program reads
+    /// the report, that one tells the user what went wrong.
+    pub fn after_report(&self, outcome: Result<()>) -> Result<()> {
+        outcome.map_err(|why| match self.ends_with_parent {
+            true => Error::Reported(why.exit_code()),
+            false => why,
+        })
     }
 
     /// The same arguments for the two child processes, and a report from each.
@@ -177,5 +187,5 @@ fn wait_name(wait: Wait) -> OsString {
 
 /// Size in a line, for headings.
 pub fn describe(model: &Model<'_>) -> String {
-    format!("{} cells, {} links", model.cells(), model.links())
+    format!("{}, {}", counted(model.cells(), "cell"), counted(model.links(), "link"))
 }
