@@ -14,11 +14,11 @@ mod options;
 mod replay;
 pub mod reports;
 mod run;
-pub mod scene;
 mod serve;
 pub mod session;
 mod stage;
 mod state;
+pub mod tissue;
 
 pub use bake::BodyArgs;
 

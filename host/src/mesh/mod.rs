@@ -124,13 +124,13 @@ impl Default for MeshOptions {
 
 /// What a reader takes from a file.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct RawMesh {
+pub struct RawMesh {
     /// `[node][axis]` in metres, in file order.
-    nodes_m: Vec<[f64; 3]>,
+    pub nodes_m: Vec<[f64; 3]>,
     /// Positions of four different nodes each.
-    tetrahedra: Vec<[u32; 4]>,
+    pub tetrahedra: Vec<[u32; 4]>,
     /// Sorted unique nodes by group.
-    groups: BTreeMap<String, Vec<u32>>,
+    pub groups: BTreeMap<String, Vec<u32>>,
 }
 
 impl From<RawMesh> for Mesh {
@@ -218,7 +218,12 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
     parse(path, &bytes, unit_m)
 }
 
-fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+/// The nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is metres
+/// per unit of its coordinates. The format is told by the path's extension and the first bytes.
+///
+/// # Errors
+/// Place and remedy of the first thing that cannot be read.
+pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     let head = &bytes[..bytes.len().min(256)];
     if bytes.is_empty() {
         return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));

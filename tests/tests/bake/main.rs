@@ -4,4 +4,5 @@ mod bad_mesh;
 mod cells;
 mod crafted_models;
 mod mesh_formats;
+mod readers;
 mod scenes;

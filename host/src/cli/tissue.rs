@@ -17,7 +17,7 @@ const TICK_S: f32 = 1e-3;
 
 /// Contact, dynamics and limits.
 #[derive(Debug, Clone, clap::Args)]
-pub struct SceneArgs {
+pub struct TissueArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
     /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
@@ -66,7 +66,7 @@ pub struct SceneArgs {
 
 /// Every parameter in force, for summaries.
 #[derive(Debug, Clone, Serialize)]
-pub struct SceneReport {
+pub struct TissueReport {
     #[serde(serialize_with = "choice::serialize")]
     dynamics: Scheme,
     #[serde(serialize_with = "choice::serialize")]
@@ -97,7 +97,7 @@ pub struct SceneReport {
     model_checksum: String,
 }
 
-impl SceneArgs {
+impl TissueArgs {
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
         let defaults = self.dynamics.settings(&model, self.sweeps);
@@ -224,7 +224,7 @@ impl SceneArgs {
     }
 
     /// Every parameter in force.
-    pub fn report(&self, engine: &Engine<'_>) -> SceneReport {
+    pub fn report(&self, engine: &Engine<'_>) -> TissueReport {
         let (model, settings) = (engine.network().model(), engine.network().settings());
         let mut contact_nodes: Vec<u32> =
             engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
@@ -235,7 +235,7 @@ impl SceneArgs {
         };
         let by_tick = self.dynamics.goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
-        SceneReport {
+        TissueReport {
             dynamics: self.dynamics,
             number: self.number,
             sweeps_per_tick: settings.sweeps,
