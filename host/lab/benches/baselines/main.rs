@@ -1,7 +1,7 @@
 //! The press test beside other engines, same links, one thread, one process:
 //!
 //! ```sh
-//! cargo bench -p chaincell-host --features peers --bench peers [-- --json]
+//! cargo bench -p chaincell-lab --features baselines --bench baselines [-- --json]
 //! ```
 //!
 //! Jolt's build script takes a checked prebuilt library from the net; without one it needs CMake
