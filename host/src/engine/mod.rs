@@ -23,7 +23,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use tissue::{Node, Refusal};
 
-/// `--dynamics`: the scheme that moves the network.
+/// The scheme that moves the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
@@ -61,7 +61,7 @@ impl Scheme {
     }
 }
 
-/// `--number`: what cells and links are computed in.
+/// What cells and links are computed in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arithmetic {

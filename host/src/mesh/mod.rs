@@ -95,15 +95,15 @@ fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> St
 /// How a body is read and what is tolerated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
-    /// `--units`: metres in one unit of a file's coordinates. Generators always use metres.
+    /// Metres in one unit of a file's coordinates. Generators always use metres.
     pub unit_m: f64,
-    /// `--diagonals`: link both diagonals of each square of a plane.
+    /// Link both diagonals of each square of a plane.
     pub diagonals: bool,
-    /// `--drop-unused`: list nodes without a link in [`Mesh::unused`] instead of refusing them.
+    /// List nodes without a link in [`Mesh::unused`] instead of refusing them.
     pub drop_unused: bool,
-    /// `--allow-parts`: accept a body of several unconnected parts.
+    /// Accept a body of several unconnected parts.
     pub allow_parts: bool,
-    /// `--rings`: nodes at most so many edges apart are linked, 1 or more.
+    /// Nodes at most so many edges apart are linked, 1 or more.
     pub rings: u32,
     /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] where groups of them become cells.
     pub nodes_max: usize,
