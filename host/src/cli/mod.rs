@@ -1,6 +1,7 @@
 //! The command line: one file a command, shared arguments beside them.
 
 mod bake;
+pub mod choice;
 mod command;
 mod control;
 mod cosim;

@@ -17,62 +17,11 @@ use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
     Settings, TickOutput, TissueMut, ToolSample, Track,
 };
-use clap::ValueEnum;
-use serde::Serialize;
+
+pub use chaincell_kernel::{Arithmetic, Scheme};
 
 use crate::error::{Error, Result};
 use tissue::{Node, Refusal};
-
-/// The scheme that moves the network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// The paper's own: one explicit step of common size a sweep; time is physical.
-    Euler,
-    /// Conjugate directions under the energy guard, with a coarse level: follows the equilibrium.
-    #[default]
-    Track,
-    /// Runge-Kutta-Legendre of first order: fast, robust relaxation, its way only roughly right.
-    Rkl1,
-    /// Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound.
-    Rkl2,
-    /// Cell by cell in place, over-relaxed: the least RAM; needs a model baked with --colours.
-    GaussSeidel,
-}
-
-impl Scheme {
-    /// The defaults of a scheme with a number of sweeps a tick: the schemes that advance by the
-    /// tick's time are asked for what those sweeps cover.
-    #[must_use]
-    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
-        let defaults = Settings::for_model(model);
-        let tick_time = match self {
-            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
-            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
-            Self::Euler | Self::Track | Self::GaussSeidel => defaults.tick_time,
-        };
-        Settings { sweeps, tick_time, ..defaults }
-    }
-
-    /// Whether [`Settings::tick_time`] is what the scheme goes by.
-    #[must_use]
-    pub fn goes_by_tick(self) -> bool {
-        matches!(self, Self::Rkl1 | Self::Rkl2)
-    }
-}
-
-/// What cells and links are computed in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Arithmetic {
-    /// Single precision, correctly rounded: every target with an FPU, all schemes.
-    #[default]
-    F32,
-    /// Fixed point, 8.24 bits: targets without an FPU; euler and track without hats.
-    Fixed,
-    /// Double precision: for comparison on this machine; euler and track without hats.
-    F64,
-}
 
 /// What the tool touches while engaged.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,8 +61,8 @@ impl<D: Dynamics> Memory<D> {
     fn new(model: &Model<'_>, contact: &Contact) -> Self {
         let (cells, slots) = (model.cells(), contact.slots());
         let room = match contact {
-            Contact::Cells(_) => D::room_octets(model, slots),
-            Contact::Probe { .. } => D::probe_octets(model),
+            Contact::Cells(_) => D::room_blocks(model, slots),
+            Contact::Probe { .. } => D::probe_blocks(model),
         };
         Self {
             head: Head::NEW,

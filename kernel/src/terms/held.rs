@@ -1,7 +1,8 @@
 //! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
 
 use super::links::number::LinkNumber;
-use super::pass::Terms;
+use super::residual::Terms;
+use super::term::Term;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, scale, sub};
@@ -49,12 +50,12 @@ pub enum ContactError {
     Order(usize),
     /// The tissue was not reset to this network.
     Model,
-    /// The tissue has too little room to hold that many cells against the model's hats: size it
-    /// with [`hats_room`](crate::hats_room).
-    Hats {
-        /// Octets needed.
+    /// The tissue has too little room to hold that many cells against the model's coarse level:
+    /// size it with [`coarse_room`](crate::coarse_room).
+    CoarseRoom {
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
     /// The tool is engaged: cells change hands only while it is not.
@@ -67,12 +68,12 @@ pub enum ContactError {
     },
     /// A probe touches surface cells, and the model has none.
     NoSurface,
-    /// The tissue has too little room for a probe and the model's hats: size it with
+    /// The tissue has too little room for a probe and the model's coarse level: size it with
     /// [`probe_room`](crate::probe_room).
-    ProbeHats {
-        /// Octets needed.
+    ProbeRoom {
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
 }
@@ -87,9 +88,10 @@ impl core::fmt::Display for ContactError {
             Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
             Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
             Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
-            Self::Hats { needed, room } => write!(
+            Self::CoarseRoom { needed, room } => write!(
                 f,
-                "holding these cells needs {needed} octets of room for the hats, there are {room}"
+                "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
+                 room for {room}"
             ),
             Self::Engaged => f.write_str("the tool is engaged: release it first"),
             Self::Radius { max_m } => {
@@ -99,10 +101,10 @@ impl core::fmt::Display for ContactError {
                 "the model has no surface that a probe could touch: bake a mesh with triangles or \
                  tetrahedra, or name cells",
             ),
-            Self::ProbeHats { needed, room } => write!(
+            Self::ProbeRoom { needed, room } => write!(
                 f,
-                "a probe needs {needed} octets of room for the hats, there are {room}: size it \
-                 with probe_room, or bake with --hats none"
+                "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
+                 {room}: size it with probe_room, or bake with --hats none"
             ),
         }
     }
@@ -147,14 +149,14 @@ pub(crate) fn each_outer_link<N: LinkNumber>(
     }
 }
 
-/// Weight of the links between held and other cells.
+/// Weight of the links between held and other cells, and of the other terms at the held cells.
 pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
     each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
-    weight
+    held.iter().fold(weight, |weight, held| model.others.add_move(held.cell(), 1.0, weight))
 }
 
-/// What the links of the held cells store.
+/// What the terms store at the held cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Touched {
     /// Sum of w d^2, four times their energy.
@@ -163,7 +165,7 @@ pub(crate) struct Touched {
     pub scale: f32,
 }
 
-/// Sums over the links of the held cells, each link once.
+/// Sums over the terms at the held cells, each link once.
 pub(crate) fn touched<N: LinkNumber>(
     terms: Terms<'_, '_>,
     v: &[Cell<N>],
@@ -182,10 +184,11 @@ pub(crate) fn touched<N: LinkNumber>(
             }
         }
     }
+    terms.model.others.touched(held, &|cell| links.published(v, cell), &mut sums);
     sums
 }
 
-/// Force of the links on the held cells, in internal units. Links between two held cells pull on
+/// Force of the terms on the held cells, in internal units. Links between two held cells pull on
 /// both alike and drop out.
 pub(crate) fn force<N: LinkNumber>(
     terms: Terms<'_, '_>,
@@ -199,11 +202,15 @@ pub(crate) fn force<N: LinkNumber>(
             sum = add(sum, on.force);
         }
     });
+    for cell in held.iter().map(Contact::cell) {
+        let here = links.published(v, cell);
+        terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+    }
     sum
 }
 
 /// The longest move that keeps the energy within `energy_max`: a move D raises sqrt(E) by at most
-/// sqrt(W) |D| / 2, W = weight of the links between moved and other cells.
+/// sqrt(W) |D| / 2, W = [`outer_weight`].
 pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
     let room = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
     if outer_weight <= 0.0 {

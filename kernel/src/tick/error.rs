@@ -16,12 +16,12 @@ pub enum ResetError {
         /// Room.
         capacity: usize,
     },
-    /// The model has hats, for which the scheme has too little room: size it with
-    /// [`hats_room`](crate::hats_room), or bake the model without hats.
-    Hats {
-        /// Octets needed.
+    /// The model has a coarse level, for which the scheme has too little room: size it with
+    /// [`coarse_room`](crate::coarse_room), or bake the model without one.
+    CoarseRoom {
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
     /// The scheme goes by colours, and the model has none: bake it with `--colours`.
@@ -38,10 +38,10 @@ impl fmt::Display for ResetError {
             Self::Capacity { needed, capacity } => {
                 write!(f, "the model has {needed} cells, the tissue room for {capacity}")
             }
-            Self::Hats { needed, room } => write!(
+            Self::CoarseRoom { needed, room } => write!(
                 f,
-                "the model's hats need {needed} octets of room, the tissue has {room}: size it with \
-                 hats_room, or bake with --hats none"
+                "the model's coarse level needs {needed} blocks of eight f32, the tissue has {room}: \
+                 size it with coarse_room, or bake with --hats none"
             ),
             Self::Colours => f.write_str("the model has no colours: bake it with --colours"),
             Self::Range(why) => write!(f, "{why}"),

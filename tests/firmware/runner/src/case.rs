@@ -158,7 +158,7 @@ pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Resul
         None => Scene {
             name: case.name,
             scheme: case.scheme,
-            tiers: &Tier::ALL,
+            tiers: Tier::ALL,
             image,
             cells: model.cells(),
             held: Box::leak(held(&model)?.into_boxed_slice()),
