@@ -28,7 +28,7 @@ const SUPPORT_MIN: f32 = 1.0e-2;
 /// as fast.
 const RINGS_MIN: usize = 5;
 
-/// `--hats`: how far apart the hats stand.
+/// How far apart the hats stand.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum HatSpacing {
     /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none

@@ -48,25 +48,25 @@ impl PerCell {
 /// What the bake may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BakeOptions {
-    /// `--alpha`: half-width of the band in rest lengths, in [0, 1).
+    /// Half-width of the band in rest lengths, in [0, 1).
     pub alpha: PerCell,
-    /// `--stiffness-n-per-m` of a link [N/m].
+    /// Stiffness of a link \[N/m\].
     pub stiffness_n_per_m: PerCell,
-    /// `--k-m`: saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
+    /// Saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
     pub saturation_m: Option<f64>,
-    /// `--r-x`: cell resistance.
+    /// Cell resistance.
     pub resistance: f64,
-    /// `--capacitance`: cell capacitance C.
+    /// Cell capacitance C.
     pub capacitance: f64,
-    /// `--energy-max-j`: what a tool may load into the body \[J\].
+    /// What a tool may load into the body \[J\].
     pub energy_max_j: Option<f64>,
-    /// `--hats`: the coarse level of `track`.
+    /// The coarse level of `track`.
     pub hats: HatSpacing,
-    /// `--colours`: add the order that `gauss-seidel` needs.
+    /// Add the order that `gauss-seidel` needs.
     pub colours: bool,
-    /// `--lean`: leave out what only a display or a vector unit needs.
+    /// Leave out what only a display or a vector unit needs.
     pub lean: bool,
-    /// `--cells`: groups of nodes, each of them a cell; every node is one if absent.
+    /// Groups of nodes, each of them a cell; every node is one if absent.
     pub cells: Option<usize>,
 }
 
