@@ -11,6 +11,9 @@ pub enum Error {
     Input(String),
     /// Interrupted, results so far written: exit code 130.
     Interrupted,
+    /// As another error with this exit code, whose cause stands in the report that the parent
+    /// process reads and tells: nothing is printed.
+    Reported(u8),
 }
 
 /// Result of a host operation.
@@ -39,6 +42,7 @@ impl Error {
             Self::Check(_) => 1,
             Self::Input(_) => 2,
             Self::Interrupted => 130,
+            Self::Reported(code) => *code,
         }
     }
 }
@@ -48,6 +52,7 @@ impl fmt::Display for Error {
         match self {
             Self::Check(text) | Self::Input(text) => f.write_str(text),
             Self::Interrupted => f.write_str("interrupted; any results so far are written"),
+            Self::Reported(_) => f.write_str("the report says why"),
         }
     }
 }

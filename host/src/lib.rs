@@ -2,7 +2,8 @@
 //!
 //! Each module uses only those above it:
 //!
-//! - [`error`], [`terminal`], [`interrupt`]: errors with exit codes, printing, Ctrl-C.
+//! - [`words`], [`error`], [`terminal`], [`interrupt`]: counts in words, errors with exit codes,
+//!   printing, Ctrl-C.
 //! - [`choice`]: the kernel's choices in JSON and in sentences.
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
@@ -21,3 +22,4 @@ pub mod interrupt;
 pub mod mesh;
 pub mod session;
 pub mod terminal;
+pub mod words;

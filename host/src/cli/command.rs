@@ -11,6 +11,7 @@ use crate::session::ipc::payload::CommandMessage;
 use crate::session::ipc::services::{Domain, Scene};
 use crate::session::timing::clock::SECOND_NS;
 use crate::terminal;
+use crate::words::counted;
 
 /// Longest wait for the reply \[ns\].
 const REPLY_NS: u64 = 5 * SECOND_NS;
@@ -88,8 +89,10 @@ pub fn execute(args: &Args) -> Result<()> {
         return terminal::say_json(&report);
     }
     terminal::say(format_args!(
-        "done after tick {}, {} ticks answered; state hash {}",
-        report.tick, report.ticks_answered, report.state_hash
+        "done after tick {}, {} answered; state hash {}",
+        report.tick,
+        counted(report.ticks_answered, "tick"),
+        report.state_hash
     ))
 }
 

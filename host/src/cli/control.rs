@@ -12,6 +12,7 @@ use crate::files::path::{self, Rules};
 use crate::session::ipc::payload::ToolPose;
 use crate::session::loops::control::{ControlOptions, ControlReport, control};
 use crate::terminal;
+use crate::words::counted;
 
 /// Send tool poses at 1 kHz to a served scene and time its answers.
 #[derive(Debug, clap::Args)]
@@ -125,16 +126,18 @@ pub fn execute(args: &Args) -> Result<()> {
     };
     let report = control(&poses, &options)?.report;
     print(args, &report)?;
-    if report.interrupted {
+    let outcome = if report.interrupted {
         Err(Error::Interrupted)
     } else if report.ticks_unanswered > 0 {
         Err(Error::check(format!(
-            "{} of {} poses were not answered",
-            report.ticks_unanswered, report.ticks_sent
+            "not answered: {} of {}",
+            report.ticks_unanswered,
+            counted(report.ticks_sent, "pose")
         )))
     } else {
         Ok(())
-    }
+    };
+    args.common.after_report(outcome)
 }
 
 fn print(args: &Args, report: &ControlReport) -> Result<()> {
@@ -143,14 +146,22 @@ fn print(args: &Args, report: &ControlReport) -> Result<()> {
     }
     tell_refused(&report.refused);
     terminal::say(format_args!(
-        "{} poses sent, {} answered, {} later than 1 ms",
-        report.ticks_sent, report.ticks_answered, report.missed_deadlines
+        "{} sent, {} answered, {} later than 1 ms",
+        counted(report.ticks_sent, "pose"),
+        report.ticks_answered,
+        report.missed_deadlines
+    ))?;
+    terminal::say(format_args!(
+        "  flags       {}; watchdog of the tissue in {}",
+        report.flag_ticks,
+        counted(report.stale_answers, "message")
     ))?;
     terminal::say(format_args!("  round trip  {}", report.round_trip_ns.in_us()))?;
     terminal::say(format_args!("  sent late   {}", report.send_late_ns.in_us()))?;
     terminal::say(format_args!(
-        "  force       largest step {} N, {} silences",
-        report.largest_force_step_n, report.silences
+        "  force       largest step {} N, {}",
+        report.largest_force_step_n,
+        counted(report.silences, "silence")
     ))?;
     tell_injected(report.injected.as_ref())?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))

@@ -13,6 +13,7 @@ use super::scene::{SceneArgs, SceneReport};
 use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
 use super::stage::{StageArgs, StageReport};
 use crate::bake::organ;
+use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
@@ -24,8 +25,11 @@ use crate::interrupt;
 use crate::session::loops::inject::Injected;
 use crate::session::loops::peers::PeerCost;
 use crate::session::loops::record::Recorder;
+use crate::session::loops::serve::Ending;
+use crate::session::timing::clock::PERIOD_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
+use crate::words::counted;
 
 /// Run tissue and controller as two processes at 1 kHz, then replay what was received.
 #[derive(Debug, clap::Args)]
@@ -69,6 +73,7 @@ struct CosimSummary {
     ticks_answered: u64,
     ticks_unanswered: u64,
     missed_deadlines: u64,
+    flag_ticks: FlagTicks,
     step_ns: Summary,
     round_trip_ns: Summary,
     floor_wakeup_ns: Summary,
@@ -81,6 +86,8 @@ struct CosimSummary {
     state_hash: String,
     replay_state_hash: String,
     interrupted: bool,
+    /// Sides that did not end by themselves in time and were stopped, though nobody interrupted.
+    stopped: Vec<&'static str>,
     refused: Vec<String>,
     #[serde(flatten)]
     scene: SceneReport,
@@ -165,6 +172,10 @@ fn summary(
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
     let (serve, control) = (reports.serve, reports.control);
+    let ended_early =
+        [("serve", serve.ended_by == Ending::Interrupt), ("control", control.interrupted)];
+    let stopped = ended_early.into_iter().filter(|(_, early)| *early && !reports.interrupted);
+    let stopped = stopped.map(|(side, _)| side);
     let mut refused = serve.refused;
     refused.extend(control.refused);
     refused.sort();
@@ -176,6 +187,7 @@ fn summary(
         ticks_answered: control.ticks_answered,
         ticks_unanswered: control.ticks_unanswered,
         missed_deadlines: control.missed_deadlines,
+        flag_ticks: serve.flag_ticks,
         step_ns: serve.step_ns,
         round_trip_ns: control.round_trip_ns,
         floor_wakeup_ns: floor.floor_wakeup_ns,
@@ -188,6 +200,7 @@ fn summary(
         state_hash: serve.state_hash,
         replay_state_hash,
         interrupted: reports.interrupted,
+        stopped: stopped.collect(),
         refused,
         scene: args.scene.report(tissue.engine()),
         stage: args.stage.report(),
@@ -200,9 +213,12 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     }
     tell_refused(&summary.refused);
     terminal::say(format_args!(
-        "{} of {} ticks answered, {} later than 1 ms after the scheduled send",
-        summary.ticks_answered, summary.ticks_sent, summary.missed_deadlines
+        "{} of {} answered, {} later than 1 ms after the scheduled send",
+        summary.ticks_answered,
+        counted(summary.ticks_sent, "tick"),
+        summary.missed_deadlines
     ))?;
+    terminal::say(format_args!("  {:<18}{}", "flags", summary.flag_ticks))?;
     session::tell_latencies(&[
         ("kernel step", &summary.step_ns),
         ("round trip", &summary.round_trip_ns),
@@ -242,11 +258,36 @@ fn judge(summary: &CosimSummary) -> Result<()> {
     } else if summary.interrupted {
         Err(Error::Interrupted)
     } else if summary.ticks_unanswered > 0 {
+        Err(Error::check(unanswered(summary)))
+    } else if let Some(stopped) = summary.stopped.first() {
         Err(Error::check(format!(
-            "{} of {} ticks were not answered",
-            summary.ticks_unanswered, summary.ticks_sent
+            "{stopped} was stopped before its end, after {} of the press",
+            counted(summary.ticks_sent, "tick")
         )))
     } else {
         Ok(())
     }
+}
+
+/// Which ticks have no answer, and what is known of the cause.
+fn unanswered(summary: &CosimSummary) -> String {
+    let mut text = format!(
+        "not answered: {} of {}",
+        summary.ticks_unanswered,
+        counted(summary.ticks_sent, "tick")
+    );
+    let step = &summary.step_ns;
+    if step.p99 > PERIOD_NS {
+        let ms = |ns: u64| ns as f64 * 1e-6;
+        text += &format!(
+            "; the tissue is overloaded: poses come every millisecond, a tick took {:.1} ms in the \
+             median and {:.1} ms at most; take fewer --sweeps or a smaller model",
+            ms(step.p50),
+            ms(step.max)
+        );
+    }
+    if summary.stopped.contains(&"serve") {
+        text += "; serve still waited for poses that were lost, and was stopped";
+    }
+    text
 }

@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use crate::error::{Error, Result};
 use crate::session::loops::inject::{Faults, Injected};
 use crate::terminal;
+use crate::words::counted;
 
 /// Faults between the schedule of poses and shared memory.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -53,15 +54,15 @@ impl InjectArgs {
 pub fn tell_injected(injected: Option<&Injected>) -> Result<()> {
     let Some(done) = injected else { return Ok(()) };
     terminal::say(format_args!(
-        "  injected    {} late, {} lost, {} twice, {} overtaken, {} no number, {} bursts, {} stops \
+        "  injected    {} late, {} lost, {} twice, {} overtaken, {} not a number, {}, {} \
          (seed {})",
         done.late,
         done.lost,
         done.duplicated,
         done.overtaken,
         done.nan,
-        done.bursts,
-        done.stops,
+        counted(done.bursts, "burst"),
+        counted(done.stops, "stop"),
         done.seed
     ))
 }

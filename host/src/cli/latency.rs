@@ -15,6 +15,7 @@ use crate::interrupt;
 use crate::session::timing::cold;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
+use crate::words::counted;
 
 /// Steps of `--worst`.
 const WORST_TICKS: u64 = 200;
@@ -104,7 +105,8 @@ pub fn execute(args: &Args) -> Result<()> {
     if session.reports.interrupted {
         Err(Error::Interrupted)
     } else if summary.ticks_answered != summary.ticks {
-        Err(Error::check(format!("{} of {} ticks answered", summary.ticks_answered, summary.ticks)))
+        let ticks = counted(summary.ticks, "tick");
+        Err(Error::check(format!("{} of {ticks} answered", summary.ticks_answered)))
     } else {
         Ok(())
     }
@@ -116,12 +118,12 @@ fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
     }
     tell_refused(&summary.refused);
     terminal::say(format_args!(
-        "{} cells, {} links, {} sweeps a tick, {} ticks, {} answers later than 1 ms",
-        summary.cells,
-        summary.links,
-        summary.sweeps_per_tick,
-        summary.ticks,
-        summary.missed_deadlines
+        "{}, {}, {} a tick, {}, {} later than 1 ms",
+        counted(summary.cells, "cell"),
+        counted(summary.links, "link"),
+        counted(summary.sweeps_per_tick, "sweep"),
+        counted(summary.ticks, "tick"),
+        counted(summary.missed_deadlines, "answer")
     ))?;
     if let Some(step) = &summary.worst_step_ns {
         session::tell_latencies(&[("worst step, cold", step)])?;

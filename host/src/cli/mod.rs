@@ -26,7 +26,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::{interrupt, terminal};
 
 /// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
@@ -38,7 +38,9 @@ pub fn process(execute: impl FnOnce() -> Result<()>) -> ExitCode {
     match interrupt::install().and_then(|()| execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
-            terminal::note(format_args!("{}: {why}", own_name()));
+            if !matches!(why, Error::Reported(_)) {
+                terminal::note(format_args!("{}: {why}", own_name()));
+            }
             ExitCode::from(why.exit_code())
         }
     }

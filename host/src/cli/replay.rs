@@ -12,6 +12,7 @@ use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use crate::files::recording::{self, Played, Stop};
 use crate::terminal;
+use crate::words::counted;
 
 /// Play a recorded trace again and compare the state after every tick, bit for bit.
 #[derive(Debug, clap::Args)]
@@ -106,7 +107,9 @@ pub fn execute(args: &Args) -> Result<()> {
         return Ok(());
     }
     terminal::say(format_args!(
-        "{ticks} ticks replayed to the same bits, {compared} state hashes compared"
+        "{} replayed to the same bits, {} compared",
+        counted(ticks, "tick"),
+        if compared == 1 { "1 state hash".into() } else { format!("{compared} state hashes") }
     ))?;
     if commands > 0 {
         terminal::say(format_args!("  {:<14}{commands}", "commands"))?;
@@ -147,7 +150,10 @@ fn judge(
         return Err(Error::check(format!("{path}: {why}")));
     }
     if let Some(end @ (End::Damaged(_) | End::Kind(..))) = end {
-        let why = format_args!("{end}; the {} ticks before it agree", report.ticks);
+        let why = format_args!(
+            "{end}; {} before it replayed to the same bits",
+            counted(report.ticks, "tick")
+        );
         return Err(Error::file("replay", trace, why));
     }
     if let Some(end @ End::Cut(_)) = end {

@@ -1,16 +1,17 @@
 //! `chaincell run`: a path offline, deterministic, without shared memory.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use chaincell_kernel::ToolSample;
 use chaincell_kernel::trace::Record;
-use chaincell_kernel::{Flags, ToolSample};
 use serde::Serialize;
 
 use super::model_file;
 use super::scene::{SceneArgs, SceneReport};
 use super::stage::{StageArgs, StageReport};
+use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -24,6 +25,7 @@ use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal;
+use crate::words::counted;
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
 #[derive(Debug, clap::Args)]
@@ -75,28 +77,12 @@ struct RunSummary {
     poses_repeated: u64,
     recorded: bool,
     snapshot_ticks: Vec<u64>,
-    /// On how many ticks each flag was set, of those that were.
-    flag_ticks: BTreeMap<&'static str, usize>,
+    /// Flags seen, each with the number of ticks it was set on.
+    flag_ticks: FlagTicks,
     interrupted: bool,
     #[serde(flatten)]
     scene: SceneReport,
     stage: Option<StageReport>,
-}
-
-/// Flags by name.
-const FLAGS: [(&str, Flags); 7] = [
-    ("motion_clamped", Flags::MOTION_CLAMPED),
-    ("bad_sample", Flags::BAD_SAMPLE),
-    ("force_clamped", Flags::FORCE_CLAMPED),
-    ("safe_state", Flags::SAFE_STATE),
-    ("band_closed", Flags::BAND_CLOSED),
-    ("rolled_back", Flags::ROLLED_BACK),
-    ("contact_capacity", Flags::CONTACT_CAPACITY),
-];
-
-fn flag_ticks(answers: &[Answer]) -> BTreeMap<&'static str, usize> {
-    let count = |flag: Flags| answers.iter().filter(|a| a.output.flags.contains(flag)).count();
-    FLAGS.iter().map(|&(name, flag)| (name, count(flag))).filter(|&(_, ticks)| ticks > 0).collect()
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -155,7 +141,7 @@ pub fn execute(args: &Args) -> Result<()> {
         poses_repeated: played.poses_repeated,
         recorded: args.recorded,
         snapshot_ticks: args.snapshot_ticks.clone(),
-        flag_ticks: flag_ticks(&played.answers),
+        flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         scene: args.scene.report(tissue.engine()),
         stage: args.stage.report(),
@@ -187,6 +173,8 @@ fn check_snapshots(ticks: &[u64], poses: &[Vec<Pose>]) -> Result<()> {
 pub struct Played {
     /// One answer a tick that was executed.
     pub answers: Vec<Answer>,
+    /// On how many ticks each flag was set.
+    pub flag_ticks: FlagTicks,
     /// Time of each tick.
     pub step: Latencies,
     /// Poses whose tick was not above the last one: not executed.
@@ -201,8 +189,12 @@ pub fn play(
     mut after: impl FnMut(&Pose, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
     let poses: usize = sequences.iter().map(Vec::len).sum();
-    let mut played =
-        Played { answers: Vec::with_capacity(poses), step: Latencies::new()?, poses_repeated: 0 };
+    let mut played = Played {
+        answers: Vec::with_capacity(poses),
+        flag_ticks: FlagTicks::default(),
+        step: Latencies::new()?,
+        poses_repeated: 0,
+    };
     let progress = terminal::progress(poses as u64, "run");
     'session: for poses in sequences {
         let mut last = None;
@@ -232,6 +224,7 @@ impl Played {
         let output = tissue.tick(&sample);
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
+        self.flag_ticks.add(output.flags);
         self.answers.push(Answer { tick: pose.tick, output });
     }
 }
@@ -247,8 +240,10 @@ fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
     let peak = played.answers.iter().map(magnitude).fold(0.0, f32::max);
     let step = &summary.step_ns;
     terminal::say(format_args!(
-        "{} ticks, {} cells, {} links",
-        summary.ticks, summary.cells, summary.links
+        "{}, {}, {}",
+        counted(summary.ticks, "tick"),
+        counted(summary.cells, "cell"),
+        counted(summary.links, "link")
     ))?;
     terminal::say(format_args!("  {:<14}{peak:.4} N", "largest force"))?;
     terminal::say(format_args!(
@@ -259,10 +254,6 @@ fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
         step.max as f64 * 1e-3
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
-    let flags: Vec<String> =
-        summary.flag_ticks.iter().map(|(name, ticks)| format!("{name} on {ticks} ticks")).collect();
-    if !flags.is_empty() {
-        terminal::say(format_args!("  {:<14}{}", "flags", flags.join(", ")))?;
-    }
+    terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
 }

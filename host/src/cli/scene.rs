@@ -10,6 +10,7 @@ use crate::choice;
 use crate::engine::contact::contact_cells;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
+use crate::words::counted;
 
 /// Length of a tick [s].
 const TICK_S: f32 = 1e-3;
@@ -148,9 +149,9 @@ impl SceneArgs {
         if step > bound {
             return refused(format!(
                 "euler would step by {step} a sweep, the model's proven bound is {bound}: at least \
-                 {} s with {} sweeps a tick, or --dynamics rkl2",
+                 {} s with {} a tick, or --dynamics rkl2",
                 TICK_S / (bound * sweeps),
-                self.sweeps
+                counted(self.sweeps, "sweep")
             ));
         }
         Ok((step, tick_time))

@@ -20,6 +20,7 @@ use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::record::Recorder;
 use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
 use crate::terminal;
+use crate::words::counted;
 
 /// Ticks that are recorded unless the run's length is known: ten minutes.
 const RECORD_TICKS: usize = 600_000;
@@ -158,7 +159,8 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     print(args, &report)?;
     finished?;
-    if report.ended_by == Ending::Interrupt { Err(Error::Interrupted) } else { Ok(()) }
+    let interrupted = report.ended_by == Ending::Interrupt;
+    args.common.after_report(if interrupted { Err(Error::Interrupted) } else { Ok(()) })
 }
 
 /// Where the session is recorded; a killed one leaves the trace and the model beside it.
@@ -219,13 +221,14 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
     }
     tell_refused(&report.refused);
     terminal::say(format_args!(
-        "{} ticks answered, {} repeated, {} refused, {} too fast, watchdog {} times",
-        report.ticks_executed,
+        "{} answered, {} repeated, {} refused, {} too fast, watchdog fired {}",
+        counted(report.ticks_executed, "tick"),
         report.poses_repeated,
         report.poses_refused,
         report.poses_throttled,
-        report.watchdog_fired
+        counted(report.watchdog_fired, "time")
     ))?;
+    terminal::say(format_args!("  flags       {}", report.flag_ticks))?;
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
     terminal::say(format_args!("  force       largest step {} N", report.largest_force_step_n))?;
     terminal::say(format_args!(
@@ -243,8 +246,10 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
     }
     if report.commands_done + report.commands_refused > 0 {
         terminal::say(format_args!(
-            "  commands    {} done, {} refused; {} ticks while paused",
-            report.commands_done, report.commands_refused, report.ticks_paused
+            "  commands    {} done, {} refused; {} while paused",
+            report.commands_done,
+            report.commands_refused,
+            counted(report.ticks_paused, "tick")
         ))?;
     }
     terminal::say(format_args!("  state hash  {}", report.state_hash))

@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use super::choice::parser;
 use crate::engine::contact::{farthest, inward};
 use crate::engine::motion::{Pose, Press};
-use crate::engine::{Contact, Engine};
+use crate::engine::{Contact, Engine, rest_m};
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
@@ -22,6 +22,7 @@ use crate::session::supervise::{CosimOptions, CosimReports, cosim};
 use crate::session::timing::clock::MILLISECOND_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
+use crate::words::counted;
 
 /// Ticks of each measurement of the machine's floor: a second and a half.
 const FLOOR_TICKS: u32 = 1500;
@@ -55,6 +56,15 @@ impl LoopArgs {
     pub fn check(&self) -> Result<()> {
         let scene = Scene::open(self.scene.as_deref(), &Domain::default())?;
         scene.serve_ports(false).map(|_| ())
+    }
+
+    /// How a side ends that has printed its report: where another process of this program reads
+    /// the report, that one tells the user what went wrong.
+    pub fn after_report(&self, outcome: Result<()>) -> Result<()> {
+        outcome.map_err(|why| match self.ends_with_parent {
+            true => Error::Reported(why.exit_code()),
+            false => why,
+        })
     }
 
     /// The same arguments for the two child processes, and a report from each.
@@ -106,7 +116,7 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut touch_m = direction.map(|x| -clearance_m * x / length);
     for &cell in &cells {
-        let at = crate::engine::to_m(model, model.rest_position(cell.into()).map(f64::from));
+        let at = rest_m(model, cell.into());
         for axis in 0..3 {
             touch_m[axis] += at[axis] / cells.len() as f64;
         }
@@ -173,5 +183,5 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
 
 /// Size in a line, for headings.
 pub fn describe(model: &Model<'_>) -> String {
-    format!("{} cells, {} links", model.cells(), model.links())
+    format!("{}, {}", counted(model.cells(), "cell"), counted(model.links(), "link"))
 }

@@ -14,6 +14,7 @@ use crate::session::ipc::services::{Domain, Scene};
 use crate::session::ipc::state::StateReader;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
 use crate::terminal;
+use crate::words::counted;
 
 /// Span between looks for a state \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
@@ -120,7 +121,11 @@ fn tell(args: &Args, header: &StateHeader) -> Result<()> {
         return terminal::say_json(&report);
     }
     terminal::say(format_args!(
-        "tick {}, {} answered, {} nodes, flags {}, state hash {}",
-        report.tick, report.ticks_answered, report.nodes, report.flags, report.state_hash
+        "tick {}, {} answered, {}, flags {}, state hash {}",
+        report.tick,
+        report.ticks_answered,
+        counted(report.nodes, "node"),
+        report.flags,
+        report.state_hash
     ))
 }

@@ -3,6 +3,7 @@
 pub mod contact;
 #[cfg(test)]
 pub(crate) mod fixture;
+pub mod flag_ticks;
 pub mod motion;
 pub mod staged;
 pub mod tissue;
@@ -378,9 +379,8 @@ impl<'m> Engine<'m> {
         if model.fine_nodes() == 0 {
             return Nodes { ids: model.input_id().to_vec(), positions_m: self.positions_m() };
         }
-        let cells: Vec<[f32; 3]> = (0..model.cells())
-            .map(|cell| self.tissue.position(&model, cell).map(|x| x as f32))
-            .collect();
+        let cells: Vec<[f32; 3]> =
+            self.positions().into_iter().map(|position| position.map(|x| x as f32)).collect();
         let (ids, positions_m) = (0..model.fine_nodes())
             .filter_map(|node| {
                 let place = model.fine_position(node, |cell| cells.get(cell).copied())?;
@@ -390,10 +390,16 @@ impl<'m> Engine<'m> {
         Nodes { ids, positions_m }
     }
 
+    /// Published positions of all cells [mean link lengths from the body's centre].
+    pub fn positions(&mut self) -> Vec<[f64; 3]> {
+        let model = self.network.model();
+        (0..model.cells()).map(|cell| self.tissue.position(model, cell)).collect()
+    }
+
     /// Published positions of all cells \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
-        let model = self.network.model();
-        (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
+        let positions = self.positions();
+        positions.into_iter().map(|position| to_m(self.network.model(), position)).collect()
     }
 }
 
@@ -416,6 +422,12 @@ pub struct Nodes {
     pub ids: Vec<u32>,
     /// Positions \[m\], in the order of the ids.
     pub positions_m: Vec<[f64; 3]>,
+}
+
+/// Where a cell rests in the frame of the input mesh \[m\].
+#[must_use]
+pub fn rest_m(model: &Model<'_>, cell: usize) -> [f64; 3] {
+    to_m(model, model.rest_position(cell).map(f64::from))
 }
 
 /// An internal position in the frame of the input mesh \[m\].

@@ -6,6 +6,7 @@ use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
+use crate::words::counted;
 
 /// Tremor of the hand: physiological tremor lies between 8 and 12 Hz \[Hz\].
 const TREMOR_HZ: [f64; 3] = [8.3, 9.7, 11.9];
@@ -55,7 +56,8 @@ impl Press {
         }
         if ticks < TICKS_MIN {
             return Err(Error::input(format!(
-                "{ticks} ticks are too few for the built-in press: give at least {TICKS_MIN}"
+                "{} cannot hold the built-in press: give at least {TICKS_MIN}",
+                counted(ticks, "tick")
             )));
         }
         Ok(Self { touch_m: Vector3::from(touch_m), direction: direction / length, depth_m, ticks })

@@ -3,6 +3,7 @@
 use super::geometry::distance;
 use super::{Mesh, MeshOptions};
 use crate::error::{Error, Result};
+use crate::words::counted;
 
 /// Shortest link, as a share of the mean link length.
 const SHORTEST_LINK: f64 = 1e-6;
@@ -24,14 +25,14 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
         (0..mesh.nodes_m.len() as u32).partition(|id| used[*id as usize]);
     if !unused.is_empty() && !options.drop_unused {
         return Err(refuse(format!(
-            "{} nodes belong to no link: {}; remove them or pass --drop-unused, which keeps the \
-             numbers of the others",
-            unused.len(),
+            "{} without a link: {}; remove them or pass --drop-unused, which keeps the numbers of \
+             the others",
+            counted(unused.len(), "node"),
             first(&unused)
         )));
     }
     if cells.len() > options.nodes_max {
-        let nodes = format!("{} nodes, more", cells.len());
+        let nodes = format!("{}, more", counted(cells.len(), "node"));
         return Err(refuse(super::too_many(nodes, options.nodes_max, "mesh it coarser")));
     }
     let parts = parts(mesh, &cells);

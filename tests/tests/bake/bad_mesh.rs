@@ -123,7 +123,7 @@ fn elements_other_than_first_order_tetrahedra() {
 fn bodies_that_no_network_can_carry() {
     text_refused(
         &SOUND.replacen("2 4 2 1 1 2 3 4 5\n", "", 1).replacen("$Elements\n2", "$Elements\n1", 1),
-        &["1 nodes belong to no link: 4", "--drop-unused"],
+        &["1 node without a link: 4", "--drop-unused"],
     );
     text_refused(&SOUND.replacen("5 1 1 1", "5 0 0 1", 1), &["nodes 3 and 4", "merge"]);
     let far = "6 9 9 9\n7 10 9 9\n8 9 10 9\n9 9 9 10\n$EndNodes";

@@ -224,7 +224,11 @@ fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
         (whole[..front - 1].to_vec(), "stops within its header", "copy it again"),
         (whole[..front].to_vec(), "holds no tick", "record again"),
         (whole[..front + 39].to_vec(), "holds no tick", "record again"),
-        (changed(front + 5 * 40 + 12, 77), "record 5 is damaged", "the 5 ticks before it agree"),
+        (
+            changed(front + 5 * 40 + 12, 77),
+            "record 5 is damaged",
+            "5 ticks before it replayed to the same bits",
+        ),
         (
             written(&Header { scheme: 99, ..header }, &ids, &records),
             "scheme 99",

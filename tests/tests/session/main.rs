@@ -6,6 +6,7 @@ mod cosim;
 mod faults;
 mod kill;
 mod permissions;
+mod printed;
 mod processes;
 mod soak;
 mod spring;

@@ -24,7 +24,7 @@ pub struct Args {
     /// Folder for the report [default: paper]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Seconds instead of minutes: fewer ticks, sizes and repetitions
+    /// Fewer ticks, sizes and repetitions; the page says how long it took
     #[arg(long)]
     quick: bool,
     /// Folder of reference data with the real liver

@@ -1,6 +1,7 @@
 //! `chaincell report`: speed against error on this machine.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use crate::experiments::report::collect::{Options, Report, collect, pieces};
 use crate::experiments::report::firmware;
@@ -20,7 +21,7 @@ const FOLDER: &str = "report";
     links, computed in double precision. Single thread; leave the machine alone meanwhile.\n\
     With --json alone nothing is written.")]
 pub struct Args {
-    /// Seconds instead of minutes: fewer bodies, sizes and repetitions
+    /// Fewer bodies, sizes and repetitions; REPORT.md says how long it took
     #[arg(long)]
     quick: bool,
     /// Folder of reference data with the real liver and the bodies of the press test
@@ -51,7 +52,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
     let bar = terminal::progress(pieces(&options), "measuring");
     let mut report = Report { firmware, ..Report::default() };
+    let start = Instant::now();
     let ended = collect(&options, &mut report, &bar);
+    report.seconds = start.elapsed().as_secs_f64();
     bar.finish_and_clear();
     if !matches!(ended, Ok(()) | Err(Error::Interrupted)) {
         return ended;

@@ -25,6 +25,7 @@ use chaincell_host::session::loops::control::ControlReport;
 use chaincell_host::session::loops::floor;
 use chaincell_host::session::supervise::{self, CosimOptions, CosimReports, Underway, program};
 use chaincell_host::terminal;
+use chaincell_host::words::counted;
 
 /// Length unless given: ten minutes [s].
 const SECONDS: f64 = 600.0;
@@ -310,11 +311,11 @@ fn print(args: &Args, report: &SoakReport) -> Result<()> {
     tell_refused(&report.refused);
     let machine = &report.machine;
     terminal::say(format_args!(
-        "{}, {} cores, Linux {}; load: {} thread(s), {:.1} GB/s{}",
+        "{}, {}, Linux {}; load: {}, {:.1} GB/s{}",
         machine.processor,
-        machine.cores,
+        counted(machine.cores, "core"),
         report.kernel,
-        report.load.threads,
+        counted(report.load.threads, "thread"),
         report.load.gb_per_s,
         if machine.optimised { "" } else { "; a debug build" }
     ))?;

@@ -15,7 +15,7 @@ use chaincell_host::terminal;
     position-based dynamics at as many link passes. Seeds are fixed: the figures are the same on\n\
     every machine. Exit code 1 names the cases that failed. Single thread.")]
 pub struct Args {
-    /// Seconds instead of minutes: smaller bodies, fewer ticks and seeds
+    /// Smaller bodies, fewer ticks and seeds
     #[arg(long)]
     quick: bool,
     /// The drift over 10^8 ticks: an hour

@@ -3,6 +3,7 @@
 use super::values::{Number, Values};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
+use crate::words::counted;
 
 /// Cells as far as they have been read.
 #[derive(Default)]
@@ -152,8 +153,8 @@ impl Cells {
             };
             if wanted.is_some_and(|wanted| wanted != nodes.len()) {
                 return Err(refused(format!(
-                    "of type {number} has {} nodes; save or copy the mesh again",
-                    nodes.len()
+                    "of type {number} has {}; save or copy the mesh again",
+                    counted(nodes.len(), "node")
                 )));
             }
             if *number == TETRAHEDRON {
@@ -165,8 +166,9 @@ impl Cells {
             }
         }
         if tetrahedra.is_empty() {
+            let cells = counted(count, "cell");
             return Err(bytes.error_of_file(format!(
-                "it has {count} cells but no tetrahedra; a volume mesh is needed: mesh the volume \
+                "it has {cells} but no tetrahedra; a volume mesh is needed: mesh the volume \
                  inside and save all cells"
             )));
         }

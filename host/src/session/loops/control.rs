@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use chaincell_kernel::Flags;
 
+use crate::engine::flag_ticks::FlagTicks;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
@@ -92,6 +93,8 @@ pub struct ControlReport {
     pub missed_sent_late: u64,
     /// Of the others, the ones whose tick took more than 1 ms.
     pub missed_in_step: u64,
+    /// In how many answers each flag was set.
+    pub flag_ticks: FlagTicks,
     /// Messages in which the tissue's watchdog said that poses had stopped coming, one each
     /// millisecond of the force's fall.
     pub stale_answers: u64,
@@ -212,6 +215,7 @@ struct Run<'a> {
     missed: u64,
     missed_sent_late: u64,
     missed_in_step: u64,
+    flag_ticks: FlagTicks,
     stale: u64,
     foreign: u64,
     failed: u64,
@@ -246,6 +250,7 @@ impl<'a> Run<'a> {
             missed: 0,
             missed_sent_late: 0,
             missed_in_step: 0,
+            flag_ticks: FlagTicks::default(),
             stale: 0,
             foreign: 0,
             failed: 0,
@@ -336,6 +341,7 @@ impl<'a> Run<'a> {
             self.waiter.expect_after(arrival_ns);
         }
         self.round_trip.record(round_trip_ns);
+        self.flag_ticks.add(Flags(force.flags));
         let due_ns = self.scheduled_ns(index) + DEADLINE_NS;
         if arrival_ns > due_ns {
             self.missed += 1;
@@ -373,6 +379,7 @@ impl<'a> Run<'a> {
                 missed_deadlines: self.missed,
                 missed_sent_late: self.missed_sent_late,
                 missed_in_step: self.missed_in_step,
+                flag_ticks: self.flag_ticks,
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,

@@ -8,6 +8,7 @@ use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::error::{Error, Result};
 use crate::session::loops::wait::Wait;
+use crate::words::counted;
 
 /// Middle of the range 0 to 255, which Linux's 1 to 99 are spread over.
 const FIFO_PRIORITY: u8 = 127;
@@ -81,7 +82,9 @@ fn ask_fifo() -> std::result::Result<(), String> {
 fn pin(role: Role) -> Option<String> {
     let cores = allowed_cores();
     match core_for(role, &cores) {
-        None => Some(format!("pinning left out: {} core(s) allowed, two needed", cores.len())),
+        None => {
+            Some(format!("pinning left out: {} allowed, two needed", counted(cores.len(), "core")))
+        }
         Some(core) => pin_to(core).err().map(|_| format!("pinning to core {core} refused")),
     }
 }

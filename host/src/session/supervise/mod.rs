@@ -215,7 +215,7 @@ impl Side {
         );
         match status.code() {
             Some(2) => Error::input(text),
-            Some(130) => Error::Interrupted,
+            Some(130) if interrupt::asked() => Error::Interrupted,
             _ => Error::check(text),
         }
     }

@@ -80,7 +80,7 @@ fn a_control_without_a_server_again_ends_by_itself() {
     until(&outsider, |force| force.tick >= 300);
     serve.signal(Signal::KILL);
     let ended = control.end(SOON).with(1);
-    assert!(ended.err.contains("poses were not answered"), "{}", ended.err);
+    assert!(ended.err.contains("not answered: "), "{}", ended.err);
     let report = ended.json();
     assert_eq!(count(&report, "ticks_sent"), 1000);
     let (answered, lost) = (count(&report, "ticks_answered"), count(&report, "ticks_unanswered"));

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use super::section::{Figure, Section};
 use super::write::{Report, file_name};
-use crate::experiments::report::tables::Table;
+use crate::experiments::report::tables::{Table, duration};
+use chaincell_host::words::counted;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -53,14 +54,15 @@ fn head(report: &Report) -> String {
     let _ = writeln!(
         text,
         "<p class=\"note\"><code>{}</code>, version {}. {bodies}{quick}{build}{stopped} Machine: {}, \
-         {} cores for this process, {}, AVX2 {}, load {} at the start.</p>",
+         {} for this process, {}, AVX2 {}, load {} at the start. Computed in {}.</p>",
         escape(&report.command),
         escape(report.version),
         escape(&machine.processor),
-        machine.cores,
+        counted(machine.cores, "core"),
         escape(&machine.system),
         if machine.avx2 { "found" } else { "absent" },
-        escape(&machine.load)
+        escape(&machine.load),
+        duration(report.seconds.values().sum())
     );
     text
 }

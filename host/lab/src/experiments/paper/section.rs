@@ -10,7 +10,7 @@ use crate::experiments::report::tables::Table;
 pub struct Context {
     /// Folder of reference data with the real liver; without it the generated organ stands in.
     pub reference: Option<PathBuf>,
-    /// Seconds instead of minutes: fewer ticks, sizes and repetitions.
+    /// Fewer ticks, sizes and repetitions.
     pub quick: bool,
 }
 

@@ -22,7 +22,7 @@ pub struct Report {
     pub version: &'static str,
     /// The machine.
     pub machine: Machine,
-    /// Seconds instead of minutes.
+    /// Fewer ticks, sizes and repetitions.
     pub quick: bool,
     /// Whether the reference data was used.
     pub reference: bool,

@@ -21,6 +21,7 @@ use super::worst::{self, Sweep};
 use crate::baseline::{MassSpring, PerCell, Xpbd};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
+use chaincell_host::words::counted;
 
 /// Half a millisecond: the budget of the figures under `track` \[ns\].
 pub const BUDGET_NS: u64 = 500_000;
@@ -30,7 +31,7 @@ const SWEEPS_MAX: u16 = 64;
 /// What to measure.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Seconds instead of minutes: fewer scenes, fewer rounds.
+    /// Fewer scenes, sizes and rounds.
     pub quick: bool,
     /// Folder of the reference data with the real liver.
     pub reference: Option<PathBuf>,
@@ -87,8 +88,10 @@ pub struct SceneFigures {
 /// All figures; what an interrupted report did not reach is absent.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
-    /// Seconds instead of minutes.
+    /// Fewer scenes, sizes and rounds.
     pub quick: bool,
+    /// How long the measurements took \[s\].
+    pub seconds: f64,
     /// Whether reference data was at hand.
     pub reference: bool,
     /// The machine.
@@ -216,11 +219,11 @@ fn settle(options: &Options, report: &mut Report, bar: &ProgressBar) -> Result<(
         let model = scene.model()?;
         let press = Press::new(&scene, depth_m, if options.quick { 11 } else { 51 })?;
         report.settled_sources.push(format!(
-            "{name}: {}, {} cells, {} links, pressed by {:.2} mm; {} cells move by more than a \
-             hundredth of that",
+            "{name}: {}, {}, {}, one cell held by the tool, pressed by {:.2} mm; cells that move by \
+             more than a hundredth of that: {}",
             scene.source,
-            model.cells(),
-            model.links(),
+            counted(model.cells(), "cell"),
+            counted(model.links(), "link"),
             1e3 * depth_m,
             press.moved()
         ));

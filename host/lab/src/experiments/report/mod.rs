@@ -11,6 +11,7 @@ pub mod pareto;
 pub mod pictures;
 pub mod press;
 pub mod quiet;
+pub mod recommend;
 pub mod scene;
 pub mod setting;
 pub mod settle;

@@ -8,6 +8,7 @@ use crate::charts::plot::{Axis, Chart, Style};
 use chaincell_host::engine::Scheme;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
+use chaincell_host::words::counted;
 
 /// Errors below this are drawn at it \[%\].
 const LEAST: f64 = 1e-3;
@@ -109,7 +110,7 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
 
 /// Errors of `track` within the budget over the ticks of the press, snaps marked.
 fn time(report: &Report, track: &Track) -> Chart {
-    let title = format!("track, {} sweeps a tick ({})", track.sweeps, track.scene);
+    let title = format!("track, {} a tick ({})", counted(track.sweeps, "sweep"), track.scene);
     let of = |error: fn(&Errors) -> f64| -> Vec<[f64; 2]> {
         let path = report.budget_path.iter();
         path.map(|(tick, errors)| [*tick as f64, (100.0 * error(errors)).max(LEAST)]).collect()

@@ -170,7 +170,7 @@ pub fn run(scene: &Scene, exact: &ExactPress, setting: Setting, sweeps: u16) -> 
 }
 
 impl PressRow {
-    fn new(scene: &'static str, setting: Setting, sweeps: u16) -> Self {
+    pub(super) fn new(scene: &'static str, setting: Setting, sweeps: u16) -> Self {
         Self {
             scene,
             scheme: setting,

@@ -26,6 +26,9 @@ const TIMED: usize = 100;
 const HELD: usize = 500;
 /// Sweeps a tick of the press.
 const SWEEPS: u16 = 4;
+/// A force below this is the rounding of single precision, and no base for a relative error [force
+/// of a link that is stretched by a mean link length].
+const FORCE_MIN: f64 = 1e-5;
 /// Halvings of the depth.
 const ROUNDS: usize = 9;
 
@@ -61,19 +64,30 @@ pub struct Local {
     pub moved: f64,
     /// A sweep of the press, a quarter of a tick of four sweeps, median \[ns\].
     pub sweep_ns: u64,
-    /// How far the force at its end is from what it settles to, as a fraction.
-    pub force_error: f64,
+    /// Difference between the force at the end of the press and the force that it settles to, over
+    /// the latter; none where it settles to no force.
+    pub force_error: Option<f64>,
+    /// That difference \[N\].
+    pub force_off_n: f64,
     /// A sweep with the coarse level, which moves every cell, median \[ns\].
     pub hats_sweep_ns: u64,
     /// Its force error.
-    pub hats_force_error: f64,
+    pub hats_force_error: Option<f64>,
+    /// Its difference \[N\].
+    pub hats_force_off_n: f64,
+}
+
+/// `part` over `base`; none where the base is below `base_min` or not a number.
+fn relative(part: f64, base: f64, base_min: f64) -> Option<f64> {
+    (base >= base_min).then(|| part / base)
 }
 
 /// What a press gave.
 struct Pressed {
     times: Summary,
     moved: f64,
-    force_error: f64,
+    force_error: Option<f64>,
+    force_off_n: f64,
 }
 
 /// Presses to a depth, linearly, and holds until the force has settled.
@@ -97,11 +111,13 @@ fn press(engine: &mut Engine<'_>, scene: &Scene, depth_links: f64) -> Result<Pre
     for _ in 0..HELD {
         settled_n = engine.tick(&held).force_n;
     }
-    let off_n = f64::from((force_n - settled_n).norm());
+    let force_off_n = f64::from((force_n - settled_n).norm());
+    let force_min_n = FORCE_MIN * f64::from(engine.network().model().force_unit_n());
     Ok(Pressed {
         times: times.summary(),
         moved: moved as f64 / field.len() as f64,
-        force_error: off_n / f64::from(settled_n.norm()).max(f64::MIN_POSITIVE),
+        force_error: relative(force_off_n, settled_n.norm().into(), force_min_n),
+        force_off_n,
     })
 }
 
@@ -135,7 +151,22 @@ pub fn local(scene: &Scene) -> Result<Local> {
         moved: pressed.moved,
         sweep_ns: sweep_ns(&pressed),
         force_error: pressed.force_error,
+        force_off_n: pressed.force_off_n,
         hats_sweep_ns: sweep_ns(&with),
         hats_force_error: with.force_error,
+        hats_force_off_n: with.force_off_n,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_without_a_base_is_none() {
+        assert_eq!(relative(0.1, 2.0, 1e-5), Some(0.05));
+        for base in [0.0, 1e-300, f64::NAN] {
+            assert_eq!(relative(2.7e-4, base, 1e-5), None, "{base}");
+        }
+    }
 }

@@ -68,13 +68,17 @@ fn flatten(name: &str, value: &serde_json::Value, fields: &mut Vec<(String, Stri
             }
         }
         serde_json::Value::String(text) => fields.push((name.to_owned(), text.replace(',', ";"))),
+        serde_json::Value::Null => fields.push((name.to_owned(), String::new())),
         other => fields.push((name.to_owned(), other.to_string().replace(',', ";"))),
     }
 }
 
-/// A fraction in percent, to two significant digits.
+/// A fraction in percent, to two significant digits; `-` for none and for what is no finite number.
 #[must_use]
-pub fn percent(fraction: f64) -> String {
+pub fn percent(fraction: impl Into<Option<f64>>) -> String {
+    let Some(fraction) = fraction.into().filter(|fraction: &f64| fraction.is_finite()) else {
+        return "-".to_owned();
+    };
     let percent = 100.0 * fraction;
     match percent.abs() {
         size if size >= 10.0 => format!("{percent:.0}"),
@@ -92,6 +96,12 @@ pub fn us(ns: u64) -> String {
     if us < 10.0 { format!("{us:.2}") } else { format!("{us:.0}") }
 }
 
+/// A time for people: seconds below a minute, then minutes.
+#[must_use]
+pub fn duration(seconds: f64) -> String {
+    if seconds < 59.5 { format!("{seconds:.0} s") } else { format!("{:.1} min", seconds / 60.0) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,7 +113,13 @@ mod tests {
         assert_eq!(table.markdown(), "| a | b |\n| --- | --- |\n| 1 | x |\n\n");
         assert_eq!([0.123, 0.0123, 0.00123, 0.0].map(percent), ["12", "1.2", "0.12", "0"]);
         assert_eq!(percent(1e-7), "1.0e-5");
+        assert_eq!([None, Some(f64::NAN), Some(f64::INFINITY)].map(percent), ["-", "-", "-"]);
         assert_eq!((us(1234), us(123_456)), ("1.23".into(), "123".into()));
+    }
+
+    #[test]
+    fn durations_change_to_minutes() {
+        assert_eq!([0.2, 59.4, 59.6, 183.0].map(duration), ["0 s", "59 s", "1.0 min", "3.0 min"]);
     }
 
     #[test]

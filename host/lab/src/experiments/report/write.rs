@@ -2,21 +2,19 @@
 
 use std::fmt::Write as _;
 
-use chaincell_kernel::Choice;
+use chaincell_kernel::Choice as _;
 use serde::Serialize;
 
 use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
-use super::pareto::front;
 use super::pictures;
 use super::press::{Errors, FIRST_TICK, PressRow};
-use super::tables::{Table, csv, percent, us};
+use super::recommend::{BUDGETS_US, Choice, ERROR_MAX, choose};
+use super::tables::{Table, csv, duration, percent, us};
 use super::worst;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
-
-/// Budgets a tick that the first table answers for \[us\].
-const BUDGETS_US: [f64; 4] = [125.0, 250.0, 500.0, 1000.0];
+use chaincell_host::words::counted;
 
 /// Writes REPORT.md, report_summary.json, CSV files and pictures.
 ///
@@ -89,17 +87,18 @@ fn head(report: &Report, command: &str) -> String {
     };
     format!(
         "# Speed against error\n\n`{command}`, one thread, numbers in f32.{build} {bodies}\n\n\
-         Machine: {}, {} cores for this process, {}, AVX2 {}, load {} at the start. Noise: {noise}. \
-         Compare ratios within one report, not times of two.\n\n",
+         Machine: {}, {} for this process, {}, AVX2 {}, load {} at the start. Measured in {}. Noise: \
+         {noise}. Compare ratios within one report, not times of two.\n\n",
         machine.processor,
-        machine.cores,
+        counted(machine.cores, "core"),
         machine.system,
         if machine.avx2 { "found" } else { "absent" },
-        machine.load
+        machine.load,
+        duration(report.seconds)
     )
 }
 
-/// The best row within each budget.
+/// The setting to take within each budget.
 fn budgets(report: &Report) -> String {
     let rows = pictures::main_rows(report);
     let Some(first) = rows.first() else { return String::new() };
@@ -112,28 +111,40 @@ fn budgets(report: &Report) -> String {
         "field 20 ms after [%]",
         "force 20 ms after [%]",
     ]);
-    let points: Vec<[f64; 2]> =
-        rows.iter().map(|row| [row.tick_ns.p50 as f64 * 1e-3, row.largest.field]).collect();
-    let best = front(&points);
-    for budget in BUDGETS_US {
-        let Some(&at) = best.iter().rev().find(|&&at| points[at][0] <= budget) else { continue };
-        let row = rows[at];
-        table.row(vec![
-            format!("{budget:.0}"),
-            format!("{}, --sweeps {}", row.scheme, row.sweeps),
-            us(row.tick_ns.p50),
-            percent(row.largest.field),
-            percent(row.largest.force),
-            percent(row.after_20ms.field),
-            percent(row.after_20ms.force),
-        ]);
+    for budget_us in BUDGETS_US {
+        let mut cells = vec![format!("{budget_us:.0}")];
+        cells.extend(choice(choose(&rows, budget_us)));
+        table.row(cells);
     }
     format!(
-        "On the body `{}`, a press by 3 mean link lengths in {PRESS_TICKS} ms, of the settings \
-         measured the one with the least error of the field within the budget:\n\n{}",
+        "Scene: the body `{}`, cells held by the tool, pressed by 3 mean link lengths in \
+         {PRESS_TICKS} ms. A setting is recommended where its largest errors of field and force \
+         during the press are within {} %; of those that fit the budget, the one with the least \
+         error. Where none of the settings measured is within that bound, the table says so and \
+         gives the one that comes nearest.\n\n{}",
         first.scene,
+        percent(ERROR_MAX),
         table.markdown()
     )
+}
+
+/// A budget's setting with its figures.
+fn choice(choice: Option<Choice<'_>>) -> Vec<String> {
+    let Some(Choice { qualifies, row }) = choice else {
+        let mut cells = vec!["none: every setting takes longer".to_owned()];
+        cells.resize(6, "-".to_owned());
+        return cells;
+    };
+    let setting = format!("{}, --sweeps {}", row.scheme, row.sweeps);
+    let none = format!("none within {} %; the nearest: {setting}", percent(ERROR_MAX));
+    vec![
+        if qualifies { setting } else { none },
+        us(row.tick_ns.p50),
+        percent(row.largest.field),
+        percent(row.largest.force),
+        percent(row.after_20ms.field),
+        percent(row.after_20ms.force),
+    ]
 }
 
 fn track(report: &Report) -> String {
@@ -143,19 +154,19 @@ fn track(report: &Report) -> String {
     } else {
         format!(
             "The exact path snaps from one equilibrium to another at tick {:?}; there `track` lags \
-             by more than 7 % for {} ticks, by up to {} % (field) and {} % (force), left out above.",
+             by more than 7 % for {}, by up to {} % (field) and {} % (force), left out above.",
             track.snaps,
-            track.lag_ticks,
+            counted(track.lag_ticks, "tick"),
             percent(track.largest_in_snaps.field),
             percent(track.largest_in_snaps.force)
         )
     };
     format!(
-        "`track` in half a millisecond a tick (median {} us): {} sweeps on `{}`. From tick \
+        "`track` in half a millisecond a tick (median {} us): {} on `{}`, cells held by the tool. From tick \
          {FIRST_TICK} on the field is within {} %, the force within {} %; 20 ms after the press \
          {} % and {} %. {snaps}\n\n",
         us(track.tick_ns_p50),
-        track.sweeps,
+        counted(track.sweeps, "sweep"),
         track.scene,
         percent(track.field_error_max),
         percent(track.force_error_max),
@@ -182,17 +193,17 @@ fn sweep(report: &Report) -> String {
     row("`track`, body at rest".into(), report.rest_ns);
     if let Some(local) = &report.local_press {
         let what = format!(
-            "`track`, alpha {}, a press by {:.2} link lengths that moves {} % of the cells; force \
-             off by {} %",
+            "`track`, alpha {}, cells held by the tool pressed by {:.2} mean link lengths, which \
+             moves {} % of the cells; {}",
             super::quiet::ALPHA,
             local.depth_links,
             percent(local.moved),
-            percent(local.force_error)
+            force_off(local.force_error, local.force_off_n)
         );
         row(what, report.local_press_ns);
         let what = format!(
-            "the same with the coarse level, which moves all cells; force off by {} %",
-            percent(local.hats_force_error)
+            "the same with the coarse level, which moves all cells; {}",
+            force_off(local.hats_force_error, local.hats_force_off_n)
         );
         row(what, Some(local.hats_sweep_ns));
     }
@@ -212,6 +223,17 @@ fn sweep(report: &Report) -> String {
         ratio(1_000_000, sweep.mixed.hats_ns),
         table.markdown()
     )
+}
+
+/// How far a force is from the one that it settles to, or why there is no such figure.
+fn force_off(error: Option<f64>, off_n: f64) -> String {
+    match error {
+        Some(error) => format!("force off by {} %", percent(error)),
+        None => format!(
+            "force off by - % (it settles to no force, so there is nothing to compare with; at the \
+             end of the press it was {off_n:.1e} N)"
+        ),
+    }
 }
 
 fn ratio(a: u64, b: u64) -> f64 {
@@ -272,13 +294,13 @@ fn presses(report: &Report) -> String {
         };
         let _ = writeln!(
             text,
-            "### {}\n\n{}: {} cells, {} links, {} held, {:.1} mm deep; {} exact moments, residual \
+            "### {}\n\n{}: {}, {}, {} held by the tool, {:.1} mm deep; {} exact moments, residual \
              at most {:.0e}; {snaps}.\n",
             scene.name,
             scene.source,
-            scene.cells,
-            scene.links,
-            scene.contacts,
+            counted(scene.cells, "cell"),
+            counted(scene.links, "link"),
+            counted(scene.contacts, "cell"),
             1e3 * scene.depth_m,
             scene.moments,
             scene.reference_residual
@@ -369,12 +391,12 @@ fn numbers(report: &Report) -> String {
         ]);
     }
     format!(
-        "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} sweeps a \
+        "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} a \
          tick, no hats (only f32 has them): against f64 under the same scheme. Field: largest \
          distance of a cell after the last tick, over the depth. `track` decides from sweep to sweep \
          by the last bits, so its way differs more than its end.\n\n{}{}",
         first.ticks,
-        first.sweeps,
+        counted(first.sweeps, "sweep"),
         table.markdown(),
         firmware(report)
     )

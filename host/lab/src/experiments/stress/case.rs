@@ -6,15 +6,15 @@ use serde::Serialize;
 
 use super::rivals::{Measure, Rival, Verdict, play};
 use super::trial::{Ended, Trial};
-use super::variant::Variant;
-use super::watch::{Check, Failure, Worst};
+use crate::bodies::Variant;
+use crate::monitor::{Check, Failure, Worst};
 use chaincell_host::engine::{Arithmetic, Scheme};
 use chaincell_host::error::Result;
 
 /// How much is done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Scale {
-    /// Seconds instead of minutes.
+    /// Smaller bodies, fewer ticks and seeds.
     pub quick: bool,
     /// The drift over 10^8 ticks.
     pub slow: bool,

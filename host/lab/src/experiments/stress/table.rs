@@ -8,6 +8,7 @@ use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width};
 use super::Suite;
 use super::case::Outcome;
 use super::rivals::{Rival, Verdict};
+use chaincell_host::words::counted;
 
 /// Columns of the terminal.
 const WIDTH: u16 = 100;
@@ -52,11 +53,11 @@ pub fn table(suite: &Suite) -> String {
     }
     let _ = write!(
         text,
-        "\n{} of {} cases ok, {} runs, {} ticks",
+        "\n{} of {} ok, {}, {}",
         suite.done - suite.failed,
-        suite.done,
-        suite.runs,
-        suite.ticks
+        counted(suite.done, "case"),
+        counted(suite.runs, "run"),
+        counted(suite.ticks, "tick")
     );
     text
 }

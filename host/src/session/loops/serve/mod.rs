@@ -16,6 +16,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 
 use chaincell_kernel::ToolSample;
 
+use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::interrupt;
@@ -150,6 +151,7 @@ struct Run<'a> {
     end_ns: u64,
     publishers: u64,
     executed: u64,
+    flag_ticks: FlagTicks,
     repeated: u64,
     refused: u64,
     throttled: u64,
@@ -188,6 +190,7 @@ impl<'a> Run<'a> {
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
+            flag_ticks: FlagTicks::default(),
             repeated: 0,
             refused: 0,
             throttled: 0,
@@ -302,6 +305,7 @@ impl<'a> Run<'a> {
         let output = if self.paused { self.rest() } else { self.engine.tick(&sample) };
         let step_ns = now_ns() - start_ns;
         self.executed += 1;
+        self.flag_ticks.add(output.flags);
         let every = self.server.options.hash_every;
         let hashed = every != 0 && self.executed.is_multiple_of(every);
         let force = ToolForce {
@@ -368,6 +372,7 @@ impl<'a> Run<'a> {
             largest_force_step_n: self.hand.largest_step_n(),
             ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
+            flag_ticks: self.flag_ticks,
             ticks_paused: self.paused_ticks,
             commands_done: self.obeyed,
             commands_refused: self.disobeyed,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::POSE_HZ;
+use crate::engine::flag_ticks::FlagTicks;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;
 use crate::session::loops::wait::Wait;
@@ -95,6 +96,8 @@ pub struct ServeReport {
     pub ticks_recorded: u64,
     /// Executed ticks that found the recorder full.
     pub ticks_unrecorded: u64,
+    /// On how many ticks the tissue set each flag.
+    pub flag_ticks: FlagTicks,
     /// Poses answered with force 0 while paused; they count as executed.
     pub ticks_paused: u64,
     /// Commands carried out.

@@ -1,0 +1,90 @@
+//! On how many ticks each flag was set, by the flag's name.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use chaincell_kernel::Flags;
+use serde::{Deserialize, Serialize};
+
+use crate::words::counted;
+
+/// Names of the flags, in the order of their bits.
+const NAMES: [(&str, Flags); 8] = [
+    ("motion_clamped", Flags::MOTION_CLAMPED),
+    ("bad_sample", Flags::BAD_SAMPLE),
+    ("stale", Flags::STALE),
+    ("force_clamped", Flags::FORCE_CLAMPED),
+    ("safe_state", Flags::SAFE_STATE),
+    ("band_closed", Flags::BAND_CLOSED),
+    ("rolled_back", Flags::ROLLED_BACK),
+    ("contact_capacity", Flags::CONTACT_CAPACITY),
+];
+
+/// Counts the ticks on which each flag was set. As JSON an object that has the flags seen, each
+/// with its count; as text the same in one line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "BTreeMap<String, u64>", into = "BTreeMap<&'static str, u64>")]
+pub struct FlagTicks([u64; NAMES.len()]);
+
+impl FlagTicks {
+    /// Counts one tick's flags. Allocates nothing.
+    pub fn add(&mut self, flags: Flags) {
+        for (ticks, (_, flag)) in self.0.iter_mut().zip(NAMES) {
+            *ticks += u64::from(flags.contains(flag));
+        }
+    }
+
+    /// The flags seen, each with its count.
+    fn seen(self) -> impl Iterator<Item = (&'static str, u64)> {
+        let all = NAMES.into_iter().zip(self.0);
+        all.map(|((name, _), ticks)| (name, ticks)).filter(|&(_, ticks)| ticks > 0)
+    }
+}
+
+impl From<FlagTicks> for BTreeMap<&'static str, u64> {
+    fn from(flags: FlagTicks) -> Self {
+        flags.seen().collect()
+    }
+}
+
+impl From<BTreeMap<String, u64>> for FlagTicks {
+    fn from(named: BTreeMap<String, u64>) -> Self {
+        Self(NAMES.map(|(name, _)| named.get(name).copied().unwrap_or_default()))
+    }
+}
+
+impl fmt::Display for FlagTicks {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let each = self.seen().map(|(name, ticks)| format!("{name} on {}", counted(ticks, "tick")));
+        let seen: Vec<String> = each.collect();
+        f.write_str(if seen.is_empty() { "none" } else { "" })?;
+        f.write_str(&seen.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_are_counted_by_name() {
+        let mut flags = FlagTicks::default();
+        assert_eq!(flags.to_string(), "none");
+        for bits in [1, 3, 1, 0, 128] {
+            flags.add(Flags(bits));
+        }
+        assert_eq!(
+            flags.to_string(),
+            "motion_clamped on 3 ticks, bad_sample on 1 tick, contact_capacity on 1 tick"
+        );
+        let text = serde_json::to_string(&flags).unwrap();
+        assert_eq!(text, r#"{"bad_sample":1,"contact_capacity":1,"motion_clamped":3}"#);
+        assert_eq!(serde_json::from_str::<FlagTicks>(&text).unwrap(), flags);
+    }
+
+    #[test]
+    fn every_bit_has_one_name() {
+        let named = NAMES.iter().fold(0, |bits, (_, flag)| bits + flag.0);
+        assert_eq!(named, 255);
+    }
+}
