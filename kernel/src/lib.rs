@@ -10,11 +10,20 @@
 //! - [`Network`]: a model with [`Settings`] that fit it.
 //! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`] or
 //!   [`GaussSeidel`].
-//! - [`trace`]: a session's samples and state hashes, to be played again bit for bit.
 //! - [`Number`]: what cells and links are computed in, a parameter of [`Track`] and [`Euler`]:
 //!   `f32`, fixed point ([`I8F24`]) or `f64`.
-//! - [`stage`]: between an answer and a hand: coupling, passivity, limits, ramp, watchdog.
-//! - [`trace`]: recorded sessions, the same bytes on every target.
+//!
+//! The modules, each of which uses only itself and those before it:
+//!
+//! - [`number`]: arithmetic with the same bits on every target.
+//! - [`model`]: the model's image, its checks, what it tells.
+//! - [`backend`]: vector units and the loops that run on them.
+//! - [`terms`]: the terms of the energy and what the tool does to it.
+//! - [`solver`]: the schemes.
+//! - [`tick`]: settings, samples, tissue, the tick, the state hash.
+//! - [`stage`]: between the tissue's answer and a device: coupling, passivity, limits, ramp,
+//!   watchdog.
+//! - [`trace`]: recorded sessions, to be played again bit for bit.
 //!
 //! ```
 //! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
@@ -61,8 +70,7 @@ pub use model::{COORDINATE_MAX, Model, image};
 pub use number::Number;
 pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
-pub use solver::coarse::deflation::probe_room;
-pub use solver::coarse::held::coarse_room;
+pub use solver::coarse::{coarse_room, probe_room};
 pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;

@@ -7,17 +7,35 @@
 //! - [`links`]: the links' bands (Eq. 5 to 13).
 //! - `term`: what any other term does; the list of them is that of `model::terms`.
 //! - [`held`]: a constraint, the cells that the tool holds.
-//! - [`current`]: a load, the current into the contact cells.
-//! - [`probe`]: which cells a sphere touches, and where it puts them.
+//! - `current`: a load, the current into the contact cells.
+//! - `probe`: which cells a sphere touches, and where it puts them.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
+//!
+//! **Adding a term** takes a file here, a file in [`model`](crate::model), and its entry in the list
+//! of `model::terms`. It brings:
+//!
+//! | what | where |
+//! |---|---|
+//! | its sections in the image, checked | `TermData::read`, `check` |
+//! | its part of the bound L at a cell, which is part of the cell's mobility | `add_bound` |
+//! | whether the rest shape is slack | `rests` |
+//! | residual and energy of awake slices, cell by cell and eight side by side | `Term::accumulate`, `slice` |
+//! | residual, energy and rounding at one cell | `cell` |
+//! | energy that a move of held cells changes, and a bound of that change | `touched`, `add_move` |
+//!
+//! The bake adds the term's part of L to the mobilities, to the largest step and to the matrix of
+//! the coarse level; the kernel checks the first two. A slice sleeps where the term leaves the
+//! fourth lanes of its residuals 0. A term without a state of its own adds nothing to the state
+//! hash. The list is resolved when the kernel is compiled: there is no dynamic dispatch, and a term
+//! that is not in the list costs nothing. Pins, a term of the tests, are the example.
 
-pub mod current;
+pub(crate) mod current;
 pub mod held;
 pub mod links;
 pub(crate) mod number;
 #[cfg(test)]
 mod pin;
-pub mod probe;
+pub(crate) mod probe;
 pub(crate) mod residual;
 pub(crate) mod sliced;
 pub(crate) mod term;

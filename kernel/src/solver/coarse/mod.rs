@@ -27,18 +27,20 @@
 //! product, n^2 for each axis with n basis functions; 4 basis functions a held cell and axis.
 //!
 //! - `solve`: c = B g.
-//! - [`held`]: the corrections for chosen cells.
-//! - [`deflation`]: without the basis functions at a probe's contacts.
+//! - `held`: the corrections for chosen cells.
+//! - `deflation`: without the basis functions at a probe's contacts.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
-pub mod deflation;
-pub mod held;
+pub(crate) mod deflation;
+pub(crate) mod held;
 pub(crate) mod scalar;
 pub(crate) mod sliced;
 mod solve;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use deflation::probe_room;
+pub use held::coarse_room;
 pub(crate) use solve::{Coarse, Solve};
 
 use crate::number::two_float::Eight;
