@@ -107,3 +107,38 @@ impl Help for Wait {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn is_complete<T: Help + std::fmt::Debug>() {
+        let command = || {
+            clap::Command::new("chaincell").arg(clap::Arg::new("of").value_parser(parser::<T>()))
+        };
+        for &value in T::ALL {
+            let found = command().try_get_matches_from(["chaincell", value.name()]).unwrap();
+            assert_eq!(found.get_one("of"), Some(&value));
+            assert_eq!(T::from_code(value.code()), Some(value));
+        }
+        let refused = command().try_get_matches_from(["chaincell", "neither"]).unwrap_err();
+        let help =
+            command().render_long_help().to_string().replace(|c: char| c.is_whitespace(), "");
+        for value in T::ALL {
+            assert!(refused.to_string().contains(value.name()), "{refused}");
+            let text = value.help().replace(|c: char| c.is_whitespace(), "");
+            assert!(help.contains(&format!("{}:{text}", value.name())), "{help}");
+        }
+    }
+
+    #[test]
+    fn every_value_is_taken_named_where_another_is_given_and_explained_by_help() {
+        is_complete::<Scheme>();
+        is_complete::<Arithmetic>();
+        is_complete::<Unloading>();
+        is_complete::<Drive>();
+        is_complete::<Device>();
+        is_complete::<Wait>();
+    }
+}

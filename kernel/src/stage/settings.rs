@@ -180,36 +180,25 @@ impl StageSettings {
 }
 
 /// Which setting of a stage is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum StageError {
     /// The time of a tick is not within [`TICK_S`].
+    #[error("the time of a tick must be 1e-5 to 1 s")]
     Tick,
     /// The coupling's stiffness is below [`COUPLING_MIN`], its damping negative, or one above
     /// [`COUPLING_MAX`].
+    #[error("the coupling's stiffness must be 1 to 1e6 N/m, its damping 0 to 1e6 N s/m")]
     Coupling,
     /// The device's damping is negative or above [`COUPLING_MAX`], or the delay above 1 tick.
+    #[error("the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick")]
     Passivity,
     /// The slew limit is not positive.
+    #[error("the slew limit must be positive")]
     Slew,
     /// The largest force is not positive.
+    #[error("the largest force must be positive")]
     MaxForce,
     /// A ramp or a watchdog above [`TICKS_MAX`].
+    #[error("ramp and watchdog must be at most 60000 ticks")]
     Ticks,
 }
-
-impl core::fmt::Display for StageError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Tick => "the time of a tick must be 1e-5 to 1 s",
-            Self::Coupling => {
-                "the coupling's stiffness must be 1 to 1e6 N/m, its damping 0 to 1e6 N s/m"
-            }
-            Self::Passivity => "the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick",
-            Self::Slew => "the slew limit must be positive",
-            Self::MaxForce => "the largest force must be positive",
-            Self::Ticks => "ramp and watchdog must be at most 60000 ticks",
-        })
-    }
-}
-
-impl core::error::Error for StageError {}

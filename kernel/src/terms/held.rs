@@ -33,9 +33,10 @@ impl<N: Number> Contact<N> {
 }
 
 /// Why a list of contact cells is refused; the position is that in the list.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ContactError {
     /// The tissue has room for fewer contact cells.
+    #[error("{needed} contact cells, room for {capacity}: raise the capacity")]
     Capacity {
         /// Cells asked for.
         needed: usize,
@@ -43,15 +44,23 @@ pub enum ContactError {
         capacity: usize,
     },
     /// The cell is not in the model.
+    #[error("contact cell at position {0} is not in the model")]
     Unknown(usize),
     /// The cell's state is fixed.
+    #[error("contact cell at position {0} is fixed")]
     Fixed(usize),
     /// The ids must ascend without repeats.
+    #[error("contact cell at position {0} is not above the last")]
     Order(usize),
     /// The tissue was not reset to this network.
+    #[error("the tissue belongs to another network: reset it first")]
     Model,
     /// The tissue has too little room to hold that many cells against the model's coarse level:
     /// size it with [`coarse_room`](crate::coarse_room).
+    #[error(
+        "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
+         room for {room}"
+    )]
     CoarseRoom {
         /// Blocks needed.
         needed: usize,
@@ -59,17 +68,27 @@ pub enum ContactError {
         room: usize,
     },
     /// The tool is engaged: cells change hands only while it is not.
+    #[error("the tool is engaged: release it first")]
     Engaged,
     /// The probe's radius is not above 0, not finite or beyond
     /// [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths.
+    #[error("the probe's radius must be above 0 and at most {max_m} m")]
     Radius {
         /// Largest radius \[m\].
         max_m: f32,
     },
     /// A probe touches surface cells, and the model has none.
+    #[error(
+        "the model has no surface that a probe could touch: bake a mesh with triangles or \
+         tetrahedra, or name cells"
+    )]
     NoSurface,
     /// The tissue has too little room for a probe and the model's coarse level: size it with
     /// [`probe_room`](crate::probe_room).
+    #[error(
+        "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
+         {room}: size it with probe_room, or bake it with `hats` none"
+    )]
     ProbeRoom {
         /// Blocks needed.
         needed: usize,
@@ -77,40 +96,6 @@ pub enum ContactError {
         room: usize,
     },
 }
-
-impl core::fmt::Display for ContactError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Capacity { needed, capacity } => {
-                write!(f, "{needed} contact cells, room for {capacity}: raise the capacity")
-            }
-            Self::Unknown(at) => write!(f, "contact cell at position {at} is not in the model"),
-            Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
-            Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
-            Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
-            Self::CoarseRoom { needed, room } => write!(
-                f,
-                "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
-                 room for {room}"
-            ),
-            Self::Engaged => f.write_str("the tool is engaged: release it first"),
-            Self::Radius { max_m } => {
-                write!(f, "the probe's radius must be above 0 and at most {max_m} m")
-            }
-            Self::NoSurface => f.write_str(
-                "the model has no surface that a probe could touch: bake a mesh with triangles or \
-                 tetrahedra, or name cells",
-            ),
-            Self::ProbeRoom { needed, room } => write!(
-                f,
-                "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
-                 {room}: size it with probe_room, or bake with --hats none"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ContactError {}
 
 /// Checks a list of contact cells against the model.
 pub(crate) fn check(model: &Model<'_>, ids: &[u16], capacity: usize) -> Result<(), ContactError> {

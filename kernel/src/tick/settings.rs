@@ -24,38 +24,27 @@ pub struct Settings {
 }
 
 /// Which setting is out of range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// At least one sweep a tick.
+    #[error("sweeps must be at least 1")]
     Sweeps,
     /// The step is not in (0, the bound]: beyond it the energy may grow.
+    #[error("step must be above 0 and at most {max}, the model's proven bound")]
     Step {
         /// The proven bound.
         max: f32,
     },
     /// The time a tick is not positive and finite.
+    #[error("the time a tick must be positive and finite")]
     TickTime,
     /// The tool's largest step is not positive and finite.
+    #[error("the largest tool step must be positive and finite")]
     MaxToolStep,
     /// The largest force is not positive.
+    #[error("the largest force must be positive")]
     MaxForce,
 }
-
-impl core::fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Sweeps => f.write_str("sweeps must be at least 1"),
-            Self::Step { max } => {
-                write!(f, "step must be above 0 and at most {max}, the model's proven bound")
-            }
-            Self::TickTime => f.write_str("the time a tick must be positive and finite"),
-            Self::MaxToolStep => f.write_str("the largest tool step must be positive and finite"),
-            Self::MaxForce => f.write_str("the largest force must be positive"),
-        }
-    }
-}
-
-impl core::error::Error for SettingsError {}
 
 impl Settings {
     /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::{Model, Settings, Unloading};
+use chaincell_kernel::{Choice, Model, Settings, Unloading};
 use chaincell_scenes::{SCENES, Scene, Tier};
 
 /// Most cells that the tool of a scene without a golden holds.

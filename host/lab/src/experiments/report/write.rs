@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use chaincell_kernel::Choice;
+use chaincell_kernel::Choice as _;
 use serde::Serialize;
 
 use super::collect::Report;
