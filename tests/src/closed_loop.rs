@@ -1,6 +1,6 @@
 //! A tissue behind an output stage, a modelled device and a hand: the loop of the passivity tests.
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::{Model, Network, Settings, Tissue, Track, Unloading};
@@ -29,7 +29,7 @@ pub fn column(stiffness_n_per_m: f32) -> ImageBytes {
     let mesh = load("box:2x2x3x0.01", &MeshOptions::default()).unwrap();
     let options = BakeOptions {
         stiffness_n_per_m: PerCell::Uniform(stiffness_n_per_m.into()),
-        hats: HatSpacing::None,
+        coarse_basis: BasisSpacing::None,
         ..BakeOptions::default()
     };
     bake(&mesh, &[0, 3, 6, 9], &options).unwrap()

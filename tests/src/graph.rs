@@ -1,7 +1,7 @@
 //! Random bodies of 4 to 40 cells for property tests: stiffness over six decades, alpha from 0 to
 //! 0.99, with and without a coarse level.
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Contact, Engine};
 use chaincell_host::error::Error;
 use chaincell_host::mesh::Mesh;
@@ -84,7 +84,7 @@ impl Case {
         BakeOptions {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
-            hats: self.hats.map_or(HatSpacing::None, HatSpacing::Links),
+            coarse_basis: self.hats.map_or(BasisSpacing::None, BasisSpacing::Links),
             colours: true,
             ..BakeOptions::default()
         }

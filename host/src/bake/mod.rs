@@ -1,10 +1,10 @@
 //! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
 //! bands and weights, the bounds that the kernel's proofs need.
 
+mod coarse_basis;
 mod colours;
-mod fine;
+mod embedded;
 mod groups;
-mod hats;
 mod image;
 mod network;
 mod notes;
@@ -14,8 +14,8 @@ mod slices;
 use chaincell_kernel::Model;
 use chaincell_kernel::model::rest_length;
 
+pub use coarse_basis::BasisSpacing;
 pub use groups::{Groups, partition};
-pub use hats::HatSpacing;
 pub use image::ImageBytes;
 use image::Sections;
 use network::Plan;
@@ -61,7 +61,7 @@ pub struct BakeOptions {
     /// What a tool may load into the body \[J\].
     pub energy_max_j: Option<f64>,
     /// The coarse level of `track`.
-    pub hats: HatSpacing,
+    pub coarse_basis: BasisSpacing,
     /// Add the order that `gauss-seidel` needs.
     pub colours: bool,
     /// Leave out what only a display or a vector unit needs.
@@ -79,7 +79,7 @@ impl Default for BakeOptions {
             resistance: 1.0,
             capacitance: 1.0,
             energy_max_j: None,
-            hats: HatSpacing::BySize,
+            coarse_basis: BasisSpacing::BySize,
             colours: false,
             lean: false,
             cells: None,
@@ -149,10 +149,12 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     each("`alpha`", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
     each("`stiffness_n_per_m`", &options.stiffness_n_per_m, positive, stiffness)?;
-    if let HatSpacing::Links(spacing) = options.hats
+    if let BasisSpacing::Links(spacing) = options.coarse_basis
         && !(1.0..=1e6).contains(&spacing)
     {
-        return Err(Error::input(format!("`hats` {spacing}: must be at least 1 mean link length")));
+        return Err(Error::input(format!(
+            "`coarse_basis` {spacing}: must be at least 1 mean link length"
+        )));
     }
     for (name, value) in
         [("`saturation_m`", options.saturation_m), ("`energy_max_j`", options.energy_max_j)]
@@ -340,10 +342,10 @@ fn write(plan: &Plan<'_>, body: &Body, options: &BakeOptions) -> Result<ImageByt
     if options.colours {
         colours::push(&mut sections, &adjacency, links, &mobility);
     }
-    hats::push(&mut sections, body, &mobility, &weight, options.hats)?;
+    coarse_basis::push(&mut sections, body, &mobility, &weight, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);
     if !options.lean {
-        fine::push(&mut sections, plan, body);
+        embedded::push(&mut sections, plan, body);
     }
     Ok(sections.finish())
 }

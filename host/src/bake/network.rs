@@ -1,6 +1,6 @@
 //! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's.
 
-use super::groups::{Carried, CoarseLinks, Groups, carry, couple, partition, stiffening};
+use super::groups::{CoarseLinks, Embedding, Groups, couple, embed, partition, stiffening};
 use super::{BakeOptions, Body, Link, PerCell};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -27,7 +27,7 @@ pub struct Coarse {
     /// Nodes are groups.
     pub net: Mesh,
     /// How groups carry the nodes.
-    pub carried: Carried,
+    pub embedding: Embedding,
     fixed: Vec<u32>,
     links: CoarseLinks,
 }
@@ -123,16 +123,16 @@ impl Coarse {
                 "`cells` {cells}: each part of the body would be one cell; take more cells"
             )));
         }
-        let mut carried = carry(mesh, &groups, &links.links);
+        let mut embedding = embed(mesh, &groups, &links.links);
         let cells_m: Vec<[f64; 3]> =
             groups.node.iter().map(|&node| mesh.nodes_m[node as usize]).collect();
         let k = &mut links.stiffness_n_per_m;
-        let factor = stiffening(mesh, &stiffness, &cells_m, &links.links, k, &carried);
+        let factor = stiffening(mesh, &stiffness, &cells_m, &links.links, k, &embedding);
         k.iter_mut().for_each(|k| *k *= factor);
-        log::info!("links of groups stiffened by {factor}, {} nodes rough", carried.rough);
-        carried.pin(&groups);
+        log::info!("links of groups stiffened by {factor}, {} nodes rough", embedding.rough);
+        embedding.pin(&groups);
         let net = Mesh { nodes_m: cells_m, links: links.links.clone(), ..Mesh::default() };
         let fixed = (0_u32..).zip(&groups.fixed).filter(|entry| *entry.1).map(|entry| entry.0);
-        Ok(Self { fixed: fixed.collect(), groups, net, carried, links })
+        Ok(Self { fixed: fixed.collect(), groups, net, embedding, links })
     }
 }

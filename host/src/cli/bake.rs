@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use super::model_file;
 use super::reports::ModelReport;
-use crate::bake::{BakeOptions, HatSpacing, PerCell, bake};
+use crate::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::write_whole;
 use crate::interrupt;
@@ -84,7 +84,13 @@ pub struct BodyArgs {
     energy_max_j: Option<f64>,
     /// Coarse level of `track`: distance of its hat functions in mean link lengths, none, or auto
     /// (at most 400 hats at 2.5 or more; none where every cell is within four links of a fixed one)
-    #[arg(long, default_value = "auto", value_name = "SPACING", allow_negative_numbers = true)]
+    #[arg(
+        id = "coarse_basis",
+        long = "hats",
+        default_value = "auto",
+        value_name = "SPACING",
+        allow_negative_numbers = true
+    )]
     hats: String,
     /// Add the colours of the cells, which gauss-seidel needs: two bytes a cell
     #[arg(long)]
@@ -167,7 +173,7 @@ impl BodyArgs {
             resistance: self.r_x,
             capacitance: self.capacitance,
             energy_max_j: self.energy_max_j,
-            hats: spacing(&self.hats)?,
+            coarse_basis: spacing(&self.hats)?,
             colours: self.colours,
             lean: self.lean,
             cells: self.cells,
@@ -176,11 +182,11 @@ impl BodyArgs {
     }
 }
 
-fn spacing(text: &str) -> Result<HatSpacing> {
+fn spacing(text: &str) -> Result<BasisSpacing> {
     match text {
-        "auto" => Ok(HatSpacing::BySize),
-        "none" => Ok(HatSpacing::None),
-        number => number.parse().map(HatSpacing::Links).map_err(|_| {
+        "auto" => Ok(BasisSpacing::BySize),
+        "none" => Ok(BasisSpacing::None),
+        number => number.parse().map(BasisSpacing::Links).map_err(|_| {
             Error::input(format!(
                 "--hats {number}: give a distance in mean link lengths, none or auto"
             ))

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_kernel::{Model, include_model};
 use chaincell_lab::bodies::Shape;
 
@@ -25,7 +25,8 @@ fn grid(spec: &str, fixed: bool, options: BakeOptions) -> ImageBytes {
 fn loose() -> ImageBytes {
     let nodes_m = (0..8).map(|i| [0.01 * f64::from(i), 0.002 * f64::from(i % 3), 0.0]).collect();
     let links = vec![[0, 1], [2, 3], [4, 5], [5, 6], [5, 7]];
-    let options = BakeOptions { hats: HatSpacing::None, colours: true, ..BakeOptions::default() };
+    let options =
+        BakeOptions { coarse_basis: BasisSpacing::None, colours: true, ..BakeOptions::default() };
     shape(nodes_m, links, Vec::new()).bake(&options).unwrap()
 }
 
@@ -37,7 +38,7 @@ fn contrasts() -> ImageBytes {
     let options = BakeOptions {
         alpha: PerCell::Each(alphas),
         stiffness_n_per_m: PerCell::Each(stiffness),
-        hats: HatSpacing::Links(2.0),
+        coarse_basis: BasisSpacing::Links(2.0),
         ..BakeOptions::default()
     };
     grid("box:4x3x3x0.01", true, options)
@@ -48,7 +49,7 @@ fn saturating() -> ImageBytes {
     let options = BakeOptions {
         saturation_m: Some(0.05),
         energy_max_j: Some(1e9),
-        hats: HatSpacing::None,
+        coarse_basis: BasisSpacing::None,
         ..BakeOptions::default()
     };
     grid("box:2x2x3x0.01", true, options)
@@ -60,7 +61,7 @@ pub fn images() -> &'static [ImageBytes] {
     IMAGES.get_or_init(|| {
         let slack = BakeOptions {
             alpha: PerCell::Uniform(0.1),
-            hats: HatSpacing::Links(2.0),
+            coarse_basis: BasisSpacing::Links(2.0),
             ..BakeOptions::default()
         };
         let committed = [PLANE9, BOX5, GROUPS].map(ImageBytes::copy);

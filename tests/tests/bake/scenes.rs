@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, VARIED300};
 
@@ -32,20 +32,21 @@ fn check(name: &str, linked: &[u8], baked: &[u8]) {
 
 #[test]
 fn the_linked_images_are_what_the_bake_gives() {
-    let plain = BakeOptions { hats: HatSpacing::None, ..BakeOptions::default() };
+    let plain = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
     let slack = |alpha| PerCell::Uniform(alpha);
     let four = BakeOptions { colours: true, lean: true, ..plain.clone() };
     check("plane4.chaincell", PLANE4, &baked("plane:21x21x0.01", false, &four));
     let eight = BakeOptions { alpha: slack(0.02), ..plain.clone() };
     check("plane8.chaincell", PLANE8, &baked("plane:21x21x0.01", true, &eight));
-    let block = BakeOptions { alpha: slack(0.03), hats: HatSpacing::Links(2.5), ..plain.clone() };
+    let block =
+        BakeOptions { alpha: slack(0.03), coarse_basis: BasisSpacing::Links(2.5), ..plain.clone() };
     check("box7.chaincell", BOX7, &baked("box:7x7x5x0.01", false, &block));
-    let organ = BakeOptions { hats: HatSpacing::Links(3.5), lean: true, ..plain.clone() };
+    let organ = BakeOptions { coarse_basis: BasisSpacing::Links(3.5), lean: true, ..plain.clone() };
     check("organ500.chaincell", ORGAN500, &baked("organ:500", false, &organ));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),
         stiffness_n_per_m: each(299, |node| 1 + node * 13 % 17, 5.0),
-        hats: HatSpacing::Links(3.0),
+        coarse_basis: BasisSpacing::Links(3.0),
         colours: true,
         ..plain
     };

@@ -2,7 +2,7 @@
 //! never rises, and what stays bounded.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Choice, Drive, Flags, Model, Settings, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
@@ -24,7 +24,7 @@ fn chain(stiffness_n_per_m: &[f64], alpha: f64, floats: bool) -> ImageBytes {
         // Twice the longest chain's stretch; fixed point carries up to 63 links.
         saturation_m: Some(0.4),
         energy_max_j: Some(1e3),
-        hats: HatSpacing::None,
+        coarse_basis: BasisSpacing::None,
         colours: true,
         ..BakeOptions::default()
     };
@@ -260,13 +260,13 @@ fn the_energy_bound_holds_for_ever() {
 #[test]
 fn all_loops_give_the_same_bits() {
     for (spec, spacing) in [
-        ("plane:21x21x0.01", HatSpacing::None),
-        ("organ:500", HatSpacing::Links(2.5)),
-        ("organ:500", HatSpacing::None),
+        ("plane:21x21x0.01", BasisSpacing::None),
+        ("organ:500", BasisSpacing::Links(2.5)),
+        ("organ:500", BasisSpacing::None),
     ] {
         let options = BakeOptions {
             alpha: PerCell::Uniform(0.05),
-            hats: spacing,
+            coarse_basis: spacing,
             colours: true,
             ..BakeOptions::default()
         };

@@ -2,7 +2,7 @@
 //! under the same scheme, and that no sample makes any of them leave its range.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
@@ -22,7 +22,7 @@ fn plane() -> ImageBytes {
     let options = MeshOptions { diagonals: true, ..MeshOptions::default() };
     let mesh = load("plane:21x21x0.005", &options).unwrap();
     // Only single precision has hats.
-    let options = BakeOptions { hats: HatSpacing::None, ..BakeOptions::default() };
+    let options = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
     bake(&mesh, &mesh.border, &options).unwrap()
 }
 

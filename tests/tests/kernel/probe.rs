@@ -1,7 +1,7 @@
 //! The probe as contact: on generated bodies, and on random graphs wherever the tool goes.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolSample, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
@@ -16,8 +16,8 @@ const TOP_M: f32 = 0.05;
 const RADIUS_M: f32 = 0.025;
 
 /// The box, held at its bottom; a plane, held at its border.
-fn image(spec: &str, hats: HatSpacing) -> ImageBytes {
-    let options = BakeOptions { hats, colours: true, ..BakeOptions::default() };
+fn image(spec: &str, coarse_basis: BasisSpacing) -> ImageBytes {
+    let options = BakeOptions { coarse_basis, colours: true, ..BakeOptions::default() };
     Shape::generated(spec).unwrap().bake(&options).unwrap()
 }
 
@@ -33,8 +33,8 @@ fn engine_of(
 }
 
 /// Hats with the scheme that has them; no hats with all.
-fn cases() -> impl Iterator<Item = (HatSpacing, Variant)> {
-    let spacing = |hats| if hats { HatSpacing::Links(2.5) } else { HatSpacing::None };
+fn cases() -> impl Iterator<Item = (BasisSpacing, Variant)> {
+    let spacing = |hats| if hats { BasisSpacing::Links(2.5) } else { BasisSpacing::None };
     Variant::all().into_iter().map(move |variant| (spacing(variant.hats), variant))
 }
 
@@ -69,7 +69,7 @@ const ROUNDING_M: f64 = 1e-7;
 
 #[test]
 fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
-    let image = image(BOX, HatSpacing::Links(2.5));
+    let image = image(BOX, BasisSpacing::Links(2.5));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for kind in Variant::plain_ones() {
         let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
@@ -104,7 +104,7 @@ fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
 
 #[test]
 fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
-    let image = image(BOX, HatSpacing::None);
+    let image = image(BOX, BasisSpacing::None);
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for (capacity, full) in [(3, true), (8, true), (200, false)] {
         let mut engine = engine_of(
@@ -130,7 +130,7 @@ fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
 #[test]
 fn a_cell_at_the_centre_leaves_along_its_normal() {
     for (spec, top) in [(BOX, TOP_M), ("plane:9x9x0.01", 0.0)] {
-        let image = image(spec, HatSpacing::None);
+        let image = image(spec, BasisSpacing::None);
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         if top == 0.0 {
             // A plane has one side: all its cells, normal to it.
@@ -187,7 +187,7 @@ fn contacts_and_force_do_not_chatter() {
 
 #[test]
 fn let_go_the_tool_feels_nothing() {
-    let image = image(BOX, HatSpacing::Links(2.5));
+    let image = image(BOX, BasisSpacing::Links(2.5));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for kind in Variant::plain_ones() {
         let mut engine = engine_of(model, kind, Unloading::Release, 200).unwrap();
@@ -243,7 +243,7 @@ fn the_bits_are_the_same_however_they_are_computed() {
 fn a_probe_that_cannot_be_is_refused() {
     let line = [0.0, 0.01, 0.02].map(|x| [x, 0.0, 0.0]).to_vec();
     let line = shape(line, vec![[0, 1], [1, 2]], vec![0]).bake(&BakeOptions::default()).unwrap();
-    let plane = image("plane:5x5x0.01", HatSpacing::None);
+    let plane = image("plane:5x5x0.01", BasisSpacing::None);
     for (image, radius_m, part) in [
         (&line, 0.01, "no surface"),
         (&plane, 0.0, "above 0"),
@@ -311,7 +311,7 @@ proptest! {
 /// the tool, no energy from nowhere, and no contact that stays.
 #[test]
 fn a_tool_that_leaves_at_once_draws_no_cell_along() {
-    let image = image(BOX, HatSpacing::Links(2.5));
+    let image = image(BOX, BasisSpacing::Links(2.5));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for kind in Variant::plain_ones() {
         for way_m in [0.003, 0.01, 0.4] {

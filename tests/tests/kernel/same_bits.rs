@@ -3,7 +3,7 @@
 //! `cargo test --release -p chaincell-tests --test kernel same_bits` checks the fully optimised build.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::MeshOptions;
 use chaincell_kernel::VectorUnit;
@@ -86,14 +86,15 @@ fn trajectories_are_the_same_without_the_vector_unit() {
     for spec in ["plane:21x21x0.01", "organ:500", "box:7x6x5x0.01"] {
         let shape = body(spec);
         for (hats, alpha) in [
-            (HatSpacing::None, 0.0),
-            (HatSpacing::None, 0.05),
-            (HatSpacing::Links(2.5), 0.0),
-            (HatSpacing::Links(3.0), 0.05),
+            (BasisSpacing::None, 0.0),
+            (BasisSpacing::None, 0.05),
+            (BasisSpacing::Links(2.5), 0.0),
+            (BasisSpacing::Links(3.0), 0.05),
         ] {
-            let with_hats = hats != HatSpacing::None;
+            let with_hats = hats != BasisSpacing::None;
             let alpha = PerCell::Uniform(alpha);
-            let options = BakeOptions { alpha, hats, colours: true, ..BakeOptions::default() };
+            let options =
+                BakeOptions { alpha, coarse_basis: hats, colours: true, ..BakeOptions::default() };
             let image = shape.bake(&options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
@@ -114,7 +115,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
 }
 
 /// A body whose links differ in alpha, in stiffness over six decades, in both or in neither.
-fn varied(shape: &Shape, varied: [bool; 2], hats: HatSpacing) -> ImageBytes {
+fn varied(shape: &Shape, varied: [bool; 2], coarse_basis: BasisSpacing) -> ImageBytes {
     let mut dice = Dice(7);
     let nodes = shape.mesh.nodes_m.len();
     let mut each = |value: fn(f64) -> f64| {
@@ -128,7 +129,7 @@ fn varied(shape: &Shape, varied: [bool; 2], hats: HatSpacing) -> ImageBytes {
         alpha,
         stiffness_n_per_m: stiff,
         saturation_m,
-        hats,
+        coarse_basis,
         colours: true,
         ..Default::default()
     };
@@ -158,7 +159,7 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
     for spec in ["plane:9x7x0.01", "organ:150", "box:4x4x5x0.01"] {
         let shape = body(spec);
         for links in [[false, false], [true, false], [false, true], [true, true]] {
-            for hats in [HatSpacing::None, HatSpacing::Links(2.0)] {
+            for hats in [BasisSpacing::None, BasisSpacing::Links(2.0)] {
                 let image = varied(&shape, links, hats);
                 let model = Model::from_bytes(image.as_bytes()).unwrap();
                 assert!(model.is_sliced(), "{spec}");

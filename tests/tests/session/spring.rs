@@ -1,5 +1,7 @@
 //! What the tests of the co-simulation share: a spring for a tissue, scenes of their own.
 
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! The output stage with a probe that touches, drags, leaves and taps: no energy is made.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::StageSettings;
 use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop};
@@ -20,7 +20,7 @@ fn slab() -> ImageBytes {
     let mesh = load("box:9x9x4x0.005", &MeshOptions::default()).unwrap();
     let options = BakeOptions {
         stiffness_n_per_m: PerCell::Uniform(1000.0),
-        hats: HatSpacing::None,
+        coarse_basis: BasisSpacing::None,
         ..BakeOptions::default()
     };
     let lower: Vec<u32> = (0..81).map(|column| 4 * column).collect();

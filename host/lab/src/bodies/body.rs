@@ -3,11 +3,11 @@
 use chaincell_kernel::Model;
 
 use super::shape::Shape;
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes};
 use chaincell_host::error::{Error, Result};
 
 /// Distance of the coarse basis functions where a body has them [mean link lengths].
-const HATS: HatSpacing = HatSpacing::Links(2.5);
+const HATS: BasisSpacing = BasisSpacing::Links(2.5);
 
 /// A baked body.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,9 +23,10 @@ impl Body {
     /// # Errors
     /// As the bake.
     pub fn new(shape: Shape, options: &BakeOptions) -> Result<Self> {
-        let options = BakeOptions { colours: true, hats: HatSpacing::None, ..options.clone() };
+        let options =
+            BakeOptions { colours: true, coarse_basis: BasisSpacing::None, ..options.clone() };
         let plain = shape.bake(&options)?;
-        let hats = shape.bake(&BakeOptions { hats: HATS, ..options }).ok();
+        let hats = shape.bake(&BakeOptions { coarse_basis: HATS, ..options }).ok();
         let hats = hats.filter(|image| {
             Model::from_bytes(image.as_bytes()).is_ok_and(|model| model.hats() > 0)
         });

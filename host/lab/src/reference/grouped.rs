@@ -1,6 +1,6 @@
 //! How stiff a body of few cells is beside its mesh.
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, bake};
 use chaincell_host::engine::contact::held;
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 use chaincell_kernel::Model;
@@ -9,7 +9,7 @@ use super::{Links, minimum};
 
 /// Force of the top, held and moved by `move_m`, on whatever moves it \[N\].
 fn plate(mesh: &Mesh, cells: Option<usize>, move_m: [f64; 3]) -> [f64; 3] {
-    let options = BakeOptions { cells, hats: HatSpacing::None, ..BakeOptions::default() };
+    let options = BakeOptions { cells, coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
     let image = bake(mesh, &mesh.default_fixed, &options).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let height = mesh.nodes_m.iter().map(|p| p[2]).fold(0.0, f64::max);

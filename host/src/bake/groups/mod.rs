@@ -5,13 +5,13 @@
 //! surface holds fewer nodes than one inside. Its cell stands at one of its nodes, the one nearest
 //! to its middle: cells of the surface lie on the surface, and have an input id of their own.
 
-mod carry;
+mod embedding;
 mod graph;
 mod links;
 mod moments;
 mod response;
 
-pub use carry::{Carried, carry};
+pub use embedding::{Embedding, embed};
 pub use graph::NONE;
 use graph::{Graph, mean, squared};
 pub use links::{CoarseLinks, couple};

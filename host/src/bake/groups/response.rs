@@ -5,7 +5,7 @@
 //! handed to the cells by the weights with which they carry the nodes, strain the network more: by
 //! the factor, over six strains, by which all its links are to be stiffened (a patch test).
 
-use super::carry::Carried;
+use super::embedding::Embedding;
 use super::graph::{mean, squared};
 use crate::mesh::Mesh;
 
@@ -110,7 +110,7 @@ pub fn stiffening(
     cells_m: &[[f64; 3]],
     links: &[[u32; 2]],
     coarse_k: &[f64],
-    carried: &Carried,
+    embedding: &Embedding,
 ) -> f64 {
     let flat = |axis: usize| mesh.nodes_m.iter().all(|p| p[axis] == mesh.nodes_m[0][axis]);
     if (0..3).any(flat) {
@@ -131,7 +131,7 @@ pub fn stiffening(
         let forces = fine.forces(&strained);
         let mut handed = vec![[0.0; 3]; cells_m.len()];
         for (node, force) in forces.iter().enumerate() {
-            let carriers = carried.groups[node].iter().zip(&carried.weights[node]);
+            let carriers = embedding.groups[node].iter().zip(&embedding.weights[node]);
             for (&group, &w) in carriers.filter(|entry| *entry.0 != NO_CELL) {
                 let cell = &mut handed[usize::from(group)];
                 *cell = std::array::from_fn(|axis| cell[axis] + f64::from(w) * force[axis]);

@@ -6,7 +6,7 @@ use chaincell_kernel::Model;
 
 use super::setting::Setting;
 use crate::reference::Npz;
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::contact::{automatic, inward};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
@@ -50,7 +50,7 @@ impl Scene {
         let options = BakeOptions { alpha, colours: true, ..BakeOptions::default() };
         let image = bake(mesh, fixed, &options)?;
         let model = parse(&image)?;
-        let without = BakeOptions { hats: HatSpacing::None, ..options };
+        let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options };
         let bare = (model.hats() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
         let (contacts, direction) = match contact {
             Contact::Auto => {

@@ -1,4 +1,4 @@
-//! How the cells carry the nodes of the mesh: weights that follow every linear field.
+//! The mesh embedded in the cells: each node is a weighted mean of cells, exact for linear fields.
 //!
 //! Moving least squares over the nearest cells: of all weights that add up to one and to the
 //! node's own place, those with the least sum of w^2 d^4, d the distance (Shepard 1968; Lancaster
@@ -21,12 +21,12 @@ const SIZES_MAX: f64 = 3.0;
 const EXACT: f64 = 1e-6;
 /// Directions in which the cells spread less than this share of their distance do not count.
 const FLAT: f64 = 1e-10;
-/// The same where a node is carried only roughly.
+/// The same where a node follows linear fields only roughly.
 const FLAT_ROUGH: f64 = 1e-2;
 
 /// Cells and weights of every node, its own cell first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
+pub struct Embedding {
     /// Groups, [`NO_CELL`] for an unused node.
     pub groups: Vec<[u16; FINE_CELLS]>,
     /// Their weights.
@@ -35,16 +35,16 @@ pub struct Carried {
     pub rough: usize,
 }
 
-/// Carries every used node of the mesh by the cells of its group and of those linked to it, twice
-/// over.
-pub fn carry(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Carried {
+/// Embeds every used node of the mesh in the cells of its group and of those within two links of
+/// it.
+pub fn embed(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Embedding {
     let mut linked = vec![Vec::new(); groups.node.len()];
     for &[a, b] in links {
         linked[a as usize].push(b);
         linked[b as usize].push(a);
     }
     let nodes = mesh.nodes_m.len();
-    let mut carried = Carried {
+    let mut embedding = Embedding {
         groups: vec![[NO_CELL; FINE_CELLS]; nodes],
         weights: vec![[0.0; FINE_CELLS]; nodes],
         rough: 0,
@@ -63,18 +63,18 @@ pub fn carry(mesh: &Mesh, groups: &Groups, links: &[[u32; 2]]) -> Carried {
             } else {
                 weights(mesh, groups, node, own as u32, &around)
             };
-            carried.rough += usize::from(!found.exact);
-            carried.groups[node] = [own as u16; FINE_CELLS];
-            let slots = carried.groups[node].iter_mut().zip(&mut carried.weights[node]);
+            embedding.rough += usize::from(!found.exact);
+            embedding.groups[node] = [own as u16; FINE_CELLS];
+            let slots = embedding.groups[node].iter_mut().zip(&mut embedding.weights[node]);
             for ((group, weight), (from, w)) in slots.zip(found.of) {
                 (*group, *weight) = (from as u16, w as f32);
             }
         }
     }
-    carried
+    embedding
 }
 
-impl Carried {
+impl Embedding {
     /// Lets the nodes of fixed groups go with their own cells alone, which never move.
     pub fn pin(&mut self, groups: &Groups) {
         let slots = self.groups.iter_mut().zip(&mut self.weights);

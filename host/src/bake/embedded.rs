@@ -1,4 +1,4 @@
-//! The nodes that groups carry along: sections for whoever shows the whole mesh.
+//! The embedded mesh: sections of the image for viewers that show every node.
 
 use chaincell_kernel::image::{FINE_CELLS, NO_CELL, kind};
 
@@ -10,8 +10,8 @@ use super::{Body, internal};
 pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &Body) {
     let Some(coarse) = plan.coarse() else { return };
     let mesh = plan.mesh();
-    let carried = &coarse.carried;
-    let rest: Vec<[f32; 3]> = (mesh.nodes_m.iter().zip(&carried.groups))
+    let embedding = &coarse.embedding;
+    let rest: Vec<[f32; 3]> = (mesh.nodes_m.iter().zip(&embedding.groups))
         .map(|(&at, groups)| match groups[0] {
             // A node that is left out may be anywhere.
             NO_CELL => [0.0; 3],
@@ -23,10 +23,10 @@ pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &Body) {
         group => body.cell_of[usize::from(group)],
     };
     let cells: Vec<[u16; FINE_CELLS]> =
-        carried.groups.iter().map(|groups| groups.map(cell_of)).collect();
+        embedding.groups.iter().map(|groups| groups.map(cell_of)).collect();
     sections.push(kind::FINE_REST, rest.as_flattened());
     sections.push(kind::FINE_CELLS, cells.as_flattened());
-    sections.push(kind::FINE_WEIGHTS, carried.weights.as_flattened());
+    sections.push(kind::FINE_WEIGHTS, embedding.weights.as_flattened());
     if !mesh.triangles.is_empty() {
         sections.push(kind::FINE_TRIANGLES, mesh.triangles.as_flattened());
     }

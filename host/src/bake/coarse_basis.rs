@@ -30,7 +30,7 @@ const RINGS_MIN: usize = 5;
 
 /// How far apart the hats stand.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum HatSpacing {
+pub enum BasisSpacing {
     /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none
     /// where every cell is close to a fixed one, and for bodies too large for that.
     #[default]
@@ -197,7 +197,7 @@ impl Level {
             matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (self.count as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
-            Error::check("the hats' matrix is not positive definite: bake with `hats` none")
+            Error::check("the hats' matrix is not positive definite: bake with `coarse_basis` none")
         })?;
         Ok(factor.inverse())
     }
@@ -252,12 +252,12 @@ pub(super) fn push(
     body: &Body,
     mobility: &[f32],
     weight: &[f32],
-    spacing: HatSpacing,
+    spacing: BasisSpacing,
 ) -> Result<()> {
     let spacing = match spacing {
-        HatSpacing::None => None,
-        HatSpacing::Links(spacing) => Some(spacing),
-        HatSpacing::BySize => by_size(body, mobility),
+        BasisSpacing::None => None,
+        BasisSpacing::Links(spacing) => Some(spacing),
+        BasisSpacing::BySize => by_size(body, mobility),
     };
     let Some(spacing) = spacing else { return Ok(()) };
     let level = Level::new(body, mobility, spacing);
@@ -266,12 +266,12 @@ pub(super) fn push(
     }
     if !level.is_addressable() {
         return Err(Error::input(format!(
-            "`hats` {spacing}: too many cells for hats that close; set them farther apart"
+            "`coarse_basis` {spacing}: too many cells for hats that close; set them farther apart"
         )));
     }
     if level.count > HATS_MAX {
         return Err(Error::input(format!(
-            "`hats` {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
+            "`coarse_basis` {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
              apart",
             level.count
         )));
