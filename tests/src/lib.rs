@@ -43,11 +43,10 @@ pub fn turn() -> std::sync::MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// The Rust of the pages, compiled as documentation tests.
+// The Rust of the pages, compiled as documentation tests.
 #[cfg(doctest)]
-mod pages {
-    #[doc = include_str!("../../README.md")]
-    struct Project;
-    #[doc = include_str!("../../kernel/README.md")]
-    struct Kernel;
-}
+#[doc = include_str!("../../README.md")]
+mod project_page {}
+#[cfg(doctest)]
+#[doc = include_str!("../../kernel/README.md")]
+mod kernel_page {}
