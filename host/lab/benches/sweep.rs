@@ -1,8 +1,8 @@
 //! A sweep at its worst, every link outside its band, beside the plain loop over the cells:
 //!
 //! ```sh
-//! cargo bench -p chaincell-host --bench sweep [-- --json]
-//! cargo bench -p chaincell-host --bench sweep -- --count      # instructions, under valgrind
+//! cargo bench -p chaincell-lab --bench sweep [-- --json]
+//! cargo bench -p chaincell-lab --bench sweep -- --count      # instructions, under valgrind
 //! ```
 //!
 //! The body is the reference liver, or the generated organ without CHAINCELL_REFERENCE. A tick of

@@ -5,9 +5,8 @@ use chaincell_host::engine::contact;
 use chaincell_host::engine::tissue::Node;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
-use chaincell_kernel::{Model, Network};
+use chaincell_kernel::{Choice, Model, Network};
 use chaincell_lab::monitor::Monitor;
-use clap::ValueEnum;
 
 use super::{bodies, tick};
 use crate::graph::sample;
@@ -34,8 +33,8 @@ fn load(bytes: &[u8]) {
     let _ = Notes::read(&model);
     let node = model.input_id()[0];
     assert!(contact::held(&model, &[node]).is_ok() || model.is_fixed(0) || model.fine_nodes() > 0);
-    for &scheme in Scheme::value_variants() {
-        for &numbers in Arithmetic::value_variants() {
+    for &scheme in Scheme::ALL {
+        for &numbers in Arithmetic::ALL {
             press(model, scheme, numbers);
         }
     }

@@ -4,9 +4,8 @@
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Network, ToolSample};
+use chaincell_kernel::{Choice, Network, ToolSample};
 use chaincell_lab::monitor::Monitor;
-use clap::ValueEnum;
 
 use super::{bodies, tick};
 
@@ -21,7 +20,7 @@ const SWEEPS_MAX: u16 = 16;
 pub fn payload(data: &[u8]) {
     let Some((&[body, scheme], mut rest)) = data.split_first_chunk() else { return };
     let model = bodies::model(body);
-    let schemes = Scheme::value_variants();
+    let schemes = Scheme::ALL;
     let scheme = schemes[usize::from(scheme) % schemes.len()];
     let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
     let cells = bodies::free_cells(&model, body, 2);

@@ -4,9 +4,8 @@
 use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Drive, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Choice, Drive, Model, Network, Settings, ToolSample, Unloading};
 use chaincell_lab::monitor::Monitor;
-use clap::ValueEnum;
 
 use super::{bodies, tick};
 use crate::graph::sample;
@@ -23,7 +22,7 @@ pub fn ticks(data: &[u8]) {
 
 fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let model = bodies::model(bytes.arbitrary()?);
-    let scheme = *bytes.choose(Scheme::value_variants())?;
+    let scheme = *bytes.choose(Scheme::ALL)?;
     let numbers = *bytes.choose(&[Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64])?;
     let contact = contact(bytes, &model)?;
     let settings = settings(bytes, &model, scheme)?;

@@ -4,12 +4,11 @@
 
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Drive, Flags, Model, Settings, Unloading};
+use chaincell_kernel::{Choice, Drive, Flags, Model, Settings, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_lab::reference::Links;
 use chaincell_tests::graph::{case, holds, sample, shape};
-use clap::ValueEnum;
 use proptest::prelude::*;
 
 const UNIT_M: f64 = 0.01;
@@ -278,7 +277,7 @@ fn all_loops_give_the_same_bits() {
             .map(|cell| model.input_id()[cell])
             .collect();
         let nodes = [free[free.len() / 3], free[free.len() / 2]];
-        for &scheme in Scheme::value_variants() {
+        for &scheme in Scheme::ALL {
             let variant = Variant::plain(scheme, Arithmetic::F32);
             let mut engines = [(); 3].map(|()| {
                 engine(&image, variant, &nodes, |settings| {

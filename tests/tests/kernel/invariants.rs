@@ -4,11 +4,10 @@
 
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Flags, Model, Unloading};
+use chaincell_kernel::{Choice, Flags, Model, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{Case, case, holds, sample};
-use clap::ValueEnum;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -20,7 +19,7 @@ fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
 }
 
 fn schemes() -> impl Strategy<Value = Scheme> {
-    prop::sample::select(Scheme::value_variants())
+    prop::sample::select(Scheme::ALL)
 }
 
 /// In single precision.
@@ -221,7 +220,7 @@ fn ten_thousand_ticks_of_rest() {
     let shape = Shape::generated("organ:300").unwrap();
     let image = shape.bake(&BakeOptions { colours: true, ..BakeOptions::default() }).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for &scheme in Scheme::value_variants() {
+    for &scheme in Scheme::ALL {
         let variant = Variant::plain(scheme, Arithmetic::F32);
         let contact = Contact::Cells(Vec::new());
         let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();

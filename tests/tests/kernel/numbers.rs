@@ -124,7 +124,7 @@ fn other_schemes_and_larger_bodies_are_refused() {
         variant.engine(model, Contact::Cells(Vec::new()), 4, |of| of)
     };
     let why = engine(Scheme::Track, Arithmetic::Fixed).err().unwrap();
-    assert!(why.to_string().contains("63") && why.to_string().contains("--k-m"), "{why}");
+    assert!(why.to_string().contains("63") && why.to_string().contains("saturation_m"), "{why}");
     let why = engine(Scheme::Rkl2, Arithmetic::Fixed).err().unwrap();
     assert!(why.to_string().contains("euler and track"), "{why}");
     assert!(engine(Scheme::Track, Arithmetic::F64).is_ok());

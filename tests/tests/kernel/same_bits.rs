@@ -7,10 +7,9 @@ use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::MeshOptions;
 use chaincell_kernel::VectorUnit;
-use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolSample, Unloading};
 use chaincell_lab::bodies::Shape;
 use chaincell_lab::states::State;
-use clap::ValueEnum;
 use nalgebra::Vector3;
 
 /// Pseudo-random numbers, the same in every run.
@@ -98,7 +97,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
             let image = shape.bake(&options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
-            for &scheme in Scheme::value_variants() {
+            for &scheme in Scheme::ALL {
                 let mut twins = Twins::new(model, scheme, Unloading::Release);
                 let rest = twins.0[0].state_hash();
                 let mut hashes = vec![rest];
@@ -164,7 +163,7 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
                 let model = Model::from_bytes(image.as_bytes()).unwrap();
                 assert!(model.is_sliced(), "{spec}");
                 let far = 0.99 * model.saturation();
-                for (&scheme, state) in Scheme::value_variants()
+                for (&scheme, state) in Scheme::ALL
                     .iter()
                     .flat_map(|scheme| degenerate(far).map(|state| (scheme, state)))
                 {

@@ -101,11 +101,23 @@ fn a_quick_paper_is_whole_and_its_files_agree() {
         }
     }
     assert!(seen >= 6, "{seen} pictures");
+    overview(&out);
     plane(&found, &out);
     liver(&found, &out);
     // Refused with content, taken with --force.
     let again = paper(&out).with(2);
     assert!(again.err.contains("--force"), "{}", again.err);
+}
+
+/// The table at the top has a row with figures for every result of the paper.
+fn overview(out: &Path) {
+    let page = std::fs::read_to_string(out.join("paper.html")).unwrap();
+    let (_, table) = page.split_once("<table>").unwrap();
+    let (table, _) = table.split_once("</table>").unwrap();
+    for result in ["Fig. 4", "Fig. 5a", "Fig. 5b", "Fig. 5c", "Fig. 6", "elements", "parameters"] {
+        assert!(table.contains(result), "{result} in {table}");
+    }
+    assert!(!table.contains("not computed"), "{table}");
 }
 
 /// Traditional `ChainMail`'s pyramid is straighter than the network's surface, and the profiles in

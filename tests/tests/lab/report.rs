@@ -19,6 +19,21 @@ fn report(out: &std::path::Path) -> Ended {
     Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments)).end(LONG)
 }
 
+/// No figure of the report is beyond what a measurement can give.
+fn finite(value: &Value, place: &str) {
+    match value {
+        Value::Number(number) => {
+            let size = number.as_f64().unwrap().abs();
+            assert!(size < 1e15, "{place}: {number}");
+        }
+        Value::Array(all) => all.iter().for_each(|value| finite(value, place)),
+        Value::Object(all) => {
+            all.iter().for_each(|(key, value)| finite(value, &format!("{place}/{key}")));
+        }
+        _ => {}
+    }
+}
+
 #[test]
 fn a_quick_report_has_its_figures_and_files() {
     let place = files::scratch();
@@ -61,13 +76,23 @@ fn a_quick_report_has_its_figures_and_files() {
         assert!(real(flow, "/error") < bound, "{flow}");
     }
     assert_eq!(found["reference"], false);
+    assert!(real(&found, "/seconds") > 0.0);
+    let tools = found["tools"].as_array().unwrap();
+    assert!(tools.iter().all(|row| real(row, "/largest/force") < 10.0), "{tools:?}");
+    // A ratio without a base is no number.
+    finite(&found, "");
     let text = std::fs::read_to_string(out.join("REPORT.md")).unwrap();
     assert!(text.contains("generated organ") && text.contains("| track | 16 |"), "{text}");
+    for tool in ["held cells", "moving probe", "load"] {
+        assert!(text.contains(&format!("| {tool}")), "{tool} in {text}");
+    }
+    assert!(text.contains("Measured in ") && !text.contains(" 1 sweeps"), "{text}");
     for name in [
         "pareto.png",
         "pareto.svg",
         "press.csv",
         "settle.csv",
+        "tools.csv",
         "time.csv",
         "numbers.csv",
         "growth.png",

@@ -2,11 +2,9 @@
 
 use std::fmt;
 
-use clap::ValueEnum;
-
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::{Model, Network, Settings};
+use chaincell_kernel::{Choice, Model, Network, Settings};
 
 /// A scheme in a number type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +28,7 @@ impl Variant {
     /// coarse level.
     #[must_use]
     pub fn plain_ones() -> Vec<Self> {
-        let schemes = Scheme::value_variants().iter();
+        let schemes = Scheme::ALL.iter();
         let others = [Scheme::Track, Scheme::Euler].into_iter().flat_map(|scheme| {
             [Arithmetic::Fixed, Arithmetic::F64].map(|numbers| Self::plain(scheme, numbers))
         });
@@ -69,12 +67,7 @@ impl Variant {
 
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = |value: Option<clap::builder::PossibleValue>| {
-            value.map_or_else(String::new, |value| value.get_name().to_owned())
-        };
         let hats = if self.hats { "+hats" } else { "" };
-        let (scheme, numbers) =
-            (name(self.scheme.to_possible_value()), name(self.numbers.to_possible_value()));
-        write!(f, "{scheme}{hats} {numbers}")
+        write!(f, "{}{hats} {}", self.scheme.name(), self.numbers.name())
     }
 }

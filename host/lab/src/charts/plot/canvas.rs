@@ -1,18 +1,20 @@
-//! Strokes and texts on the SVG, in pixels, with the font that comes along.
+//! What stands on a chart beside its axes, in pixels, with the font that comes along.
 
 use std::fmt::Display;
 use std::sync::OnceLock;
 
 use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::SIZE_PX;
-use super::labels::Rect;
 use chaincell_host::error::{Error, Result};
 
 /// A place on the canvas \[px\], y downwards.
 pub(super) type Place = (i32, i32);
+/// The whole picture, or a part of it.
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) const INK: RGBColor = RGBColor(30, 30, 30);
 /// Font sizes as plotters counts them: 1.24 times the em \[px\].
@@ -24,150 +26,77 @@ const MARKER: i32 = 9;
 const RING: i32 = 16;
 const DASH: i32 = 18;
 
-/// A drawing under way.
-pub(super) struct Canvas<'a> {
-    root: DrawingArea<SVGBackend<'a>, Shift>,
+/// A white picture that writes into `text`.
+pub(super) fn open(text: &mut String) -> Result<Area<'_>> {
+    static FONT: OnceLock<bool> = OnceLock::new();
+    let register = || {
+        let font = dejavu::sans::regular();
+        plotters::style::register_font("sans-serif", FontStyle::Normal, font).is_ok()
+    };
+    if !FONT.get_or_init(register) {
+        return Err(failed("the font does not load"));
+    }
+    let root = SVGBackend::with_string(text, SIZE_PX).into_drawing_area();
+    root.fill(&WHITE).map_err(failed)?;
+    Ok(root)
 }
 
-impl<'a> Canvas<'a> {
-    /// A white canvas that writes into `text`.
-    pub fn new(text: &'a mut String) -> Result<Self> {
-        static FONT: OnceLock<bool> = OnceLock::new();
-        let register = || {
-            let font = dejavu::sans::regular();
-            plotters::style::register_font("sans-serif", FontStyle::Normal, font).is_ok()
-        };
-        if !FONT.get_or_init(register) {
-            return Err(failed("the font does not load"));
-        }
-        let root = SVGBackend::with_string(text, SIZE_PX).into_drawing_area();
-        root.fill(&WHITE).map_err(failed)?;
-        Ok(Self { root })
-    }
-
-    /// Writes the end of the document.
-    pub fn finish(self) -> Result<()> {
-        self.root.present().map_err(failed)
-    }
-
-    /// Width and height of a text \[px\].
-    pub fn measure(&self, text: &str, size: i32) -> Result<Place> {
-        let (wide, _) = self.root.estimate_text_size(text, &font(size)).map_err(failed)?;
-        // The line's height, whatever letters it has.
-        Ok((i32::try_from(wide).map_err(failed)?, size))
-    }
-
-    /// The size, at most `size`, at which a text is no longer than `room` \[px\].
-    pub fn fit(&self, text: &str, size: i32, room: i32) -> Result<i32> {
-        let (wide, _) = self.measure(text, size)?;
-        Ok(if wide > room { size * room / wide } else { size })
-    }
-
-    /// A text whose anchor stands at `at`.
-    pub fn text(&self, text: &str, size: i32, at: Place, across: HPos, down: VPos) -> Result<()> {
-        let style = font(size).pos(Pos::new(across, down));
-        self.root.draw_text(text, &style, at).map_err(failed)
-    }
-
-    /// A text read from below, centred on `at`.
-    pub fn upright(&self, text: &str, size: i32, at: Place) -> Result<()> {
-        let style = font(size).transform(FontTransform::Rotate270);
-        let style = style.pos(Pos::new(HPos::Center, VPos::Top));
-        self.root.draw_text(text, &style, at).map_err(failed)
-    }
-
-    /// A text on a ground of its own, so that lines below do not cross it out.
-    pub fn plate(&self, text: &str, rect: Rect) -> Result<()> {
-        let corners = [(rect.left, rect.top), (rect.right(), rect.bottom())];
-        let ground = WHITE.mix(0.8).filled();
-        self.root.draw(&Rectangle::new(corners, ground)).map_err(failed)?;
-        self.text(text, SMALL, (rect.left, rect.top + rect.height / 2), HPos::Left, VPos::Center)
-    }
-
-    pub fn line(&self, places: &[Place], colour: RGBColor, width: u32) -> Result<()> {
-        self.root.draw(&PathElement::new(places, colour.stroke_width(width))).map_err(failed)
-    }
-
-    pub fn dashes(&self, places: &[Place], colour: RGBColor, width: u32) -> Result<()> {
-        dashes(places).iter().try_for_each(|dash| self.line(dash, colour, width))
-    }
-
-    pub fn frame(&self, rect: Rect) -> Result<()> {
-        let corners = [(rect.left, rect.top), (rect.right(), rect.bottom())];
-        self.root.draw(&Rectangle::new(corners, INK.stroke_width(2))).map_err(failed)
-    }
-
-    /// A marker of the given kind: circle, square, triangle, diamond, triangle on its tip.
-    pub fn marker(&self, (x, y): Place, colour: RGBColor, kind: usize) -> Result<()> {
-        let r = MARKER;
-        let corners: &[Place] = match kind % 5 {
-            0 => {
-                let circle = Circle::new((x, y), r, colour.filled());
-                return self.root.draw(&circle).map_err(failed);
-            }
-            1 => &[(-r, -r), (r, -r), (r, r), (-r, r)],
-            2 => &[(0, -r - 3), (r + 2, r), (-r - 2, r)],
-            3 => &[(0, -r - 4), (r + 4, 0), (0, r + 4), (-r - 4, 0)],
-            _ => &[(0, r + 3), (r + 2, -r), (-r - 2, -r)],
-        };
-        let corners: Vec<Place> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
-        self.root.draw(&Polygon::new(corners, colour.filled())).map_err(failed)
-    }
-
-    pub fn ring(&self, at: Place) -> Result<()> {
-        self.root.draw(&Circle::new(at, RING, INK.stroke_width(3))).map_err(failed)
-    }
+/// Width of a text, and the height of its line whatever letters it has \[px\].
+pub(super) fn measure(area: &Area<'_>, text: &str, size: i32) -> Result<Place> {
+    let (wide, _) = area.estimate_text_size(text, &font(size)).map_err(failed)?;
+    Ok((i32::try_from(wide).map_err(failed)?, size))
 }
 
-/// The dashes along a line through some places.
-fn dashes(places: &[Place]) -> Vec<Vec<Place>> {
-    let whole = |(x, y): (f64, f64)| (x.round() as i32, y.round() as i32);
-    let (mut all, mut dash) = (Vec::new(), places.first().copied().into_iter().collect::<Vec<_>>());
-    let (mut drawn, mut left) = (true, f64::from(DASH));
-    for pair in places.windows(2) {
-        let [mut here, to] = [pair[0], pair[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
-        loop {
-            let way = (to.0 - here.0, to.1 - here.1);
-            let far = way.0.hypot(way.1);
-            if far <= left {
-                left -= far;
-                dash.push(pair[1]);
-                break;
-            }
-            here = (here.0 + way.0 * left / far, here.1 + way.1 * left / far);
-            dash.push(whole(here));
-            let ended = std::mem::replace(&mut dash, vec![whole(here)]);
-            if drawn {
-                all.push(ended);
-            }
-            drawn = !drawn;
-            left = f64::from(if drawn { DASH } else { DASH / 2 });
-        }
-    }
-    all.extend(drawn.then_some(dash));
-    // A stroke of no length is no stroke.
-    all.iter_mut().for_each(Vec::dedup);
-    all.retain(|dash| dash.len() > 1);
-    all
+/// The size, at most `size`, at which a text is no longer than `room` \[px\].
+pub(super) fn fit(area: &Area<'_>, text: &str, size: i32, room: i32) -> Result<i32> {
+    let (wide, _) = measure(area, text, size)?;
+    Ok(if wide > room { size * room / wide } else { size })
 }
 
-fn font(size: i32) -> TextStyle<'static> {
+/// A text that begins at `at`, its middle at that height.
+pub(super) fn text(area: &Area<'_>, text: &str, size: i32, at: Place) -> Result<()> {
+    let style = font(size).pos(Pos::new(HPos::Left, VPos::Center));
+    area.draw_text(text, &style, at).map_err(failed)
+}
+
+/// A small text of that size on a ground of its own, so that lines below do not cross it out.
+pub(super) fn plate(area: &Area<'_>, words: &str, corner: Place, size: Place) -> Result<()> {
+    let corners = [corner, (corner.0 + size.0, corner.1 + size.1)];
+    area.draw(&Rectangle::new(corners, WHITE.mix(0.8).filled())).map_err(failed)?;
+    text(area, words, SMALL, (corner.0, corner.1 + size.1 / 2))
+}
+
+pub(super) fn line(area: &Area<'_>, to: &[Place], colour: RGBColor, width: u32) -> Result<()> {
+    area.draw(&PathElement::new(to, colour.stroke_width(width))).map_err(failed)
+}
+
+pub(super) fn dashes(area: &Area<'_>, to: &[Place], colour: RGBColor, width: u32) -> Result<()> {
+    let (places, style) = (to.iter().copied(), colour.stroke_width(width));
+    area.draw(&DashedPathElement::new(places, DASH, DASH / 2, style)).map_err(failed)
+}
+
+/// A marker of the given kind: circle, square, triangle, diamond, triangle on its tip.
+pub(super) fn marker(area: &Area<'_>, (x, y): Place, colour: RGBColor, kind: usize) -> Result<()> {
+    let r = MARKER;
+    let corners: &[Place] = match kind % 5 {
+        0 => return area.draw(&Circle::new((x, y), r, colour.filled())).map_err(failed),
+        1 => &[(-r, -r), (r, -r), (r, r), (-r, r)],
+        2 => &[(0, -r - 3), (r + 2, r), (-r - 2, r)],
+        3 => &[(0, -r - 4), (r + 4, 0), (0, r + 4), (-r - 4, 0)],
+        _ => &[(0, r + 3), (r + 2, -r), (-r - 2, -r)],
+    };
+    let corners: Vec<Place> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+    area.draw(&Polygon::new(corners, colour.filled())).map_err(failed)
+}
+
+pub(super) fn ring(area: &Area<'_>, at: Place) -> Result<()> {
+    area.draw(&Circle::new(at, RING, INK.stroke_width(3))).map_err(failed)
+}
+
+pub(super) fn font(size: i32) -> TextStyle<'static> {
     TextStyle::from(("sans-serif", size).into_font()).color(&INK)
 }
 
-fn failed(why: impl Display) -> Error {
+pub(super) fn failed(why: impl Display) -> Error {
     Error::check(format!("picture: {why}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dashes_go_round_corners_and_none_is_a_point() {
-        let line = dashes(&[(0, 0), (20, 0), (20, 20)]);
-        assert_eq!(line, [vec![(0, 0), (18, 0)], vec![(20, 7), (20, 20)]]);
-        assert_eq!(dashes(&[(0, 0), (27, 0)]), [[(0, 0), (18, 0)]]);
-        assert!(dashes(&[(5, 5), (5, 5)]).is_empty() && dashes(&[]).is_empty());
-    }
 }

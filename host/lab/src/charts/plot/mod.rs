@@ -6,7 +6,7 @@
 
 mod canvas;
 mod draw;
-mod labels;
+mod legend;
 pub(crate) mod raster;
 mod span;
 
@@ -31,28 +31,19 @@ pub enum Scale {
 pub struct Axis {
     title: String,
     scale: Scale,
-    range: Option<[f64; 2]>,
 }
 
 impl Axis {
     /// A linear axis over the range of the data.
     #[must_use]
     pub fn linear(title: &str) -> Self {
-        Self { title: title.into(), scale: Scale::Linear, range: None }
+        Self { title: title.into(), scale: Scale::Linear }
     }
 
     /// A logarithmic axis over the range of the data.
     #[must_use]
     pub fn log10(title: &str) -> Self {
-        Self { title: title.into(), scale: Scale::Log10, range: None }
-    }
-
-    /// Shows `from` to `to` instead of the data's range; what lies outside is left out and counted.
-    /// A range that the scale cannot show is passed over.
-    #[must_use]
-    pub fn range(mut self, from: f64, to: f64) -> Self {
-        self.range = Some([from, to]);
-        self
+        Self { title: title.into(), scale: Scale::Log10 }
     }
 }
 
@@ -85,13 +76,6 @@ struct Guide {
     label: String,
 }
 
-/// A short text beside a point.
-#[derive(Debug, Clone, PartialEq)]
-struct Note {
-    at: [f64; 2],
-    text: String,
-}
-
 /// A chart drawn as SVG and PNG.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
@@ -99,15 +83,15 @@ pub struct Picture {
     pub svg: String,
     /// The PNG file of [`SIZE_PX`].
     pub png: Vec<u8>,
-    /// Points not drawn: not finite, not positive on a logarithmic axis, or outside a given range.
+    /// Points not drawn: not finite, or not positive on a logarithmic axis.
     pub left_out: usize,
 }
 
 /// A chart to draw.
 ///
 /// ```no_run
-/// use chaincell_host::output::Folder;
-/// use chaincell_host::plot::{Axis, Chart, Style};
+/// use chaincell_host::files::output::Folder;
+/// use chaincell_lab::charts::plot::{Axis, Chart, Style};
 ///
 /// # fn main() -> chaincell_host::error::Result<()> {
 /// let folder = Folder::open("report".as_ref(), false)?;
@@ -116,7 +100,6 @@ pub struct Picture {
 ///     .series("euler", Style::Markers, &[[55.0, 80.0]])
 ///     .front("Pareto front", &[[55.0, 80.0], [60.0, 30.0], [240.0, 1.5]])
 ///     .vertical(1000.0, "1 ms")
-///     .note([120.0, 8.0], "2 sweeps")
 ///     .write(&folder, "speed_error")?;
 /// # Ok(())
 /// # }
@@ -129,15 +112,14 @@ pub struct Chart {
     series: Vec<Series>,
     front: Option<(String, Vec<[f64; 2]>)>,
     guides: Vec<Guide>,
-    notes: Vec<Note>,
 }
 
 impl Chart {
     /// An empty chart.
     #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
-        let (series, guides, notes) = (Vec::new(), Vec::new(), Vec::new());
-        Self { title: title.into(), x, y, series, front: None, guides, notes }
+        let (series, guides) = (Vec::new(), Vec::new());
+        Self { title: title.into(), x, y, series, front: None, guides }
     }
 
     /// Adds a series; `points` as x, y in the axes' units, a line in the given order. An empty
@@ -169,13 +151,6 @@ impl Chart {
         self
     }
 
-    /// Adds a short text beside a point; it takes the free place nearest to it.
-    #[must_use]
-    pub fn note(mut self, at: [f64; 2], text: &str) -> Self {
-        self.notes.push(Note { at, text: text.into() });
-        self
-    }
-
     /// Draws the chart. About a tenth of a second, most of it for the PNG.
     ///
     /// # Errors
@@ -200,7 +175,7 @@ impl Chart {
 
 /// Round values from `range[0]` to `range[1]`, about `count` of them, with their labels.
 pub(crate) fn ticks([from, to]: [f64; 2], count: usize) -> Vec<(f64, String)> {
-    let span = span::Span::new(&Axis::linear("").range(from, to), std::iter::empty(), count);
+    let span = span::Span::between(Scale::Linear, (from, to), count);
     span.ticks.iter().map(|&tick| (tick, span.label(tick))).collect()
 }
 

@@ -1,5 +1,9 @@
 //! What an axis shows: its range, its ticks, and which numbers it can take.
 
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
 use super::{Axis, Scale};
 
 /// Numbers beyond this cannot be spread over a frame without overflow.
@@ -22,17 +26,16 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// The range of `numbers` with some air around it, or the axis' own, with about `count` ticks.
+    /// The range of `numbers` with some air around it, with about `count` ticks.
     pub fn new(axis: &Axis, numbers: impl Iterator<Item = f64>, count: usize) -> Self {
-        let mut span =
-            Self { scale: axis.scale, from: 0.0, to: 1.0, ticks: Vec::new(), fine: Vec::new() };
-        let given = axis.range.and_then(|[from, to]| {
-            let ends = (place(axis.scale, from)?, place(axis.scale, to)?);
-            (ends.1 - ends.0 > narrowest(ends)).then_some(ends)
-        });
-        (span.from, span.to) = given.unwrap_or_else(|| around(axis.scale, numbers));
-        match span.scale {
-            Scale::Linear => span.ticks = even(span.from, span.to, count),
+        Self::between(axis.scale, around(axis.scale, numbers), count)
+    }
+
+    /// The range between two places in scale, with about `count` ticks.
+    pub fn between(scale: Scale, (from, to): (f64, f64), count: usize) -> Self {
+        let mut span = Self { scale, from, to, ticks: Vec::new(), fine: Vec::new() };
+        match scale {
+            Scale::Linear => span.ticks = even(from, to, count),
             Scale::Log10 => span.decades(count),
         }
         span
@@ -82,6 +85,31 @@ impl Span {
                 even(from, to, count).into_iter().map(f64::log10).collect()
             }
         };
+    }
+}
+
+/// The axis as plotters draws it; its values are places in scale.
+impl Ranged for Span {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, at: &f64, (start, end): (i32, i32)) -> i32 {
+        let part = (at - self.from) / (self.to - self.from);
+        start + (part * f64::from(end - start)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() { self.fine.clone() } else { self.ticks.clone() }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.from..self.to
+    }
+}
+
+impl ValueFormatter<f64> for Span {
+    fn format_ext(&self, at: &f64) -> String {
+        self.label(*at)
     }
 }
 
@@ -152,15 +180,6 @@ mod tests {
             labels(&Axis::log10(""), &[10.0, 15.0], 6),
             ["10", "11", "12", "13", "14", "15"]
         );
-    }
-
-    #[test]
-    fn a_given_range_holds_unless_it_cannot_be_shown() {
-        let given = Span::new(&Axis::log10("").range(1.0, 100.0), [5.0].into_iter(), 6);
-        assert_eq!((given.from, given.to), (0.0, 2.0));
-        assert_eq!(given.place(200.0), None);
-        let refused = Span::new(&Axis::log10("").range(-1.0, 100.0), [10.0].into_iter(), 6);
-        assert_eq!((refused.from, refused.to), (0.5, 1.5));
     }
 
     #[test]

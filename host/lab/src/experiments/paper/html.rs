@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::overview;
 use super::section::{Figure, Section};
 use super::write::{Report, file_name};
 use crate::experiments::report::tables::{Table, duration};
@@ -18,6 +19,7 @@ pub(super) fn page(report: &Report) -> String {
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
     );
     text += &head(report);
+    text += &table("The paper's results and ours, in short", &overview::table(&report.json()));
     text += "<nav aria-label=\"Contents\">\n<ol>\n";
     for section in &report.sections {
         let _ = writeln!(
@@ -39,8 +41,10 @@ fn head(report: &Report) -> String {
     let mut text = paragraph(
         "J. Zhang, Y. Zhong, J. Smith, C. Gu: ChainMail based neural dynamics modeling of soft \
          tissue deformation for surgical simulation, Technology and Health Care, 2017. Every \
-         picture, table and figure below was computed by the command named here; the numbers \
-         behind the pictures lie beside this page.",
+         picture, table and figure below was computed by the command named here, beside traditional \
+         ChainMail (Gibson's lattice form, Li and Brodlie's generalised form), an explicit \
+         mass-spring system and position-based dynamics; the numbers behind the pictures lie \
+         beside this page.",
     );
     let bodies = if report.reference {
         "The liver is that of the reference data."

@@ -280,7 +280,7 @@ impl Case {
 
     fn force(&self) -> Chart {
         let force = self.seconds(self.network.force_n.iter().copied());
-        self.chart("Force on the probe", Axis::linear("force [N]"))
+        Chart::new("Force on the probe", Axis::linear("time [ms]"), Axis::linear("force [N]"))
             .series("network", Style::Line, &force)
             .vertical(self.probe.shown as f64, "pictures")
     }
@@ -289,15 +289,10 @@ impl Case {
         let us = |pressed: &Pressed| {
             self.seconds(pressed.step_ns.iter().map(|&ns| 1e-3 * (ns.max(10)) as f64))
         };
-        self.chart("Time of a tick", Axis::log10("time [us]"))
+        Chart::new("Time of a tick", Axis::linear("time [ms]"), Axis::log10("time [us]"))
             .series("network", Style::Line, &us(&self.network))
             .series("ChainMail", Style::Line, &us(&self.chain))
             .horizontal(1000.0, "1 ms")
-    }
-
-    fn chart(&self, title: &str, y: Axis) -> Chart {
-        let last = (self.probe.poses.len() - 1) as f64;
-        Chart::new(title, Axis::linear("time [ms]").range(0.0, last), y)
     }
 
     fn csv(&self) -> String {

@@ -10,6 +10,7 @@ pub mod identified;
 pub mod liver;
 pub mod mechanics;
 pub mod methods;
+mod overview;
 pub mod plane;
 mod press;
 pub mod scaling;

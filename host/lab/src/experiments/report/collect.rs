@@ -17,6 +17,7 @@ use super::quiet::{self, Local};
 use super::scene::Scene;
 use super::setting::Setting;
 use super::settle::{Press, Settled};
+use super::tools::{self, ToolRow};
 use super::worst::{self, Sweep};
 use crate::baseline::{MassSpring, PerCell, Xpbd};
 use chaincell_host::error::{Error, Result};
@@ -115,6 +116,8 @@ pub struct Report {
     pub scenes: Vec<SceneFigures>,
     /// One row a scene, scheme and number of sweeps.
     pub rows: Vec<PressRow>,
+    /// Every way in which a tool acts on a body.
+    pub tools: Vec<ToolRow>,
     /// Time to equilibrium, every method.
     pub settled: Vec<Settled>,
     /// Sources of the bodies of the press test, with cells that move.
@@ -148,6 +151,8 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     step(bar)?;
     settle(options, report, bar)?;
     presses(options, &main, report, bar)?;
+    let small = options.quick.then(|| Scene::organ_of(1000)).transpose()?;
+    report.tools = tools::run(small.as_ref().unwrap_or(&main), || step(bar))?;
     let steps: &[f64] =
         if options.quick { &[0.02, 0.1] } else { &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] };
     for diagonals in [false, true] {
@@ -177,7 +182,7 @@ pub fn pieces(options: &Options) -> u64 {
     let rows = scenes(options) * sweeps(options).len() * Setting::all(true).len();
     let paths = scenes(options) * PRESS_TICKS;
     let numbers = if options.quick { 1 } else { 3 };
-    (4 + settle + growth + rows + paths + numbers + 3) as u64
+    (7 + settle + growth + rows + paths + numbers + 3) as u64
 }
 
 fn methods() -> usize {

@@ -16,5 +16,6 @@ pub mod scene;
 pub mod setting;
 pub mod settle;
 pub mod tables;
+pub mod tools;
 pub mod worst;
 pub mod write;

@@ -37,9 +37,11 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'st
     };
     if !report.rows.is_empty() {
         let field = |row: &PressRow| row.largest.field;
-        let caption = "Which setting for which budget: error of the field against time a tick";
+        let title = "Which setting for which budget: error of the field against time a tick";
+        let caption = "Error of the field against time of a tick; along a line the number of sweeps \
+                       grows";
         put(
-            budget(report, caption, "largest error of the field during the press [%]", field),
+            budget(report, title, "largest error of the field during the press [%]", field),
             "report_pareto",
             caption,
         )?;
@@ -98,14 +100,8 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
         chart = chart.series(&setting.to_string(), Style::MarkedLine, &points);
     }
     let points: Vec<[f64; 2]> = rows.iter().map(|row| point(row, error)).collect();
-    let best = front(&points);
-    let marked: Vec<[f64; 2]> = best.iter().map(|&at| points[at]).collect();
-    chart = chart.front("best for its time", &marked);
-    for at in best {
-        let text = format!("{} {}", rows[at].scheme, rows[at].sweeps);
-        chart = chart.note(points[at], &text);
-    }
-    chart
+    let marked: Vec<[f64; 2]> = front(&points).into_iter().map(|at| points[at]).collect();
+    chart.front("best for its time", &marked)
 }
 
 /// Errors of `track` within the budget over the ticks of the press, snaps marked.

@@ -132,7 +132,7 @@ fn errors(field: &[[f64; 3]], force_n: [f64; 3], exact: &Moment, last: f64) -> E
 }
 
 impl Errors {
-    fn larger(self, other: Self) -> Self {
+    pub(super) fn larger(self, other: Self) -> Self {
         Self { field: self.field.max(other.field), force: self.force.max(other.force) }
     }
 }

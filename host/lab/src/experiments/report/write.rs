@@ -2,18 +2,32 @@
 
 use std::fmt::Write as _;
 
+use chaincell_kernel::Choice as _;
 use serde::Serialize;
 
 use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
 use super::pictures;
 use super::press::{Errors, FIRST_TICK, PressRow};
-use super::recommend::{BUDGETS_US, Choice, ERROR_MAX, choose};
+use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
 use super::tables::{Table, csv, duration, percent, us};
+use super::tools;
 use super::worst;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::words::counted;
+
+/// What this report does not measure, and what does.
+const OTHERS: &str = "## Figures of other commands
+
+| figure | command |
+| --- | --- |
+| time of a tick and round trip in the 1 kHz loop, beside the machine's own floor | `chaincell cosim`, `chaincell latency MODEL --worst` |
+| the same for hours, under load | `chaincell soak --out soak` |
+| Jolt and rapier3d on the bodies of \"Time to equilibrium\" (needs CMake and a C++ compiler) | `cargo bench -p chaincell-lab --features baselines --bench baselines` |
+| instructions of a sweep (needs valgrind) | `cargo bench -p chaincell-lab --bench sweep -- --count` |
+| instructions on microcontrollers, for `report --firmware FILE` | `tests/firmware/run --json > FILE` |
+";
 
 /// Writes REPORT.md, report_summary.json, CSV files and pictures.
 ///
@@ -22,6 +36,7 @@ use chaincell_host::words::counted;
 pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     let pictures = pictures::write(report, folder)?;
     folder.write("report_press.csv", csv(&report.rows).as_bytes())?;
+    folder.write("report_tools.csv", csv(&report.tools).as_bytes())?;
     folder.write("report_settle.csv", csv(&report.settled).as_bytes())?;
     folder.write("report_numbers.csv", csv(&report.numbers).as_bytes())?;
     folder.write("report_flow.csv", csv(&report.flow).as_bytes())?;
@@ -57,6 +72,7 @@ fn markdown(report: &Report, pictures: &[(&str, &str)], command: &str) -> String
     text += &track(report);
     picture(&mut text, "report_time");
     picture(&mut text, "report_force");
+    text += &tools::markdown(&report.tools);
     text += &sweep(report);
     text += &settled(report);
     text += &presses(report);
@@ -65,7 +81,7 @@ fn markdown(report: &Report, pictures: &[(&str, &str)], command: &str) -> String
     text += &numbers(report);
     text += &growth(report);
     picture(&mut text, "report_growth");
-    text
+    text + OTHERS
 }
 
 fn head(report: &Report, command: &str) -> String {
@@ -128,8 +144,8 @@ fn budgets(report: &Report) -> String {
 }
 
 /// A budget's setting with its figures.
-fn choice(choice: Option<Choice<'_>>) -> Vec<String> {
-    let Some(Choice { qualifies, row }) = choice else {
+fn choice(choice: Option<Recommended<'_>>) -> Vec<String> {
+    let Some(Recommended { qualifies, row }) = choice else {
         let mut cells = vec!["none: every setting takes longer".to_owned()];
         cells.resize(6, "-".to_owned());
         return cells;
@@ -207,11 +223,12 @@ fn sweep(report: &Report) -> String {
         row(what, Some(local.hats_sweep_ns));
     }
     format!(
-        "## The sweep\n\nWorst case, `mixed`: {} of {} links out of their band, too long and too \
-         short as it falls out, {} cells. `stretched`: positions scaled by {}, all links too long, \
-         which the plain loop's branches soon foresee. Ratio of the plain loop to `track`: {:.2} \
-         mixed, {:.2} stretched. {:.0} sweeps of `track` a millisecond, {:.0} with the coarse \
-         level.\n\n{}",
+        "## The sweep\n\nThe time of one sweep from a given state; a sweep has no error of its own. \
+         Worst case, `mixed`: {} of {} links out of their band, {} cells; links too long and links \
+         too short follow each other without a pattern, so a branch predictor cannot know which is \
+         next. `stretched`: positions scaled by {}, all links too long, so that the plain loop's \
+         branches are all foreseen. Ratio of the plain loop to `track`: {:.2} mixed, {:.2} \
+         stretched. {:.0} sweeps of `track` a millisecond, {:.0} with the coarse level.\n\n{}",
         sweep.taut_links,
         sweep.links,
         sweep.cells,
@@ -229,8 +246,8 @@ fn force_off(error: Option<f64>, off_n: f64) -> String {
     match error {
         Some(error) => format!("force off by {} %", percent(error)),
         None => format!(
-            "force off by - % (it settles to no force, so there is nothing to compare with; at the \
-             end of the press it was {off_n:.1e} N)"
+            "error of the force: -, since it settles to no force (at the end of the press it was \
+             {off_n:.1e} N)"
         ),
     }
 }
@@ -381,8 +398,8 @@ fn numbers(report: &Report) -> String {
     for row in &report.numbers {
         table.row(vec![
             row.scene.into(),
-            name(&row.scheme),
-            name(&row.number),
+            row.scheme.name().into(),
+            row.number.name().into(),
             us(row.tick_ns_p50),
             percent(row.field),
             percent(row.force),
@@ -429,11 +446,6 @@ fn firmware(report: &Report) -> String {
     format!("On emulated microcontrollers, in their worst state:\n\n{}", table.markdown())
 }
 
-/// A name as the command line has it.
-fn name(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
-}
-
 fn growth(report: &Report) -> String {
     let Some(growth) = &report.growth else { return String::new() };
     let mut table = Table::new(&[
@@ -466,9 +478,10 @@ fn growth(report: &Report) -> String {
     }
     format!(
         "## Cost over size\n\nGenerated organs, `track`, worst case. Slope of log(time) over \
-         log(links): {:.2} (1 is linear). Sweeps to settle: with hats, one press by a mean link \
-         length in one step, until the field stays within 5 % of its end; beyond the cap of 400 the \
-         hats stand farther apart and do less.\n\n{}",
+         log(links): {:.2} (1 is linear). Sweeps to settle: with hats, held cells pressed by a mean \
+         link length in one step, until the field stays within 5 % of its end. They depend on where \
+         the press falls against the grid of the hats; a body has at most 400 hats, which stand \
+         farther apart in a larger one and do less.\n\n{}",
         growth.slope,
         table.markdown()
     )
