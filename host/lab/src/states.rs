@@ -5,6 +5,8 @@ use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+/// Factor of a stretched body's coordinates.
+pub const STRETCH: f32 = 1.5;
 /// Most that a shaken coordinate is moved [mean link lengths].
 const SHAKE: f32 = 0.3;
 
@@ -86,7 +88,7 @@ impl State {
         let [x, y, z] = rest;
         match self {
             Self::Rest => rest,
-            Self::Stretched => rest.map(|x| 1.5 * x),
+            Self::Stretched => rest.map(|x| STRETCH * x),
             Self::Shaken => rest.map(|x| x + within(SHAKE, random)),
             Self::Mirrored => [-x, y, z],
             Self::Inverted => rest.map(|x| -x),

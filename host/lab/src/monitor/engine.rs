@@ -28,6 +28,8 @@ pub struct Monitor<'m> {
     /// How far the numbers may move a length, beyond rounding [mean link lengths].
     resolution: f64,
     probe: bool,
+    /// Whether the tool loads its cells with a current: the drive of a hold is that of its start.
+    driven: bool,
     /// Weight of the links between held and other cells; of a cell at most, for a probe.
     weight: f64,
     /// Square root of the energy that bands load into the links when they close \[J\].
@@ -60,6 +62,7 @@ impl<'m> Monitor<'m> {
             model,
             resolution: if numbers == Arithmetic::Fixed { FIXED_RESOLUTION } else { 0.0 },
             probe,
+            driven: false,
             weight,
             slack_root: (slack.sum::<f64>() * f64::from(model.energy_unit_j())).sqrt(),
             links,
@@ -97,6 +100,8 @@ impl<'m> Monitor<'m> {
         let closed = output.flags.contains(Flags::BAND_CLOSED);
         let positions = engine.positions();
         self.last = self.energy(&positions, closed);
+        let asked = engine.network().settings().drive == Drive::Current;
+        self.driven = output.contacts > 0 && (self.driven || asked);
         let unit_j = f64::from(self.model.energy_unit_j());
         let contacts = if self.probe { f64::from(output.contacts) } else { 1.0 };
         let stored = (self.last.energy + self.last.allowance) / unit_j;
@@ -111,7 +116,7 @@ impl<'m> Monitor<'m> {
             energy_j: self.last.energy,
             allowance_j: self.last.allowance,
             energy_max_j: (most_j.sqrt() + slack_root).powi(2),
-            acts: self.acts(sample, &output, settings.drive),
+            acts: self.acts(sample, &output),
             force_n: force_n.map(f64::from),
             force_bound_n: f64::from(self.model.force_unit_n())
                 * (contacts * self.weight * stored).sqrt(),
@@ -165,7 +170,7 @@ impl<'m> Monitor<'m> {
     }
 
     /// Whether anything acted from outside in this tick. Taking hold and letting go do not.
-    fn acts(&self, sample: &ToolSample, output: &TickOutput, drive: Drive) -> bool {
+    fn acts(&self, sample: &ToolSample, output: &TickOutput) -> bool {
         let Some(before) = &self.before else { return true };
         let has = |flag| output.flags.contains(flag) || before.flags.contains(flag);
         let in_one = |flag| output.flags.contains(flag) != before.flags.contains(flag);
@@ -174,10 +179,8 @@ impl<'m> Monitor<'m> {
         let tool = if self.probe {
             // The sphere also pushes cells that come to it.
             output.contacts > 0 || sample.engaged != 0 || has(Flags::BAD_SAMPLE)
-        } else if drive == Drive::Current {
-            output.contacts > 0
         } else {
-            output.contacts > 0 && before.contacts > 0 && moves
+            self.driven || output.contacts > 0 && before.contacts > 0 && moves
         };
         tool || in_one(Flags::BAND_CLOSED)
     }

@@ -9,46 +9,28 @@ use super::scene::Scene;
 use super::setting::Setting;
 use crate::baseline::{Baseline, PerCell};
 use crate::reference::Links;
+use crate::states::State;
 use chaincell_host::engine::Engine;
 use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
-use chaincell_kernel::{Model, ToolSample};
+use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 
-/// Factor of the positions.
-pub const SCALE: f32 = 1.5;
 /// Ticks of a row's worst case.
 const TICKS: usize = 25;
 
 /// The tool holds nothing.
 const RELEASED: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 };
 
-/// Displacement of the cells in the mixed state [mean link lengths].
-const SHAKE: f32 = 0.3;
-
-/// Rest positions shaken: every link out of its band, too long or too short as it falls out, which
-/// a branch predictor cannot know.
-fn shaken(model: &Model<'_>) -> Vec<[f32; 3]> {
-    // The golden ratio's multiples fill the interval evenly and are the same on every machine.
-    let share = |at: usize| (at as f64 * 0.618_033_988_749_895).fract() as f32 - 0.5;
-    let cell = |cell: usize| {
-        let rest = model.rest_position(cell);
-        std::array::from_fn(|x| rest[x] + 2.0 * SHAKE * share(7 * cell + 3 * x + 1))
-    };
-    (0..model.cells()).map(cell).collect()
-}
-
-/// Positions of the worst state.
-fn scaled(model: &Model<'_>) -> Vec<[f32; 3]> {
-    (0..model.cells()).map(|cell| model.rest_position(cell).map(|x| SCALE * x)).collect()
-}
+/// The states of a worst sweep, the mixed one first.
+pub const STATES: [State; 2] = [State::Shaken, State::Stretched];
 
 /// Times of ticks that start from the worst state.
 ///
 /// # Errors
 /// As the engine.
 pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summary> {
-    let positions = scaled(&scene.model()?);
+    let positions = State::Stretched.positions(&scene.model()?, 0);
     let mut engine = engine(scene, setting, sweeps)?;
     let mut times = Latencies::new()?;
     for _ in 0..TICKS {
@@ -91,13 +73,18 @@ pub struct Sweep {
     pub noise: f64,
 }
 
-/// Measures the sweep in both states, all loops in turn.
+/// Loops of a worst sweep, in the order of [`measure`].
+pub const LOOPS: [&str; 4] =
+    ["plain loop over the cells", "track, vector unit", "track, scalar", "track with hats"];
+
+/// Times of a sweep in each of the [`STATES`] and [`LOOPS`], all loops in turn, so that a slow
+/// spell of the machine meets all of them.
 ///
 /// # Errors
 /// As the engine.
-pub fn sweep(scene: &Scene, rounds: usize) -> Result<Sweep> {
+pub fn measure(scene: &Scene, rounds: usize) -> Result<[[Summary; 4]; 2]> {
     let model = scene.model()?;
-    let states = [shaken(&model), scaled(&model)];
+    let states = STATES.map(|state| state.positions(&model, 0));
     let bare = Setting { hats: false, ..Setting::TRACK };
     let mut vector = engine(scene, bare, 1)?;
     let mut scalar = engine(scene, bare, 1)?;
@@ -120,18 +107,28 @@ pub fn sweep(scene: &Scene, rounds: usize) -> Result<Sweep> {
             }
         }
     }
-    let summaries: Vec<Summary> = times.iter().map(Latencies::summary).collect();
-    let loops = |state: usize| {
-        let p50 = |which: usize| summaries[4 * state + which].p50;
-        Loops { scalar_ns: p50(0), simd_ns: p50(1), once_per_link_ns: p50(2), hats_ns: p50(3) }
+    let of = |state: usize| std::array::from_fn(|which| times[4 * state + which].summary());
+    Ok([of(0), of(1)])
+}
+
+/// Measures the sweep in both states.
+///
+/// # Errors
+/// As the engine.
+pub fn sweep(scene: &Scene, rounds: usize) -> Result<Sweep> {
+    let model = scene.model()?;
+    let [mixed, stretched] = measure(scene, rounds)?;
+    let loops = |of: [Summary; 4]| {
+        let [scalar_ns, simd_ns, once_per_link_ns, hats_ns] = of.map(|summary| summary.p50);
+        Loops { scalar_ns, simd_ns, once_per_link_ns, hats_ns }
     };
     Ok(Sweep {
         cells: model.cells(),
         links: model.links(),
-        taut_links: taut(&Links::of_model(&model), &states[0]),
-        mixed: loops(0),
-        stretched: loops(1),
-        noise: summaries[0].p99 as f64 / summaries[0].p50.max(1) as f64,
+        taut_links: taut(&Links::of_model(&model), &STATES[0].positions(&model, 0)),
+        mixed: loops(mixed),
+        stretched: loops(stretched),
+        noise: mixed[0].p99 as f64 / mixed[0].p50.max(1) as f64,
     })
 }
 

@@ -12,7 +12,7 @@ use super::press::{Errors, FIRST_TICK, PressRow};
 use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
 use super::tables::{Table, csv, duration, percent, us};
 use super::tools;
-use super::worst;
+use crate::states::STRETCH;
 use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::words::counted;
@@ -232,7 +232,7 @@ fn sweep(report: &Report) -> String {
         sweep.taut_links,
         sweep.links,
         sweep.cells,
-        worst::SCALE,
+        STRETCH,
         ratio(sweep.mixed.scalar_ns, sweep.mixed.simd_ns),
         ratio(sweep.stretched.scalar_ns, sweep.stretched.simd_ns),
         ratio(1_000_000, sweep.mixed.simd_ns),
@@ -300,7 +300,7 @@ fn presses(report: &Report) -> String {
          positions scaled by {}. A flat plane resists with the cube of the depth: at the start its \
          exact force is next to nothing, and any error of it many times that. Energies a hair below \
          the minimum are the rounding of the tool's position to f32.\n\n",
-        worst::SCALE
+        STRETCH
     );
     for scene in &report.scenes {
         let snaps = if scene.snaps.is_empty() {
