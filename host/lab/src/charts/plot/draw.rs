@@ -54,9 +54,19 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
     legend.draw(&area, frame.end)?;
     area.present().map_err(failed)?;
     drop((area, frame));
-    // Without a size of its own the document fills the page that shows it.
+    let text: String = text.split_inclusive('\n').filter(|line| has_length(line)).collect();
     let size = format!("width=\"{}\" height=\"{}\" viewBox", SIZE_PX.0, SIZE_PX.1);
+    // Without a size of its own the document fills the page that shows it.
     Ok((text.replacen(&size, "viewBox", 1), left_out))
+}
+
+/// Whether a line of the document is no stroke of one point alone, such as the last dash of a line
+/// may be: the PNG's renderer complains of it.
+pub(super) fn has_length(line: &str) -> bool {
+    let points = line.split_once(" points=\"").map_or("", |(_, rest)| rest);
+    let mut points = points.split('"').next().unwrap_or_default().split_whitespace();
+    let first = points.next();
+    first.is_none() || points.any(|point| Some(point) != first)
 }
 
 /// The axes, and where numbers stand between them.
