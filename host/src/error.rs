@@ -3,16 +3,20 @@
 use std::fmt;
 
 /// Why a command ended, with the exit code of the contract.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
     /// The run failed its own check: exit code 1.
+    #[error("{0}")]
     Check(String),
     /// Bad usage or bad input, with the place and the remedy: exit code 2.
+    #[error("{0}")]
     Input(String),
     /// Interrupted, results so far written: exit code 130.
+    #[error("interrupted; any results so far are written")]
     Interrupted,
     /// As another error with this exit code, whose cause stands in the report that the parent
     /// process reads and tells: nothing is printed.
+    #[error("the report says why")]
     Reported(u8),
 }
 
@@ -46,15 +50,3 @@ impl Error {
         }
     }
 }
-
-impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Check(text) | Self::Input(text) => f.write_str(text),
-            Self::Interrupted => f.write_str("interrupted; any results so far are written"),
-            Self::Reported(_) => f.write_str("the report says why"),
-        }
-    }
-}
-
-impl std::error::Error for Error {}

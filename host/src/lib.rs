@@ -4,6 +4,7 @@
 //!
 //! - [`words`], [`error`], [`terminal`], [`interrupt`]: counts in words, errors with exit codes,
 //!   printing, Ctrl-C.
+//! - [`choice`]: the kernel's choices in JSON and in sentences.
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
 //! - [`engine`]: a tissue on the heap, its contact, its output stage, the built-in press.
@@ -12,6 +13,7 @@
 //! - [`cli`]: the command line.
 
 pub mod bake;
+pub mod choice;
 pub mod cli;
 pub mod engine;
 pub mod error;

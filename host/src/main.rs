@@ -3,7 +3,8 @@
 use std::process::ExitCode;
 
 use chaincell_host::cli::{Cli, process};
+use clap::CommandFactory;
 
 fn main() -> ExitCode {
-    process(Cli::run)
+    process(Cli::command(), Cli::run)
 }

@@ -1,28 +1,26 @@
 //! Random bodies of 4 to 40 cells for property tests: stiffness over six decades, alpha from 0 to
-//! 0.99, with and without hats; and their energy in double precision.
+//! 0.99, with and without a coarse level.
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
+use chaincell_host::engine::{Contact, Engine};
+use chaincell_host::error::Error;
 use chaincell_host::mesh::Mesh;
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
-pub use chaincell_lab::experiments::stress::{FIXED_RESOLUTION, energy_j};
+use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_lab::monitor::Monitor;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-/// A random body: nodes, links, fixed nodes and what the bake needs.
+/// A random body with what the bake and the tick need.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Positions \[m\].
-    pub nodes_m: Vec<[f64; 3]>,
-    /// Links of nodes, lower first.
-    pub links: Vec<[u32; 2]>,
-    /// Fixed nodes, ascending.
-    pub fixed: Vec<u32>,
+    /// Nodes, links and fixed nodes; the tool holds the last node, which is never fixed.
+    pub shape: Shape,
     /// Half-width of the bands.
     pub alpha: f64,
     /// Stiffness of each node [N/m].
     pub stiffness_n_per_m: Vec<f64>,
-    /// Distance of the hats in mean link lengths.
+    /// Distance of the coarse basis functions in mean link lengths.
     pub hats: Option<f64>,
     /// Sweeps a tick.
     pub sweeps: u16,
@@ -59,7 +57,8 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
                 }
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
                 let (sweeps, tick_time) = rates;
-                Case { nodes_m, links, fixed, alpha, stiffness_n_per_m, hats, sweeps, tick_time }
+                let shape = shape(nodes_m, links, fixed);
+                Case { shape, alpha, stiffness_n_per_m, hats, sweeps, tick_time }
             },
         )
     })
@@ -71,57 +70,72 @@ fn apart(nodes_m: &[[f64; 3]]) -> bool {
     nodes_m.iter().enumerate().all(|(i, &a)| nodes_m[..i].iter().all(|&b| squared(a, b) > 1e-6))
 }
 
+/// A body of these nodes \[m\] and links, the lower end of each first; the tool holds the last node.
+#[must_use]
+pub fn shape(nodes_m: Vec<[f64; 3]>, links: Vec<[u32; 2]>, fixed: Vec<u32>) -> Shape {
+    let last = nodes_m.len() as u32 - 1;
+    Shape { mesh: Mesh { nodes_m, links, ..Mesh::default() }, fixed, held: vec![last] }
+}
+
 impl Case {
-    /// The baked body.
+    /// What the case says to the bake.
     #[must_use]
-    pub fn image(&self, options: BakeOptions) -> ImageBytes {
-        let mesh =
-            Mesh { nodes_m: self.nodes_m.clone(), links: self.links.clone(), ..Mesh::default() };
-        let options = BakeOptions {
+    pub fn options(&self) -> BakeOptions {
+        BakeOptions {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
             hats: self.hats.map_or(HatSpacing::None, HatSpacing::Links),
             colours: true,
-            ..options
-        };
-        bake(&mesh, &self.fixed, &options).unwrap()
+            ..BakeOptions::default()
+        }
     }
 
-    /// An engine whose tool holds the last node.
+    /// The baked body.
     #[must_use]
+    pub fn image(&self) -> ImageBytes {
+        self.shape.bake(&self.options()).unwrap()
+    }
+
+    /// An engine whose tool holds the last node; an error where the numbers do not carry the body.
+    ///
+    /// # Errors
+    /// As [`Variant::engine`].
     pub fn engine<'m>(
         &self,
         image: &'m ImageBytes,
-        scheme: Scheme,
+        variant: Variant,
         unloading: Unloading,
-    ) -> Engine<'m> {
-        self.engine_in(image, scheme, Arithmetic::F32, unloading).unwrap()
+    ) -> Result<Engine<'m>, Error> {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let contact = Contact::Cells(self.shape.cells(&model));
+        self.engine_with(model, variant, contact, |settings| Settings { unloading, ..settings })
     }
 
-    /// The same in other numbers; an error where they do not carry the body.
+    /// An engine with any contact under the case's step and tick time, its settings `change`d.
     ///
     /// # Errors
-    /// As [`Engine::in_numbers`].
-    pub fn engine_in<'m>(
+    /// As [`Variant::engine`].
+    pub fn engine_with<'m>(
         &self,
-        image: &'m ImageBytes,
-        scheme: Scheme,
-        numbers: Arithmetic,
-        unloading: Unloading,
-    ) -> Result<Engine<'m>, chaincell_host::error::Error> {
-        let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let settings = Settings {
-            step: model.step_max(),
-            tick_time: self.tick_time * model.step_max(),
-            unloading,
-            ..scheme.settings(&model, self.sweeps)
-        };
-        let network = Network::new(model, settings).unwrap();
-        // The last node is never fixed; the tool holds it.
-        let last = self.nodes_m.len() as u32 - 1;
-        let cell = model.input_id().iter().position(|&id| id == last).unwrap() as u16;
-        Engine::in_numbers(network, scheme, numbers, &[cell])
+        model: Model<'m>,
+        variant: Variant,
+        contact: Contact,
+        change: impl FnOnce(Settings) -> Settings,
+    ) -> Result<Engine<'m>, Error> {
+        let step = model.step_max();
+        let tick_time = self.tick_time * step;
+        let of = |settings| change(Settings { step, tick_time, ..settings });
+        variant.engine(model, contact, self.sweeps, of)
     }
+}
+
+/// That every tick which the monitor saw held what it must.
+///
+/// # Errors
+/// The failures, for a property test.
+pub fn holds(monitor: &Monitor<'_>) -> Result<(), TestCaseError> {
+    prop_assert!(monitor.failures().is_empty(), "{:?}", monitor.failures());
+    Ok(())
 }
 
 /// A tool sample.

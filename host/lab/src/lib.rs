@@ -3,13 +3,19 @@
 //! Each module uses only those above it:
 //!
 //! - [`reference`]: the static minimum in double precision, and published data.
+//! - [`bodies`]: the bodies of experiments and tests, and the ways to compute them.
+//! - [`states`]: states that no tool brings a body to.
+//! - [`monitor`]: what must hold in every tick.
 //! - [`baseline`]: the methods that chaincell is compared with.
 //! - [`charts`]: curves and bodies as pictures.
 //! - [`experiments`]: report, paper, stress, soak and identification.
 //! - [`cli`]: the command line of `chaincell-lab`.
 
 pub mod baseline;
+pub mod bodies;
 pub mod charts;
 pub mod cli;
 pub mod experiments;
+pub mod monitor;
 pub mod reference;
+pub mod states;

@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use chaincell_host::cli::process;
 use chaincell_lab::cli::Cli;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 fn main() -> ExitCode {
-    process(|| Cli::parse().execute())
+    process(Cli::command(), || Cli::parse().execute())
 }

@@ -28,7 +28,7 @@ const SUPPORT_MIN: f32 = 1.0e-2;
 /// as fast.
 const RINGS_MIN: usize = 5;
 
-/// `--hats`: how far apart the hats stand.
+/// How far apart the hats stand.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum HatSpacing {
     /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none
@@ -197,7 +197,7 @@ impl Level {
             matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (self.count as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
-            Error::check("the hats' matrix is not positive definite: bake with --hats none")
+            Error::check("the hats' matrix is not positive definite: bake with `hats` none")
         })?;
         Ok(factor.inverse())
     }
@@ -266,12 +266,12 @@ pub(super) fn push(
     }
     if !level.is_addressable() {
         return Err(Error::input(format!(
-            "--hats {spacing}: too many cells for hats that close; set them farther apart"
+            "`hats` {spacing}: too many cells for hats that close; set them farther apart"
         )));
     }
     if level.count > HATS_MAX {
         return Err(Error::input(format!(
-            "--hats {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
+            "`hats` {spacing}: that makes {} hats, the kernel takes {HATS_MAX}; set them farther \
              apart",
             level.count
         )));

@@ -85,8 +85,8 @@ pub(super) fn params(
     let force_unit_n = 2.0 * f64::from(stiffness_n_per_m) * unit_m;
     if ![force_unit_n, force_unit_n * unit_m].iter().all(|unit| (1e-17..=1e17).contains(unit)) {
         return Err(Error::input(format!(
-            "--stiffness-n-per-m {stiffness_n_per_m} with links of {unit_m} m: forces or energies \
-             leave the range of single precision; check --units"
+            "`stiffness_n_per_m` {stiffness_n_per_m} with links of {unit_m} m: forces or energies \
+             leave the range of single precision; check `unit_m`"
         )));
     }
     let largest = body.rest.as_flattened().iter().fold(0.0_f32, |a, &x| a.max(x.abs()));
@@ -95,7 +95,7 @@ pub(super) fn params(
         Some(k_m) if k_m / unit_m >= 2.0 * f64::from(largest) => (k_m / unit_m) as f32,
         Some(k_m) => {
             return Err(Error::input(format!(
-                "--k-m {k_m}: must be at least twice the largest coordinate from the body's \
+                "`saturation_m` {k_m}: must be at least twice the largest coordinate from the body's \
                  centre, {}",
                 2.0 * f64::from(largest) * unit_m
             )));

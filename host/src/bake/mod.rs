@@ -48,25 +48,25 @@ impl PerCell {
 /// What the bake may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BakeOptions {
-    /// `--alpha`: half-width of the band in rest lengths, in [0, 1).
+    /// Half-width of the band in rest lengths, in [0, 1).
     pub alpha: PerCell,
-    /// `--stiffness-n-per-m` of a link [N/m].
+    /// Stiffness of a link \[N/m\].
     pub stiffness_n_per_m: PerCell,
-    /// `--k-m`: saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
+    /// Saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
     pub saturation_m: Option<f64>,
-    /// `--r-x`: cell resistance.
+    /// Cell resistance.
     pub resistance: f64,
-    /// `--capacitance`: cell capacitance C.
+    /// Cell capacitance C.
     pub capacitance: f64,
-    /// `--energy-max-j`: what a tool may load into the body \[J\].
+    /// What a tool may load into the body \[J\].
     pub energy_max_j: Option<f64>,
-    /// `--hats`: the coarse level of `track`.
+    /// The coarse level of `track`.
     pub hats: HatSpacing,
-    /// `--colours`: add the order that `gauss-seidel` needs.
+    /// Add the order that `gauss-seidel` needs.
     pub colours: bool,
-    /// `--lean`: leave out what only a display or a vector unit needs.
+    /// Leave out what only a display or a vector unit needs.
     pub lean: bool,
-    /// `--cells`: groups of nodes, each of them a cell; every node is one if absent.
+    /// Groups of nodes, each of them a cell; every node is one if absent.
     pub cells: Option<usize>,
 }
 
@@ -146,21 +146,24 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
         },
     };
     let positive = |value: f64| value > 0.0 && (value as f32).is_normal();
-    each("--alpha", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
+    each("`alpha`", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
-    each("--stiffness-n-per-m", &options.stiffness_n_per_m, positive, stiffness)?;
+    each("`stiffness_n_per_m`", &options.stiffness_n_per_m, positive, stiffness)?;
     if let HatSpacing::Links(spacing) = options.hats
         && !(1.0..=1e6).contains(&spacing)
     {
-        return Err(Error::input(format!("--hats {spacing}: must be at least 1 mean link length")));
+        return Err(Error::input(format!("`hats` {spacing}: must be at least 1 mean link length")));
     }
-    for (name, value) in [("--k-m", options.saturation_m), ("--energy-max-j", options.energy_max_j)]
+    for (name, value) in
+        [("`saturation_m`", options.saturation_m), ("`energy_max_j`", options.energy_max_j)]
     {
         if let Some(value) = value.filter(|&value| !positive(value)) {
             return Err(Error::input(format!("{name} {value}: must be above 0 and finite")));
         }
     }
-    for (name, value) in [("--r-x", options.resistance), ("--capacitance", options.capacitance)] {
+    for (name, value) in
+        [("`resistance`", options.resistance), ("`capacitance`", options.capacitance)]
+    {
         if !(1e-11..=1e11).contains(&value) {
             return Err(Error::input(format!("{name} {value}: must be from 1e-11 to 1e11")));
         }
@@ -195,7 +198,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     for &node in fixed {
         match cell_of.get(node as usize) {
             Some(&cell) if cell != u16::MAX => fixed_cells.push(cell),
-            _ => return Err(Error::input(format!("--fix: node {node} is no cell of the body"))),
+            _ => return Err(Error::input(format!("`fixed`: node {node} is no cell of the body"))),
         }
     }
     fixed_cells.sort_unstable();

@@ -120,7 +120,7 @@ impl Coarse {
         let mut links = couple(mesh, &groups, &stiffness, &each(&options.alpha));
         if links.links.is_empty() {
             return Err(Error::input(format!(
-                "--cells {cells}: each part of the body would be one cell; take more cells"
+                "`cells` {cells}: each part of the body would be one cell; take more cells"
             )));
         }
         let mut carried = carry(mesh, &groups, &links.links);

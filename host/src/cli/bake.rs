@@ -45,7 +45,7 @@ pub struct BodyArgs {
     /// Nodes held for ever: ids, nodes:0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1,
     /// group:NAME, border, or none [default: border of a plane, bottom of a box, back of the
     /// organ, none of a file]
-    #[arg(long, value_name = "SELECTOR")]
+    #[arg(id = "fixed", long = "fix", value_name = "SELECTOR")]
     fix: Option<String>,
     /// Link both diagonals of each square of a plane
     #[arg(long)]
@@ -54,7 +54,7 @@ pub struct BodyArgs {
     #[arg(long, default_value_t = 1, value_name = "R")]
     rings: u32,
     /// Unit of a mesh file's coordinates
-    #[arg(long, value_enum, default_value_t = Units::M)]
+    #[arg(id = "unit_m", long = "units", value_name = "UNITS", value_enum, default_value_t = Units::M)]
     units: Units,
     /// Leave nodes without a link out; the others keep their numbers
     #[arg(long)]
@@ -64,10 +64,16 @@ pub struct BodyArgs {
     allow_parts: bool,
     /// Saturation K: largest coordinate of a cell from the body's centre [m]
     /// [default: 4 times the largest at rest]
-    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    #[arg(id = "saturation_m", long = "k-m", value_name = "K", allow_negative_numbers = true)]
     k_m: Option<f64>,
     /// Cell resistance R_x
-    #[arg(long, default_value_t = 1.0, value_name = "R", allow_negative_numbers = true)]
+    #[arg(
+        id = "resistance",
+        long = "r-x",
+        default_value_t = 1.0,
+        value_name = "R",
+        allow_negative_numbers = true
+    )]
     r_x: f64,
     /// Cell capacitance C
     #[arg(long, default_value_t = 1.0, value_name = "C", allow_negative_numbers = true)]

@@ -1,9 +1,10 @@
 //! `chaincell command`: tells a running `serve` what to do.
 
-use chaincell_kernel::Unloading;
 use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Choice, Unloading};
 use serde::Serialize;
 
+use crate::choice;
 use crate::error::{Error, Result};
 use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
@@ -113,12 +114,9 @@ fn set(assignment: &str) -> Result<Command> {
         "max_force_n" if value == "off" => Ok(Command::MaxForceN(f32::INFINITY)),
         "max_force_n" => length().map(Command::MaxForceN),
         "max_tool_step_m" => length().map(Command::MaxToolStepM),
-        "unloading" => match value {
-            "off" => Ok(Command::Unloading(Unloading::Off)),
-            "release" => Ok(Command::Unloading(Unloading::Release)),
-            "retreat" => Ok(Command::Unloading(Unloading::Retreat)),
-            _ => Err(refused("the value must be off, release or retreat")),
-        },
+        "unloading" => Unloading::from_name(value)
+            .map(Command::Unloading)
+            .ok_or_else(|| refused(&format!("the value must be {}", choice::names::<Unloading>()))),
         _ => Err(refused(
             "sweeps, max_force_n, max_tool_step_m and unloading may be set while serve runs; for \
              others start it again",

@@ -9,9 +9,9 @@ use super::control::ticks;
 use super::inject::{InjectArgs, tell_injected};
 use super::model_file;
 use super::run::play;
-use super::scene::{SceneArgs, SceneReport};
 use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
 use super::stage::{StageArgs, StageReport};
+use super::tissue::{TissueArgs, TissueReport};
 use crate::bake::organ;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::staged::Staged;
@@ -46,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     depth_m: Option<f64>,
     #[command(flatten)]
-    scene: SceneArgs,
+    tissue: TissueArgs,
     #[command(flatten)]
     common: LoopArgs,
     #[command(flatten)]
@@ -90,7 +90,7 @@ struct CosimSummary {
     stopped: Vec<&'static str>,
     refused: Vec<String>,
     #[serde(flatten)]
-    scene: SceneReport,
+    tissue: TissueReport,
     stage: Option<StageReport>,
 }
 
@@ -104,7 +104,7 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
+    let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that has no room.
@@ -122,7 +122,7 @@ pub fn execute(args: &Args) -> Result<()> {
         ))?;
     }
     let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
-    let mut serve_args = args.scene.to_args();
+    let mut serve_args = args.tissue.to_args();
     serve_args.extend(args.stage.to_args());
     let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
     let session = session::run(&files, &poses, sides, &args.common)?;
@@ -202,7 +202,7 @@ fn summary(
         interrupted: reports.interrupted,
         stopped: stopped.collect(),
         refused,
-        scene: args.scene.report(tissue.engine()),
+        tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report(),
     }
 }

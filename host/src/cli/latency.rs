@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::control::ticks;
 use super::model_file;
 use super::run::play;
-use super::scene::SceneArgs;
 use super::session::{self, Files, LoopArgs, Sides, tell_refused};
+use super::tissue::TissueArgs;
 use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -39,7 +39,7 @@ pub struct Args {
     #[arg(long)]
     worst: bool,
     #[command(flatten)]
-    scene: SceneArgs,
+    tissue: TissueArgs,
     #[command(flatten)]
     common: LoopArgs,
     /// Print one JSON object
@@ -72,7 +72,7 @@ pub fn execute(args: &Args) -> Result<()> {
     args.common.check()?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = Staged::new(args.scene.engine(model)?, None)?;
+    let mut tissue = Staged::new(args.tissue.engine(model)?, None)?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let alone = play(&mut tissue, std::slice::from_ref(&poses), |_, _| Ok(()))?;
     if interrupt::asked() {
@@ -82,13 +82,13 @@ pub fn execute(args: &Args) -> Result<()> {
         if args.worst { Some(cold::measure(tissue.engine_mut(), WORST_TICKS)?) } else { None };
     let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
-    let sides = Sides { serve_args: args.scene.to_args(), ..Sides::default() };
+    let sides = Sides { serve_args: args.tissue.to_args(), ..Sides::default() };
     let session = session::run(&files, &poses, sides, &args.common)?;
     let (serve, control) = (session.reports.serve, session.reports.control);
     let summary = LatencySummary {
         cells: model.cells(),
         links: model.links(),
-        sweeps_per_tick: args.scene.sweeps,
+        sweeps_per_tick: args.tissue.sweeps,
         ticks: control.ticks_sent,
         step_alone_ns: alone.step.summary(),
         worst_step_ns: cold.as_ref().map(|cold| cold.step),

@@ -1,6 +1,7 @@
 //! The command line: one file a command, shared arguments beside them.
 
 mod bake;
+pub mod choice;
 mod command;
 mod control;
 mod cosim;
@@ -9,28 +10,30 @@ mod inject;
 pub mod lab;
 mod latency;
 pub mod model_file;
+mod options;
 mod replay;
 pub mod reports;
 mod run;
-pub mod scene;
 mod serve;
 pub mod session;
 mod stage;
 mod state;
+pub mod tissue;
 
 pub use bake::BodyArgs;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::{Error, Result};
-use crate::{interrupt, terminal};
+use crate::interrupt;
+use crate::terminal;
 
 /// The life of a command: logs are set up, Ctrl-C is caught, an error is printed and becomes the
-/// exit code.
-pub fn process(execute: impl FnOnce() -> Result<()>) -> ExitCode {
+/// exit code. `command` is the command line, whose options the error names.
+pub fn process(command: Command, execute: impl FnOnce() -> Result<()>) -> ExitCode {
     env_logger::Builder::from_env(env_logger::Env::new().filter_or("CHAINCELL_LOG", "warn"))
         .format_timestamp(None)
         .init();
@@ -38,7 +41,8 @@ pub fn process(execute: impl FnOnce() -> Result<()>) -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             if !matches!(why, Error::Reported(_)) {
-                terminal::note(format_args!("{}: {why}", own_name()));
+                let why_named = options::named(&why.to_string(), &[command, Cli::command()]);
+                terminal::note(format_args!("{}: {why_named}", own_name()));
             }
             ExitCode::from(why.exit_code())
         }

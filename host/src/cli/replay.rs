@@ -6,6 +6,7 @@ use chaincell_kernel::trace::{End, Reader, ReplayError};
 use serde::Serialize;
 
 use super::model_file;
+use crate::choice;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
@@ -36,7 +37,9 @@ pub struct Args {
 struct ReplayReport {
     cells: usize,
     links: usize,
+    #[serde(serialize_with = "choice::serialize")]
     dynamics: Scheme,
+    #[serde(serialize_with = "choice::serialize")]
     number: Arithmetic,
     model_checksum: String,
     ticks: u32,

@@ -144,6 +144,6 @@ fn nodes(model: &Model<'_>) -> usize {
 fn ram_bytes<D: Dynamics>(model: &Model<'_>) -> usize {
     const { assert!(size_of::<Contact>() == 16) };
     let (cells, contacts) = (model.cells(), CONTACTS.min(model.cells()));
-    let arrays = array_bytes::<D>(cells, contacts, D::room_octets(model, contacts));
+    let arrays = array_bytes::<D>(cells, contacts, D::room_blocks(model, contacts));
     size_of::<Head<D>>().next_multiple_of(16) + arrays
 }

@@ -9,8 +9,8 @@ use chaincell_kernel::trace::Record;
 use serde::Serialize;
 
 use super::model_file;
-use super::scene::{SceneArgs, SceneReport};
 use super::stage::{StageArgs, StageReport};
+use super::tissue::{TissueArgs, TissueReport};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
@@ -56,7 +56,7 @@ pub struct Args {
     #[arg(long)]
     recorded: bool,
     #[command(flatten)]
-    scene: SceneArgs,
+    tissue: TissueArgs,
     #[command(flatten)]
     stage: StageArgs,
     /// Print one JSON object
@@ -81,7 +81,7 @@ struct RunSummary {
     flag_ticks: FlagTicks,
     interrupted: bool,
     #[serde(flatten)]
-    scene: SceneReport,
+    tissue: TissueReport,
     stage: Option<StageReport>,
 }
 
@@ -91,7 +91,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
     let poses = path::read(&args.path, rules)?;
     check_snapshots(&args.snapshot_ticks, &poses)?;
-    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
+    let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
     if let Some(trace) = &args.trace
         && (args.out.exists() || folder_of(trace).exists())
     {
@@ -102,7 +102,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let rows = poses.iter().map(Vec::len).sum();
     Folder::check_room(&args.out, rows)?;
     let folder = Folder::open(&args.out, args.force)?;
-    let (dynamics, number) = (args.scene.dynamics, args.scene.number);
+    let (dynamics, number) = (args.tissue.dynamics, args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let front = begun.bytes().to_vec();
     let place = folder.file(recording::TRACE);
@@ -143,7 +143,7 @@ pub fn execute(args: &Args) -> Result<()> {
         snapshot_ticks: args.snapshot_ticks.clone(),
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
-        scene: args.scene.report(tissue.engine()),
+        tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report(),
     };
     folder.write_json("summary.json", &summary)?;

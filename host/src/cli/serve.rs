@@ -7,9 +7,9 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::model_file;
-use super::scene::{SceneArgs, SceneReport};
 use super::session::{LoopArgs, tell_refused};
 use super::stage::{StageArgs, StageReport};
+use super::tissue::{TissueArgs, TissueReport};
 use crate::bake::ImageBytes;
 use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
@@ -38,7 +38,7 @@ pub struct Args {
     /// Model file from `chaincell bake`
     model: PathBuf,
     #[command(flatten)]
-    scene: SceneArgs,
+    tissue: TissueArgs,
     #[command(flatten)]
     common: LoopArgs,
     /// Silence after which the published force falls to 0, 0 for never [ms]
@@ -91,7 +91,7 @@ struct ServeSummary<'a> {
     #[serde(flatten)]
     report: &'a ServeReport,
     #[serde(flatten)]
-    scene: SceneReport,
+    tissue: TissueReport,
     watchdog_ms: u32,
     ramp_ms: u32,
     hash_every: u64,
@@ -106,7 +106,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = Staged::new(args.scene.engine(model)?, args.stage.settings())?;
+    let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
     let options = ServeOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -126,8 +126,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let nodes = tissue.engine().node_count();
     let server = Server::open(&options)?.with_state(nodes, args.state_hz)?.with_commands()?;
     // Commands may set parameters: what is written is what the session began with.
-    let scene = args.scene.report(tissue.engine());
-    let (dynamics, number) = (args.scene.dynamics, args.scene.number);
+    let settings = args.tissue.report(tissue.engine());
+    let (dynamics, number) = (args.tissue.dynamics, args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;
@@ -144,7 +144,7 @@ pub fn execute(args: &Args) -> Result<()> {
             cells,
             links,
             report: &report,
-            scene,
+            tissue: settings,
             watchdog_ms: args.watchdog_ms,
             ramp_ms: args.ramp_ms,
             hash_every: args.hash_every,

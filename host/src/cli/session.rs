@@ -3,12 +3,13 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Choice, Model};
 use tempfile::TempDir;
 
+use super::choice::parser;
 use crate::engine::contact::{farthest, inward};
 use crate::engine::motion::{Pose, Press};
-use crate::engine::{Contact, Engine};
+use crate::engine::{Contact, Engine, rest_m};
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
@@ -37,7 +38,7 @@ pub struct LoopArgs {
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,
     /// How to wait for the other process
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = parser::<Wait>(), default_value = Wait::default().name())]
     pub wait: Wait,
     /// Do not ask for real-time scheduling, locked memory and a core of its own
     #[arg(long)]
@@ -70,7 +71,7 @@ impl LoopArgs {
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args: Vec<OsString> = vec!["--json".into()];
         args.extend(self.scene.iter().map(|name| format!("--scene={name}").into()));
-        args.extend(["--ends-with-parent".into(), "--wait".into(), wait_name(self.wait)]);
+        args.extend(["--ends-with-parent".into(), "--wait".into(), self.wait.name().into()]);
         args.extend(self.no_realtime.then(|| "--no-realtime".into()));
         args
     }
@@ -115,7 +116,7 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut touch_m = direction.map(|x| -clearance_m * x / length);
     for &cell in &cells {
-        let at = crate::engine::to_m(model, model.rest_position(cell.into()).map(f64::from));
+        let at = rest_m(model, cell.into());
         for axis in 0..3 {
             touch_m[axis] += at[axis] / cells.len() as f64;
         }
@@ -178,11 +179,6 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
         .map_err(|why| Error::check(format!("cannot find this executable: {why}")))?;
     let options = CosimOptions { program, serve_args, control_args, motion_ms, ready_s: READY_S };
     Ok(Session { reports: cosim(&options)?, floor })
-}
-
-fn wait_name(wait: Wait) -> OsString {
-    let value = clap::ValueEnum::to_possible_value(&wait);
-    value.map_or(OsString::new(), |value| value.get_name().into())
 }
 
 /// Size in a line, for headings.

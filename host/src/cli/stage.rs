@@ -2,9 +2,11 @@
 
 use std::ffi::OsString;
 
+use chaincell_kernel::Choice;
 use chaincell_kernel::stage::{Coupling, Device, Passivity, StageSettings};
-use clap::ValueEnum;
 use serde::Serialize;
+
+use super::choice::parser;
 
 /// Time of a tick [s].
 const TICK_S: f32 = 1e-3;
@@ -15,15 +17,15 @@ const TICK_S: f32 = 1e-3;
 pub struct StageArgs {
     /// Device whose profile the stage takes; what is given beside it goes before the profile. Counts
     /// on 0.5 N s/m of damping in the device: give --passivity with your own
-    #[arg(long, value_enum, value_name = "DEVICE")]
-    device: Option<DeviceArg>,
+    #[arg(long, value_parser = parser::<Device>(), value_name = "DEVICE")]
+    device: Option<Device>,
     /// Virtual coupling, a spring [N/m] and a damper [N s/m] between device and tool: K, K:B or none
     #[arg(long, value_name = "K[:B]", value_parser = coupling, allow_hyphen_values = true)]
-    coupling: Option<Choice<Coupling>>,
+    coupling: Option<OrNone<Coupling>>,
     /// Passivity observer and controller: the damping that the device has for sure [N s/m], or none.
     /// Where it cannot keep up it lets the force go along --engage-ramp-ms, not without one
     #[arg(long, value_name = "BDEV", value_parser = passivity, allow_hyphen_values = true)]
-    passivity: Option<Choice<Passivity>>,
+    passivity: Option<OrNone<Passivity>>,
     /// Largest change of the device's force [N/s]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     max_slew_n_per_s: Option<f32>,
@@ -36,42 +38,14 @@ pub struct StageArgs {
     engage_ramp_ms: Option<u16>,
 }
 
-/// `--device`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum DeviceArg {
-    /// 3D Systems Touch: 3.3 N, 400 N/m
-    Touch,
-    /// 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m
-    Premium,
-    /// Novint Falcon: 8 N, 3000 N/m
-    Falcon,
-    /// Force Dimension omega: 12 N, 5000 N/m
-    Omega,
-    /// Force Dimension sigma.7: 12 N, 4000 N/m
-    Sigma,
-}
-
-impl From<DeviceArg> for Device {
-    fn from(device: DeviceArg) -> Self {
-        match device {
-            DeviceArg::Touch => Self::Touch,
-            DeviceArg::Premium => Self::Premium,
-            DeviceArg::Falcon => Self::Falcon,
-            DeviceArg::Omega => Self::Omega,
-            DeviceArg::Sigma => Self::Sigma,
-        }
-    }
-}
-
 /// A part of the stage, or the word `none`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Choice<Part>(Option<Part>);
+struct OrNone<Part>(Option<Part>);
 
 /// The stage in force, for summaries; absent parts are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StageReport {
-    device: Option<DeviceArg>,
+    device: Option<&'static str>,
     coupling_n_per_m: Option<f32>,
     coupling_n_s_per_m: Option<f32>,
     device_damping_n_s_per_m: Option<f32>,
@@ -90,13 +64,12 @@ impl StageArgs {
             || self.max_slew_n_per_s.is_some()
             || self.max_device_force_n.is_some()
             || self.engage_ramp_ms.is_some();
-        let profile = self
-            .device
-            .map_or(StageSettings::NONE, |device| StageSettings::for_device(device.into()));
+        let profile =
+            self.device.map_or(StageSettings::NONE, |device| StageSettings::for_device(device));
         let settings = StageSettings {
             tick_s: TICK_S,
-            coupling: self.coupling.map_or(profile.coupling, |choice| choice.0),
-            passivity: self.passivity.map_or(profile.passivity, |choice| choice.0),
+            coupling: self.coupling.map_or(profile.coupling, |part| part.0),
+            passivity: self.passivity.map_or(profile.passivity, |part| part.0),
             max_slew_n_per_s: self.max_slew_n_per_s.unwrap_or(profile.max_slew_n_per_s),
             max_force_n: self.max_device_force_n.unwrap_or(profile.max_force_n),
             ramp_ticks: self.engage_ramp_ms.unwrap_or(profile.ramp_ticks),
@@ -109,15 +82,14 @@ impl StageArgs {
     /// The same arguments for a child process.
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args = Vec::new();
-        let device = self.device.and_then(|device| device.to_possible_value());
-        args.extend(device.map(|device| format!("--device={}", device.get_name())));
-        args.extend(self.coupling.map(|choice| match choice.0 {
+        args.extend(self.device.map(|device| format!("--device={}", device.name())));
+        args.extend(self.coupling.map(|part| match part.0 {
             None => "--coupling=none".to_owned(),
             Some(Coupling { stiffness_n_per_m, damping_n_s_per_m }) => {
                 format!("--coupling={stiffness_n_per_m}:{damping_n_s_per_m}")
             }
         }));
-        args.extend(self.passivity.map(|choice| match choice.0 {
+        args.extend(self.passivity.map(|part| match part.0 {
             None => "--passivity=none".to_owned(),
             Some(passivity) => format!("--passivity={}", passivity.device_damping_n_s_per_m),
         }));
@@ -132,7 +104,7 @@ impl StageArgs {
     pub fn report(&self) -> Option<StageReport> {
         let finite = |value: f32| Some(value).filter(|value| value.is_finite());
         self.settings().map(|settings| StageReport {
-            device: self.device,
+            device: self.device.map(Choice::name),
             coupling_n_per_m: settings.coupling.map(|of| of.stiffness_n_per_m),
             coupling_n_s_per_m: settings.coupling.map(|of| of.damping_n_s_per_m),
             device_damping_n_s_per_m: settings.passivity.map(|of| of.device_damping_n_s_per_m),
@@ -156,14 +128,14 @@ fn number(text: &str) -> Result<f32, String> {
 fn part<Part: Copy>(
     part: Part,
     settings: impl FnOnce(Option<Part>) -> StageSettings,
-) -> Result<Choice<Part>, String> {
+) -> Result<OrNone<Part>, String> {
     settings(Some(part)).check().map_err(|why| why.to_string())?;
-    Ok(Choice(Some(part)))
+    Ok(OrNone(Some(part)))
 }
 
-fn coupling(text: &str) -> Result<Choice<Coupling>, String> {
+fn coupling(text: &str) -> Result<OrNone<Coupling>, String> {
     if text == "none" {
-        return Ok(Choice(None));
+        return Ok(OrNone(None));
     }
     let (stiffness, damping) = text.split_once(':').unwrap_or((text, "0"));
     let coupling =
@@ -171,9 +143,9 @@ fn coupling(text: &str) -> Result<Choice<Coupling>, String> {
     part(coupling, |coupling| StageSettings { coupling, ..StageSettings::NONE })
 }
 
-fn passivity(text: &str) -> Result<Choice<Passivity>, String> {
+fn passivity(text: &str) -> Result<OrNone<Passivity>, String> {
     if text == "none" {
-        return Ok(Choice(None));
+        return Ok(OrNone(None));
     }
     let passivity = Passivity { device_damping_n_s_per_m: number(text)?, delay_ticks: 1 };
     part(passivity, |passivity| StageSettings { passivity, ..StageSettings::NONE })

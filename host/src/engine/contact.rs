@@ -24,11 +24,11 @@ pub fn held(model: &Model<'_>, nodes: &[u32]) -> Result<Vec<u16>> {
     let cell_of = cells(model);
     for &node in nodes {
         let cell = cell_of.get(&node).copied().ok_or_else(|| {
-            Error::input(format!("--contact: node {node} is no cell of the model"))
+            Error::input(format!("`contact`: node {node} is no cell of the model"))
         })?;
         if model.is_fixed(cell) {
             return Err(Error::input(format!(
-                "--contact: node {node} is fixed and cannot be held by the tool"
+                "`contact`: node {node} is fixed and cannot be held by the tool"
             )));
         }
         *named.entry(cell).or_default() += 1;
@@ -91,12 +91,12 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
     let selector = contact.strip_prefix("cells:").unwrap_or(contact);
     if selector.starts_with("probe:") {
         return Err(Error::input(format!(
-            "--contact {contact}: probes are not supported; name cells with cells:SELECTOR"
+            "`contact` {contact}: probes are not supported; name cells with cells:SELECTOR"
         )));
     }
     let notes = Notes::read(model);
     let nodes = (model.input_nodes() as usize, places_m(model));
-    let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, "--contact")?;
+    let nodes = mesh::select_among(selector, nodes, &notes.groups, &notes.border, "`contact`")?;
     held(model, &nodes)
 }
 
@@ -153,7 +153,7 @@ pub fn farthest(model: &Model<'_>) -> Result<u16> {
         .filter(|&cell| is_free(model, cell))
         .max_by(|&a, &b| clearance(a).total_cmp(&clearance(b)).then(b.cmp(&a)))
         .ok_or_else(|| {
-            Error::input("--contact auto: every cell is fixed; bake with fewer fixed cells")
+            Error::input("`contact` auto: every cell is fixed; bake with fewer fixed cells")
         })
 }
 

@@ -17,62 +17,11 @@ use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
     Settings, TickOutput, TissueMut, ToolSample, Track,
 };
-use clap::ValueEnum;
-use serde::Serialize;
+
+pub use chaincell_kernel::{Arithmetic, Scheme};
 
 use crate::error::{Error, Result};
 use tissue::{Node, Refusal};
-
-/// `--dynamics`: the scheme that moves the network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// The paper's own: one explicit step of common size a sweep; time is physical.
-    Euler,
-    /// Conjugate directions under the energy guard, with a coarse level: follows the equilibrium.
-    #[default]
-    Track,
-    /// Runge-Kutta-Legendre of first order: fast, robust relaxation, its way only roughly right.
-    Rkl1,
-    /// Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound.
-    Rkl2,
-    /// Cell by cell in place, over-relaxed: the least RAM; needs a model baked with --colours.
-    GaussSeidel,
-}
-
-impl Scheme {
-    /// The defaults of a scheme with a number of sweeps a tick: the schemes that advance by the
-    /// tick's time are asked for what those sweeps cover.
-    #[must_use]
-    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
-        let defaults = Settings::for_model(model);
-        let tick_time = match self {
-            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
-            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
-            Self::Euler | Self::Track | Self::GaussSeidel => defaults.tick_time,
-        };
-        Settings { sweeps, tick_time, ..defaults }
-    }
-
-    /// Whether [`Settings::tick_time`] is what the scheme goes by.
-    #[must_use]
-    pub fn goes_by_tick(self) -> bool {
-        matches!(self, Self::Rkl1 | Self::Rkl2)
-    }
-}
-
-/// `--number`: what cells and links are computed in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Arithmetic {
-    /// Single precision, correctly rounded: every target with an FPU, all schemes.
-    #[default]
-    F32,
-    /// Fixed point, 8.24 bits: targets without an FPU; euler and track without hats.
-    Fixed,
-    /// Double precision: for comparison on this machine; euler and track without hats.
-    F64,
-}
 
 /// What the tool touches while engaged.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,8 +61,8 @@ impl<D: Dynamics> Memory<D> {
     fn new(model: &Model<'_>, contact: &Contact) -> Self {
         let (cells, slots) = (model.cells(), contact.slots());
         let room = match contact {
-            Contact::Cells(_) => D::room_octets(model, slots),
-            Contact::Probe { .. } => D::probe_octets(model),
+            Contact::Cells(_) => D::room_blocks(model, slots),
+            Contact::Probe { .. } => D::probe_blocks(model),
         };
         Self {
             head: Head::NEW,
@@ -158,7 +107,7 @@ trait AnyTissue {
 impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
         self.view().reset(network).map_err(|why| match why {
-            ResetError::Range(why) => Error::input(format!("--number: {why}")),
+            ResetError::Range(why) => Error::input(format!("`number`: {why}")),
             other => Error::check(other),
         })
     }
@@ -281,7 +230,7 @@ impl<'m> Engine<'m> {
             (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
             (_, Arithmetic::Fixed | Arithmetic::F64) => {
                 return Err(Error::input(
-                    "--number fixed and f64: for --dynamics euler and track only",
+                    "`number` fixed and f64: for `dynamics` euler and track only",
                 ));
             }
             (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
@@ -291,7 +240,7 @@ impl<'m> Engine<'m> {
                 if model.colours() == 0 && model.fixed().len() < model.cells() =>
             {
                 return Err(Error::input(
-                    "--dynamics gauss-seidel: the model has no colours; bake it with --colours",
+                    "`dynamics` gauss-seidel: the model has no colours; bake it with `colours`",
                 ));
             }
             (Scheme::GaussSeidel, Arithmetic::F32) => {
@@ -316,10 +265,10 @@ impl<'m> Engine<'m> {
             };
             match why {
                 ContactError::Fixed(at) => Error::input(format!(
-                    "--contact: node {} is fixed and cannot be held by the tool",
+                    "`contact`: node {} is fixed and cannot be held by the tool",
                     name(at).unwrap_or_default()
                 )),
-                other => Error::input(format!("--contact: {other}")),
+                other => Error::input(format!("`contact`: {other}")),
             }
         })
     }
@@ -430,9 +379,8 @@ impl<'m> Engine<'m> {
         if model.fine_nodes() == 0 {
             return Nodes { ids: model.input_id().to_vec(), positions_m: self.positions_m() };
         }
-        let cells: Vec<[f32; 3]> = (0..model.cells())
-            .map(|cell| self.tissue.position(&model, cell).map(|x| x as f32))
-            .collect();
+        let cells: Vec<[f32; 3]> =
+            self.positions().into_iter().map(|position| position.map(|x| x as f32)).collect();
         let (ids, positions_m) = (0..model.fine_nodes())
             .filter_map(|node| {
                 let place = model.fine_position(node, |cell| cells.get(cell).copied())?;
@@ -442,10 +390,16 @@ impl<'m> Engine<'m> {
         Nodes { ids, positions_m }
     }
 
+    /// Published positions of all cells [mean link lengths from the body's centre].
+    pub fn positions(&mut self) -> Vec<[f64; 3]> {
+        let model = self.network.model();
+        (0..model.cells()).map(|cell| self.tissue.position(model, cell)).collect()
+    }
+
     /// Published positions of all cells \[m\].
     pub fn positions_m(&mut self) -> Vec<[f64; 3]> {
-        let model = self.network.model();
-        (0..model.cells()).map(|cell| to_m(model, self.tissue.position(model, cell))).collect()
+        let positions = self.positions();
+        positions.into_iter().map(|position| to_m(self.network.model(), position)).collect()
     }
 }
 
@@ -468,6 +422,12 @@ pub struct Nodes {
     pub ids: Vec<u32>,
     /// Positions \[m\], in the order of the ids.
     pub positions_m: Vec<[f64; 3]>,
+}
+
+/// Where a cell rests in the frame of the input mesh \[m\].
+#[must_use]
+pub fn rest_m(model: &Model<'_>, cell: usize) -> [f64; 3] {
+    to_m(model, model.rest_position(cell).map(f64::from))
 }
 
 /// An internal position in the frame of the input mesh \[m\].

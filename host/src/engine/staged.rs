@@ -27,8 +27,8 @@ impl<'m> Staged<'m> {
             settings.is_some_and(|of| of.coupling.is_some() || of.passivity.is_some());
         if goes_by_position && engine.network().settings().drive == Drive::Current {
             return Err(Error::input(
-                "--drive current: coupling and passivity control are for a tool that prescribes \
-                 positions; pass --coupling none --passivity none",
+                "`drive` current: coupling and passivity control are for a tool that prescribes \
+                 positions; pass `coupling` none `passivity` none",
             ));
         }
         let stage = settings.map(Stage::new).transpose();

@@ -93,7 +93,7 @@ fn pose(row: &str, rules: Rules) -> std::result::Result<Pose, String> {
         if rules == Rules::Strict && !value.is_finite() {
             return Err(format!(
                 "field {name} `{text}`: must be finite in single precision; to replay a recorded \
-                 session with bad poses use `run --recorded`"
+                 session with bad poses use run with `recorded`"
             ));
         }
         Ok(value)
@@ -113,7 +113,7 @@ fn follows(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Resul
         Some(last) if rules == Rules::Strict && Some(pose.tick) != last.tick.checked_add(1) => {
             Err(format!(
                 "field tick {}: must be {}, one above the row before; to replay a recorded session \
-                 with lost poses use `run --recorded`",
+                 with lost poses use run with `recorded`",
                 pose.tick,
                 last.tick.saturating_add(1)
             ))
@@ -137,84 +137,4 @@ pub fn to_text(poses: impl IntoIterator<Item = Pose>) -> String {
         let _ = writeln!(text, "{},{x:?},{y:?},{z:?},{}", pose.tick, pose.engaged);
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn strict(text: &str) -> Result<Vec<Vec<Pose>>> {
-        parse(text.as_bytes(), "p.csv", Rules::Strict)
-    }
-
-    fn error(text: &str) -> String {
-        strict(text).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn errors_name_line_and_field() {
-        let rows = |rows: &str| error(&format!("{HEADER}\n{rows}"));
-        for (text, wanted) in [
-            ("5,0,0,0,0\n7,0,0,0,0\n", "p.csv:3: field tick 7: must be 6"),
-            ("5,0,0,0,0\n5,0,0,0,0\n", "p.csv:3: field tick 5: must be 6"),
-            ("0,0,NaN,0,0\n", "p.csv:2: field y_m `NaN`: must be finite"),
-            ("0,0,0,1e39,0\n", "p.csv:2: field z_m `1e39`: must be finite"),
-            ("0,0,0,a,0\n", "p.csv:2: field z_m `a`: must be a number"),
-            ("0,0,0,0,2\n", "p.csv:2: field engaged `2`: must be 0 or 1"),
-            ("0,0,0,0\n", "p.csv:2: 4 fields"),
-            ("-1,0,0,0,0\n", "p.csv:2: field tick `-1`"),
-            ("18446744073709551615,0,0,0,0\n0,0,0,0,0\n", "p.csv:3: field tick 0: must be"),
-            ("", "p.csv: no rows"),
-        ] {
-            let got = rows(text);
-            assert!(got.starts_with(wanted), "{got}");
-        }
-        assert!(error("tick,x,y,z,e\n").starts_with("p.csv:1: the header is"));
-        assert!(error("").starts_with("p.csv: no rows"));
-        let bytes: &[u8] = b"tick,x_m,y_m,z_m,engaged\n0,\xff,0,0,0\n";
-        let binary = parse(bytes, "p.csv", Rules::Strict).unwrap_err().to_string();
-        assert!(binary.starts_with("p.csv:2: not text"), "{binary}");
-    }
-
-    #[test]
-    fn line_ends_of_either_kind_are_read() {
-        assert_eq!(strict(&format!("{HEADER}\r\n3,1,2,3,1\r\n")).unwrap()[0][0].tick, 3);
-    }
-
-    #[test]
-    fn a_controller_that_numbers_anew_begins_a_sequence() {
-        let pose = |tick| Pose { tick, ..Pose::default() };
-        let text = to_text([5, 6, 2, 3, 3].map(pose));
-        let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
-        let ticks: Vec<Vec<u64>> =
-            back.iter().map(|poses| poses.iter().map(|pose| pose.tick).collect()).collect();
-        assert_eq!(ticks, [vec![5, 6], vec![2, 3], vec![3]]);
-        assert!(error(&text).starts_with("p.csv:4: "), "{}", error(&text));
-    }
-
-    proptest! {
-        #[test]
-        fn text_round_trips_every_bit(bits in prop::collection::vec(any::<[u32; 3]>(), 1..20)) {
-            let poses: Vec<Pose> = (bits.iter().enumerate())
-                .map(|(tick, bits)| Pose {
-                    tick: tick as u64,
-                    position_m: bits.map(|bits| Some(f32::from_bits(bits))
-                        .filter(|x| !x.is_nan()).unwrap_or(f32::NAN)),
-                    engaged: bits[0],
-                })
-                .collect();
-            let text = to_text(poses.iter().copied());
-            let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
-            let key = |pose: &Pose| (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged);
-            prop_assert!(back.iter().flatten().map(key).eq(poses.iter().map(key)));
-        }
-
-        #[test]
-        fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let mut text = format!("{HEADER}\n").into_bytes();
-            text.extend(bytes);
-            let _ = parse(text.as_slice(), "p.csv", Rules::Strict);
-        }
-    }
 }

@@ -161,7 +161,7 @@ impl<'a> Bytes<'a> {
         }
         Err(self.error(format!(
             "the {name} is {value:?}; it must be a finite number of at most {:e} m: mend the node or \
-             check --units",
+             check `unit_m`",
             f32::MAX
         )))
     }

@@ -25,7 +25,7 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
         (0..mesh.nodes_m.len() as u32).partition(|id| used[*id as usize]);
     if !unused.is_empty() && !options.drop_unused {
         return Err(refuse(format!(
-            "{} without a link: {}; remove them or pass --drop-unused, which keeps the numbers of \
+            "{} without a link: {}; remove them or pass `drop_unused`, which keeps the numbers of \
              the others",
             counted(unused.len(), "node"),
             first(&unused)
@@ -38,7 +38,7 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
     let parts = parts(mesh, &cells);
     if parts > 1 && !options.allow_parts {
         return Err(refuse(format!(
-            "{parts} unconnected parts; join them or pass --allow-parts if that is meant"
+            "{parts} unconnected parts; join them or pass `allow_parts` if that is meant"
         )));
     }
     places(mesh, &cells).map_err(refuse)?;
@@ -64,12 +64,12 @@ fn places(mesh: &Mesh, cells: &[u32]) -> std::result::Result<(), String> {
     if let (Some(low), Some(high)) = (sorted.first(), sorted.last())
         && low.0 == high.0
     {
-        return Err(format!("all {} cells are at {:?} m; check --units", cells.len(), low.0));
+        return Err(format!("all {} cells are at {:?} m; check `unit_m`", cells.len(), low.0));
     }
     match sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         Some(pair) => Err(format!(
             "nodes {} and {} are both at {:?} m; merge duplicate nodes (in Gmsh: Coherence Mesh) \
-             or check --units",
+             or check `unit_m`",
             pair[0].1, pair[1].1, pair[0].0
         )),
         None => Ok(()),
@@ -140,7 +140,7 @@ mod tests {
         let mesh = chain(&[0.0, 5.0, 2.0, 0.0], &[[0, 2]]);
         let text = refusal(&mesh);
         assert!(
-            text.contains("2 nodes") && text.contains("1, 3;") && text.contains("--drop-unused")
+            text.contains("2 nodes") && text.contains("1, 3;") && text.contains("`drop_unused`")
         );
         let options = MeshOptions { drop_unused: true, ..MeshOptions::default() };
         assert_eq!(check("a.msh", &mesh, &options), Ok(vec![1, 3]));
@@ -150,7 +150,7 @@ mod tests {
     fn parts_are_counted() {
         let mesh = chain(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], &[[0, 3], [1, 4], [2, 5]]);
         let text = refusal(&mesh);
-        assert!(text.contains("3 unconnected parts") && text.contains("--allow-parts"));
+        assert!(text.contains("3 unconnected parts") && text.contains("`allow_parts`"));
         let options = MeshOptions { allow_parts: true, ..MeshOptions::default() };
         assert_eq!(check("a.msh", &mesh, &options), Ok(vec![]));
     }

@@ -86,7 +86,7 @@ impl Mesh {
 /// Why a body is too large, and what helps.
 fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> String {
     if nodes_max == CELLS_MAX {
-        format!("{nodes} than {nodes_max} cells, the limit; {remedy}, or group them with --cells N")
+        format!("{nodes} than {nodes_max} cells, the limit; {remedy}, or group them with `cells` N")
     } else {
         format!("{nodes} than {nodes_max} nodes, the limit; {remedy}")
     }
@@ -95,15 +95,15 @@ fn too_many(nodes: impl std::fmt::Display, nodes_max: usize, remedy: &str) -> St
 /// How a body is read and what is tolerated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
-    /// `--units`: metres in one unit of a file's coordinates. Generators always use metres.
+    /// Metres in one unit of a file's coordinates. Generators always use metres.
     pub unit_m: f64,
-    /// `--diagonals`: link both diagonals of each square of a plane.
+    /// Link both diagonals of each square of a plane.
     pub diagonals: bool,
-    /// `--drop-unused`: list nodes without a link in [`Mesh::unused`] instead of refusing them.
+    /// List nodes without a link in [`Mesh::unused`] instead of refusing them.
     pub drop_unused: bool,
-    /// `--allow-parts`: accept a body of several unconnected parts.
+    /// Accept a body of several unconnected parts.
     pub allow_parts: bool,
-    /// `--rings`: nodes at most so many edges apart are linked, 1 or more.
+    /// Nodes at most so many edges apart are linked, 1 or more.
     pub rings: u32,
     /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] where groups of them become cells.
     pub nodes_max: usize,
@@ -124,13 +124,13 @@ impl Default for MeshOptions {
 
 /// What a reader takes from a file.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct RawMesh {
+pub struct RawMesh {
     /// `[node][axis]` in metres, in file order.
-    nodes_m: Vec<[f64; 3]>,
+    pub nodes_m: Vec<[f64; 3]>,
     /// Positions of four different nodes each.
-    tetrahedra: Vec<[u32; 4]>,
+    pub tetrahedra: Vec<[u32; 4]>,
     /// Sorted unique nodes by group.
-    groups: BTreeMap<String, Vec<u32>>,
+    pub groups: BTreeMap<String, Vec<u32>>,
 }
 
 impl From<RawMesh> for Mesh {
@@ -158,7 +158,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
     let (kind, size) = spec.split_once(':').map_or((spec, None), |(k, s)| (k, Some(s)));
     if options.diagonals && kind != "plane" {
         return Err(Error::input(format!(
-            "--diagonals links the squares of a plane; {spec} is none: leave it out"
+            "`diagonals` links the squares of a plane; {spec} is none: leave it out"
         )));
     }
     let mesh = match (kind, size) {
@@ -185,7 +185,7 @@ fn check_unit(options: &MeshOptions) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "--units: {} metres a unit; it must be finite and above 0",
+        "`unit_m`: {} metres a unit; it must be finite and above 0",
         options.unit_m
     )))
 }
@@ -218,7 +218,12 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
     parse(path, &bytes, unit_m)
 }
 
-fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+/// The nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is metres
+/// per unit of its coordinates. The format is told by the path's extension and the first bytes.
+///
+/// # Errors
+/// Place and remedy of the first thing that cannot be read.
+pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     let head = &bytes[..bytes.len().min(256)];
     if bytes.is_empty() {
         return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));
@@ -233,78 +238,5 @@ fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
                 format!("unknown format; formats that are read: {}", names.join(", ")),
             ))
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn refusal(spec: &str, options: &MeshOptions) -> String {
-        load(spec, options).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn options_are_checked() {
-        let bad = MeshOptions { unit_m: f64::NAN, ..MeshOptions::default() };
-        assert!(refusal("plane:3x3x0.01", &bad).contains("--units"));
-        let diagonals = MeshOptions { diagonals: true, ..MeshOptions::default() };
-        assert!(refusal("box:3x3x3x0.01", &diagonals).contains("--diagonals"));
-    }
-
-    #[test]
-    fn files_that_cannot_be_read_are_named() {
-        let options = MeshOptions::default();
-        assert!(refusal("no-such.msh", &options).contains("organ[:NODES]"));
-        assert!(refusal("organs", &options).contains("cannot open mesh organs"));
-        let folder = tempfile::tempdir().unwrap();
-        assert!(refusal(folder.path().to_str().unwrap(), &options).contains("cannot read mesh"));
-        for (name, text, part) in [("a.stl", "solid", "Gmsh"), ("b.msh", "", "empty")] {
-            let path = folder.path().join(name);
-            std::fs::write(&path, text).unwrap();
-            assert!(refusal(path.to_str().unwrap(), &options).contains(part));
-        }
-    }
-
-    #[test]
-    fn units_do_not_scale_generators() {
-        let mm = MeshOptions { unit_m: 0.001, ..MeshOptions::default() };
-        assert_eq!(
-            load("plane:3x3x0.01", &mm).unwrap(),
-            load("plane:3x3x0.01", &MeshOptions::default()).unwrap()
-        );
-    }
-
-    /// The reference liver, the same from all formats.
-    #[test]
-    fn reference_liver() {
-        let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE") else {
-            println!("SKIPPED reference_liver: CHAINCELL_REFERENCE is not set");
-            return;
-        };
-        let read = |name: &str, unit_m: f64| {
-            let path = Path::new(&folder).join("meshes").join(name);
-            let options = MeshOptions { unit_m, ..MeshOptions::default() };
-            load(path.to_str().unwrap(), &options).unwrap()
-        };
-        let old = read("liver_5762.msh22.msh", 1.0);
-        assert_eq!(old, read("liver_5762.msh41.msh", 1.0));
-        let vtk = read("liver_5762.vtk", 1.0);
-        assert_eq!(vtk.tetrahedra, old.tetrahedra);
-        // The text of the .msh files has 16 digits, that of the .vtk up to 17.
-        let pairs = vtk.nodes_m.iter().flatten().zip(old.nodes_m.iter().flatten());
-        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= 1e-15 * a.abs()));
-        assert_eq!((&vtk.links, &vtk.triangles), (&old.links, &old.triangles));
-        assert_eq!((old.nodes_m.len(), old.tetrahedra.len()), (5_773, 20_268));
-        assert_eq!((old.links.len(), old.triangles.len()), (30_358, 8_636));
-        assert_eq!((old.unused.len(), old.flat_tetrahedra), (0, 0));
-        assert_eq!(old.groups["surface"].len(), 4_320);
-        assert_eq!(old.groups["volume"].len(), 5_773);
-        let mm = read("liver_5762.msh22.msh", 0.001);
-        assert_eq!(mm.nodes_m[7][2], old.nodes_m[7][2] * 0.001);
-        let sets = Path::new(&folder).join("meshes/liver_5762.sets.json");
-        let text = format!("file:{}#fixed", sets.display());
-        let fixed = select(&text, &old.nodes_m, &old.groups, &old.border, "--fix").unwrap();
-        assert_eq!(fixed.len(), 697);
     }
 }

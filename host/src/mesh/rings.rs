@@ -14,7 +14,7 @@ const LINKS_MAX: usize = 4_000_000;
 /// No ring at all; more links than a model takes.
 pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
     if rings == 0 {
-        return Err(Error::input("--rings 0: a cell has no neighbours then; give 1 or more"));
+        return Err(Error::input("`rings` 0: a cell has no neighbours then; give 1 or more"));
     }
     if rings == 1 {
         return Ok(());
@@ -46,7 +46,7 @@ pub(super) fn widen(mesh: &mut Mesh, rings: u32) -> Result<()> {
         links.extend(reached.iter().filter(|&&end| end > start).map(|&end| [start, end]));
         if links.len() > LINKS_MAX {
             return Err(Error::input(format!(
-                "--rings {rings}: more than {LINKS_MAX} links, the limit; fewer rings, or a \
+                "`rings` {rings}: more than {LINKS_MAX} links, the limit; fewer rings, or a \
                  coarser mesh"
             )));
         }
@@ -83,7 +83,7 @@ mod tests {
         let refused = |spec, rings| {
             load(spec, &MeshOptions { rings, ..MeshOptions::default() }).unwrap_err().to_string()
         };
-        assert!(refused("plane:5x5x0.01", 0).contains("--rings 0"));
+        assert!(refused("plane:5x5x0.01", 0).contains("`rings` 0"));
         assert!(refused("plane:60x60x0.01", 200).contains("4000000 links"));
     }
 }

@@ -357,7 +357,7 @@ impl From<ResetError> for Refusal {
             ResetError::Capacity { needed, capacity } => {
                 Self::sizes(Code::ResetCapacity, needed, capacity)
             }
-            ResetError::Hats { needed, room } => Self::sizes(Code::ResetHats, needed, room),
+            ResetError::CoarseRoom { needed, room } => Self::sizes(Code::ResetHats, needed, room),
             ResetError::Colours => Code::ResetColours.into(),
             ResetError::Range(why) => Self {
                 code: Code::ResetRange,
@@ -379,14 +379,16 @@ impl From<ContactError> for Refusal {
             ContactError::Fixed(at) => Self::position(Code::ContactFixed, at),
             ContactError::Order(at) => Self::position(Code::ContactRepeated, at),
             ContactError::Model => Code::ContactModel.into(),
-            ContactError::Hats { needed, room } => Self::sizes(Code::ContactHats, needed, room),
+            ContactError::CoarseRoom { needed, room } => {
+                Self::sizes(Code::ContactHats, needed, room)
+            }
             ContactError::Engaged => Code::ContactEngaged.into(),
             ContactError::Radius { max_m } => Self {
                 code: Code::ContactRadius,
                 detail: Detail { limit: max_m, ..Detail::default() },
             },
             ContactError::NoSurface => Code::ContactSurface.into(),
-            ContactError::ProbeHats { needed, room } => {
+            ContactError::ProbeRoom { needed, room } => {
                 Self::sizes(Code::ContactProbeHats, needed, room)
             }
         }

@@ -1,6 +1,6 @@
 //! Schemes and the parameters of a run.
 
-use chaincell_kernel::{Drive, Model, Network, Rkl1, Rkl2, Unloading};
+use chaincell_kernel::{Arithmetic, Choice, Model, Network};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::memory;
@@ -42,6 +42,25 @@ impl Scheme {
     pub(crate) fn of(number: i32) -> Result<Self, Code> {
         Self::ALL.into_iter().find(|&scheme| scheme as i32 == number).ok_or(Code::Scheme)
     }
+
+    /// The kernel's scheme, and what it computes in.
+    pub(crate) const fn kernel(self) -> (chaincell_kernel::Scheme, Arithmetic) {
+        use chaincell_kernel::Scheme;
+        match self {
+            Self::Track => (Scheme::Track, Arithmetic::F32),
+            Self::Euler => (Scheme::Euler, Arithmetic::F32),
+            Self::Rkl1 => (Scheme::Rkl1, Arithmetic::F32),
+            Self::Rkl2 => (Scheme::Rkl2, Arithmetic::F32),
+            Self::GaussSeidel => (Scheme::GaussSeidel, Arithmetic::F32),
+            Self::TrackFixed => (Scheme::Track, Arithmetic::Fixed),
+            Self::EulerFixed => (Scheme::Euler, Arithmetic::Fixed),
+        }
+    }
+}
+
+/// The value of a code from C.
+pub(crate) fn chosen<T: Choice>(code: i32) -> Option<T> {
+    u16::try_from(code).ok().and_then(T::from_code)
 }
 
 /// When the links' bands close to their rest lengths.
@@ -63,8 +82,8 @@ pub enum UnloadingMode {
 pub enum DriveMode {
     /// It prescribes their positions.
     Position = 0,
-    /// It is the current into each of them, a load of 2 k times the displacement \[N\]: Eq. 2 of the
-    /// paper.
+    /// It is the current into each of them, a load of 2 k times the displacement \[N\]: Eq. 2 of
+    /// the paper.
     Current = 1,
 }
 
@@ -92,45 +111,23 @@ pub struct Settings {
 impl Settings {
     /// The defaults of a scheme: what 4 sweeps cover where it goes by the tick's time.
     fn defaults(model: &Model<'_>, scheme: Scheme) -> Self {
-        use chaincell_kernel::Dynamics;
-        let kernel = chaincell_kernel::Settings::for_model(model);
-        let tick_time = match scheme {
-            Scheme::Rkl1 => Rkl1::tick_time(model, kernel.sweeps),
-            Scheme::Rkl2 => Rkl2::tick_time(model, kernel.sweeps),
-            _ => kernel.tick_time,
-        };
-        let unloading = match kernel.unloading {
-            Unloading::Off => UnloadingMode::Off,
-            Unloading::Release => UnloadingMode::Release,
-            Unloading::Retreat => UnloadingMode::Retreat,
-        };
+        let sweeps = chaincell_kernel::Settings::for_model(model).sweeps;
+        let kernel = scheme.kernel().0.settings(model, sweeps);
         Self {
             sweeps: u32::from(kernel.sweeps),
-            unloading: unloading as i32,
+            unloading: kernel.unloading.code().into(),
             step: kernel.step,
-            tick_time,
+            tick_time: kernel.tick_time,
             max_tool_step_m: kernel.max_tool_step_m,
             max_force_n: kernel.max_force_n,
-            drive: match kernel.drive {
-                Drive::Position => DriveMode::Position,
-                Drive::Current => DriveMode::Current,
-            } as i32,
+            drive: kernel.drive.code().into(),
         }
     }
 
     /// The network of these settings, if they fit the model.
     pub(crate) fn network(self, model: Model<'static>) -> Result<Network<'static>, Refusal> {
-        let unloading = match self.unloading {
-            0 => Unloading::Off,
-            1 => Unloading::Release,
-            2 => Unloading::Retreat,
-            _ => return Err(Code::SettingsUnloading.into()),
-        };
-        let drive = match self.drive {
-            0 => Drive::Position,
-            1 => Drive::Current,
-            _ => return Err(Code::SettingsDrive.into()),
-        };
+        let unloading = chosen(self.unloading).ok_or(Code::SettingsUnloading)?;
+        let drive = chosen(self.drive).ok_or(Code::SettingsDrive)?;
         let settings = chaincell_kernel::Settings {
             sweeps: u16::try_from(self.sweeps).map_err(|_| Code::SettingsSweeps)?,
             step: self.step,

@@ -5,6 +5,7 @@ use chaincell_kernel::{Flags, TickOutput, ToolSample};
 
 use crate::code::Code;
 use crate::memory;
+use crate::settings::chosen;
 use crate::tick::{Output, SAFE, Sample};
 
 /// Words of a `chaincell_stage`.
@@ -60,8 +61,8 @@ pub struct StageSettings {
     pub max_slew_n_per_s: f32,
     /// Largest force, infinite for none \[N\].
     pub max_force_n: f32,
-    /// Ticks in which the force rises after engaging and after a silence, and in which it falls when
-    /// samples stop; 0 for none, at most 60,000.
+    /// Ticks in which the force rises after engaging and after a silence, and in which it falls
+    /// when samples stop; 0 for none, at most 60,000.
     pub ramp_ticks: u32,
     /// Ticks without a sample after which the force falls, 0 for never, at most 60,000.
     pub watchdog_ticks: u32,
@@ -145,14 +146,7 @@ pub unsafe extern "C" fn chaincell_stage_default(
     device: i32,
     settings: *mut StageSettings,
 ) -> Code {
-    let device = match device {
-        0 => Device::Touch,
-        1 => Device::Premium,
-        2 => Device::Falcon,
-        3 => Device::Omega,
-        4 => Device::Sigma,
-        _ => return Code::StageDevice,
-    };
+    let Some(device) = chosen::<Device>(device) else { return Code::StageDevice };
     let value = StageSettings::of(&chaincell_kernel::stage::StageSettings::for_device(device));
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { memory::write(settings, value) })
@@ -229,8 +223,8 @@ unsafe fn give(
 /// What the device is given for what the tissue has answered to the tool of
 /// `chaincell_stage_sample`. `tissue` and `output` may be one output.
 ///
-/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says force 0
-/// with `CHAINCELL_FLAG_SAFE_STATE`.
+/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says force
+/// 0 with `CHAINCELL_FLAG_SAFE_STATE`.
 ///
 /// # Safety
 /// `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,

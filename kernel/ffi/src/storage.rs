@@ -1,7 +1,7 @@
 //! A tissue in the caller's storage: sizes, creation, reset, contacts.
 
 use chaincell_kernel::image::{CELLS_MAX, HATS_MAX};
-use chaincell_kernel::{Dynamics, hats_room};
+use chaincell_kernel::{Dynamics, coarse_room};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, ALIGN, Parts, Sizes, Tissue, by_scheme};
@@ -31,7 +31,7 @@ pub extern "C" fn chaincell_tissue_size(
         return 0;
     }
     let room = match scheme {
-        Scheme::Track => hats_room(hats, contacts),
+        Scheme::Track => coarse_room(hats, contacts),
         _ => 0,
     };
     let sizes = Sizes { cells, contacts, room };
@@ -65,7 +65,7 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     }
     let network = settings.network(model)?;
     by_scheme!(scheme, D => {
-        let room = D::room_octets(&model, contacts);
+        let room = D::room_blocks(&model, contacts);
         let sizes = Sizes { cells: model.cells(), contacts, room };
         let needed = sizes.bytes::<D>();
         if needed > wish.bytes {
@@ -89,8 +89,10 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
 /// Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
 ///
 /// `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
-/// `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
-/// settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
+/// `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused.
+/// `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
+/// null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
+/// clears the storage.
 ///
 /// # Safety
 /// `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they

@@ -29,8 +29,8 @@ pub struct Output {
     pub force_n: [f32; 3],
     /// Certified level: an upper bound of the elastic energy of the published state \[J\].
     pub energy_j: f32,
-    /// What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an energy
-    /// ledger \[J\].
+    /// What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an
+    /// energy ledger \[J\].
     pub work_j: f32,
     /// Upper bound of the stiffness that the tool meets within a tick \[N/m\].
     pub stiffness_n_per_m: f32,

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use chaincell_kernel::{
-    Model, Network, Settings, Tissue, ToolSample, Track, hats_room, include_model,
+    Model, Network, Settings, Tissue, ToolSample, Track, coarse_room, include_model,
 };
 use nalgebra::Vector3;
 
@@ -97,7 +97,7 @@ fn the_example_presses_as_the_kernel_does() {
     let folder = tempfile::tempdir().unwrap();
     let press = program("examples/press.c", folder.path());
     let cases = [
-        ("box5_colours.chaincell", vec![69, 64], pressed::<{ hats_room(27, 2) }>(BOX, &[64, 69])),
+        ("box5_colours.chaincell", vec![69, 64], pressed::<{ coarse_room(27, 2) }>(BOX, &[64, 69])),
         ("plane9.chaincell", vec![40], pressed::<0>(PLANE, &[40])),
     ];
     for (image, ids, wanted) in cases {

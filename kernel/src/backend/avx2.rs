@@ -58,8 +58,8 @@ fn put_half(lanes: __m128, cell: &mut Cell) {
     unsafe { _mm_store_ps(cell.0.as_mut_ptr(), lanes) };
 }
 
-// No closure around vector operations, here and below: closures cannot be marked for inlining, and one that is left out is
-// compiled without AVX2.
+// No closure around vector operations, here and below: closures cannot be marked for inlining, and
+// one that is left out is compiled without AVX2.
 #[inline(always)]
 fn put_joined(lanes: __m256, low: &mut Cell, high: &mut Cell) {
     // SAFETY: see `Avx2`.

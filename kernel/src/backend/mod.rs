@@ -16,7 +16,7 @@ pub(crate) mod tests;
 
 use f32x8::{F32x8, Lanes8};
 
-/// Whoever holds one was told that the unit is there; nobody is on targets without.
+/// A value exists only where the unit was found; on targets without one there is none.
 #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
 type Proof = ();
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]

@@ -4,13 +4,13 @@
 use super::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
 use crate::number::two_float::{Eight, LANES};
 
-/// The hats of a model.
+/// The basis functions of a model.
 #[derive(Clone, Copy)]
-pub(crate) struct Hats<'a> {
+pub(crate) struct CoarseBasis<'a> {
     pub count: usize,
     /// Starts of the boxes' pairs.
     pub rows: &'a [u32],
-    /// Hats at the corners of each box.
+    /// Basis functions at the corners of each box.
     pub corners: &'a [[u16; LANES]],
     /// Cells of each pair.
     pub cells: &'a [[u16; 2]],
@@ -23,7 +23,7 @@ pub(crate) struct Hats<'a> {
     pub inverse: &'a [Eight],
 }
 
-impl<'a> Hats<'a> {
+impl<'a> CoarseBasis<'a> {
     pub fn read(sections: &Sections<'a>, cells: usize) -> Result<Option<Self>, ModelError> {
         let Some(count) = sections.optional::<u32>(kind::HATS)? else { return Ok(None) };
         let count = match count {
@@ -43,31 +43,31 @@ impl<'a> Hats<'a> {
         }))
     }
 
-    /// Octets of a vector over the hats.
+    /// Blocks of a vector over the basis functions.
     #[inline(always)]
-    pub fn octets(&self) -> usize {
+    pub fn blocks(&self) -> usize {
         // A model has at least one hat; the compiler is to know it too.
         self.count.div_ceil(LANES).max(1)
     }
 
     /// Length of a row of the inverse with its padding.
     pub fn stride(&self) -> usize {
-        self.octets() * LANES
+        self.blocks() * LANES
     }
 
     /// One element of the inverse; 0 beyond it.
     pub fn inverse_at(&self, row: usize, column: usize) -> f32 {
-        let octet = self.inverse.get(row * self.octets() + column / LANES);
-        octet.and_then(|octet| octet.get(column % LANES)).copied().unwrap_or(0.0)
+        let block = self.inverse.get(row * self.blocks() + column / LANES);
+        block.and_then(|block| block.get(column % LANES)).copied().unwrap_or(0.0)
     }
 
     /// Weight of an entry at a corner of its box.
     pub fn weight(&self, entry: usize, corner: usize) -> f32 {
-        let octet = self.weights.get(entry / 2).and_then(|pair| pair.get(corner / 4));
-        octet.and_then(|octet| octet.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
+        let block = self.weights.get(entry / 2).and_then(|pair| pair.get(corner / 4));
+        block.and_then(|block| block.get(corner % 4 * 2 + entry % 2)).copied().unwrap_or(0.0)
     }
 
-    /// Row of P of a cell: its hats with their weights.
+    /// Row of P of a cell: its basis functions with their weights.
     pub fn row_of(self, cell: usize) -> impl Iterator<Item = (usize, f32)> + use<'a> {
         let entry = self.entry.get(cell).copied().filter(|&entry| entry != NO_HAT);
         let parts = entry.and_then(|entry| {

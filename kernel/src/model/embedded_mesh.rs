@@ -1,7 +1,7 @@
 //! Nodes of a mesh finer than the network: carried along by the cells around them.
 //!
 //! A node stands at x = X + sum of w (y - Y) over its cells, X and Y at rest, y published: a tick
-//! knows nothing of it, a node's place costs its weights when it is asked for.
+//! does not compute it; asking for a node's position costs its weights.
 
 use super::Model;
 use super::image::{FINE_CELLS, ModelError, NO_CELL, Sections, kind};

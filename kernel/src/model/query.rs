@@ -181,7 +181,7 @@ impl<'a> Model<'a> {
     /// Number of hat functions of the coarse level, 0 without one.
     #[must_use]
     pub fn hats(&self) -> usize {
-        self.hats.map_or(0, |hats| hats.count)
+        self.coarse_basis.map_or(0, |basis| basis.count)
     }
 
     /// Number of colours, 0 where the bake stored none.

@@ -1,8 +1,9 @@
 //! The model: everything about a body that never changes, read in place from its image.
 
-use super::coarse_basis::Hats;
+use super::coarse_basis::CoarseBasis;
 use super::embedded_mesh::Fine;
 use super::image::{ModelError, Sections, kind, params};
+use super::terms::{Others, TermData};
 use super::validate;
 use crate::number::two_float::LANES;
 
@@ -46,7 +47,7 @@ pub struct Model<'a> {
     pub(crate) fixed: &'a [u16],
     pub(crate) input_id: &'a [u32],
     pub(crate) slices: Option<Slices<'a>>,
-    pub(crate) hats: Option<Hats<'a>>,
+    pub(crate) coarse_basis: Option<CoarseBasis<'a>>,
     pub(crate) colours: Option<Colours<'a>>,
     pub(crate) link_alphas: Option<&'a [f32]>,
     pub(crate) link_weights: Option<&'a [f32]>,
@@ -58,6 +59,8 @@ pub struct Model<'a> {
     pub(crate) tetrahedra: &'a [[u16; 4]],
     pub(crate) notes: &'a [u8],
     pub(crate) fine: Option<Fine<'a>>,
+    /// Terms of the energy beside the links.
+    pub(crate) others: Others<'a>,
     pub(crate) dimension: u32,
     pub(crate) unit_m: f32,
     pub(crate) centre_m: [f32; 3],
@@ -77,8 +80,8 @@ impl<'a> Model<'a> {
     /// Reads an image in place. `bytes` must start at a multiple of 16
     /// ([`include_model!`](crate::include_model) sees to it).
     ///
-    /// Cost: the checksum, about two sweeps and two looks at each element of the hats' inverse,
-    /// once; no memory.
+    /// Cost: the checksum, about two sweeps and two looks at each element of the inverse of the
+    /// coarse level, once; no memory.
     ///
     /// # Errors
     /// What is wrong with the image, with section and position.
@@ -112,7 +115,7 @@ impl<'a> Model<'a> {
             fixed: sections.required(kind::FIXED)?,
             input_id: sections.sized(kind::INPUT_ID, cells)?,
             slices: slices(&sections, cells)?,
-            hats: Hats::read(&sections, cells)?,
+            coarse_basis: CoarseBasis::read(&sections, cells)?,
             colours: colours(&sections)?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,
@@ -123,6 +126,7 @@ impl<'a> Model<'a> {
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
             fine: Fine::read(&sections, word(params::INPUT_NODES) as usize)?,
+            others: Others::read(&sections)?,
             dimension: word(params::DIMENSION),
             unit_m: real(params::UNIT_M),
             centre_m: [0, 1, 2].map(|axis| real(params::CENTRE_M + axis)),

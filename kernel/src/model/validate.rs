@@ -4,6 +4,7 @@
 //! two sweeps plus the checksum.
 
 use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
+use super::terms::TermData;
 use super::{Model, range, rest_length};
 use crate::number::two_float::LANES;
 
@@ -16,7 +17,7 @@ const WEIGHT_RANGE: f32 = 1.0e9;
 const CIRCUIT_RANGE: f32 = 1.0e12;
 /// Newtons and joules per internal unit span at most this factor either way.
 const UNIT_RANGE: f32 = 1.0e18;
-/// Largest element of the hats' inverse: far above what weights in their range give.
+/// Largest element of the inverse of the coarse level: far above what weights in their range give.
 const INVERSE_MAX: f32 = 1.0e24;
 /// Largest weight with which a cell carries a fine node, either way.
 const CARRY_MAX: f32 = 16.0;
@@ -41,9 +42,10 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     link_numbers(model)?;
     slices(model)?;
     ascending(kind::FIXED, model.fixed, model.cells())?;
+    model.others.check(model)?;
     mobilities(model)?;
     slice_values(model)?;
-    hats(model)?;
+    basis(model)?;
     colours(model)?;
     ascending(kind::SURFACE, model.surface, model.cells())?;
     normals(model)?;
@@ -220,16 +222,16 @@ fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
 }
 
 /// Every free cell stands in one box, with weights of at most 1 in all; the inverse is symmetric
-/// and finite. That it inverts is the bake's word, as rest positions are.
-fn hats(model: &Model<'_>) -> Result<(), ModelError> {
-    let Some(hats) = model.hats else { return Ok(()) };
-    rows(kind::HAT_ROWS, hats.rows, hats.cells.len())?;
-    let known = |hat: &u16| usize::from(*hat) < hats.count || *hat == NO_HAT;
-    if let Some(at_box) = hats.corners.iter().position(|corners| !corners.iter().all(known)) {
+/// and finite. That it is the inverse is not checked.
+fn basis(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(basis) = model.coarse_basis else { return Ok(()) };
+    rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;
+    let known = |hat: &u16| usize::from(*hat) < basis.count || *hat == NO_HAT;
+    if let Some(at_box) = basis.corners.iter().position(|corners| !corners.iter().all(known)) {
         return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
     }
-    let stands = hats.cells.as_flattened();
-    for (cell, (&entry, &mobility)) in hats.entry.iter().zip(model.mobility).enumerate() {
+    let stands = basis.cells.as_flattened();
+    for (cell, (&entry, &mobility)) in basis.entry.iter().zip(model.mobility).enumerate() {
         let here = stands.get(usize::from(entry)).copied().map(usize::from);
         let expected = if mobility > 0.0 { Some(cell) } else { None };
         if here != expected || (here.is_none() && entry != NO_HAT) {
@@ -237,8 +239,8 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
         }
     }
     for (stand, &cell) in stands.iter().enumerate() {
-        let entry = hats.entry.get(usize::from(cell)).copied().map(usize::from);
-        let weights = || (0..LANES).map(|corner| hats.weight(stand, corner));
+        let entry = basis.entry.get(usize::from(cell)).copied().map(usize::from);
+        let weights = || (0..LANES).map(|corner| basis.weight(stand, corner));
         let again = stand % 2 == 1 && entry == Some(stand - 1) && weights().all(|w| w == 0.0);
         if entry != Some(stand) && !again {
             return Err(ModelError::Index(kind::HAT_CELLS, at(stand)));
@@ -247,10 +249,10 @@ fn hats(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
         }
     }
-    for row in 0..hats.count {
-        for column in 0..hats.stride() {
-            let value = hats.inverse_at(row, column);
-            let mirrored = if column < hats.count { hats.inverse_at(column, row) } else { 0.0 };
+    for row in 0..basis.count {
+        for column in 0..basis.stride() {
+            let value = basis.inverse_at(row, column);
+            let mirrored = if column < basis.count { basis.inverse_at(column, row) } else { 0.0 };
             let in_range = value.abs() <= INVERSE_MAX && (row != column || value > 0.0);
             if !in_range || value != mirrored {
                 return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
@@ -304,14 +306,14 @@ fn mobilities(model: &Model<'_>) -> Result<(), ModelError> {
     let mut fixed = model.fixed.iter().copied().map(usize::from).peekable();
     for i in 0..model.cells() {
         let is_fixed = fixed.next_if_eq(&i).is_some();
-        let weight = model.cell_weight(i);
-        let expected = if is_fixed || weight == 0.0 { 0.0 } else { 1.0 / weight };
+        let bound = model.cell_bound(i);
+        let expected = if is_fixed || bound == 0.0 { 0.0 } else { 1.0 / bound };
         if model.mobility.get(i).map(|m| m.to_bits()) != Some(expected.to_bits()) {
             return Err(ModelError::Value(kind::MOBILITY, at(i)));
         }
         for k in model.row(i) {
             let j = model.upper.get(k).copied().map_or(0, usize::from);
-            if (weight + model.cell_weight(j)) * 0.5 > model.degree_bound {
+            if (bound + model.cell_bound(j)) * 0.5 > model.degree_bound {
                 return Err(ModelError::Parameter(at(params::DEGREE_BOUND)));
             }
         }

@@ -6,24 +6,15 @@ use core::hint::black_box;
 compile_error!("x87 arithmetic carries excess precision: build for a target with SSE2");
 
 /// What is wrong with the floating-point environment of the calling thread.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FloatEnvironmentError {
     /// Denormal numbers are flushed to zero (FTZ, DAZ or FZ is on).
+    #[error("denormals are flushed to zero: switch FTZ/DAZ/FZ off")]
     FlushToZero,
     /// The rounding mode is not round-to-nearest-even.
+    #[error("rounding is not to nearest: restore the default rounding mode")]
     Rounding,
 }
-
-impl core::fmt::Display for FloatEnvironmentError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::FlushToZero => "denormals are flushed to zero: switch FTZ/DAZ/FZ off",
-            Self::Rounding => "rounding is not to nearest: restore the default rounding mode",
-        })
-    }
-}
-
-impl core::error::Error for FloatEnvironmentError {}
 
 /// Checks by six operations whether this thread's arithmetic is IEEE 754 to nearest.
 ///

@@ -22,16 +22,16 @@ impl<N: Number, const CELLS: usize, const ARRAYS: usize> CellArrays<N>
     }
 }
 
-/// Memory in octets of `f32` whose size is part of the scheme's type.
-pub trait Octets {
+/// Memory in blocks of eight `f32` whose size is part of the scheme's type.
+pub trait Blocks {
     /// All +0.0.
     const ZERO: Self;
-    /// The octets.
+    /// The blocks of eight `f32`.
     fn flat(&mut self) -> &mut [Eight];
 }
 
-impl<const OCTETS: usize> Octets for [Eight; OCTETS] {
-    const ZERO: Self = [[0.0; 8]; OCTETS];
+impl<const BLOCKS: usize> Blocks for [Eight; BLOCKS] {
+    const ZERO: Self = [[0.0; 8]; BLOCKS];
 
     fn flat(&mut self) -> &mut [Eight] {
         self

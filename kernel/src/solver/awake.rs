@@ -21,28 +21,28 @@ pub(crate) struct Awake {
     pub set: SliceSet,
     pub spread: SliceSet,
     ticks: u32,
-    /// Nobody is put to sleep.
+    /// No slice is put to sleep.
     sleepless: bool,
 }
 
 impl Awake {
-    /// Everybody sleeps.
-    pub const NOBODY: Self =
+    /// All slices sleep.
+    pub const NONE: Self =
         Self { set: SliceSet::EMPTY, spread: SliceSet::EMPTY, ticks: 0, sleepless: false };
 
-    /// Everybody wakes for good.
+    /// All slices wake, and stay awake.
     pub fn forbid_sleep(&mut self, model: &Model<'_>) {
         self.sleepless = true;
         self.wake_all(model);
     }
 
-    /// Everybody wakes.
+    /// All slices wake.
     pub fn wake_all(&mut self, model: &Model<'_>) {
         self.set.fill(model.slice_count());
         self.spread = self.set;
     }
 
-    /// Nobody falls asleep for [`SETTLE_TICKS`] ticks.
+    /// No slice falls asleep for [`SETTLE_TICKS`] ticks.
     pub fn postpone_sleep(&mut self) {
         self.ticks = 0;
     }
@@ -60,8 +60,8 @@ impl Awake {
         }
     }
 
-    /// In these slices cells have moved, those for which `has_moved` holds: whoever is linked to
-    /// them wakes.
+    /// In these slices cells have moved, those for which `has_moved` holds: the slices of the cells
+    /// linked to them wake.
     pub fn wake_neighbours(
         &mut self,
         model: &Model<'_>,
@@ -74,7 +74,7 @@ impl Awake {
                 if has_moved(cell) {
                     self.wake_around(model, cell);
                 } else {
-                    // A cell that cannot move has nobody to wake.
+                    // A cell that cannot move wakes no other.
                     all &= model.mobility.get(cell).is_none_or(|&mobility| mobility <= 0.0);
                 }
             }

@@ -1,6 +1,6 @@
 //! A scheme as users see it: its name and how much memory it needs.
 
-use super::arrays::{CellArrays, Octets};
+use super::arrays::{Blocks, CellArrays};
 use super::scheme::Scheme;
 use crate::model::Model;
 
@@ -21,22 +21,22 @@ pub trait Dynamics: Scheme + Copy {
     type Residual<const CELLS: usize>: CellArrays<Self::Number>;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
-    /// Room for a coarse level, see [`hats_room`](crate::hats_room).
-    type Room: Octets;
-    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps covers it; for schemes
-    /// without it what `euler` covers [dimensionless time].
+    /// Room for a coarse level, see [`coarse_room`](crate::coarse_room).
+    type Room: Blocks;
+    /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps
+    /// covers it; for schemes without it what `euler` covers [dimensionless time].
     #[must_use]
     fn tick_time(model: &Model<'_>, sweeps: u16) -> f32 {
         f32::from(sweeps) * model.step_max()
     }
-    /// Octets of room that a model needs with a number of contact cells.
+    /// Blocks of room that a model needs with a number of contact cells.
     #[must_use]
-    fn room_octets(model: &Model<'_>, held: usize) -> usize {
+    fn room_blocks(model: &Model<'_>, held: usize) -> usize {
         Self::room(model, held)
     }
-    /// Octets of room that a model needs with a probe.
+    /// Blocks of room that a model needs with a probe.
     #[must_use]
-    fn probe_octets(model: &Model<'_>) -> usize {
+    fn probe_blocks(model: &Model<'_>) -> usize {
         Self::probe_room(model)
     }
 }

@@ -36,13 +36,15 @@ impl<N: Loops> Dynamics for Euler<N> {
 }
 
 /// A step of the outputs, with the leak of states beyond K: what the guard watches before it, in
-/// internal units, and whether some state is still beyond K. Held cells go back to where the tool has them.
+/// internal units, and whether some state is still beyond K. Held cells go back to where the tool
+/// has them.
 pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
     let model = body.terms.model;
     body.awake.wake_all(model);
     // The leak moves cells that no link pulls.
     body.awake.postpone_sleep();
-    let sum = body.terms.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+    let sum =
+        body.terms.saturated_residual(&body.awake.set, body.state, body.residual, body.contacts);
     let energy = sum.times_power_of_two(0.125);
     let potential = body.terms.potential(energy, body.state, body.contacts);
     let step = step / model.capacitance();
@@ -83,7 +85,7 @@ impl<N: Loops> Scheme for Euler<N> {
             beyond
         } else {
             let set = &body.awake.set;
-            let energy = N::pass(body.terms, set, body.state, body.residual, body.contacts);
+            let energy = N::residual(body.terms, set, body.state, body.residual, body.contacts);
             body.level.set(body.terms.potential(energy, body.state, body.contacts));
             linear_step(body, step)
         };

@@ -8,30 +8,31 @@
 //! ```
 //!
 //! in every state, inverted and coincident cells included (L, the Laplacian of weight w / 2, has
-//! `W_i` / 2 on its diagonal). The step d = omega (2 / `W_i`) `r_i` lowers E by at least
-//! omega (2 - omega) |`r_i`|^2 / `W_i`, for 0 < omega < 2: in any order, with no second array and no
-//! guard. omega = [`OMEGA`] looks ahead like momentum does. Clamping the new position to K keeps the
+//! `W_i` / 2 on its diagonal). The step d = omega (2 / `W_i`) `r_i` lowers E by at least omega (2 -
+//! omega) |`r_i`|^2 / `W_i`, for 0 < omega < 2: in any order, with no second array and no guard.
+//! omega = [`OMEGA`] looks ahead like momentum does. Clamping the new position to K keeps the
 //! bound: D, the clamped move, is the projection of d, so d . D >= |D|^2 and the fall is at least
 //! `W_i` |D|^2 (2 - omega) / (4 omega). So outputs are what is moved, and nothing saturates.
 //!
-//! **The level** falls by the sum of `r_i` . D - `W_i` |D|^2 / 4 over the moves as rounded, less what
-//! rounding has made of `r_i`: a quarter of eps times the sum of w u over its links, whose errors add
-//! up like a random walk, as in the guards' tolerance. A move that is not sure to lower E is tried
-//! with omega = 1 and else left out: a body comes to a standstill. Since links resist along their
-//! direction only, E falls faster than the level; every [`MEASURE`]th sweep measures E instead of
-//! moving cells, and so does the first one after positions were set or bands changed. Where all
-//! cells found their links slack, E = 0.
+//! **The level** falls by the sum of `r_i` . D - `W_i` |D|^2 / 4 over the moves as rounded, less
+//! what rounding has made of `r_i`: a quarter of eps times the sum of w u over its links, whose
+//! errors add up like a random walk, as in the guards' tolerance. A move that is not sure to lower
+//! E is tried with omega = 1 and else left out: a body comes to a standstill. Since links resist
+//! along their direction only, E falls faster than the level; every [`MEASURE`]th sweep measures E
+//! instead of moving cells, and so does the first one after positions were set or bands changed.
+//! Where all cells found their links slack, E = 0.
 //!
 //! **Order.** By the colours of the bake, each free cell once; no two cells of a colour are linked,
 //! so a colour's cells may be moved at the same time with the same bits. Asleep and held cells are
-//! left out. Sleep needs to know where all links are slack, and there is no residual: the fourth lane
-//! of a cell's state keeps the sum of w d^2 that it saw last.
+//! left out. Sleep needs to know where all links are slack, and there is no residual: the fourth
+//! lane of a cell's state keeps the sum of w d^2 that it saw last.
 //!
 //! Cost: one link pass a sweep, every link at both ends; no array besides the state, one fewer than
 //! `euler`. Converges to the minimum as `track` does, more slowly; time has no meaning here.
 //!
-//! Source: D. M. Young, Iterative methods for solving partial difference equations of elliptic type,
-//! 1954 (over-relaxation, colouring); the bound is that of [`link`](crate::terms::links::law).
+//! Source: D. M. Young, Iterative methods for solving partial difference equations of elliptic
+//! type, 1954 (over-relaxation, colouring); the bound is that of
+//! [`link`](crate::terms::links::law).
 
 use super::Dynamics;
 use super::scheme::{Body, Scheme};
@@ -42,8 +43,7 @@ use crate::number::cell::{Cell, add, dot, output, scale, sub};
 use crate::number::two_float::Eight;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 use crate::terms::held::Contact;
-use crate::terms::links::law::{Band, link_force};
-use crate::terms::pass::Terms;
+use crate::terms::term::CellTerm;
 
 /// Over-relaxation.
 const OMEGA: f32 = 1.9;
@@ -68,54 +68,21 @@ impl Dynamics for GaussSeidel {
     type Room = [Eight; 0];
 }
 
-/// What the links of a cell do to it.
-struct Pulls {
-    residual: [f32; 3],
-    /// Sum of w d^2.
-    wd2: f32,
-    /// At least the sum of w u.
-    length: f32,
-}
-
-impl Pulls {
-    /// Adds the current into the cell.
-    fn let_in(&mut self, current: Option<[f32; 3]>) {
-        let Some([x, y, z]) = current else { return };
-        self.residual = add(self.residual, [x, y, z]);
-        // For the rounding of this sum.
-        self.length += 4.0 * (x.abs() + y.abs() + z.abs());
-    }
-}
-
-/// The links of a cell, in ascending order of their other ends.
-fn pulls(terms: Terms<'_, '_>, v: &[Cell], cell: usize, here: [f32; 3]) -> Pulls {
-    let (model, links) = (terms.model, terms.links());
-    let k = model.saturation();
-    let (mut sum, mut length) = (Cell::ZERO, 0.0);
-    for (link, other) in model.neighbours(cell) {
-        let (Some(there), Some(&l0)) = (v.get(other), model.rest_length.get(link)) else {
-            continue;
-        };
-        let there = output(there.xyz(), k);
-        let (w, band) = (model.link_weight(link), Band::new(links.alpha(link)));
-        let rest = || sub(model.rest_position(other), model.rest_position(cell));
-        if let Some(of) = link_force(here, there, l0, w, band, rest) {
-            let [x, y, z] = of.force;
-            sum = sum.plus(Cell([x, y, z, of.wd2]));
-        }
-        let [x, y, z] = sub(there, here);
-        length += w * (x.abs() + y.abs() + z.abs());
-    }
-    Pulls { residual: sum.xyz(), wd2: sum.w(), length }
+/// Adds the current into a cell to its residual.
+fn let_in(at: &mut CellTerm, current: Option<[f32; 3]>) {
+    let Some([x, y, z]) = current else { return };
+    at.residual = add(at.residual, [x, y, z]);
+    // For the rounding of this sum.
+    at.length += 4.0 * (x.abs() + y.abs() + z.abs());
 }
 
 /// The move of a cell and what it lowers the energy by for sure; `None` where no move does.
-fn relax(here: [f32; 3], pulls: &Pulls, mobility: f32, k: f32) -> Option<([f32; 3], f32)> {
+fn relax(here: [f32; 3], at: &CellTerm, mobility: f32, k: f32) -> Option<([f32; 3], f32)> {
     [OMEGA, 1.0].into_iter().find_map(|omega| {
-        let to = output(add(here, scale(2.0 * omega * mobility, pulls.residual)), k);
+        let to = output(add(here, scale(2.0 * omega * mobility, at.residual)), k);
         let way = sub(to, here);
-        let rounding = ROUNDING * pulls.length * (way[0].abs() + way[1].abs() + way[2].abs());
-        let falls = dot(pulls.residual, way) - 0.25 * dot(way, way) / mobility - rounding;
+        let rounding = ROUNDING * at.length * (way[0].abs() + way[1].abs() + way[2].abs());
+        let falls = dot(at.residual, way) - 0.25 * dot(way, way) / mobility - rounding;
         (falls > 0.0).then_some((to, falls))
     })
 }
@@ -142,16 +109,16 @@ fn relax_all(body: &mut Body<'_, '_>) -> (TwoFloat, SliceSet) {
                 continue;
             };
             let here = output(v.xyz(), k);
-            let mut pulls = pulls(body.terms, body.state, cell, here);
-            pulls.let_in(current);
-            let way = if pulls.wd2 > 0.0 || current.is_some() {
-                relax(here, &pulls, mobility, k)
+            let mut at = body.terms.cell(body.state, cell, here);
+            let_in(&mut at, current);
+            let way = if at.wd2 > 0.0 || current.is_some() {
+                relax(here, &at, mobility, k)
             } else {
                 None
             };
             if let Some((_, fall)) = way {
                 falls = falls.plus(fall.into());
-                // At once: a later colour of this sweep may feel it.
+                // At once: a later colour of this sweep may be linked to it.
                 if !body.awake.spread.contains(cell / LANES) {
                     moved.insert(cell / LANES);
                     body.awake.wake_around(model, cell);
@@ -159,7 +126,7 @@ fn relax_all(body: &mut Body<'_, '_>) -> (TwoFloat, SliceSet) {
             }
             let [x, y, z] = way.map_or(here, |(to, _)| to);
             if let Some(v) = body.state.get_mut(cell) {
-                *v = Cell([x, y, z, pulls.wd2]);
+                *v = Cell([x, y, z, at.wd2]);
             }
         }
     }
@@ -172,7 +139,7 @@ fn mark_held(body: &mut Body<'_, '_>) {
     for contact in body.held {
         let cell = contact.cell();
         let Some(here) = body.state.get(cell).map(|v| output(v.xyz(), k)) else { continue };
-        let wd2 = pulls(body.terms, body.state, cell, here).wd2;
+        let wd2 = body.terms.cell(body.state, cell, here).wd2;
         if let Some(Cell([_, _, _, mark])) = body.state.get_mut(cell) {
             *mark = wd2;
         }
@@ -187,7 +154,7 @@ fn measure(body: &mut Body<'_, '_>) -> TwoFloat {
     for slice in body.awake.set.iter(model.slice_count()) {
         for cell in cells_of(slice, cells) {
             let Some(here) = body.state.get(cell).map(|v| output(v.xyz(), k)) else { continue };
-            let wd2 = pulls(body.terms, body.state, cell, here).wd2;
+            let wd2 = body.terms.cell(body.state, cell, here).wd2;
             if let Some(Cell([_, _, _, mark])) = body.state.get_mut(cell) {
                 *mark = wd2;
             }
@@ -251,13 +218,13 @@ mod tests {
 
     const K: f32 = 100.0;
 
-    fn pulls_of(residual: [f32; 3]) -> Pulls {
-        Pulls { residual, wd2: 1.0, length: 4.0 }
+    fn at(residual: [f32; 3]) -> CellTerm {
+        CellTerm { residual, wd2: 1.0, length: 4.0 }
     }
 
     #[test]
     fn a_move_lowers_the_energy_by_the_proven_share() {
-        let (to, falls) = relax([1.0; 3], &pulls_of([0.5, 0.0, 0.0]), 0.25, K).unwrap();
+        let (to, falls) = relax([1.0; 3], &at([0.5, 0.0, 0.0]), 0.25, K).unwrap();
         assert_eq!(to, [1.0 + 2.0 * OMEGA * 0.25 * 0.5, 1.0, 1.0]);
         let proven = OMEGA * (2.0 - OMEGA) * 0.25 * 0.25;
         assert!((falls - proven).abs() < 1e-4 * proven, "{falls} {proven}");
@@ -266,16 +233,16 @@ mod tests {
     #[test]
     fn what_rounding_may_undo_is_left_out() {
         // Sure with omega = 1 only, then not at all.
-        let (to, _) = relax([1.0; 3], &pulls_of([1e-6, 0.0, 0.0]), 0.25, K).unwrap();
+        let (to, _) = relax([1.0; 3], &at([1e-6, 0.0, 0.0]), 0.25, K).unwrap();
         assert!((to[0] - 1.0 - 5e-7).abs() < 2e-7, "{}", to[0] - 1.0);
-        assert!(relax([1.0; 3], &pulls_of([1e-7, 0.0, 0.0]), 0.25, K).is_none());
-        assert!(relax([1.0; 3], &pulls_of([0.0; 3]), 0.25, K).is_none());
+        assert!(relax([1.0; 3], &at([1e-7, 0.0, 0.0]), 0.25, K).is_none());
+        assert!(relax([1.0; 3], &at([0.0; 3]), 0.25, K).is_none());
     }
 
     #[test]
     fn the_range_is_never_left() {
-        let (to, falls) = relax([99.0, 0.0, 0.0], &pulls_of([40.0, 0.0, 0.0]), 0.25, K).unwrap();
+        let (to, falls) = relax([99.0, 0.0, 0.0], &at([40.0, 0.0, 0.0]), 0.25, K).unwrap();
         assert!(to == [K, 0.0, 0.0] && falls > 0.0);
-        assert!(relax([K, 0.0, 0.0], &pulls_of([40.0, 0.0, 0.0]), 0.25, K).is_none());
+        assert!(relax([K, 0.0, 0.0], &at([40.0, 0.0, 0.0]), 0.25, K).is_none());
     }
 }

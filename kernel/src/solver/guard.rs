@@ -3,7 +3,7 @@
 use super::level::Level;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// Rounding allowance of an energy, 4 eps (E + sqrt(w E)) with w the smallest weight of a link: at
 /// most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the worst case, and

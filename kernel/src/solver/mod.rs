@@ -24,7 +24,7 @@ pub(crate) mod scheme;
 mod super_step;
 mod track;
 
-pub use arrays::{CellArrays, Octets};
+pub use arrays::{Blocks, CellArrays};
 pub use dynamics::{Dynamics, NumberOf};
 pub use euler::Euler;
 pub use gauss_seidel::GaussSeidel;

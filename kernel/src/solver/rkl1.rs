@@ -1,6 +1,7 @@
 //! `rkl1`: relaxation in time of first order, the robust form: no stage overshoots.
 //!
-//! As [`rkl2`](super::Rkl2), with the Legendre polynomials `P_s` themselves as stability polynomials:
+//! As [`rkl2`](super::Rkl2), with the Legendre polynomials `P_s` themselves as stability
+//! polynomials:
 //!
 //! ```text
 //! Y_j = mu_j Y_j-1 + nu_j Y_j-2 + mu_j w h R_j-1 / C      mu_j = (2 j - 1) / j,  nu_j = (1 - j) / j

@@ -23,7 +23,8 @@
 //! that must be right in time. Error on the paper's plane: below 1e-3 of the depth at t = 1, 10,
 //! 100 in 13, 45, 140 passes with 8 neighbours, where Euler takes 64, 100, 400.
 //!
-//! Cost: one link pass and one pass over the cells a stage, three arrays besides state and residual.
+//! Cost: one link pass and one pass over the cells a stage, three arrays besides state and
+//! residual.
 //!
 //! Source: C. D. Meyer, D. S. Balsara, T. D. Aslam, A stabilized Runge-Kutta-Legendre method for
 //! explicit super-time-stepping of parabolic and mixed equations, J. Comput. Phys. 257, 2014.

@@ -9,7 +9,7 @@ use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, peak};
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// How far a tick goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +107,7 @@ pub trait Scheme {
         false
     }
 
-    /// Octets of room for a model and a number of held cells.
+    /// Blocks of room for a model and a number of held cells.
     fn room(model: &Model<'_>, held: usize) -> usize {
         let _ = (model, held);
         0
@@ -118,15 +118,15 @@ pub trait Scheme {
         let _ = (model, room, held);
     }
 
-    /// Octets of room for a model and a probe.
+    /// Blocks of room for a model and a probe.
     fn probe_room(model: &Model<'_>) -> usize {
         let _ = model;
         0
     }
 
-    /// A probe holds these cells from now on: the number of hats taken out for them, `None`
-    /// where that cannot be done.
-    fn take_out(
+    /// A probe holds these cells from now on: the number of basis functions taken out for them,
+    /// `None` where that cannot be done.
+    fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],
         held: &[Contact<Self::Number>],

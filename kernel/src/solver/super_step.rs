@@ -3,12 +3,12 @@
 //! **Time.** A tick asks for `tick_time` of network time. It is taken in super-steps of s stages,
 //! one link pass each, s being the least number that covers the super-step's length. What a move of
 //! the tool or of the bands sets off spreads like heat, fast modes first: super-steps are even at
-//! first, and from [`EVEN`] on as long as a fixed fraction of the time since then, so that they grow
-//! by a constant factor. They are as short as the tick's sweeps allow, but not below [`SHORTEST`] at
-//! the beginning, and are cut evenly to end exactly at the tick's time.
-//! Where no such row fits the sweeps, one super-step takes all of them; what it cannot cover either
-//! stays due at the next tick (the lag). Sweeps that are left over cost nothing, and neither does a
-//! sleeping body, for which time passes by itself.
+//! first, and from [`EVEN`] on as long as a fixed fraction of the time since then, so that they
+//! grow by a constant factor. They are as short as the tick's sweeps allow, but not below
+//! [`SHORTEST`] at the beginning, and are cut evenly to end exactly at the tick's time. Where no
+//! such row fits the sweeps, one super-step takes all of them; what it cannot cover either stays
+//! due at the next tick (the lag). Sweeps that are left over cost nothing, and neither does a
+//! sleeping body, for which nothing changes with time.
 //!
 //! **The guard.** The pass at the first stage of the next super-step gives the energy of the last
 //! one's end Y. Only then, where E(Y) <= U + tol with U the certified level, Y is published and U
@@ -20,7 +20,8 @@
 //!
 //! All lengths here are in units of the proven bound of an Euler step.
 //!
-//! Rounding: a stage is computed as Y = `Y_0` + (what moved), so that a body at rest keeps its bits.
+//! Rounding: a stage is computed as Y = `Y_0` + (what moved), so that a body at rest keeps its
+//! bits.
 
 use core::marker::PhantomData;
 
@@ -301,14 +302,14 @@ impl<F: Formula> SuperSteps<F> {
             Self::note(body);
         }
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
-        let energy = f32::pass(body.terms, &body.awake.set, at, body.residual, body.contacts);
+        let energy = f32::residual(body.terms, &body.awake.set, at, body.residual, body.contacts);
         if self.done == 0 {
             let potential = body.terms.potential(energy, at, body.contacts);
             body.level.certify(potential);
         } else if self.done == self.stages && self.judge(body, energy) {
             return true;
         }
-        // Where no link pulls, time passes by itself.
+        // Without a force nothing changes with time.
         if self.done == 0 && energy.hi <= 0.0 && !body.terms.is_loaded() {
             (self.due, self.careful) = (0.0, 0.0);
         }

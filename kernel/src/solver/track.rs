@@ -1,8 +1,8 @@
 //! `track`: follows the equilibrium as fast as the guard allows; conjugate directions, and a
 //! coarse level where the model has one.
 //!
-//! With y the point of a pass, r its residual, W the cells' weights, and P, B the hats with their
-//! inverse ([`hats`](crate::solver::coarse)), the preconditioned residual is
+//! With y the point of a pass, r its residual, W the cells' weights, and P, B the coarse basis with
+//! its inverse ([`coarse`](crate::solver::coarse)), the preconditioned residual is
 //!
 //! ```text
 //! z = r / W + P B P' r
@@ -21,26 +21,26 @@
 //! E(x) <= U' = E(y) - (a + b) + (sqrt a + sqrt b)^2 / 2 = E(y) - (sqrt a - sqrt b)^2 / 2
 //! ```
 //!
-//! which without hats is E(y) - a / 2. Where E(y) > U + tol, U the level of the last x, the pass is
-//! discarded and the next one starts at x itself, accepted without comparison. What is published
-//! is x, never y, and its energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w the
-//! smallest weight: at most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the
-//! worst case, and about what it has, since the links' errors add up like a random walk).
+//! which without a coarse level is E(y) - a / 2. Where E(y) > U + tol, U the level of the last x,
+//! the pass is discarded and the next one starts at x itself, accepted without comparison. What is
+//! published is x, never y, and its energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w
+//! the smallest weight: at most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in
+//! the worst case, and about what it has, since the links' errors add up like a random walk).
 //!
-//! A state beyond K is handled by plain steps from x, whose clamped moves D obey
-//! E falls by at least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
+//! A state beyond K is handled by plain steps from x, whose clamped moves D obey E falls by at
+//! least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
 //!
-//! Cost: one link pass, one pass over the cells, two arrays besides state and residual; with hats
-//! their restriction, product and prolongation.
+//! Cost: one link pass, one pass over the cells, two arrays besides state and residual; with a
+//! coarse level its restriction, product and prolongation.
 
 use core::marker::PhantomData;
 
 use super::Dynamics;
-use super::coarse::deflation::{probe_room, take_out};
-use super::coarse::held::{self, hats_room};
+use super::coarse::deflation::{deflate, probe_room};
+use super::coarse::held::{self, coarse_room};
 use super::conjugate::{Last, Products};
 use super::guard::allowed;
-use super::loops::{Loops, Points, hats};
+use super::loops::{Loops, Points, coarse_basis};
 use super::scheme::{Body, Scheme};
 use crate::backend::slices::copy;
 use crate::model::Model;
@@ -50,8 +50,8 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES, TwoFloat};
 use crate::terms::held::Contact;
 
-/// State of the scheme; `ROOM` octets of memory for the model's hats, `N` the numbers of cells and
-/// links.
+/// State of the scheme; `ROOM` blocks of eight `f32` of memory for the model's coarse level, `N`
+/// the numbers of cells and links.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track<const ROOM: usize = 0, N = f32> {
     last: Last,
@@ -85,7 +85,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             self.last = Last::None;
         }
         let points = &mut Points { published, at, before, residual };
-        let sums = N::track_pass(body.terms, &body.awake.set, points, body.contacts);
+        let sums = N::track_residual(body.terms, &body.awake.set, points, body.contacts);
         let [energy, fine, way, direction] = sums;
         let potential = body.terms.potential(energy, points.at, body.contacts);
         if self.going && potential.exceeds(allowed(body.terms, body.level, energy)) {
@@ -95,7 +95,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         self.going = true;
         let is_awake = !body.awake.set.is_empty(model.slice_count());
         let coarse = match body.coarse {
-            Some(coarse) if is_awake && hats::<N>(model).is_some() => {
+            Some(coarse) if is_awake && coarse_basis::<N>(model).is_some() => {
                 N::coarse(body.terms, points.residual, body.room, coarse)
             }
             _ => TwoFloat::ZERO,
@@ -156,8 +156,12 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let k = N::from_single(model.saturation());
         body.awake.wake_all(model);
         body.awake.postpone_sleep();
-        let energy =
-            body.terms.saturated_pass(&body.awake.set, body.state, body.residual, body.contacts);
+        let energy = body.terms.saturated_residual(
+            &body.awake.set,
+            body.state,
+            body.residual,
+            body.contacts,
+        );
         let energy = energy.times_power_of_two(0.125);
         let potential = body.terms.potential(energy, body.state, body.contacts);
         let next = |v: [N; 3], r: Cell<N>, mobility: f32| {
@@ -248,22 +252,22 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     }
 
     fn room(model: &Model<'_>, held: usize) -> usize {
-        hats::<N>(model).map_or(0, |hats| hats_room(hats.count, held))
+        coarse_basis::<N>(model).map_or(0, |basis| coarse_room(basis.count, held))
     }
 
     fn probe_room(model: &Model<'_>) -> usize {
-        hats::<N>(model).map_or(0, |hats| probe_room(hats.count))
+        coarse_basis::<N>(model).map_or(0, |basis| probe_room(basis.count))
     }
 
     #[allow(private_interfaces)]
-    fn take_out(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) -> Option<u16> {
-        hats::<N>(model).map_or(Some(0), |hats| take_out(&hats, room, held))
+    fn deflate(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) -> Option<u16> {
+        coarse_basis::<N>(model).map_or(Some(0), |basis| deflate(&basis, room, held))
     }
 
     #[allow(private_interfaces)]
     fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) {
-        if let Some(hats) = &hats::<N>(model) {
-            held::hold(model, hats, room, held);
+        if let Some(basis) = &coarse_basis::<N>(model) {
+            held::hold(model, basis, room, held);
         }
     }
 }

@@ -1,19 +1,19 @@
-//! Passivity controller: takes back what sampling has made, and keeps what the hand gets back to what
-//! it has put in.
+//! Passivity controller: takes back what sampling has made, and keeps what the hand gets back to
+//! what it has put in.
 //!
-//! Both are a damping force -alpha v, together at most `2 (1/2 + delay) k h`, twice what a spring of
-//! the stiffness k that is shown makes, and at most 20 N s/m: with a tick's delay and an encoder's
-//! counts a stronger damper drives what it should damp. A motion of many counts a tick is no noise,
-//! and S may take 20 N s/m then.
+//! Both are a damping force -alpha v, together at most `2 (1/2 + delay) k h`, twice what a spring
+//! of the stiffness k that is shown makes, and at most 20 N s/m: with a tick's delay and an
+//! encoder's counts a stronger damper drives what it should damp. A motion of many counts a tick is
+//! no noise, and S may take 20 N s/m then.
 //!
-//! - L < 0: alpha = -L / (h |v|^2); the rest stays in the ledger. What the last tick has ordered and
-//!   the device does not feel yet is not ordered again.
+//! - L < 0: alpha = -L / (h |v|^2); the rest stays in the ledger. What the last tick has ordered
+//!   and the device does not feel yet is not ordered again.
 //! - S: a force that pushes the hand the way it goes does the work that is left of S in the next
-//!   tick; what goes beyond is damped. A tool that stands still is given the force as it is, and the
-//!   ramp waits while it would push more than that.
+//!   tick; what goes beyond is damped. A tool that stands still is given the force as it is, and
+//!   the ramp waits while it would push more than that.
 //!
-//! So S is a bound for motions that the encoder shows well; a slow one may get back somewhat more, and
-//! a fast one what the slew limit keeps up of a force that was let go.
+//! So S is a bound for motions that the encoder shows well; a slow one may get back somewhat more,
+//! and a fast one what the slew limit keeps up of a force that was let go.
 //!
 //! The damping of motions down to a count a tick goes to half and less: below that a velocity is
 //! mostly the encoder's noise.
@@ -58,8 +58,8 @@ impl Asked {
 impl Controller {
     pub(super) const NEW: Self = Self { ordered: 0.0 };
 
-    /// What to ask the device for in place of `force`, `stiffness` being shown and `most_n` the most
-    /// that it is given.
+    /// What to ask the device for in place of `force`, `stiffness` being shown and `most_n` the
+    /// most that it is given.
     pub(super) fn control(
         &mut self,
         observer: &Observer,

@@ -8,13 +8,13 @@
 //! ```
 //!
 //! with F the tissue's force in the last tick and `k_t` the largest bound of its stiffness within a
-//! tick that it has told in this contact. E curves upwards by at most `k_t`, so for theta <= 2 and a
-//! device at rest no step raises the joint energy, however stiff the tissue is against the coupling;
-//! the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe touches, the tissue tells
-//! no stiffness: its first step into it is the device's own. Out of contact `k_t` fades, for a step
-//! may take the proxy out of a stiff tissue for a tick or two; on the way out it counts for nothing.
-//! So in free air p = x, and nothing is shown. Shown to the device is
-//! `k_c` (p - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
+//! tick that it has told in this contact. E curves upwards by at most `k_t`, so for theta <= 2 and
+//! a device at rest no step raises the joint energy, however stiff the tissue is against the
+//! coupling; the plain p = x + F / `k_c` diverges where it is stiffer. Before a probe touches, the
+//! tissue tells no stiffness: its first step into it is the device's own. Out of contact `k_t`
+//! fades, for a step may take the proxy out of a stiff tissue for a tick or two; on the way out it
+//! counts for nothing. So in free air p = x, and nothing is shown. Shown to the device is `k_c` (p
+//! - x) + `b_c` (dp - dx) / h: at rest exactly F, and never stiffer than the coupling.
 //!
 //! Where the tissue has cut the tool's motion short (flag 1), the proxy does not go on that way:
 //! it stays within one step of where the tool is.
@@ -28,8 +28,8 @@ use crate::stage::settings::Coupling;
 /// Share of the largest step that cannot raise the joint energy: 2 is the bound, 1 the safest.
 const THETA: f32 = 1.5;
 
-/// What is left of a stiffness after a tick without contact. At once forgotten, a proxy that a stiff
-/// tissue has pushed out by a step would plunge into it again.
+/// What is left of a stiffness after a tick without contact. At once forgotten, a proxy that a
+/// stiff tissue has pushed out by a step would plunge into it again.
 const FORGOTTEN: f32 = 1.0 - 1.0 / 16.0;
 
 /// The proxy.

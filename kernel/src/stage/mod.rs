@@ -80,7 +80,8 @@ pub struct Stage {
     /// The device's last good position and its last motion \[m\].
     device: [f32; 3],
     dx: [f32; 3],
-    /// Whether the tool is engaged, as of the last good sample, and in this tick for the first time.
+    /// Whether the tool is engaged, as of the last good sample, and in this tick for the first
+    /// time.
     engaged: bool,
     begins: bool,
     /// Whether a good sample waits for its answer.
@@ -166,8 +167,8 @@ impl Stage {
 
     /// What the device is given for what the tissue has answered to [`Self::sample`].
     ///
-    /// Energy, work, stiffness and contacts are the tissue's. After a bad sample, and without one since
-    /// the last answer, it is that of [`Self::missed`], with the tissue's flags.
+    /// Energy, work, stiffness and contacts are the tissue's. After a bad sample, and without one
+    /// since the last answer, it is that of [`Self::missed`], with the tissue's flags.
     pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
         let (mut answer, is_sound) = finite::checked(tissue);
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
@@ -208,8 +209,8 @@ impl Stage {
         answer
     }
 
-    /// A step of the ramp: down where the ledger is overdrawn, none where the hand would get more than
-    /// it has put in.
+    /// A step of the ramp: down where the ledger is overdrawn, none where the hand would get more
+    /// than it has put in.
     fn go_on_ramp(&mut self, answer: &mut TickOutput) {
         let Some(passivity) = &self.settings.passivity else { return self.ramp.up() };
         let push = dot(self.asked.force, self.observer.rate());
@@ -303,8 +304,8 @@ impl Stage {
         }
     }
 
-    /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the observer:
-    /// the force before clamp and ramp, and the slew's lag.
+    /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the
+    /// observer: the force before clamp and ramp, and the slew's lag.
     fn give(&mut self, answer: &mut TickOutput) {
         let share = self.ramp.share();
         let Asked { force, off } = self.asked;

@@ -12,23 +12,23 @@
 //! stores, b = the damping that the device has for sure. S < 0: the hand got back more than it ever
 //! gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
 //! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). G is the force before
-//! ramp and clamp, whose doing is not sampling's, less the slew limit's lag, which makes energy too.
-//! Losses in the tissue count neither way; the coupling's own make L rise. L is kept within
-//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S at most
-//! [`SURPLUS_MAX_J`] above what tissue and coupling store, so that what the tissue has lost is no
-//! credit. A debt of either fades within [`FADE_S`]: counts hide a little of every tick, which adds
-//! up in a long hold, and the controller would answer it with the encoder's noise.
+//! ramp and clamp, whose doing is not sampling's, less the slew limit's lag, which makes energy
+//! too. Losses in the tissue count neither way; the coupling's own make L rise. L is kept within
+//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S at
+//! most [`SURPLUS_MAX_J`] above what tissue and coupling store, so that what the tissue has lost is
+//! no credit. A debt of either fades within [`FADE_S`]: counts hide a little of every tick, which
+//! adds up in a long hold, and the controller would answer it with the encoder's noise.
 //!
-//! Where ticks are missing in the ledger (an answer was lost, or a silence in which the force fell),
-//! L begins anew and S stays.
+//! Where ticks are missing in the ledger (an answer was lost, or a silence in which the force
+//! fell), L begins anew and S stays.
 //!
 //! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
 //! a jump in the last one: the device has just crossed the border of two counts and is, at a motion
 //! of r = q / m a tick, on average r / 2 beyond it. Motions of r >= q a tick are anywhere in their
-//! count. So the position that counts lags what was measured by (q - r) / 2, never below 0, along the
-//! motion; noise of one count moves it little. b |dx|^2 / (m h) is the least dissipation of such a
-//! motion, and V is taken at that position. q = the smallest step that the device has shown so far:
-//! right for encoders along the axes; of joints' encoders it takes too small a one, and the
+//! count. So the position that counts lags what was measured by (q - r) / 2, never below 0, along
+//! the motion; noise of one count moves it little. b |dx|^2 / (m h) is the least dissipation of
+//! such a motion, and V is taken at that position. q = the smallest step that the device has shown
+//! so far: right for encoders along the axes; of joints' encoders it takes too small a one, and the
 //! controller then sees slow motions as jumps.
 //!
 //! Source: B. Hannaford, J.-H. Ryu, Time-domain passivity control of haptic interfaces (2002);

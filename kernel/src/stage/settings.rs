@@ -1,5 +1,7 @@
 //! What the output stage does, checked once.
 
+use crate::tick::choice::choices;
+
 /// Largest ramp or watchdog \[ticks\].
 pub const TICKS_MAX: u16 = 60_000;
 
@@ -21,8 +23,8 @@ pub struct Coupling {
 
 /// What the passivity observer may count on.
 ///
-/// Where the controller cannot make up for what is going on, the force is let go along the ramp: that
-/// takes [`StageSettings::ramp_ticks`] of 2 or more.
+/// Where the controller cannot make up for what is going on, the force is let go along the ramp:
+/// that takes [`StageSettings::ramp_ticks`] of 2 or more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passivity {
     /// Damping that the device's own mechanics have for sure, 0 to [`COUPLING_MAX`] [N s/m].
@@ -32,19 +34,20 @@ pub struct Passivity {
     pub delay_ticks: u8,
 }
 
-/// A haptic device by its published limits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Device {
-    /// 3D Systems Touch: 3.3 N, 400 N/m.
-    Touch,
-    /// 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
-    Premium,
-    /// Novint Falcon: 8 N, 3000 N/m.
-    Falcon,
-    /// Force Dimension omega: 12 N, 5000 N/m.
-    Omega,
-    /// Force Dimension sigma.7: 12 N, 4000 N/m.
-    Sigma,
+choices! {
+    /// A haptic device by its published limits.
+    Device {
+        /// 3D Systems Touch: 3.3 N, 400 N/m.
+        Touch = 0, "touch";
+        /// 3D Systems Phantom Premium 3.0: 22 N, 1000 N/m.
+        Premium = 1, "premium";
+        /// Novint Falcon: 8 N, 3000 N/m.
+        Falcon = 2, "falcon";
+        /// Force Dimension omega: 12 N, 5000 N/m.
+        Omega = 3, "omega";
+        /// Force Dimension sigma.7: 12 N, 4000 N/m.
+        Sigma = 4, "sigma";
+    }
 }
 
 impl Device {
@@ -177,36 +180,25 @@ impl StageSettings {
 }
 
 /// Which setting of a stage is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum StageError {
     /// The time of a tick is not within [`TICK_S`].
+    #[error("the time of a tick must be 1e-5 to 1 s")]
     Tick,
     /// The coupling's stiffness is below [`COUPLING_MIN`], its damping negative, or one above
     /// [`COUPLING_MAX`].
+    #[error("the coupling's stiffness must be 1 to 1e6 N/m, its damping 0 to 1e6 N s/m")]
     Coupling,
     /// The device's damping is negative or above [`COUPLING_MAX`], or the delay above 1 tick.
+    #[error("the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick")]
     Passivity,
     /// The slew limit is not positive.
+    #[error("the slew limit must be positive")]
     Slew,
     /// The largest force is not positive.
+    #[error("the largest force must be positive")]
     MaxForce,
     /// A ramp or a watchdog above [`TICKS_MAX`].
+    #[error("ramp and watchdog must be at most 60000 ticks")]
     Ticks,
 }
-
-impl core::fmt::Display for StageError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Tick => "the time of a tick must be 1e-5 to 1 s",
-            Self::Coupling => {
-                "the coupling's stiffness must be 1 to 1e6 N/m, its damping 0 to 1e6 N s/m"
-            }
-            Self::Passivity => "the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick",
-            Self::Slew => "the slew limit must be positive",
-            Self::MaxForce => "the largest force must be positive",
-            Self::Ticks => "ramp and watchdog must be at most 60000 ticks",
-        })
-    }
-}
-
-impl core::error::Error for StageError {}

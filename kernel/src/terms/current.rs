@@ -12,8 +12,8 @@
 //! one that nothing fixes drifts (up to K). As a force it is 2 `k_ref` I on each contact cell [N],
 //! with I in metres a unit of network time; at equilibrium the links pull back as much.
 //!
-//! **The guard.** What falls is E - W, with W = sum of I . (`P_i` - `O_i`) over the contact cells, O
-//! = where the tool took hold of them. W is linear, so the curvature bound of E is that of E - W,
+//! **The guard.** What falls is E - W, with W = sum of I . (`P_i` - `O_i`) over the contact cells,
+//! O = where the tool took hold of them. W is linear, so the curvature bound of E is that of E - W,
 //! its residual is r + I, and every certificate of a scheme holds for it. A change of I changes the
 //! level by -(change of I) . (P - O). The energy itself is at most the level plus W.
 //!
@@ -23,10 +23,11 @@
 //! X(I) = sum over contact cells and axes of |I_a| K - I_a y_a >= 0
 //! ```
 //!
-//! for E(P') <= level + I . (y' - O) and I . y' <= |I|_1 K at every later P'. E + X(I) <= `E_max` thus
-//! bounds E for ever, and sweeps lower E + X, since that is the level and a constant. X is convex in I,
-//! so a change of I that would break the bound is cut at the share at which the chord from the old
-//! value meets it; a change that lowers X is never cut: the tool can always take its load back.
+//! for E(P') <= level + I . (y' - O) and I . y' <= |I|_1 K at every later P'. E + X(I) <= `E_max`
+//! thus bounds E for ever, and sweeps lower E + X, since that is the level and a constant. X is
+//! convex in I, so a change of I that would break the bound is cut at the share at which the chord
+//! from the old value meets it; a change that lowers X is never cut: the tool can always take its
+//! load back.
 //!
 //! Cost: 3 additions a contact cell and pass, W once a pass. It is summed in `f64`, so that the
 //! guard sees none of its rounding.
@@ -36,7 +37,7 @@ use crate::number::Number;
 use crate::number::cell::{Cell, output};
 use crate::number::two_float::TwoFloat;
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// Room for the rounding of a current that was cut at the energy bound.
 const SHORT: f64 = 0.999;

@@ -1,7 +1,8 @@
 //! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
 
 use super::links::number::LinkNumber;
-use super::pass::Terms;
+use super::residual::Terms;
+use super::term::Term;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, scale, sub};
@@ -32,9 +33,10 @@ impl<N: Number> Contact<N> {
 }
 
 /// Why a list of contact cells is refused; the position is that in the list.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ContactError {
     /// The tissue has room for fewer contact cells.
+    #[error("{needed} contact cells, room for {capacity}: raise the capacity")]
     Capacity {
         /// Cells asked for.
         needed: usize,
@@ -42,73 +44,58 @@ pub enum ContactError {
         capacity: usize,
     },
     /// The cell is not in the model.
+    #[error("contact cell at position {0} is not in the model")]
     Unknown(usize),
     /// The cell's state is fixed.
+    #[error("contact cell at position {0} is fixed")]
     Fixed(usize),
     /// The ids must ascend without repeats.
+    #[error("contact cell at position {0} is not above the last")]
     Order(usize),
     /// The tissue was not reset to this network.
+    #[error("the tissue belongs to another network: reset it first")]
     Model,
-    /// The tissue has too little room to hold that many cells against the model's hats: size it
-    /// with [`hats_room`](crate::hats_room).
-    Hats {
-        /// Octets needed.
+    /// The tissue has too little room to hold that many cells against the model's coarse level:
+    /// size it with [`coarse_room`](crate::coarse_room).
+    #[error(
+        "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
+         room for {room}"
+    )]
+    CoarseRoom {
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
     /// The tool is engaged: cells change hands only while it is not.
+    #[error("the tool is engaged: release it first")]
     Engaged,
     /// The probe's radius is not above 0, not finite or beyond
     /// [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths.
+    #[error("the probe's radius must be above 0 and at most {max_m} m")]
     Radius {
         /// Largest radius \[m\].
         max_m: f32,
     },
     /// A probe touches surface cells, and the model has none.
+    #[error(
+        "the model has no surface that a probe could touch: bake a mesh with triangles or \
+         tetrahedra, or name cells"
+    )]
     NoSurface,
-    /// The tissue has too little room for a probe and the model's hats: size it with
+    /// The tissue has too little room for a probe and the model's coarse level: size it with
     /// [`probe_room`](crate::probe_room).
-    ProbeHats {
-        /// Octets needed.
+    #[error(
+        "a probe needs {needed} blocks of eight f32 for the coarse level, there is room for \
+         {room}: size it with probe_room, or bake it with `hats` none"
+    )]
+    ProbeRoom {
+        /// Blocks needed.
         needed: usize,
-        /// Octets there.
+        /// Blocks there.
         room: usize,
     },
 }
-
-impl core::fmt::Display for ContactError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Capacity { needed, capacity } => {
-                write!(f, "{needed} contact cells, room for {capacity}: raise the capacity")
-            }
-            Self::Unknown(at) => write!(f, "contact cell at position {at} is not in the model"),
-            Self::Fixed(at) => write!(f, "contact cell at position {at} is fixed"),
-            Self::Order(at) => write!(f, "contact cell at position {at} is not above the last"),
-            Self::Model => f.write_str("the tissue belongs to another network: reset it first"),
-            Self::Hats { needed, room } => write!(
-                f,
-                "holding these cells needs {needed} octets of room for the hats, there are {room}"
-            ),
-            Self::Engaged => f.write_str("the tool is engaged: release it first"),
-            Self::Radius { max_m } => {
-                write!(f, "the probe's radius must be above 0 and at most {max_m} m")
-            }
-            Self::NoSurface => f.write_str(
-                "the model has no surface that a probe could touch: bake a mesh with triangles or \
-                 tetrahedra, or name cells",
-            ),
-            Self::ProbeHats { needed, room } => write!(
-                f,
-                "a probe needs {needed} octets of room for the hats, there are {room}: size it \
-                 with probe_room, or bake with --hats none"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ContactError {}
 
 /// Checks a list of contact cells against the model.
 pub(crate) fn check(model: &Model<'_>, ids: &[u16], capacity: usize) -> Result<(), ContactError> {
@@ -147,14 +134,14 @@ pub(crate) fn each_outer_link<N: LinkNumber>(
     }
 }
 
-/// Weight of the links between held and other cells.
+/// Weight of the links between held and other cells, and of the other terms at the held cells.
 pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
     each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
-    weight
+    held.iter().fold(weight, |weight, held| model.others.add_move(held.cell(), 1.0, weight))
 }
 
-/// What the links of the held cells store.
+/// What the terms store at the held cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Touched {
     /// Sum of w d^2, four times their energy.
@@ -163,7 +150,7 @@ pub(crate) struct Touched {
     pub scale: f32,
 }
 
-/// Sums over the links of the held cells, each link once.
+/// Sums over the terms at the held cells, each link once.
 pub(crate) fn touched<N: LinkNumber>(
     terms: Terms<'_, '_>,
     v: &[Cell<N>],
@@ -182,10 +169,11 @@ pub(crate) fn touched<N: LinkNumber>(
             }
         }
     }
+    terms.model.others.touched(held, &|cell| links.published(v, cell), &mut sums);
     sums
 }
 
-/// Force of the links on the held cells, in internal units. Links between two held cells pull on
+/// Force of the terms on the held cells, in internal units. Links between two held cells pull on
 /// both alike and drop out.
 pub(crate) fn force<N: LinkNumber>(
     terms: Terms<'_, '_>,
@@ -199,11 +187,15 @@ pub(crate) fn force<N: LinkNumber>(
             sum = add(sum, on.force);
         }
     });
+    for cell in held.iter().map(Contact::cell) {
+        let here = links.published(v, cell);
+        terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+    }
     sum
 }
 
 /// The longest move that keeps the energy within `energy_max`: a move D raises sqrt(E) by at most
-/// sqrt(W) |D| / 2, W = weight of the links between moved and other cells.
+/// sqrt(W) |D| / 2, W = [`outer_weight`].
 pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
     let room = sqrt(energy_max) - sqrt(if level > 0.0 { level } else { 0.0 });
     if outer_weight <= 0.0 {

@@ -5,15 +5,21 @@
 //! bounds the curvature of the energy in every state; all that the schemes prove rests on that.
 //!
 //! - [`links`]: the links' bands (Eq. 5 to 13).
+//! - `term`: what any other term does; the list of them is that of `model::terms`.
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - [`current`]: a load, the current into the contact cells.
 //! - [`probe`]: which cells a sphere touches, and where it puts them.
-//! - `pass`, `sliced`: one pass, cell by cell and eight cells side by side.
+//! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
 
 pub mod current;
 pub mod held;
 pub mod links;
 pub(crate) mod number;
-pub(crate) mod pass;
+#[cfg(test)]
+mod pin;
 pub mod probe;
+pub(crate) mod residual;
 pub(crate) mod sliced;
+pub(crate) mod term;
+#[cfg(test)]
+pub(crate) mod tests;

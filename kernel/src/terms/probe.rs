@@ -16,10 +16,10 @@
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
 //! and a cell that was let go comes back only when it really goes in.
 //!
-//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if
-//! b <= 2 f / W, f its links' pull towards the centre and W their weight: then what it moves for all
-//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So a tool
-//! that leaves, however fast, draws no cell after it.
+//! **No drag.** A contact at a distance b beyond the sphere is brought back to it only if b <= 2 f
+//! / W, f its links' pull towards the centre and W their weight: then what it moves for all
+//! contacts together changes the energy by at most sum of `W_i` `b_i`^2 / 2 - `f_i` `b_i` <= 0. So
+//! a tool that leaves, however fast, draws no cell after it.
 //!
 //! **Energy.** The moves `D_i` of a tick raise sqrt(E) by at most half the root of the sum of
 //! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
@@ -30,7 +30,8 @@
 
 use super::held::Contact;
 use super::links::number::LinkNumber;
-use super::pass::Terms;
+use super::residual::Terms;
+use super::term::Term;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, output, peak, scale, single, sub};
@@ -99,7 +100,7 @@ pub(crate) fn normal(model: &Model<'_>, cell: usize) -> [f32; 3] {
     at.and_then(|at| model.normals.get(at)).copied().unwrap_or([0.0, 0.0, 1.0])
 }
 
-/// What the links of a cell do to it, in single precision.
+/// The residual of a cell, in single precision.
 pub(crate) fn residual<N: LinkNumber>(
     terms: Terms<'_, '_>,
     v: &[Cell<N>],
@@ -110,7 +111,10 @@ pub(crate) fn residual<N: LinkNumber>(
         let on = links.force_on(v, link, cell, other)?;
         Some(on.force)
     });
-    forces.fold([0.0; 3], add)
+    let mut sum = forces.fold([0.0; 3], add);
+    let here = links.published(v, cell);
+    terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+    sum
 }
 
 /// The contacts, ascending, in slots of which the first `count` are taken.
@@ -157,8 +161,8 @@ impl<N: Number> Contacts<'_, N> {
     }
 }
 
-/// Sum of w |`D_i` - `D_j`|^2 over the links of the contacts, each link once, D being the ways of
-/// the contacts from their origins.
+/// Sum of w |`D_i` - `D_j`|^2 over the links of the contacts, each link once, and of w |`D_i`|^2
+/// over the other terms, D being the ways of the contacts from their origins.
 pub(crate) fn spread<N: Number>(model: &Model<'_>, v: &[Cell<N>], held: &[Contact<N>]) -> f32 {
     let k = N::from_single(model.saturation());
     let way = |contact: &Contact<N>| {
@@ -176,6 +180,7 @@ pub(crate) fn spread<N: Number>(model: &Model<'_>, v: &[Cell<N>], held: &[Contac
                 sum += model.link_weight(link) * dot(apart, apart);
             }
         }
+        sum = model.others.add_move(contact.cell(), dot(own, own), sum);
     }
     sum
 }

@@ -2,7 +2,8 @@
 
 use super::held::Contact;
 use super::links::sliced::SlicedLinks;
-use super::pass::Terms;
+use super::residual::Terms;
+use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{eight, put_lanes};
@@ -12,7 +13,8 @@ use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
 /// What a pass sums over the cells beside their residuals, eight cells at a time.
 pub(crate) trait Reduce {
-    /// Adds the terms of a slice: where its cells are, and their residuals with contact cells driven.
+    /// Adds the terms of a slice: where its cells are, and their residuals with contact cells
+    /// driven.
     fn slice<V: F32x8>(&mut self, slice: usize, at: [V; 3], residual: [V; 4]);
 }
 
@@ -66,7 +68,7 @@ impl<'a> Contacts<'a> {
 
 /// The pass over slices, where unit and model allow it; whether they do. The states must lie
 /// within K.
-pub(crate) fn pass(
+pub(crate) fn residual(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     at: &[Cell],
@@ -78,12 +80,12 @@ pub(crate) fn pass(
         return false;
     };
     let contacts = Contacts::new(contacts);
-    run(terms.vectors, SlicedPass { terms, links, awake, at, residual, contacts, reduce });
+    run(terms.vectors, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
     true
 }
 
 /// A pass over the awake slices, and what it sums on the way.
-pub(crate) struct SlicedPass<'a, 'm, R> {
+pub(crate) struct SlicedResidual<'a, 'm, R> {
     pub terms: Terms<'a, 'm>,
     pub links: SlicedLinks<'a, 'm>,
     pub awake: &'a SliceSet,
@@ -93,7 +95,7 @@ pub(crate) struct SlicedPass<'a, 'm, R> {
     pub reduce: &'a mut R,
 }
 
-impl<R: Reduce> Work for SlicedPass<'_, '_, R> {
+impl<R: Reduce> Work for SlicedResidual<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
@@ -109,13 +111,14 @@ impl<R: Reduce> Work for SlicedPass<'_, '_, R> {
     }
 }
 
-impl<R: Reduce> SlicedPass<'_, '_, R> {
+impl<R: Reduce> SlicedResidual<'_, '_, R> {
     #[inline(always)]
     fn slice<V: F32x8, const VARIED: bool>(&mut self, slice: usize) {
         let mut buffer = [Cell::ZERO; LANES];
         let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut buffer));
         let here = [x, y, z];
         let mut sum = self.links.residual::<V, VARIED>(slice, here);
+        self.terms.model.others.slice(slice, self.at, &mut sum);
         if let Some(contacts) = self.contacts.of_slice(slice) {
             drive(&mut sum, self.terms.current, contacts);
         }

@@ -2,7 +2,8 @@
 //!
 //! Definition. The words are the `f32` bit patterns of the output y in internal units (mean link
 //! lengths from the body's centre): x, y, z of cell 0, then of cell 1, and so on in the model's
-//! cell order. A fixed-point number is one word too; an `f64` is two, the low one first. Word n (from 0) goes to lane n mod 4. A lane absorbs a word by
+//! cell order. A fixed-point number is one word too; an `f64` is two, the low one first. Word n
+//! (from 0) goes to lane n mod 4. A lane absorbs a word by
 //!
 //! ```text
 //! lane = (lane ^ word) * 0x9E3779B185EBCA87 mod 2^64
@@ -71,7 +72,7 @@ fn finish(lanes: [u64; 4], words: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The definition, word by word, as an outsider would write it.
+    /// The definition, word by word, written for itself.
     fn plainly(words: &[f32]) -> u64 {
         let mut lanes: [u64; 4] = core::array::from_fn(|k| START + k as u64);
         for (n, word) in words.iter().enumerate() {

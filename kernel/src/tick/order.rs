@@ -9,7 +9,7 @@ use crate::solver::Dynamics;
 use crate::solver::coarse::Coarse;
 use crate::solver::scheme::{Body, Pace};
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// Bad samples in a row that the last good one stands in for.
 pub const HELD_TICKS_MAX: u32 = 10;
@@ -124,7 +124,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         let held = if current.is_none() { contacts } else { &[] };
         // The origins of a probe's contacts are where it has put them.
         let (applied, coarse) = match self.head.probe {
-            Some(_) => ([0.0; 3], self.head.taken.map(Coarse::Without)),
+            Some(_) => ([0.0; 3], self.head.deflated.map(Coarse::Deflated)),
             None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
         };
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();

@@ -28,7 +28,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         let moved = self.push_out(&sphere);
         if changed {
-            self.head.taken = D::take_out(model, self.room, self.contacts);
+            self.head.deflated = D::deflate(model, self.room, self.contacts);
         }
         if changed || moved {
             self.head.dynamics.pushed();
@@ -116,7 +116,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             let position = place.map_or(contact.origin, |to| {
                 let to = output(to, k);
                 let to = if share < 1.0 { add(from, scale(share, sub(to, from))) } else { to };
-                // There is one zero in the state.
+                // -0.0 becomes +0.0.
                 from_single(to.map(|x| x + 0.0))
             });
             let Some(v) = self.state.get_mut(cell) else { continue };

@@ -30,12 +30,12 @@ pub struct TickOutput {
     pub force_n: Vector3<f32>,
     /// Certified upper bound of the elastic energy E of the published state \[J\]. It never rises
     /// while nothing outside acts; a current's work is part of what acts from outside
-    /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this is
-    /// that level plus the work, rounded up.
+    /// ([`Drive::Current`](crate::Drive)): then the level of E less that work never rises, and this
+    /// is that level plus the work, rounded up.
     pub energy_j: f32,
-    /// What the tool's motion of this tick did to the tissue: the exact change of E over the links of
-    /// the cells it moved, rounded once \[J\]. Its sum is the tissue's side of an energy ledger. 0
-    /// where nothing moved, and under a current.
+    /// What the tool's motion of this tick did to the tissue: the exact change of E over the links
+    /// of the cells it moved, rounded once \[J\]. Its sum is the tissue's side of an energy ledger.
+    /// 0 where nothing moved, and under a current.
     pub work_j: f32,
     /// Upper bound of the stiffness that the tool meets within a tick: what the links of the cells
     /// it acts on would show if all other cells stood still; 0 while it acts on none \[N/m\].
@@ -71,8 +71,8 @@ impl Flags {
     pub const BAD_SAMPLE: Self = Self(2);
     /// No sample within the watchdog's time (set by the output stage, or the process around).
     pub const STALE: Self = Self(4);
-    /// The force was shortened to the limit in force, or the output stage lets it go since passivity
-    /// control cannot keep up.
+    /// The force was shortened to the limit in force, or the output stage lets it go since
+    /// passivity control cannot keep up.
     pub const FORCE_CLAMPED: Self = Self(8);
     /// Safe state: the force is zero.
     pub const SAFE_STATE: Self = Self(16);

@@ -1,35 +1,7 @@
 //! What a run may choose, checked once against the model.
 
+use super::choices::{Drive, Unloading};
 use crate::model::Model;
-
-/// Unloading: when the links' bands close to their rest lengths (the paper's Fig. 5b).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Unloading {
-    /// Never.
-    Off,
-    /// From the tool's release until it takes hold again.
-    #[default]
-    Release,
-    /// As `Release`, and while the tool has come back by more than a tenth of a mean link length
-    /// from its deepest point, until it passes that.
-    Retreat,
-}
-
-/// What the tool's displacement does to its contact cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Drive {
-    /// It prescribes their positions: they are held there.
-    #[default]
-    Position,
-    /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's
-    /// displacement since it took hold, a unit of network time, added to
-    /// the residual of each contact cell, none of which is held. As a force that is a load of
-    /// 2 `k_ref` I a cell \[N\]. At equilibrium the links exert its opposite; where they have settled
-    /// depends on their stiffness, and a body without fixed cells drifts up to K. On release I is 0
-    /// at once. The guarded quantity is E less the load's work; a current that might take the
-    /// energy beyond [`Model::energy_max`] is cut (flag 1).
-    Current,
-}
 
 /// Parameters of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,42 +24,31 @@ pub struct Settings {
 }
 
 /// Which setting is out of range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// At least one sweep a tick.
+    #[error("sweeps must be at least 1")]
     Sweeps,
     /// The step is not in (0, the bound]: beyond it the energy may grow.
+    #[error("step must be above 0 and at most {max}, the model's proven bound")]
     Step {
         /// The proven bound.
         max: f32,
     },
     /// The time a tick is not positive and finite.
+    #[error("the time a tick must be positive and finite")]
     TickTime,
     /// The tool's largest step is not positive and finite.
+    #[error("the largest tool step must be positive and finite")]
     MaxToolStep,
     /// The largest force is not positive.
+    #[error("the largest force must be positive")]
     MaxForce,
 }
 
-impl core::fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Sweeps => f.write_str("sweeps must be at least 1"),
-            Self::Step { max } => {
-                write!(f, "step must be above 0 and at most {max}, the model's proven bound")
-            }
-            Self::TickTime => f.write_str("the time a tick must be positive and finite"),
-            Self::MaxToolStep => f.write_str("the largest tool step must be positive and finite"),
-            Self::MaxForce => f.write_str("the largest force must be positive"),
-        }
-    }
-}
-
-impl core::error::Error for SettingsError {}
-
 impl Settings {
-    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one mean link length a
-    /// tick, prescribed positions, unloading on release, no force limit.
+    /// The defaults for a model: 4 sweeps, nine tenths of the step bound, that bound a tick, one
+    /// mean link length a tick, prescribed positions, unloading on release, no force limit.
     #[must_use]
     pub fn for_model(model: &Model<'_>) -> Self {
         Self {

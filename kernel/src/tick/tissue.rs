@@ -8,13 +8,14 @@ use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use crate::backend::VectorUnit;
 use crate::model::image::CELLS_MAX;
+use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
 use crate::number::cell::{Cell, from_single, output};
 use crate::number::two_float::Eight;
 use crate::number::{Number, float_env};
 use crate::solver::awake::Awake;
 use crate::solver::level::Level;
-use crate::solver::{CellArrays, Dynamics, Octets};
+use crate::solver::{Blocks, CellArrays, Dynamics};
 use crate::terms::held::{self, Contact, ContactError};
 use crate::terms::links::number::LinkNumber;
 
@@ -29,8 +30,8 @@ pub struct Head<D> {
     pub(crate) chosen: usize,
     /// Radius of the probe, where contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
-    /// Hats taken out for the probe's contacts; `None` where that cannot be done.
-    pub(crate) taken: Option<u16>,
+    /// Basis functions taken out for the probe's contacts; `None` where that cannot be done.
+    pub(crate) deflated: Option<u16>,
     /// Where the probe touched first, relative to where it was engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],
     /// Whether the tool holds them.
@@ -63,7 +64,7 @@ impl<D: Dynamics> Head<D> {
         model: None,
         chosen: 0,
         probe: None,
-        taken: None,
+        deflated: None,
         touched_at: [0.0; 3],
         engaged: false,
         tool_origin_m: [0.0; 3],
@@ -72,7 +73,7 @@ impl<D: Dynamics> Head<D> {
         outer_weight: 0.0,
         released: false,
         closed: false,
-        awake: Awake::NOBODY,
+        awake: Awake::NONE,
         vectors: None,
         last_good: ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 },
         bad_ticks: 0,
@@ -106,7 +107,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             state: [Cell::ZERO; CELLS],
             residual: <D::Residual<CELLS> as CellArrays<D::Number>>::ZERO,
             own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
-            room: <D::Room as Octets>::ZERO,
+            room: <D::Room as Blocks>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
         }
     }
@@ -170,7 +171,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
 }
 
 /// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\]; `room` in
-/// octets.
+/// blocks of eight `f32`.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
     (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
@@ -178,7 +179,7 @@ pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize
         + room * size_of::<Eight>()
 }
 
-/// A tissue of any size, over memory that somebody else owns.
+/// A tissue of any size, over memory of the caller.
 ///
 /// `state` holds at least as many cells as the model, `residual` [`Dynamics::RESIDUALS`] and `own`
 /// [`Dynamics::ARRAYS`] times as many; a reset refuses a model that does not fit.
@@ -191,7 +192,7 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub residual: &'a mut [Cell<D::Number>],
     /// The scheme's own arrays.
     pub own: &'a mut [Cell<D::Number>],
-    /// Room for the coarse level of a model with hats, see [`hats_room`](crate::hats_room).
+    /// Room for the coarse level of a model that has one, see [`coarse_room`](crate::coarse_room).
     pub room: &'a mut [Eight],
     /// Room for contact cells.
     pub contacts: &'a mut [Contact<D::Number>],
@@ -218,7 +219,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         let (needed, room) = (D::room(network.model(), 0), self.room.len());
         if needed > room {
-            return Err(ResetError::Hats { needed, room });
+            return Err(ResetError::CoarseRoom { needed, room });
         }
         *self.head = Head::NEW;
         self.head.model = Some(network.model().checksum());
@@ -231,6 +232,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
             for (own, v) in array.iter_mut().zip(&*self.state) {
                 *own = *v;
             }
+        }
+        if !network.model().others.rests(network.model()) {
+            self.head.level.forget();
+            self.head.awake.wake_all(network.model());
         }
         log::debug!("tissue reset");
         Ok(())
@@ -271,7 +276,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             self.head.awake.forbid_sleep(model);
         }
         for (cell, (v, position)) in self.state.iter_mut().zip(positions).enumerate() {
-            // There is one zero in the state.
+            // -0.0 becomes +0.0.
             *v = Cell::at(from_single(position.map(|x| x + 0.0)));
             let own = self.own.get_mut(..D::ARRAYS * needed).unwrap_or(&mut []);
             self.head.dynamics.place(own, cell, *v, model.saturation());
@@ -293,7 +298,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         held::check(model, cells, self.contacts.len())?;
         let (needed, room) = (D::room(model, cells.len()), self.room.len());
         if needed > room {
-            return Err(ContactError::Hats { needed, room });
+            return Err(ContactError::CoarseRoom { needed, room });
         }
         for (slot, &cell) in self.contacts.iter_mut().zip(cells) {
             *slot = Contact::new(cell);
@@ -328,7 +333,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         let (needed, room) = (D::probe_room(model), self.room.len());
         if needed > room {
-            return Err(ContactError::ProbeHats { needed, room });
+            return Err(ContactError::ProbeRoom { needed, room });
         }
         self.head.chosen = 0;
         self.head.probe = Some(radius);
@@ -369,9 +374,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         ))
     }
 
-    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by the
-    /// published positions of the cells around it. `None` for a node that is left out, beyond the
-    /// last, and in a model without fine nodes. Cost: the node's weights.
+    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by
+    /// the published positions of the cells around it. `None` for a node that is left out, beyond
+    /// the last, and in a model without fine nodes. Cost: the node's weights.
     #[must_use]
     pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
         let at = |cell| Some(self.position(model, cell)?.map(Number::single));

@@ -1,8 +1,8 @@
 //! The tool's part of a tick where it holds chosen cells.
 
+use super::choices::Drive;
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
-use super::settings::Drive;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, output, sub};
 use crate::number::two_float::TwoFloat;
@@ -39,7 +39,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         if self.head.probe.is_some() {
             if engaged != self.head.engaged {
-                self.head.taken = Some(0);
+                self.head.deflated = Some(0);
                 self.head.chosen = 0;
             }
         } else if engaged && !self.head.engaged {

@@ -1,8 +1,8 @@
 //! When the links' bands close (unloading, the paper's Fig. 5b).
 
+use super::choices::Unloading;
 use super::order::Tick;
 use super::sample::Flags;
-use super::settings::Unloading;
 use crate::number::cell::{dot, sub};
 use crate::number::sqrt::sqrt;
 use crate::solver::Dynamics;

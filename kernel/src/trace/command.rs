@@ -6,7 +6,9 @@
 
 use core::fmt;
 
-use crate::tick::settings::{Settings, Unloading};
+use crate::tick::choice::Choice;
+use crate::tick::choices::Unloading;
+use crate::tick::settings::Settings;
 
 /// What may change a run between two ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,9 +75,7 @@ impl Command {
             Self::Sweeps(sweeps) => (SWEEPS, f32::from(sweeps)),
             Self::MaxForceN(force_n) => (MAX_FORCE, force_n),
             Self::MaxToolStepM(step_m) => (MAX_TOOL_STEP, step_m),
-            Self::Unloading(Unloading::Off) => (UNLOADING, 0.0),
-            Self::Unloading(Unloading::Release) => (UNLOADING, 1.0),
-            Self::Unloading(Unloading::Retreat) => (UNLOADING, 2.0),
+            Self::Unloading(unloading) => (UNLOADING, f32::from(unloading.code())),
         };
         [4, parameter, value.to_bits()]
     }
@@ -100,18 +100,15 @@ impl Command {
     }
 
     fn set(parameter: u32, value: f32) -> Result<Self, CommandError> {
+        let whole = Some(value as u16).filter(|whole| f32::from(*whole) == value);
         match parameter {
-            SWEEPS => {
-                let sweeps = value as u16;
-                let whole = f32::from(sweeps) == value;
-                if whole { Ok(Self::Sweeps(sweeps)) } else { Err(CommandError::Value) }
-            }
+            SWEEPS => whole.map(Self::Sweeps).ok_or(CommandError::Value),
             MAX_FORCE => Ok(Self::MaxForceN(value)),
             MAX_TOOL_STEP => Ok(Self::MaxToolStepM(value)),
-            UNLOADING if value == 0.0 => Ok(Self::Unloading(Unloading::Off)),
-            UNLOADING if value == 1.0 => Ok(Self::Unloading(Unloading::Release)),
-            UNLOADING if value == 2.0 => Ok(Self::Unloading(Unloading::Retreat)),
-            UNLOADING => Err(CommandError::Value),
+            UNLOADING => {
+                let unloading = whole.and_then(Unloading::from_code);
+                unloading.map(Self::Unloading).ok_or(CommandError::Value)
+            }
             5 | 6 => Err(CommandError::Fixed),
             _ => Err(CommandError::Parameter),
         }

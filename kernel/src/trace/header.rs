@@ -8,7 +8,9 @@ use crate::model::Model;
 use crate::number::Number;
 use crate::solver::{Dynamics, NumberOf};
 use crate::stage::{Stage, StageError, StageSettings};
-use crate::tick::settings::{Drive, Network, Settings, SettingsError, Unloading};
+use crate::tick::choice::Choice;
+use crate::tick::choices::{Drive, Unloading};
+use crate::tick::settings::{Network, Settings, SettingsError};
 
 /// Words of the fixed part.
 const WORDS: usize = HEADER_BYTES / 4;
@@ -191,8 +193,8 @@ impl Header {
     }
 
     /// Writes the header with the input ids of the contact cells (in the order of the model's
-    /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many, or
-    /// stand beside a probe.
+    /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many,
+    /// or stand beside a probe.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
         if contacts.len() > CONTACTS_MAX || (self.probe.is_some() && !contacts.is_empty()) {
             return None;
@@ -209,14 +211,7 @@ impl Header {
             bytes as u32,
             self.model,
             u32::from(self.scheme) | u32::from(self.number) << 16,
-            match settings.unloading {
-                Unloading::Off => 0,
-                Unloading::Release => 1,
-                Unloading::Retreat => 2,
-            } | match settings.drive {
-                Drive::Position => 0,
-                Drive::Current => 1 << 16,
-            },
+            u32::from(settings.unloading.code()) | u32::from(settings.drive.code()) << 16,
             settings.sweeps.into(),
             settings.step.to_bits(),
             settings.tick_time.to_bits(),
@@ -267,17 +262,8 @@ impl Header {
             step: f32::from_bits(step),
             tick_time: f32::from_bits(tick_time),
             max_tool_step_m: f32::from_bits(max_tool_step),
-            drive: match drive {
-                0 => Drive::Position,
-                1 => Drive::Current,
-                _ => return Err(TraceError::Layout),
-            },
-            unloading: match unloading {
-                0 => Unloading::Off,
-                1 => Unloading::Release,
-                2 => Unloading::Retreat,
-                _ => return Err(TraceError::Layout),
-            },
+            drive: Drive::from_code(drive).ok_or(TraceError::Layout)?,
+            unloading: Unloading::from_code(unloading).ok_or(TraceError::Layout)?,
             max_force_n: f32::from_bits(max_force),
         };
         let probe = match (radius, capacity) {

@@ -47,13 +47,13 @@
 //! ```
 //!
 //! A record is one executed tick or one command between two; numbers of ticks are those of the
-//! session, and need not be consecutive. With an output stage a sample is the device's, as received;
-//! ticks without a sample move no cell and leave no record. The trace ends with its bytes, with an incomplete
-//! record (it was cut), or where nothing but zeros follow (memory taken beforehand). Who writes a
-//! record's checksum last leaves an incomplete record too where he is stopped within one: its
-//! checksum is zero and nothing but zeros follow. A record's checksum holds for its place in its
-//! own trace alone, so remains of an earlier trace in the same memory are not taken for records.
-//! Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
+//! session, and need not be consecutive. With an output stage a sample is the device's, as
+//! received; ticks without a sample move no cell and leave no record. The trace ends with its
+//! bytes, with an incomplete record (it was cut), or where nothing but zeros follow (memory taken
+//! beforehand). Who writes a record's checksum last leaves an incomplete record too where he is
+//! stopped within one: its checksum is zero and nothing but zeros follow. A record's checksum holds
+//! for its place in its own trace alone, so remains of an earlier trace in the same memory are not
+//! taken for records. Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
 
 mod command;
 mod header;

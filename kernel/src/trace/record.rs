@@ -68,8 +68,9 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Writes the header to the front of `to` and gives its length, [`Header::bytes`]; `contacts` are the input ids of the contact cells, in
-    /// the order of the model's cells. `None` where `to` is too short or the ids are too many.
+    /// Writes the header to the front of `to` and gives its length, [`Header::bytes`]; `contacts`
+    /// are the input ids of the contact cells, in the order of the model's cells. `None` where `to`
+    /// is too short or the ids are too many.
     #[must_use]
     pub fn begin(header: &Header, contacts: &[u32], to: &mut [u8]) -> Option<(Self, usize)> {
         let (bytes, seed) = header.write(contacts, to)?;
@@ -302,7 +303,8 @@ impl<'t> Reader<'t> {
     }
 
     /// Plays the trace: `tick` plays each sample in a tissue that begins as the recording's did,
-    /// reset and with its contact cells or its probe chosen, and gives the hash of the state after it.
+    /// reset and with its contact cells or its probe chosen, and gives the hash of the state after
+    /// it.
     ///
     /// ```
     /// # use chaincell_kernel::{Model, Tissue, Track, trace::Reader};

@@ -12,9 +12,9 @@ use proptest::prelude::*;
 use super::*;
 use crate::model::Model;
 use crate::solver::Track;
+use crate::tick::choices::{Drive, Unloading};
 use crate::tick::sample::ToolSample;
-use crate::tick::settings::Network;
-use crate::tick::settings::{Drive, Settings, Unloading};
+use crate::tick::settings::{Network, Settings};
 use crate::tick::tissue::Tissue;
 
 static PLANE: &[u8] = crate::include_model!("../../../tests/data/plane9.chaincell");

@@ -50,7 +50,7 @@ fn variable(name: &str) -> Result<String, String> {
 /// The scheme's type: the one place where scheme and number type are chosen.
 fn scheme(hats: usize, held: usize) -> Result<String, String> {
     let (scheme, tier) = (variable("CHAINCELL_SCHEME")?, variable("CHAINCELL_TIER")?);
-    let room = format!("{{ hats_room({hats}, {held}) }}");
+    let room = format!("{{ coarse_room({hats}, {held}) }}");
     match (scheme.as_str(), tier.as_str()) {
         ("track", "f32") => Ok(format!("Track<{room}>")),
         ("euler", "f32") => Ok("Euler".into()),

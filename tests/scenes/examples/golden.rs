@@ -6,8 +6,9 @@
 use std::io::{Read, Write};
 use std::process::ExitCode;
 
+use chaincell_kernel::Choice;
 use chaincell_kernel::trace::header_bytes;
-use chaincell_kernel::{Dynamics, TissueMut};
+use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::report::{self, Wish};
 use chaincell_scenes::{Act, Run, SCENES, Scene, Stepper, Tier, stage};
 
@@ -69,7 +70,7 @@ fn emit(mut args: impl Iterator<Item = String>) -> Result<(), String> {
         _ => return Err(USAGE.to_owned()),
     }
     let mut known = false;
-    for tier in Tier::ALL {
+    for &tier in Tier::ALL {
         act.tier = tier;
         for scene in SCENES.iter().filter(|scene| which == "all" || which == scene.name) {
             known = true;

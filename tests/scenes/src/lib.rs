@@ -34,33 +34,10 @@ pub use list::*;
 pub use motion::sample;
 pub use run::{Act, Difference, FAULT, Run, RunError, Stepper, first_difference};
 
-use chaincell_kernel::{Model, Settings};
-
 /// Number type that a scheme computes in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tier {
-    /// IEEE 754 single precision.
-    F32,
-    /// Fixed point, 8.24 bits.
-    Fixed,
-    /// IEEE 754 double precision.
-    F64,
-}
+pub use chaincell_kernel::Arithmetic as Tier;
 
-impl Tier {
-    /// All tiers.
-    pub const ALL: [Self; 3] = [Self::F32, Self::Fixed, Self::F64];
-
-    /// Name in reports, that of `--number`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::Fixed => "fixed",
-            Self::F64 => "f64",
-        }
-    }
-}
+use chaincell_kernel::{Model, Settings};
 
 /// What is played.
 #[derive(Debug, Clone, Copy)]

@@ -3,8 +3,8 @@
 //! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Model, Rkl1, Rkl2, Settings, Tissue, Track, Unloading, hats_room,
-    include_model,
+    Dynamics, Euler, GaussSeidel, Model, Rkl1, Rkl2, Settings, Tissue, Track, Unloading,
+    coarse_room, include_model,
 };
 
 use fixed::types::I8F24;
@@ -108,18 +108,18 @@ scenes! {
     /// A block with slack and hats.
     box7_track {
         image: BOX7, cells: 245, held: [124, 129], reach_m: 0.03,
-        scheme: Track<{ hats_room(18, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
+        scheme: Track<{ coarse_room(18, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
     }
     /// The organ with hats.
     organ500_track {
         image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
-        scheme: Track<{ hats_room(24, 7) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release,
+        scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// An organ whose links all differ, with hats.
     varied300_track {
         image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
-        scheme: Track<{ hats_room(24, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat,
+        scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat,
         max_force_n: f32::INFINITY,
     }
     /// That organ under super-steps of first order.

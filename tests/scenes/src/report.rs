@@ -15,7 +15,7 @@
 use core::fmt::{self, Write};
 use core::str::Lines;
 
-use chaincell_kernel::{Dynamics, TissueMut};
+use chaincell_kernel::{Choice, Dynamics, TissueMut};
 
 use crate::{Act, Difference, Run, Scene, Stepper, Tier, stage};
 
@@ -108,7 +108,7 @@ pub fn check(text: &str) -> Result<u64, Fault<'_>> {
     while let Some(line) = lines.next() {
         let Some(title) = line.strip_prefix("scene ") else { continue };
         let (name, tier) = title.split_once(' ').ok_or(Fault::Scene(line))?;
-        let tier = Tier::ALL.into_iter().find(|known| known.name() == tier);
+        let tier = Tier::from_name(tier);
         let outcome = stage(name, tier.ok_or(Fault::Scene(line))?, Compare(&mut lines));
         ticks += u64::from(outcome.ok_or(Fault::Scene(line))??);
     }

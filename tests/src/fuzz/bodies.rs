@@ -2,9 +2,11 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
-use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
 use chaincell_kernel::{Model, include_model};
+use chaincell_lab::bodies::Shape;
+
+use crate::graph::shape;
 
 /// Nine by nine cells, diagonals, neither slices nor hats.
 static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
@@ -14,20 +16,17 @@ static BOX5: &[u8] = include_model!("../../data/box5_colours.chaincell");
 static GROUPS: &[u8] = include_model!("../../data/box5_cells.chaincell");
 
 fn grid(spec: &str, fixed: bool, options: BakeOptions) -> ImageBytes {
-    let mesh = load(spec, &MeshOptions::default()).unwrap();
-    let fixed = if fixed { mesh.default_fixed.as_slice() } else { &[] };
-    bake(&mesh, fixed, &BakeOptions { colours: true, ..options }).unwrap()
+    let shape = Shape::generated(spec).unwrap();
+    let shape = if fixed { shape } else { shape.floating() };
+    shape.bake(&BakeOptions { colours: true, ..options }).unwrap()
 }
 
 /// Two pairs and a chain that nothing joins or holds.
 fn loose() -> ImageBytes {
-    let mesh = Mesh {
-        nodes_m: (0..8).map(|i| [0.01 * f64::from(i), 0.002 * f64::from(i % 3), 0.0]).collect(),
-        links: vec![[0, 1], [2, 3], [4, 5], [5, 6], [5, 7]],
-        ..Mesh::default()
-    };
+    let nodes_m = (0..8).map(|i| [0.01 * f64::from(i), 0.002 * f64::from(i % 3), 0.0]).collect();
+    let links = vec![[0, 1], [2, 3], [4, 5], [5, 6], [5, 7]];
     let options = BakeOptions { hats: HatSpacing::None, colours: true, ..BakeOptions::default() };
-    bake(&mesh, &[], &options).unwrap()
+    shape(nodes_m, links, Vec::new()).bake(&options).unwrap()
 }
 
 /// Stiffness over nine decades, bands from none to nearly all.

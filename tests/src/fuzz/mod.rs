@@ -11,8 +11,11 @@ mod path;
 mod payload;
 mod ticks;
 mod trace;
-mod watch;
 mod words;
+
+use chaincell_host::engine::Engine;
+use chaincell_kernel::{TickOutput, ToolSample};
+use chaincell_lab::monitor::Monitor;
 
 pub use canary::canary;
 pub use mesh::{gmsh, vtk};
@@ -22,6 +25,13 @@ pub use payload::payload;
 pub use ticks::ticks;
 pub use trace::trace;
 pub use words::words;
+
+/// A tick that must keep every promise.
+fn tick<'m>(monitor: &mut Monitor<'m>, engine: &mut Engine<'m>, sample: &ToolSample) -> TickOutput {
+    let output = monitor.tick(engine, sample);
+    assert!(monitor.failures().is_empty(), "{:?}", monitor.failures());
+    output
+}
 
 /// A target: its name, which is its corpus' too, and its body.
 pub type Target = (&'static str, fn(&[u8]));

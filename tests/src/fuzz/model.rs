@@ -5,15 +5,12 @@ use chaincell_host::engine::contact;
 use chaincell_host::engine::tissue::Node;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
-use chaincell_kernel::{Model, Network};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Model, Network};
+use chaincell_lab::monitor::Monitor;
 
-use super::bodies;
-use super::watch::Watch;
+use super::{bodies, tick};
 use crate::graph::sample;
 
-/// Farthest centre for which positions in metres tell cells apart [mean link lengths].
-const CENTRE_MAX: f32 = 1e6;
 /// Bytes of the image's own length in its header.
 const LENGTH: std::ops::Range<usize> = 12..16;
 
@@ -36,8 +33,8 @@ fn load(bytes: &[u8]) {
     let _ = Notes::read(&model);
     let node = model.input_id()[0];
     assert!(contact::held(&model, &[node]).is_ok() || model.is_fixed(0) || model.fine_nodes() > 0);
-    for &scheme in Scheme::value_variants() {
-        for &numbers in Arithmetic::value_variants() {
+    for &scheme in Scheme::ALL {
+        for &numbers in Arithmetic::ALL {
             press(model, scheme, numbers);
         }
     }
@@ -48,16 +45,18 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
     let cells = bodies::free_cells(&model, 1, 2);
     let Ok(mut engine) = Engine::in_numbers(network, scheme, numbers, &cells) else { return };
-    let near = model.centre_m().iter().all(|x| x.abs() <= CENTRE_MAX * model.unit_m());
-    // That the hats' inverse is one is the bake's word.
-    let mut watch = Watch::new(scheme, numbers, near && model.hats() == 0);
+    let mut monitor = Monitor::new(&engine, scheme, numbers);
+    if model.hats() > 0 {
+        // The kernel takes the coarse level's inverse as the bake computed it.
+        monitor = monitor.without_certificate();
+    }
     let [x, y, z] = model.centre_m();
     let depth = model.unit_m();
     let down = [x, y, z - 0.7 * depth];
     for (place, engaged) in
         [([x, y, z], 0), ([x, y, z], 1), (down, 1), (down, 1), (down, 0), (down, 0)]
     {
-        watch.tick(&mut engine, &sample(place, engaged));
+        tick(&mut monitor, &mut engine, &sample(place, engaged));
     }
     let mut nodes = vec![Node::default(); engine.node_count()];
     engine.read_nodes(&mut nodes);

@@ -4,9 +4,9 @@ use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::files::path::{Rules, parse, to_text};
 use chaincell_kernel::{Network, Settings, ToolSample};
+use chaincell_lab::monitor::Monitor;
 
-use super::bodies;
-use super::watch::Watch;
+use super::{bodies, tick};
 
 /// Most poses that are played.
 const PLAYED_MAX: usize = 48;
@@ -34,13 +34,13 @@ fn play(sequences: &[Vec<Pose>]) {
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     let cells = bodies::free_cells(&model, 0, 1);
     let mut engine = Engine::new(network, Scheme::Track, &cells).unwrap();
-    let mut watch = Watch::new(Scheme::Track, Arithmetic::F32, true);
+    let mut monitor = Monitor::new(&engine, Scheme::Track, Arithmetic::F32);
     let mut left = PLAYED_MAX;
     for poses in sequences {
         let mut last = None;
         for pose in poses.iter().take(left) {
             if last.is_none_or(|last| pose.tick > last) {
-                watch.tick(&mut engine, &ToolSample::from(*pose));
+                tick(&mut monitor, &mut engine, &ToolSample::from(*pose));
             }
             last = last.max(Some(pose.tick));
         }

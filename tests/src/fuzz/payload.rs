@@ -4,11 +4,10 @@
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Network, ToolSample};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Network, ToolSample};
+use chaincell_lab::monitor::Monitor;
 
-use super::bodies;
-use super::watch::Watch;
+use super::{bodies, tick};
 
 const POSE_BYTES: usize = size_of::<ToolPose>();
 const COMMAND_BYTES: usize = size_of::<CommandMessage>();
@@ -21,12 +20,12 @@ const SWEEPS_MAX: u16 = 16;
 pub fn payload(data: &[u8]) {
     let Some((&[body, scheme], mut rest)) = data.split_first_chunk() else { return };
     let model = bodies::model(body);
-    let schemes = Scheme::value_variants();
+    let schemes = Scheme::ALL;
     let scheme = schemes[usize::from(scheme) % schemes.len()];
     let network = Network::new(model, scheme.settings(&model, 2)).unwrap();
     let cells = bodies::free_cells(&model, body, 2);
     let Ok(mut engine) = Engine::new(network, scheme, &cells) else { return };
-    let mut watch = Watch::new(scheme, Arithmetic::F32, true);
+    let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
     let (mut last, mut paused) = (None, false);
     for _ in 0..MESSAGES_MAX {
         let Some((&kind, behind)) = rest.split_first() else { return };
@@ -35,7 +34,7 @@ pub fn payload(data: &[u8]) {
                 return;
             };
             rest = behind;
-            watch.interfere();
+            monitor.interfere();
             match command(message).command() {
                 Ok(Command::Pause) => paused = true,
                 Ok(Command::Resume) => paused = false,
@@ -52,7 +51,7 @@ pub fn payload(data: &[u8]) {
             rest = behind;
             let pose = pose(message);
             if last.is_none_or(|last| pose.tick > last) && !paused {
-                watch.tick(&mut engine, &ToolSample::from(pose));
+                tick(&mut monitor, &mut engine, &ToolSample::from(pose));
             }
             last = last.max(Some(pose.tick));
         }

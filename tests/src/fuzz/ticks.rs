@@ -4,11 +4,10 @@
 use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Drive, Model, Network, Settings, ToolSample, Unloading};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Drive, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_lab::monitor::Monitor;
 
-use super::bodies;
-use super::watch::Watch;
+use super::{bodies, tick};
 use crate::graph::sample;
 
 /// Most ticks of a session, and most sweeps of a tick.
@@ -23,7 +22,7 @@ pub fn ticks(data: &[u8]) {
 
 fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let model = bodies::model(bytes.arbitrary()?);
-    let scheme = *bytes.choose(Scheme::value_variants())?;
+    let scheme = *bytes.choose(Scheme::ALL)?;
     let numbers = *bytes.choose(&[Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64])?;
     let contact = contact(bytes, &model)?;
     let settings = settings(bytes, &model, scheme)?;
@@ -33,9 +32,9 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     twin.go_scalar();
     twin.forbid_sleep();
     let mut session = Session {
+        monitor: Monitor::new(&engine, scheme, numbers),
         engine,
         twin: bytes.ratio(1, 4)?.then_some(twin),
-        watch: Watch::new(scheme, numbers, true),
         tool: sample(model.centre_m(), 0),
         left: TICKS_MAX,
     };
@@ -83,7 +82,7 @@ struct Session<'m> {
     engine: Engine<'m>,
     /// The same without vector unit and sleep: the same bits.
     twin: Option<Engine<'m>>,
-    watch: Watch,
+    monitor: Monitor<'m>,
     tool: ToolSample,
     left: usize,
 }
@@ -115,7 +114,7 @@ impl Session<'_> {
         self.tool = tool;
         for _ in 0..times.min(self.left) {
             self.left -= 1;
-            let output = self.watch.tick(&mut self.engine, &tool);
+            let output = tick(&mut self.monitor, &mut self.engine, &tool);
             if let Some(twin) = &mut self.twin {
                 assert_eq!(twin.tick(&tool), output);
                 assert_eq!(twin.state_hash(), self.engine.state_hash());
@@ -124,7 +123,7 @@ impl Session<'_> {
     }
 
     fn both(&mut self, mut change: impl FnMut(&mut Engine<'_>)) {
-        self.watch.interfere();
+        self.monitor.interfere();
         change(&mut self.engine);
         self.twin.as_mut().into_iter().for_each(change);
     }

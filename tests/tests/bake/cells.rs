@@ -11,7 +11,7 @@ use chaincell_kernel::image::{
     CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind as section,
 };
 use chaincell_kernel::{
-    Model, ModelError, Network, Settings, Tissue, ToolSample, Track, hats_room,
+    Model, ModelError, Network, Settings, Tissue, ToolSample, Track, coarse_room,
 };
 use chaincell_tests::files::{Table, bake, scratch, summary, text, write_path};
 use chaincell_tests::run;
@@ -132,7 +132,7 @@ fn the_kernel_carries_nodes_without_a_heap() {
     let (_, image) = body();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
-    let mut tissue: Tissue<60, Track<{ hats_room(48, 2) }>, 2> = Tissue::new();
+    let mut tissue: Tissue<60, Track<{ coarse_room(48, 2) }>, 2> = Tissue::new();
     tissue.reset(&network).unwrap();
     let id = group_free_node(&model);
     let cell = model.cell_of_input(id).unwrap();

@@ -4,4 +4,7 @@ mod bad_mesh;
 mod cells;
 mod crafted_models;
 mod mesh_formats;
+mod mesh_options;
+mod readers;
 mod scenes;
+mod selectors;

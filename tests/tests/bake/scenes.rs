@@ -54,11 +54,9 @@ fn the_linked_images_are_what_the_bake_gives() {
 
 #[test]
 fn the_scenes_cover_every_scheme_and_kind_of_body() {
-    use chaincell_kernel::Model;
-    use clap::ValueEnum;
-    for scheme in chaincell_host::engine::Scheme::value_variants() {
-        let name = scheme.to_possible_value().unwrap();
-        assert!(SCENES.iter().any(|scene| scene.scheme == name.get_name()), "{scheme:?}");
+    use chaincell_kernel::{Choice, Model, Scheme};
+    for scheme in Scheme::ALL {
+        assert!(SCENES.iter().any(|scene| scene.scheme == scheme.name()), "{scheme:?}");
     }
     let models = SCENES.map(|scene| Model::from_bytes(scene.image).unwrap());
     for kind in [false, true] {

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod output;
+mod path_files;
 mod run;
 mod safety;
 mod trace;

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use chaincell_kernel::trace::{Header, Reader, Record, Writer, header_bytes};
-use chaincell_kernel::{Dynamics, TissueMut};
+use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
 use chaincell_tests::files::{Row, Table, bake, content, scratch, summary, text, write_path};
 use chaincell_tests::{Ended, run, turn};

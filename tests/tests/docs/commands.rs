@@ -20,7 +20,7 @@ struct Known {
 
 /// The options named in a text.
 fn options(text: &str) -> impl Iterator<Item = &str> {
-    let words = text.split(|c: char| c.is_whitespace() || "[](),|=`".contains(c));
+    let words = text.split(|c: char| c.is_whitespace() || "[](),;:|=`".contains(c));
     words.filter(|word| word.len() > 2 && word.starts_with("--"))
 }
 
@@ -117,7 +117,9 @@ fn is_script(word: &str) -> bool {
     word.starts_with(".ci/") || (word.starts_with("tests/") && word.ends_with("/run"))
 }
 
+/// A `#WORD` behind a script names a part of it, which another test looks for.
 fn is_missing(script: &str) -> Option<String> {
+    let script = script.split('#').next().unwrap_or_default();
     (!top().join(script).is_file()).then(|| format!("there is no script {script}"))
 }
 

@@ -2,33 +2,22 @@
 //! never rises, and what stays bounded.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_host::mesh::{Mesh, load};
-use chaincell_kernel::{Drive, Flags, Model, Network, Settings, Unloading};
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_kernel::{Choice, Drive, Flags, Model, Settings, Unloading};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_lab::monitor::Monitor;
 use chaincell_lab::reference::Links;
-use chaincell_tests::graph::{case, energy_j, sample};
-use clap::ValueEnum;
+use chaincell_tests::graph::{case, holds, sample, shape};
 use proptest::prelude::*;
 
 const UNIT_M: f64 = 0.01;
 
-/// Every scheme in every number type that it has.
-fn variants() -> Vec<(Scheme, Arithmetic)> {
-    let schemes = Scheme::value_variants().iter();
-    let exact = [Scheme::Euler, Scheme::Track];
-    let others = exact.map(|scheme| [Arithmetic::Fixed, Arithmetic::F64].map(|n| (scheme, n)));
-    schemes.map(|&scheme| (scheme, Arithmetic::F32)).chain(others.concat()).collect()
-}
-
 /// A straight chain along x, the first cell fixed unless it floats.
 fn chain(stiffness_n_per_m: &[f64], alpha: f64, floats: bool) -> ImageBytes {
     let cells = stiffness_n_per_m.len();
-    let mesh = Mesh {
-        nodes_m: (0..cells).map(|i| [UNIT_M * i as f64, 0.0, 0.0]).collect(),
-        links: (1..cells as u32).map(|i| [i - 1, i]).collect(),
-        ..Mesh::default()
-    };
+    let nodes_m = (0..cells).map(|i| [UNIT_M * i as f64, 0.0, 0.0]).collect();
+    let links = (1..cells as u32).map(|i| [i - 1, i]).collect();
     let options = BakeOptions {
         alpha: PerCell::Uniform(alpha),
         stiffness_n_per_m: PerCell::Each(stiffness_n_per_m.to_vec()),
@@ -39,29 +28,35 @@ fn chain(stiffness_n_per_m: &[f64], alpha: f64, floats: bool) -> ImageBytes {
         colours: true,
         ..BakeOptions::default()
     };
-    bake(&mesh, if floats { &[] } else { &[0] }, &options).unwrap()
+    shape(nodes_m, links, if floats { vec![] } else { vec![0] }).bake(&options).unwrap()
 }
 
 /// An engine whose tool loads these nodes, at once.
 fn engine<'m>(
     image: &'m ImageBytes,
-    (scheme, numbers): (Scheme, Arithmetic),
+    variant: Variant,
     nodes: &[u32],
     change: impl Fn(&mut Settings),
 ) -> Engine<'m> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let mut settings = Settings {
-        drive: Drive::Current,
-        max_tool_step_m: 1e30,
-        unloading: Unloading::Off,
-        ..scheme.settings(&model, 4)
+    let contact = Shape::default().holding(nodes).cells(&model);
+    let loaded = |settings| {
+        let mut settings = Settings {
+            drive: Drive::Current,
+            max_tool_step_m: 1e30,
+            unloading: Unloading::Off,
+            ..settings
+        };
+        change(&mut settings);
+        settings
     };
-    change(&mut settings);
-    let network = Network::new(model, settings).unwrap();
-    let mut cells: Vec<u16> =
-        nodes.iter().map(|&node| model.cell_of_input(node).unwrap()).collect();
-    cells.sort_unstable();
-    Engine::in_numbers(network, scheme, numbers, &cells).unwrap()
+    variant.engine(model, Contact::Cells(contact), 4, loaded).unwrap()
+}
+
+/// The image of a generated body.
+fn image(spec: &str) -> ImageBytes {
+    let options = BakeOptions { colours: true, ..BakeOptions::default() };
+    Shape::generated(spec).unwrap().bake(&options).unwrap()
 }
 
 /// Positions \[m\] by input node.
@@ -93,7 +88,7 @@ fn a_loaded_chain_settles_at_the_hand_solution() {
                 expected_m.push(expected_m[i] + length_m);
             }
             let last = stiffness.len() - 1;
-            for variant in variants() {
+            for variant in Variant::plain_ones() {
                 let mut engine = engine(&image, variant, &[last as u32], |_| ());
                 engine.tick(&sample([0.0; 3], 1));
                 let mut output = engine.tick(&sample([current_m, 0.0, 0.0], 1));
@@ -137,9 +132,7 @@ fn settled(links: &Links, loaded: &[usize], current: [f64; 3]) -> Vec<[f64; 3]> 
 
 #[test]
 fn a_loaded_plane_settles_at_the_minimum_of_energy_less_load() {
-    let mesh = load("plane:9x9x0.01", &Default::default()).unwrap();
-    let options = BakeOptions { colours: true, ..BakeOptions::default() };
-    let image = bake(&mesh, &mesh.border, &options).unwrap();
+    let image = image("plane:9x9x0.01");
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let current_m = [0.002_f32, -0.001, 0.005];
     let nodes = [31_u32, 40, 41];
@@ -148,18 +141,17 @@ fn a_loaded_plane_settles_at_the_minimum_of_energy_less_load() {
     let unit_m = f64::from(model.unit_m());
     let current = current_m.map(|i| f64::from(i) / unit_m);
     let expected = settled(&Links::of_model(&model), &loaded, current);
-    for variant in variants() {
+    for variant in Variant::plain_ones() {
         let mut engine = engine(&image, variant, &nodes, |settings| settings.sweeps = 40);
         engine.tick(&sample([0.0; 3], 1));
         for _ in 0..300 {
             engine.tick(&sample(current_m, 1));
         }
         let mut lowest = 0.0_f64;
-        for (cell, at_m) in engine.positions_m().into_iter().enumerate() {
+        for (cell, at) in engine.positions().into_iter().enumerate() {
             for axis in 0..3 {
-                let at = (at_m[axis] - f64::from(model.centre_m()[axis])) / unit_m;
-                let off = (at - expected[cell][axis]).abs();
-                assert!(off < 2e-3, "{variant:?} cell {cell}: {at}, {:?}", expected[cell]);
+                let off = (at[axis] - expected[cell][axis]).abs();
+                assert!(off < 2e-3, "{variant:?} cell {cell}: {at:?}, {:?}", expected[cell]);
                 lowest = lowest.max(expected[cell][2]);
             }
         }
@@ -170,10 +162,8 @@ fn a_loaded_plane_settles_at_the_minimum_of_energy_less_load() {
 /// Ends on release: no force, no contacts, and back to the rest shape.
 #[test]
 fn a_released_body_returns() {
-    let mesh = load("box:4x4x4x0.01", &Default::default()).unwrap();
-    let options = BakeOptions { colours: true, ..BakeOptions::default() };
-    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
-    for variant in variants() {
+    let image = image("box:4x4x4x0.01");
+    for variant in Variant::plain_ones() {
         let mut engine = engine(&image, variant, &[63], |settings| settings.sweeps = 30);
         let rest_m = nodes_m(&mut engine);
         let distance = |at_m: &[[f64; 3]]| {
@@ -208,7 +198,7 @@ fn a_released_body_returns() {
 fn an_unfixed_body_drifts_by_the_impulse_up_to_saturation() {
     let image = chain(&[20.0; 4], 0.05, true);
     let current_m = [0.001_f32, 0.002, 0.0];
-    let mut engine = engine(&image, (Scheme::Euler, Arithmetic::F32), &[1], |_| ());
+    let mut engine = engine(&image, Variant::plain(Scheme::Euler, Arithmetic::F32), &[1], |_| ());
     engine.tick(&sample([0.0; 3], 1));
     let centroid = |engine: &mut Engine<'_>| -> [f64; 3] {
         let at_m = engine.positions_m();
@@ -226,7 +216,7 @@ fn an_unfixed_body_drifts_by_the_impulse_up_to_saturation() {
         assert!((way - expected).abs() < 1e-4 * UNIT_M, "{axis}: {way} {expected}");
     }
     assert!(after[1] - before[1] > UNIT_M);
-    for variant in variants() {
+    for variant in Variant::plain_ones() {
         let mut engine = self::engine(&image, variant, &[1], |settings| settings.sweeps = 20);
         engine.tick(&sample([0.0; 3], 1));
         for _ in 0..3000 {
@@ -241,28 +231,27 @@ fn an_unfixed_body_drifts_by_the_impulse_up_to_saturation() {
 /// load back.
 #[test]
 fn the_energy_bound_holds_for_ever() {
-    let mesh = load("plane:9x9x0.01", &Default::default()).unwrap();
-    for fixed in [&mesh.border[..], &[]] {
+    let plane = Shape::generated("plane:9x9x0.01").unwrap();
+    for shape in [plane.clone(), plane.floating()] {
         let options = BakeOptions { colours: true, ..BakeOptions::default() };
-        let image = bake(&mesh, fixed, &options).unwrap();
-        for variant in variants() {
+        let image = shape.bake(&options).unwrap();
+        for variant in Variant::plain_ones() {
             let mut engine = engine(&image, variant, &[30, 40], |_| ());
-            let model = engine.network().model();
+            let model = *engine.network().model();
             let bound_j = f64::from(model.energy_max() * model.energy_unit_j());
-            engine.tick(&sample([0.0; 3], 1));
-            let mut highest_j = 0.0_f64;
+            let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
+            monitor.tick(&mut engine, &sample([0.0; 3], 1));
             for tick in 0..600_u16 {
                 let far = if tick % 200 < 150 { 3e4 } else { -3e4 };
-                let output = engine.tick(&sample([far, 2.0 * far, 1e5], 1));
+                let output = monitor.tick(&mut engine, &sample([far, 2.0 * far, 1e5], 1));
                 assert!(tick > 0 || output.flags.contains(Flags::MOTION_CLAMPED), "{variant:?}");
-                let (energy_j, _) = energy_j(&mut engine, 0.0);
-                assert!(energy_j <= 1.0001 * bound_j, "{variant:?} {tick}: {energy_j} {bound_j}");
                 assert!(f64::from(output.energy_j) <= 1.0001 * bound_j, "{variant:?} {tick}");
-                highest_j = highest_j.max(energy_j);
             }
+            let highest_j = monitor.worst().energy_peak_j;
             assert!(highest_j > 0.01 * bound_j, "{variant:?}: {highest_j} of {bound_j}");
-            let output = engine.tick(&sample([0.0; 3], 1));
+            let output = monitor.tick(&mut engine, &sample([0.0; 3], 1));
             assert!(!output.flags.contains(Flags::MOTION_CLAMPED), "{variant:?}");
+            assert!(monitor.failures().is_empty(), "{variant:?}: {:?}", monitor.failures());
         }
     }
 }
@@ -275,22 +264,21 @@ fn all_loops_give_the_same_bits() {
         ("organ:500", HatSpacing::Links(2.5)),
         ("organ:500", HatSpacing::None),
     ] {
-        let mesh = load(spec, &Default::default()).unwrap();
         let options = BakeOptions {
             alpha: PerCell::Uniform(0.05),
             hats: spacing,
             colours: true,
             ..BakeOptions::default()
         };
-        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        let image = Shape::generated(spec).unwrap().bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let free: Vec<u32> = (0..model.cells())
             .filter(|&cell| !model.is_fixed(cell as u16))
             .map(|cell| model.input_id()[cell])
             .collect();
         let nodes = [free[free.len() / 3], free[free.len() / 2]];
-        for &scheme in Scheme::value_variants() {
-            let variant = (scheme, Arithmetic::F32);
+        for &scheme in Scheme::ALL {
+            let variant = Variant::plain(scheme, Arithmetic::F32);
             let mut engines = [(); 3].map(|()| {
                 engine(&image, variant, &nodes, |settings| {
                     settings.unloading = Unloading::Retreat;
@@ -333,35 +321,34 @@ proptest! {
     fn energy_less_load_never_rises(
         case in case(false),
         currents in prop::collection::vec(prop::array::uniform3(-0.05_f32..0.05), 1..5),
-        variant in prop::sample::select(variants()),
+        variant in prop::sample::select(Variant::plain_ones()),
     ) {
-        let image = case.image(BakeOptions { energy_max_j: Some(1e12), ..BakeOptions::default() });
+        let options = BakeOptions { energy_max_j: Some(1e12), ..case.options() };
+        let image = case.shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let settings = Settings {
-            step: model.step_max(),
-            tick_time: case.tick_time * model.step_max(),
+        let contact = Contact::Cells(case.shape.cells(&model));
+        let cell = usize::from(case.shape.cells(&model)[0]);
+        let loaded = |settings| Settings {
             unloading: Unloading::Off,
             drive: Drive::Current,
             max_tool_step_m: 1.0,
-            ..variant.0.settings(&model, case.sweeps)
+            ..settings
         };
-        let network = Network::new(model, settings).unwrap();
-        let last = case.nodes_m.len() as u32 - 1;
-        let cell = model.cell_of_input(last).unwrap();
-        let Ok(mut engine) = Engine::in_numbers(network, variant.0, variant.1, &[cell]) else {
+        let Ok(mut engine) = case.engine_with(model, variant, contact, loaded) else {
             return Ok(());
         };
-        let resolution = if variant.1 == Arithmetic::Fixed { 2.0_f64.powi(-22) } else { 0.0 };
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
+        let resolution =
+            if variant.numbers == Arithmetic::Fixed { 2.0_f64.powi(-22) } else { 0.0 };
         let k = 2.0 * f64::from(model.stiffness_n_per_m());
-        let origin_m = engine.positions_m()[usize::from(cell)];
-        engine.tick(&sample([0.0; 3], 1));
+        let origin_m = engine.positions_m()[cell];
+        monitor.tick(&mut engine, &sample([0.0; 3], 1));
         for current_m in currents {
             let mut before = f64::INFINITY;
             for tick in 0..20 {
-                let output = engine.tick(&sample(current_m, 1));
+                let output = monitor.tick(&mut engine, &sample(current_m, 1));
                 prop_assert!(!output.flags.contains(Flags::MOTION_CLAMPED));
-                let (energy, mut allowance) = energy_j(&mut engine, resolution);
-                let at_m = engine.positions_m()[usize::from(cell)];
+                let at_m = engine.positions_m()[cell];
                 let (mut work, mut rounding) = (0.0, 0.0);
                 for axis in 0..3 {
                     let i = k * f64::from(current_m[axis]);
@@ -372,24 +359,22 @@ proptest! {
                     let grain = 2.0_f64.powi(-24) * (1.0 + i.abs() / k / f64::from(model.unit_m()));
                     rounding += k * f64::from(model.unit_m()) * grain * (at_m[axis] - origin_m[axis]).abs();
                 }
-                allowance += rounding;
+                let stored = monitor.stored();
+                let allowance = stored.allowance + rounding;
                 let certified = f64::from(output.energy_j);
-                prop_assert!(
-                    energy <= certified * (1.0 + 1e-6) + allowance,
-                    "tick {}: {:e} above {:e}, {:e}", tick, energy, certified, allowance
-                );
-                let guarded = energy - work;
+                let guarded = stored.energy - work;
                 prop_assert!(
                     guarded <= before + allowance,
                     "tick {}: {:e} after {:e}, {:e}", tick, guarded, before, allowance
                 );
                 // Level by level for the guarded schemes: the level lies above the state.
-                before = if variant.0 == Scheme::Euler || variant.0 == Scheme::GaussSeidel {
+                before = if [Scheme::Euler, Scheme::GaussSeidel].contains(&variant.scheme) {
                     guarded
                 } else {
                     (certified - work).min(before)
                 };
             }
         }
+        holds(&monitor)?;
     }
 }

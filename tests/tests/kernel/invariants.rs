@@ -2,12 +2,12 @@
 //! over six decades, alpha from 0 to 0.99, pushed, torn and let go.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, PerCell, bake};
-use chaincell_host::engine::{Engine, Scheme};
-use chaincell_host::mesh::Mesh;
-use chaincell_kernel::{Flags, Model, Network, Settings, Unloading};
-use chaincell_tests::graph::{case, energy_j, sample};
-use clap::ValueEnum;
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_kernel::{Choice, Flags, Model, Unloading};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_lab::monitor::Monitor;
+use chaincell_tests::graph::{Case, case, holds, sample};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -19,7 +19,17 @@ fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
 }
 
 fn schemes() -> impl Strategy<Value = Scheme> {
-    prop::sample::select(Scheme::value_variants())
+    prop::sample::select(Scheme::ALL)
+}
+
+/// In single precision.
+fn engine<'m>(
+    case: &Case,
+    image: &'m ImageBytes,
+    scheme: Scheme,
+    unloading: Unloading,
+) -> Engine<'m> {
+    case.engine(image, Variant::plain(scheme, Arithmetic::F32), unloading).unwrap()
 }
 
 proptest! {
@@ -29,45 +39,28 @@ proptest! {
     /// certified level, under the tool and after it.
     #[test]
     fn energy_never_rises_by_itself(case in case(false), moves in moves(), scheme in schemes()) {
-        let image = case.image(BakeOptions::default());
-        let mut engine = case.engine(&image, scheme, Unloading::Off);
-        let bound = f64::from(engine.network().model().energy_max())
-            * f64::from(engine.network().model().energy_unit_j());
-        engine.tick(&sample([0.0; 3], 1));
+        let image = case.image();
+        let mut engine = engine(&case, &image, scheme, Unloading::Off);
+        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        monitor.tick(&mut engine, &sample([0.0; 3], 1));
         for position_m in moves {
-            let output = engine.tick(&sample(position_m, 1));
-            let (energy, allowance) = energy_j(&mut engine, 0.0);
-            if scheme != Scheme::Euler {
-                let certified = f64::from(output.energy_j);
-                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
-            }
-            prop_assert!(energy <= bound * 1.0001, "{energy} beyond the bound {bound}");
-            prop_assert!(output.force_n.iter().all(|f| f.is_finite()));
+            monitor.tick(&mut engine, &sample(position_m, 1));
         }
-        let (mut before, _) = energy_j(&mut engine, 0.0);
-        let mut level = f32::INFINITY;
         for _ in 0..50 {
-            let output = engine.tick(&sample([0.0; 3], 0));
+            let output = monitor.tick(&mut engine, &sample([0.0; 3], 0));
             prop_assert_eq!(output.force_n, Vector3::zeros());
             prop_assert_eq!(output.contacts, 0);
-            let (energy, allowance) = energy_j(&mut engine, 0.0);
-            if scheme != Scheme::Euler {
-                prop_assert!(output.energy_j <= level, "level {} after {level}", output.energy_j);
-                let certified = f64::from(output.energy_j);
-                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
-            } else {
-                prop_assert!(energy <= before + allowance, "{energy} after {before}");
-            }
-            (before, level) = (energy, output.energy_j);
         }
+        holds(&monitor)?;
     }
 
     /// Without fixed cells the links' forces cancel: `euler` keeps the centroid.
     #[test]
     fn an_unfixed_body_feels_no_total_force(case in case(true), moves in moves()) {
         // In the linear range, that is: the leak of a saturated cell is an outer force.
-        let image = case.image(BakeOptions { saturation_m: Some(50.0), ..BakeOptions::default() });
-        let mut engine = case.engine(&image, Scheme::Euler, Unloading::Off);
+        let options = BakeOptions { saturation_m: Some(50.0), ..case.options() };
+        let image = case.shape.bake(&options).unwrap();
+        let mut engine = engine(&case, &image, Scheme::Euler, Unloading::Off);
         engine.tick(&sample([0.0; 3], 1));
         for position_m in moves {
             engine.tick(&sample(position_m, 1));
@@ -92,7 +85,7 @@ proptest! {
     #[test]
     fn node_order_does_not_change_the_physics(case in case(false), seed in any::<u64>(),
                                               scheme in schemes()) {
-        let n = case.nodes_m.len();
+        let n = case.shape.mesh.nodes_m.len();
         // A permutation that leaves the last node, which the tool holds, in its place.
         let mut to: Vec<usize> = (0..n - 1).collect();
         let mut state = seed | 1;
@@ -103,19 +96,19 @@ proptest! {
         to.push(n - 1);
         let mut other = case.clone();
         for (from, &to) in to.iter().enumerate() {
-            other.nodes_m[to] = case.nodes_m[from];
+            other.shape.mesh.nodes_m[to] = case.shape.mesh.nodes_m[from];
             other.stiffness_n_per_m[to] = case.stiffness_n_per_m[from];
         }
         let renumber = |id: u32| to[id as usize] as u32;
-        other.links = case.links.iter().map(|link| {
+        other.shape.mesh.links = case.shape.mesh.links.iter().map(|link| {
             let [a, b] = link.map(renumber);
             [a.min(b), a.max(b)]
         }).collect();
-        other.links.sort_unstable();
-        other.fixed = case.fixed.iter().copied().map(renumber).collect();
+        other.shape.mesh.links.sort_unstable();
+        other.shape.fixed = case.shape.fixed.iter().copied().map(renumber).collect();
         let forces = [&case, &other].map(|case| {
-            let image = case.image(BakeOptions::default());
-            let mut engine = case.engine(&image, scheme, Unloading::Release);
+            let image = case.image();
+            let mut engine = engine(case, &image, scheme, Unloading::Release);
             engine.tick(&sample([0.0; 3], 1));
             (1..=20).map(|i| engine.tick(&sample([0.001 * i as f32, 0.0, 0.0], 1)).force_n)
                 .collect::<Vec<_>>()
@@ -131,8 +124,8 @@ proptest! {
     /// Untouched, or held without motion, a body stays as it was to the last bit.
     #[test]
     fn rest_stays_rest(case in case(false), scheme in schemes(), engaged in 0_u32..2) {
-        let image = case.image(BakeOptions::default());
-        let mut engine = case.engine(&image, scheme, Unloading::Release);
+        let image = case.image();
+        let mut engine = engine(&case, &image, scheme, Unloading::Release);
         let before = engine.state_hash();
         for _ in 0..200 {
             let output = engine.tick(&sample([0.01, 0.0, 0.0], engaged));
@@ -146,26 +139,20 @@ proptest! {
     #[test]
     fn vectors_change_no_bit(case in case(false), moves in moves(), scheme in schemes(),
                              flat in any::<bool>(), varied in any::<[bool; 2]>()) {
-        let mesh = Mesh { nodes_m: case.nodes_m.clone(), links: case.links.clone(),
-            ..Mesh::default() };
-        let nodes = case.nodes_m.len();
-        let alphas = (0..nodes).map(|node| case.alpha * (node % 3) as f64 / 3.0).collect();
-        let options = BakeOptions {
-            alpha: if varied[0] { PerCell::Each(alphas) } else { PerCell::Uniform(case.alpha) },
-            stiffness_n_per_m: if varied[1] {
-                PerCell::Each(case.stiffness_n_per_m.clone())
-            } else {
-                PerCell::Uniform(20.0)
-            },
-            hats: case.hats.map_or(HatSpacing::None, HatSpacing::Links),
-            colours: true,
-            ..BakeOptions::default()
-        };
-        let image = bake(&mesh, &case.fixed, &options).unwrap();
-        let mut engines = [(); 2].map(|()| case.engine(&image, scheme, Unloading::Release));
+        let nodes_m = &case.shape.mesh.nodes_m;
+        let alphas = |node: usize| case.alpha * (node % 3) as f64 / 3.0;
+        let mut options = case.options();
+        if varied[0] {
+            options.alpha = PerCell::Each((0..nodes_m.len()).map(alphas).collect());
+        }
+        if !varied[1] {
+            options.stiffness_n_per_m = PerCell::Uniform(20.0);
+        }
+        let image = case.shape.bake(&options).unwrap();
+        let mut engines = [(); 2].map(|()| engine(&case, &image, scheme, Unloading::Release));
         engines[0].go_scalar();
         // The tool drags its cell right onto another one, in a straight line.
-        let onto = |axis: usize| (case.nodes_m[0][axis] - case.nodes_m[case.nodes_m.len() - 1][axis]) as f32;
+        let onto = |axis: usize| (nodes_m[0][axis] - nodes_m[nodes_m.len() - 1][axis]) as f32;
         let mut places = moves;
         if flat {
             places.extend((1..=10_u8).map(|i| {
@@ -187,8 +174,8 @@ proptest! {
     #[test]
     fn sleep_changes_no_bit(case in case(false), scheme in schemes(), scalar in any::<bool>(),
                             strokes in prop::collection::vec((0.0_f32..0.03, 1_usize..40, 0_u32..2), 1..12)) {
-        let image = case.image(BakeOptions::default());
-        let mut engines = [(); 2].map(|()| case.engine(&image, scheme, Unloading::Release));
+        let image = case.image();
+        let mut engines = [(); 2].map(|()| engine(&case, &image, scheme, Unloading::Release));
         engines[0].forbid_sleep();
         if scalar {
             engines[1].go_scalar();
@@ -210,45 +197,33 @@ proptest! {
     #[test]
     fn saturation_is_reached_and_left(case in case(false), scheme in schemes(),
                                       way in prop::array::uniform3(-1.0_f32..1.0)) {
-        let image = case.image(BakeOptions { energy_max_j: Some(1e12), ..BakeOptions::default() });
-        let mut engine = case.engine(&image, scheme, Unloading::Off);
-        let model = *engine.network().model();
-        let k_m = f64::from(model.saturation()) * f64::from(model.unit_m());
-        engine.tick(&sample([0.0; 3], 1));
-        let mut level = f32::INFINITY;
+        let options = BakeOptions { energy_max_j: Some(1e12), ..case.options() };
+        let image = case.shape.bake(&options).unwrap();
+        let mut engine = engine(&case, &image, scheme, Unloading::Off);
+        let unit_m = engine.network().model().unit_m();
+        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        monitor.tick(&mut engine, &sample([0.0; 3], 1));
         for i in 0..120_i16 {
-            let far = f32::from(60 - (60 - i).abs()) * 2.0 * model.unit_m();
-            engine.tick(&sample(way.map(|x| x * far), 1));
-            for position_m in engine.positions_m() {
-                for (axis, x) in position_m.iter().enumerate() {
-                    prop_assert!((x - f64::from(model.centre_m()[axis])).abs() <= k_m * 1.000001);
-                }
-            }
+            let far = f32::from(60 - (60 - i).abs()) * 2.0 * unit_m;
+            monitor.tick(&mut engine, &sample(way.map(|x| x * far), 1));
         }
         for _ in 0..100 {
-            let output = engine.tick(&sample([0.0; 3], 0));
-            if scheme != Scheme::Euler {
-                let (energy, allowance) = energy_j(&mut engine, 0.0);
-                prop_assert!(output.energy_j <= level);
-                let certified = f64::from(output.energy_j);
-                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
-                level = output.energy_j;
-            }
+            monitor.tick(&mut engine, &sample([0.0; 3], 0));
         }
+        holds(&monitor)?;
     }
 }
 
 /// 10,000 ticks at rest on the generated organ, without a band: the hash stays.
 #[test]
 fn ten_thousand_ticks_of_rest() {
-    let mesh = chaincell_host::mesh::load("organ:300", &Default::default()).unwrap();
-    let image =
-        bake(&mesh, &mesh.default_fixed, &BakeOptions { colours: true, ..BakeOptions::default() })
-            .unwrap();
+    let shape = Shape::generated("organ:300").unwrap();
+    let image = shape.bake(&BakeOptions { colours: true, ..BakeOptions::default() }).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for &scheme in Scheme::value_variants() {
-        let network = Network::new(model, Settings::for_model(&model)).unwrap();
-        let mut engine = Engine::new(network, scheme, &[]).unwrap();
+    for &scheme in Scheme::ALL {
+        let variant = Variant::plain(scheme, Arithmetic::F32);
+        let contact = Contact::Cells(Vec::new());
+        let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
         let before = engine.state_hash();
         for _ in 0..10_000 {
             let output = engine.tick(&sample([f32::NAN; 3], 7));
@@ -262,12 +237,12 @@ fn ten_thousand_ticks_of_rest() {
 /// Bad samples: the last good one holds for ten ticks, then force 0 and cells as they are.
 #[test]
 fn bad_samples_end_in_the_safe_state() {
-    let mesh = chaincell_host::mesh::load("box:5x5x5x0.01", &Default::default()).unwrap();
-    let image = bake(&mesh, &mesh.default_fixed, &BakeOptions::default()).unwrap();
+    let shape = Shape::generated("box:5x5x5x0.01").unwrap().holding(&[124]);
+    let image = shape.bake(&BakeOptions::default()).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let top = model.input_id().iter().position(|&id| id == 124).unwrap() as u16;
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
-    let mut engine = Engine::new(network, Scheme::Track, &[top]).unwrap();
+    let contact = Contact::Cells(shape.cells(&model));
+    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+    let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
     engine.tick(&sample([0.0; 3], 1));
     engine.tick(&sample([0.0, 0.0, -0.004], 1));
     for bad in [sample([f32::NAN, 0.0, 0.0], 1), sample([0.0; 3], 2)] {

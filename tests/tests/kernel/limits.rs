@@ -4,8 +4,7 @@
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Flags, Model, Network, Settings, TickOutput, ToolSample};
 use nalgebra::Vector3;
 
 fn plane(options: &BakeOptions) -> ImageBytes {
@@ -39,7 +38,7 @@ fn the_energy_bound_never_locks_the_tool() {
         ..BakeOptions::default()
     });
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
-    for &scheme in Scheme::value_variants() {
+    for &scheme in Scheme::ALL {
         let back = std::iter::repeat_n(0.0, 400);
         let answers = pull(&image, scheme, |settings| settings, out.clone().chain(back));
         let bound = energy_max_j as f32 * 1.0001;

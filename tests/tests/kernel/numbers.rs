@@ -3,9 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, bake};
-use chaincell_host::engine::{Arithmetic, Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_lab::monitor::Monitor;
+use chaincell_tests::graph::holds;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -25,10 +28,9 @@ fn plane() -> ImageBytes {
 
 fn engine(image: &ImageBytes, scheme: Scheme, numbers: Arithmetic) -> Engine<'_> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let settings = Settings { unloading: Unloading::Off, ..Settings::for_model(&model) };
-    let network = Network::new(model, settings).unwrap();
-    let centre = model.cell_of_input(CENTRE).unwrap();
-    Engine::in_numbers(network, scheme, numbers, &[centre]).unwrap()
+    let centre = Contact::Cells(vec![model.cell_of_input(CENTRE).unwrap()]);
+    let settings = |settings| Settings { unloading: Unloading::Off, ..settings };
+    Variant::plain(scheme, numbers).engine(model, centre, 4, settings).unwrap()
 }
 
 /// Positions after the press [m], and the force of every tick \[N\].
@@ -104,29 +106,26 @@ proptest! {
     ) {
         let image = plane();
         let mut engine = engine(&image, scheme, numbers);
-        let far = f64::from(engine.network().model().saturation())
-            * f64::from(engine.network().model().unit_m()) * 1.01;
+        let mut monitor = Monitor::new(&engine, scheme, numbers);
         for sample in &samples {
-            let output = engine.tick(sample);
-            prop_assert!(output.force_n.iter().all(|x| x.is_finite()));
-            prop_assert!(output.energy_j.is_finite() && output.energy_j >= 0.0);
-            for position in engine.positions_m() {
-                prop_assert!(position.iter().all(|x| x.abs() <= far), "{position:?}");
-            }
+            monitor.tick(&mut engine, sample);
         }
+        holds(&monitor)?;
     }
 }
 
 #[test]
 fn other_schemes_and_larger_bodies_are_refused() {
-    let options = MeshOptions::default();
-    let mesh = load("plane:60x3x0.01", &options).unwrap();
-    let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
+    let shape = Shape::generated("plane:60x3x0.01").unwrap();
+    let image = shape.bake(&BakeOptions::default()).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
-    let why = Engine::in_numbers(network, Scheme::Track, Arithmetic::Fixed, &[]).err().unwrap();
-    assert!(why.to_string().contains("63") && why.to_string().contains("--k-m"), "{why}");
-    let why = Engine::in_numbers(network, Scheme::Rkl2, Arithmetic::Fixed, &[]).err().unwrap();
+    let engine = |scheme, numbers| {
+        let variant = Variant::plain(scheme, numbers);
+        variant.engine(model, Contact::Cells(Vec::new()), 4, |of| of)
+    };
+    let why = engine(Scheme::Track, Arithmetic::Fixed).err().unwrap();
+    assert!(why.to_string().contains("63") && why.to_string().contains("saturation_m"), "{why}");
+    let why = engine(Scheme::Rkl2, Arithmetic::Fixed).err().unwrap();
     assert!(why.to_string().contains("euler and track"), "{why}");
-    assert!(Engine::in_numbers(network, Scheme::Track, Arithmetic::F64, &[]).is_ok());
+    assert!(engine(Scheme::Track, Arithmetic::F64).is_ok());
 }

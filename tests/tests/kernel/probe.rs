@@ -1,12 +1,12 @@
 //! The probe as contact: on generated bodies, and on random graphs wherever the tool goes.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_host::mesh::{Mesh, MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
-use chaincell_tests::graph::{case, energy_j, sample};
-use clap::ValueEnum;
+use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_lab::monitor::Monitor;
+use chaincell_tests::graph::{case, holds, sample, shape};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -14,48 +14,28 @@ const BOX: &str = "box:9x9x6x0.01";
 /// Height of the box's top \[m\].
 const TOP_M: f32 = 0.05;
 const RADIUS_M: f32 = 0.025;
-const NUMBERS: [Arithmetic; 3] = [Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64];
 
 /// The box, held at its bottom; a plane, held at its border.
 fn image(spec: &str, hats: HatSpacing) -> ImageBytes {
-    let mesh = load(spec, &MeshOptions::default()).unwrap();
-    let bottom = |&node: &u32| mesh.nodes_m[node as usize][2] < 1e-9;
-    let fixed = if mesh.border.is_empty() {
-        (0..mesh.nodes_m.len() as u32).filter(bottom).collect()
-    } else {
-        mesh.border.clone()
-    };
     let options = BakeOptions { hats, colours: true, ..BakeOptions::default() };
-    bake(&mesh, &fixed, &options).unwrap()
+    Shape::generated(spec).unwrap().bake(&options).unwrap()
 }
 
-fn engine_of<'m>(
-    model: Model<'m>,
-    (scheme, numbers): (Scheme, Arithmetic),
+fn engine_of(
+    model: Model<'_>,
+    variant: Variant,
     unloading: Unloading,
     capacity: usize,
-) -> Option<Engine<'m>> {
-    // A super-step takes four sweeps.
-    let sweeps = if scheme.goes_by_tick() { 9 } else { 4 };
-    let settings = Settings { unloading, ..scheme.settings(&model, sweeps) };
-    let network = Network::new(model, settings).unwrap();
+) -> Option<Engine<'_>> {
     let contact = Contact::Probe { radius_m: RADIUS_M, capacity };
-    Engine::with_contact(network, scheme, numbers, contact).ok()
-}
-
-/// Every scheme in every number that it has.
-fn kinds() -> impl Iterator<Item = (Scheme, Arithmetic)> {
-    let has = |&(scheme, numbers): &(Scheme, Arithmetic)| {
-        numbers == Arithmetic::F32 || matches!(scheme, Scheme::Euler | Scheme::Track)
-    };
-    let all = Scheme::value_variants().iter();
-    all.flat_map(|&scheme| NUMBERS.map(|numbers| (scheme, numbers))).filter(has)
+    let change = |settings| Settings { unloading, ..settings };
+    variant.engine(model, contact, variant.sweeps(), change).ok()
 }
 
 /// Hats with the scheme that has them; no hats with all.
-fn cases() -> impl Iterator<Item = (HatSpacing, (Scheme, Arithmetic))> {
-    let with = (HatSpacing::Links(2.5), (Scheme::Track, Arithmetic::F32));
-    kinds().map(|kind| (HatSpacing::None, kind)).chain([with])
+fn cases() -> impl Iterator<Item = (HatSpacing, Variant)> {
+    let spacing = |hats| if hats { HatSpacing::Links(2.5) } else { HatSpacing::None };
+    Variant::all().into_iter().map(move |variant| (spacing(variant.hats), variant))
 }
 
 /// Down into the top of the box by a link and a half, aside by two links, then still.
@@ -91,7 +71,7 @@ const ROUNDING_M: f64 = 1e-7;
 fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
     let image = image(BOX, HatSpacing::Links(2.5));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for kind in kinds() {
+    for kind in Variant::plain_ones() {
         let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
         let rest = engine.positions_m();
         let mut pushed = 0;
@@ -127,8 +107,13 @@ fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
     let image = image(BOX, HatSpacing::None);
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for (capacity, full) in [(3, true), (8, true), (200, false)] {
-        let mut engine =
-            engine_of(model, (Scheme::Track, Arithmetic::F32), Unloading::Off, capacity).unwrap();
+        let mut engine = engine_of(
+            model,
+            Variant::plain(Scheme::Track, Arithmetic::F32),
+            Unloading::Off,
+            capacity,
+        )
+        .unwrap();
         let at = [0.0, 0.0, TOP_M + 0.005];
         let before = beyond_m(&mut engine, at);
         let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
@@ -153,7 +138,8 @@ fn a_cell_at_the_centre_leaves_along_its_normal() {
             assert!(model.normals().iter().all(|normal| *normal == [0.0, 0.0, 1.0]));
         }
         let mut engine =
-            engine_of(model, (Scheme::Euler, Arithmetic::F32), Unloading::Off, 200).unwrap();
+            engine_of(model, Variant::plain(Scheme::Euler, Arithmetic::F32), Unloading::Off, 200)
+                .unwrap();
         let near = |at: [f64; 3]| at[0].abs() + at[1].abs() + (at[2] - f64::from(top)).abs() < 1e-6;
         let cell = engine.positions_m().into_iter().position(near).unwrap();
         engine.tick(&sample([0.0, 0.0, top], 1));
@@ -203,7 +189,7 @@ fn contacts_and_force_do_not_chatter() {
 fn let_go_the_tool_feels_nothing() {
     let image = image(BOX, HatSpacing::Links(2.5));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for kind in kinds() {
+    for kind in Variant::plain_ones() {
         let mut engine = engine_of(model, kind, Unloading::Release, 200).unwrap();
         for tick in 0..300 {
             engine.tick(&sample(centre_m(tick), 1));
@@ -255,12 +241,8 @@ fn the_bits_are_the_same_however_they_are_computed() {
 
 #[test]
 fn a_probe_that_cannot_be_is_refused() {
-    let mesh = Mesh {
-        nodes_m: vec![[0.0; 3], [0.01, 0.0, 0.0], [0.02, 0.0, 0.0]],
-        links: vec![[0, 1], [1, 2]],
-        ..Mesh::default()
-    };
-    let line = bake(&mesh, &[0], &BakeOptions::default()).unwrap();
+    let line = [0.0, 0.01, 0.02].map(|x| [x, 0.0, 0.0]).to_vec();
+    let line = shape(line, vec![[0, 1], [1, 2]], vec![0]).bake(&BakeOptions::default()).unwrap();
     let plane = image("plane:5x5x0.01", HatSpacing::None);
     for (image, radius_m, part) in [
         (&line, 0.01, "no surface"),
@@ -269,10 +251,9 @@ fn a_probe_that_cannot_be_is_refused() {
         (&plane, 1e30, "at most"),
     ] {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let network = Network::new(model, Settings::for_model(&model)).unwrap();
         let contact = Contact::Probe { radius_m, capacity: 4 };
-        let why = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
-        let why = why.err().unwrap().to_string();
+        let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+        let why = variant.engine(model, contact, 4, |of| of).err().unwrap().to_string();
         assert!(why.contains(part), "{why}");
     }
 }
@@ -292,52 +273,29 @@ proptest! {
     /// certified level and the model's largest energy.
     #[test]
     fn the_certified_level_holds(
-        case in case(false), moves in moves(), kind in prop::sample::select(kinds().collect::<Vec<_>>()),
+        case in case(false), moves in moves(), variant in prop::sample::select(Variant::plain_ones()),
         radius_m in 0.001_f32..0.15, capacity in 1_usize..40, teleports in any::<bool>(),
     ) {
-        let nodes = case.nodes_m.len() as u32;
-        let triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
-        let mesh = Mesh {
-            nodes_m: case.nodes_m.clone(), links: case.links.clone(), triangles, ..Mesh::default()
-        };
-        let options = BakeOptions {
-            alpha: PerCell::Uniform(case.alpha),
-            stiffness_n_per_m: PerCell::Each(case.stiffness_n_per_m.clone()),
-            hats: case.hats.map_or(HatSpacing::None, HatSpacing::Links),
-            colours: true,
-            ..BakeOptions::default()
-        };
-        let image = bake(&mesh, &case.fixed, &options).unwrap();
+        let mut case = case;
+        let nodes = case.shape.mesh.nodes_m.len() as u32;
+        case.shape.mesh.triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
+        let image = case.image();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
-        let (scheme, numbers) = kind;
-        let defaults = scheme.settings(&model, case.sweeps);
-        let max_tool_step_m = if teleports { 100.0 } else { defaults.max_tool_step_m };
-        let settings = Settings {
-            tick_time: case.tick_time * model.step_max(),
-            unloading: Unloading::Off,
-            max_tool_step_m,
-            ..defaults
-        };
-        let network = Network::new(model, settings).unwrap();
         let contact = Contact::Probe { radius_m, capacity };
+        let change = |settings: Settings| Settings {
+            unloading: Unloading::Off,
+            max_tool_step_m: if teleports { 100.0 } else { settings.max_tool_step_m },
+            ..settings
+        };
         // Some bodies are beyond the range of fixed point.
-        let Ok(mut engine) = Engine::with_contact(network, scheme, numbers, contact) else {
+        let Ok(mut engine) = case.engine_with(model, variant, contact, change) else {
             return Ok(());
         };
-        let resolution = if numbers == Arithmetic::Fixed { 2.0_f64.powi(-23) } else { 0.0 };
-        let bound = f64::from(model.energy_max()) * f64::from(model.energy_unit_j());
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
         let mut rest = engine.positions_m();
         for (position_m, engaged) in moves {
-            let output = engine.tick(&sample(position_m, u32::from(engaged)));
-            prop_assert!(output.force_n.iter().all(|f| f.is_finite()));
+            let output = monitor.tick(&mut engine, &sample(position_m, u32::from(engaged)));
             prop_assert!(output.contacts as usize <= capacity && (engaged || output.contacts == 0));
-            let (energy, allowance) = energy_j(&mut engine, resolution);
-            prop_assert!(energy.is_finite());
-            if scheme != Scheme::Euler && numbers != Arithmetic::Fixed {
-                let certified = f64::from(output.energy_j);
-                prop_assert!(energy <= certified * (1.0 + 1e-6) + allowance, "{energy:e} above {certified:e}, {allowance:e}");
-            }
-            prop_assert!(energy <= bound * 1.0001 + allowance, "{energy} beyond the bound {bound}");
             let now = engine.positions_m();
             for &cell in model.fixed() {
                 let cell = usize::from(cell);
@@ -345,6 +303,7 @@ proptest! {
             }
             rest = now;
         }
+        holds(&monitor)?;
     }
 }
 
@@ -354,7 +313,7 @@ proptest! {
 fn a_tool_that_leaves_at_once_draws_no_cell_along() {
     let image = image(BOX, HatSpacing::Links(2.5));
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for kind in kinds() {
+    for kind in Variant::plain_ones() {
         for way_m in [0.003, 0.01, 0.4] {
             let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
             let mut last = engine.tick(&sample(centre_m(0), 1));

@@ -3,12 +3,13 @@
 //! `cargo test --release -p chaincell-tests --test kernel same_bits` checks the fully optimised build.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Engine, Scheme};
-use chaincell_host::mesh::{Mesh, MeshOptions, load};
+use chaincell_host::mesh::MeshOptions;
 use chaincell_kernel::VectorUnit;
-use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_lab::bodies::Shape;
+use chaincell_lab::states::State;
 use nalgebra::Vector3;
 
 /// Pseudo-random numbers, the same in every run.
@@ -24,25 +25,12 @@ impl Dice {
     fn within(&mut self, reach: f32) -> f32 {
         reach * (self.throw() as f32 / 2_147_483_648.0 - 1.0)
     }
-
-    fn point(&mut self, reach: f32) -> [f32; 3] {
-        [0; 3].map(|_| self.within(reach))
-    }
 }
 
-/// A generated body and the nodes that are held for ever.
-fn body(spec: &str) -> (Mesh, Vec<u32>) {
-    let mesh =
-        load(spec, &MeshOptions { diagonals: spec.starts_with("plane"), ..MeshOptions::default() })
-            .unwrap();
-    let lowest = mesh.nodes_m.iter().map(|node| node[2]).fold(f64::INFINITY, f64::min);
-    let bottom = |&node: &u32| mesh.nodes_m[node as usize][2] < lowest + 1e-3;
-    let fixed = if mesh.border.is_empty() {
-        (0..mesh.nodes_m.len() as u32).filter(bottom).collect()
-    } else {
-        mesh.border.clone()
-    };
-    (mesh, fixed)
+/// A generated body; planes have diagonals.
+fn body(spec: &str) -> Shape {
+    let options = MeshOptions { diagonals: spec.starts_with("plane"), ..MeshOptions::default() };
+    Shape::generated_with(spec, &options).unwrap()
 }
 
 /// One engine on the vector unit, one without.
@@ -96,7 +84,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
         return;
     }
     for spec in ["plane:21x21x0.01", "organ:500", "box:7x6x5x0.01"] {
-        let (mesh, fixed) = body(spec);
+        let shape = body(spec);
         for (hats, alpha) in [
             (HatSpacing::None, 0.0),
             (HatSpacing::None, 0.05),
@@ -106,10 +94,10 @@ fn trajectories_are_the_same_without_the_vector_unit() {
             let with_hats = hats != HatSpacing::None;
             let alpha = PerCell::Uniform(alpha);
             let options = BakeOptions { alpha, hats, colours: true, ..BakeOptions::default() };
-            let image = bake(&mesh, &fixed, &options).unwrap();
+            let image = shape.bake(&options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
-            for &scheme in Scheme::value_variants() {
+            for &scheme in Scheme::ALL {
                 let mut twins = Twins::new(model, scheme, Unloading::Release);
                 let rest = twins.0[0].state_hash();
                 let mut hashes = vec![rest];
@@ -125,60 +113,10 @@ fn trajectories_are_the_same_without_the_vector_unit() {
     }
 }
 
-/// States that no tool reaches in a few ticks.
-#[derive(Debug, Clone, Copy)]
-enum Deformed {
-    /// As at rest: every link at the rim of a band of no width.
-    Rest,
-    /// Every link out of its band.
-    Stretched,
-    /// Inside out.
-    Inverted,
-    /// All in one plane.
-    Flattened,
-    /// On a coarse grid, so that most cells share their place with others.
-    Coincident,
-    /// In one place, or less than the smallest normal number away from it.
-    Denormal,
-    /// Anywhere in the range that a state may have.
-    Exploded,
-    /// Each cell in one of these ways.
-    Mixed,
-}
-
-impl Deformed {
-    const ALL: [Self; 8] = [
-        Self::Rest,
-        Self::Stretched,
-        Self::Inverted,
-        Self::Flattened,
-        Self::Coincident,
-        Self::Denormal,
-        Self::Exploded,
-        Self::Mixed,
-    ];
-
-    fn place(self, rest: [f32; 3], far: f32, dice: &mut Dice) -> [f32; 3] {
-        match self {
-            Self::Rest => rest,
-            Self::Stretched => rest.map(|x| 1.5 * x),
-            Self::Inverted => rest.map(|x| -x),
-            Self::Flattened => [rest[0], rest[1], 0.0],
-            Self::Coincident => rest.map(|x| (x / 3.0).round() * 3.0),
-            Self::Denormal => [0; 3].map(|_| f32::from_bits(dice.throw() >> 9)),
-            Self::Exploded => dice.point(far),
-            Self::Mixed => {
-                let which = dice.throw() as usize % (Self::ALL.len() - 1);
-                Self::ALL[which].place(rest, far, dice)
-            }
-        }
-    }
-}
-
 /// A body whose links differ in alpha, in stiffness over six decades, in both or in neither.
-fn varied(mesh: &Mesh, fixed: &[u32], varied: [bool; 2], hats: HatSpacing) -> ImageBytes {
+fn varied(shape: &Shape, varied: [bool; 2], hats: HatSpacing) -> ImageBytes {
     let mut dice = Dice(7);
-    let nodes = mesh.nodes_m.len();
+    let nodes = shape.mesh.nodes_m.len();
     let mut each = |value: fn(f64) -> f64| {
         PerCell::Each((0..nodes).map(|_| value(f64::from(dice.within(1.0)))).collect())
     };
@@ -194,7 +132,21 @@ fn varied(mesh: &Mesh, fixed: &[u32], varied: [bool; 2], hats: HatSpacing) -> Im
         colours: true,
         ..Default::default()
     };
-    bake(mesh, fixed, &options).unwrap()
+    shape.bake(&options).unwrap()
+}
+
+/// States that no tool reaches in a few ticks, scattered ones within `far` [mean link lengths].
+fn degenerate(far: f32) -> [State; 8] {
+    [
+        State::Rest,
+        State::Stretched,
+        State::Inverted,
+        State::Flattened,
+        State::Grid,
+        State::Denormal,
+        State::Scattered(far),
+        State::Mixed(far),
+    ]
 }
 
 #[test]
@@ -202,24 +154,23 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
     if !is_here("degenerate_states_are_the_same_without_the_vector_unit") {
         return;
     }
-    let mut dice = Dice(1);
+    let mut seed = 0;
     for spec in ["plane:9x7x0.01", "organ:150", "box:4x4x5x0.01"] {
-        let (mesh, fixed) = body(spec);
+        let shape = body(spec);
         for links in [[false, false], [true, false], [false, true], [true, true]] {
             for hats in [HatSpacing::None, HatSpacing::Links(2.0)] {
-                let image = varied(&mesh, &fixed, links, hats);
+                let image = varied(&shape, links, hats);
                 let model = Model::from_bytes(image.as_bytes()).unwrap();
                 assert!(model.is_sliced(), "{spec}");
-                for (&scheme, deformed) in Scheme::value_variants()
+                let far = 0.99 * model.saturation();
+                for (&scheme, state) in Scheme::ALL
                     .iter()
-                    .flat_map(|scheme| Deformed::ALL.map(|deformed| (scheme, deformed)))
+                    .flat_map(|scheme| degenerate(far).map(|state| (scheme, state)))
                 {
-                    let what = format!("{spec} {links:?} {hats:?} {scheme:?} {deformed:?}");
+                    let what = format!("{spec} {links:?} {hats:?} {scheme:?} {state:?}");
                     let mut twins = Twins::new(model, scheme, Unloading::Off);
-                    let far = 0.99 * model.saturation();
-                    let places: Vec<[f32; 3]> = (0..model.cells())
-                        .map(|cell| deformed.place(model.rest_position(cell), far, &mut dice))
-                        .collect();
+                    seed += 1;
+                    let places = state.positions(&model, seed);
                     for engine in &mut twins.0 {
                         engine.set_positions(&places).unwrap();
                     }

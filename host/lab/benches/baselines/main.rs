@@ -12,8 +12,8 @@
 //! and the force on the pressed cell within 1 % of the engine's own converged values. Steps are
 //! counted with the one that moves the cell; a step of chaincell is a sweep.
 //!
-//! Neither Jolt nor rapier gives the force on a prescribed particle: theirs is the pull of its
-//! links, extension times stiffness, at the positions they give. Settings and their reasons stand
+//! Neither Jolt nor rapier gives the force on a prescribed particle: theirs is the sum of its
+//! link forces, extension times stiffness, at the positions they give. Settings and their reasons stand
 //! with the engines. The column `off` says how far an engine's converged field is from
 //! chaincell's, the minimum of the links' energy: elasticity that an engine drops shows there.
 
@@ -31,7 +31,8 @@ use chaincell_lab::experiments::report::exact::distance;
 use chaincell_lab::experiments::report::scene::Scene;
 use serde::Serialize;
 
-use scene::{Pressed, length, minus};
+use nalgebra::Vector3;
+use scene::Pressed;
 
 /// Field and force count as settled within these parts of the converged values.
 const FIELD: f64 = 0.05;
@@ -54,7 +55,7 @@ pub trait Engine {
     /// Positions in the model's order \[m\].
     fn positions_m(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
     /// Force on the pressed cell, in any unit, where the engine gives it.
-    fn force(&mut self) -> Option<[f64; 3]> {
+    fn force(&mut self) -> Option<Vector3<f64>> {
         None
     }
 }
@@ -105,7 +106,7 @@ fn run(
         times_ms.push(begin.elapsed().as_secs_f64() * 1e3);
         body.positions_m(&mut now)?;
         let field = distance(&now, &converged_m) / size;
-        let force = length(minus(force(&mut *body, scene, &now), converged)) / length(converged);
+        let force = (force(&mut *body, scene, &now) - converged).norm() / converged.norm();
         // A number that is none is outside too.
         if field.is_nan() || field > FIELD {
             outside[0] = step;
@@ -165,7 +166,7 @@ fn converge(
     scene: &Pressed<'_>,
     steps: usize,
     make: Make<'_>,
-) -> Result<(Vec<[f64; 3]>, [f64; 3], Vec<[f64; 3]>)> {
+) -> Result<(Vec<[f64; 3]>, Vector3<f64>, Vec<[f64; 3]>)> {
     let (mut body, mut now, mut late_m) = (make()?, Vec::new(), Vec::new());
     for step in 1..=steps {
         if step == 1 { body.press() } else { body.step() }?;
@@ -178,8 +179,8 @@ fn converge(
     Ok((now, force, late_m))
 }
 
-fn force(body: &mut dyn Engine, scene: &Pressed<'_>, positions_m: &[[f64; 3]]) -> [f64; 3] {
-    body.force().unwrap_or_else(|| scene.pull_m(positions_m))
+fn force(body: &mut dyn Engine, scene: &Pressed<'_>, positions_m: &[[f64; 3]]) -> Vector3<f64> {
+    body.force().unwrap_or_else(|| scene.link_force_m(positions_m))
 }
 
 /// All engines on one body, chaincell first.
@@ -191,7 +192,7 @@ fn measure(name: &'static str, reference: Option<&PathBuf>) -> Result<Vec<Row>> 
     let jolt = |name, tuning| {
         run(scene, name, JOLT_STEPS, &|| Ok(Box::new(jolt::Jolt::new(scene, tuning)?)))
     };
-    let peers = [
+    let baselines = [
         jolt("Jolt 5.6, XPBD edges, soonest", jolt::SOONEST)?,
         jolt("Jolt 5.6, XPBD edges, elastic", jolt::ELASTIC)?,
         run(scene, "rapier3d 0.36, edges", RAPIER_STEPS, &|| {
@@ -200,7 +201,7 @@ fn measure(name: &'static str, reference: Option<&PathBuf>) -> Result<Vec<Row>> 
     ];
     let size = distance(&ours_m, &scene.rest_m);
     let (ours_ms, mut rows) = (ours.ms, vec![ours]);
-    rows.extend(peers.into_iter().map(|(row, converged_m)| Row {
+    rows.extend(baselines.into_iter().map(|(row, converged_m)| Row {
         ratio: row.ms / ours_ms,
         off: distance(&converged_m, &ours_m) / size,
         ..row

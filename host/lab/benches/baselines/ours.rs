@@ -12,7 +12,7 @@ pub struct Ours<'m> {
     body: Body<'m>,
     sample: ToolSample,
     target_m: Vector3<f32>,
-    force_n: [f64; 3],
+    force_n: Vector3<f64>,
 }
 
 impl<'m> Ours<'m> {
@@ -26,7 +26,7 @@ impl<'m> Ours<'m> {
         let position_m = vector(scene.rest_m[usize::from(scene.press)]);
         let sample = ToolSample { position_m, engaged: 1 };
         body.tick(&sample);
-        Ok(Self { body, sample, target_m: vector(scene.target_m), force_n: [0.0; 3] })
+        Ok(Self { body, sample, target_m: vector(scene.target_m), force_n: Vector3::zeros() })
     }
 }
 
@@ -37,13 +37,13 @@ impl Engine for Ours<'_> {
         if output.flags.contains(Flags::MOTION_CLAMPED) {
             return Err(Error::check("the press was shortened"));
         }
-        self.force_n = output.force_n.map(f64::from).into();
+        self.force_n = output.force_n.map(f64::from);
         Ok(())
     }
 
     fn step(&mut self) -> Result<()> {
         let output = self.body.tick(&self.sample);
-        self.force_n = output.force_n.map(f64::from).into();
+        self.force_n = output.force_n.map(f64::from);
         Ok(())
     }
 
@@ -52,7 +52,7 @@ impl Engine for Ours<'_> {
         Ok(())
     }
 
-    fn force(&mut self) -> Option<[f64; 3]> {
+    fn force(&mut self) -> Option<Vector3<f64>> {
         Some(self.force_n)
     }
 }

@@ -1,9 +1,10 @@
 //! The pressed body as every engine gets it: cells in the model's order, the model's links.
 
-use chaincell_host::engine::to_m;
+use chaincell_host::engine::rest_m;
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::Model;
 use chaincell_lab::experiments::report::scene::Scene;
+use nalgebra::Vector3;
 
 /// A body whose cell `press` goes down by a tenth of its height in one step and stays there.
 pub struct Pressed<'m> {
@@ -23,8 +24,7 @@ impl<'m> Pressed<'m> {
     pub fn new(scene: &'m Scene, depth_m: f64) -> Result<Self> {
         let model = scene.model()?;
         let press = *scene.contacts.first().ok_or_else(|| Error::check("nothing to press"))?;
-        let rest_m: Vec<[f64; 3]> =
-            (0..model.cells()).map(|cell| to_m(&model, model.rest_position(cell))).collect();
+        let rest_m: Vec<[f64; 3]> = (0..model.cells()).map(|cell| rest_m(&model, cell)).collect();
         let links: Vec<[u32; 2]> = (0..model.cells())
             .flat_map(|i| model.row(i).map(move |link| [i as u32, u32::from(model.upper()[link])]))
             .collect();
@@ -32,7 +32,7 @@ impl<'m> Pressed<'m> {
         let pressed_links = links.iter().filter_map(|&[i, j]| {
             let other = if i == press_id { j } else { i };
             let touches = i == press_id || j == press_id;
-            touches.then(|| (other, length(minus(rest_m[other as usize], at))))
+            touches.then(|| (other, way(rest_m[other as usize], at).norm()))
         });
         Ok(Self {
             name: scene.name,
@@ -51,23 +51,18 @@ impl<'m> Pressed<'m> {
     }
 
     /// Force of the links on the pressed cell over their stiffness: sum of the extensions \[m\].
-    pub fn pull_m(&self, positions_m: &[[f64; 3]]) -> [f64; 3] {
+    pub fn link_force_m(&self, positions_m: &[[f64; 3]]) -> Vector3<f64> {
         let at = positions_m[usize::from(self.press)];
-        self.pressed_links.iter().fold([0.0; 3], |sum, &(other, rest)| {
-            let way = minus(positions_m[other as usize], at);
-            let long = length(way);
-            let part = if long > 0.0 { (long - rest) / long } else { 0.0 };
-            std::array::from_fn(|axis| sum[axis] + part * way[axis])
-        })
+        let extensions = self.pressed_links.iter().map(|&(other, rest)| {
+            let way = way(positions_m[other as usize], at);
+            let length = way.norm();
+            if length > 0.0 { way * ((length - rest) / length) } else { Vector3::zeros() }
+        });
+        extensions.sum()
     }
 }
 
-/// Difference of two vectors.
-pub fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|axis| a[axis] - b[axis])
-}
-
-/// Euclidean length.
-pub fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+/// From one point to another.
+fn way(to: [f64; 3], from: [f64; 3]) -> Vector3<f64> {
+    Vector3::from(to) - Vector3::from(from)
 }

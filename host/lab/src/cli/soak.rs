@@ -11,8 +11,8 @@ use crate::experiments::soak::report::{Missed, SoakFloor, SoakReport};
 use crate::experiments::soak::write;
 use chaincell_host::bake::organ;
 use chaincell_host::cli::model_file;
-use chaincell_host::cli::scene::SceneArgs;
 use chaincell_host::cli::session::{self, LoopArgs, tell_refused};
+use chaincell_host::cli::tissue::TissueArgs;
 use chaincell_host::engine::Engine;
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::error::{Error, Result};
@@ -70,7 +70,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "load")]
     no_load: bool,
     #[command(flatten)]
-    scene: SceneArgs,
+    tissue: TissueArgs,
     #[command(flatten)]
     common: LoopArgs,
     /// Folder for soak.json, histogram.csv and a chart
@@ -133,7 +133,7 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let engine = args.scene.engine(model)?;
+    let engine = args.tissue.engine(model)?;
     let poses = session::press(&engine, args.depth_m, plan.press_ticks)?;
     let folder = args.out.as_ref().map(|out| Folder::open(out, args.force)).transpose()?;
     if args.model.is_none() {
@@ -187,7 +187,7 @@ fn both(args: &Args, plan: &Plan, poses: &[Pose], model: &Path, scratch: &Path) 
     common.push("--histogram".into());
     let mut serve_args: Vec<OsString> = vec!["serve".into(), model.into()];
     serve_args.extend(common.iter().cloned());
-    serve_args.extend(args.scene.to_args());
+    serve_args.extend(args.tissue.to_args());
     serve_args.extend(["--ticks".into(), plan.ticks().to_string().into()]);
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(["--repeat".into(), plan.presses.to_string().into()]);

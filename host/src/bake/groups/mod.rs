@@ -46,7 +46,7 @@ pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
     let used: Vec<u32> = kinds.used();
     if !(2..=used.len().min(CELLS_MAX)).contains(&cells) {
         return Err(Error::input(format!(
-            "--cells {cells}: must be from 2 to {}, the {}",
+            "`cells` {cells}: must be from 2 to {}, the {}",
             used.len().min(CELLS_MAX),
             if used.len() > CELLS_MAX { "most cells of a model" } else { "nodes of the mesh" }
         )));

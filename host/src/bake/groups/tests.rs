@@ -120,7 +120,7 @@ fn bad_numbers_of_cells_are_refused() {
     let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
     for cells in [0, 1, 65, usize::MAX] {
         let why = partition(&mesh, &mesh.default_fixed, cells).unwrap_err().to_string();
-        assert!(why.contains(&format!("--cells {cells}: must be from 2 to 64")), "{why}");
+        assert!(why.contains(&format!("`cells` {cells}: must be from 2 to 64")), "{why}");
     }
     // Fixed and free, surface and inside: three kinds stay apart.
     assert_eq!(partition(&mesh, &mesh.default_fixed, 2).unwrap().node.len(), 3);

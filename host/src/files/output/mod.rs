@@ -31,14 +31,14 @@ impl Folder {
     /// A folder that cannot be made or written, that has content, or that a run is recording to.
     pub fn open(path: &Path, force: bool) -> Result<Self> {
         fs::create_dir_all(path).map_err(|why| Error::file("create folder", path, why))?;
-        check_idle("--out", &path.join(recording::TRACE))?;
+        check_idle("`out`", &path.join(recording::TRACE))?;
         let entries = fs::read_dir(path).map_err(|why| Error::file("read folder", path, why))?;
         for entry in entries {
             let entry = entry.map_err(|why| Error::file("read folder", path, why))?;
             if !force {
                 return Err(Error::input(format!(
-                    "--out {}: the folder is not empty (it has {}): name another one, or pass \
-                     --force to overwrite the files of an earlier run",
+                    "`out` {}: the folder is not empty (it has {}): name another one, or pass \
+                     `force` to overwrite the files of an earlier run",
                     path.display(),
                     entry.file_name().to_string_lossy()
                 )));
@@ -63,7 +63,7 @@ impl Folder {
         let entries = fs::read_dir(path).into_iter().flatten().flatten();
         let ours = entries.filter(|entry| is_ours(&entry.file_name().to_string_lossy()));
         let given_up = ours.map(|entry| recording::taken(&entry.path())).sum();
-        recording::check_room("--out", &path.join(recording::TRACE), records, given_up)
+        recording::check_room("`out`", &path.join(recording::TRACE), records, given_up)
     }
 
     /// Path of a file in the folder.
@@ -130,7 +130,7 @@ mod tests {
         folder.write("paper_plane.svg", b"old").unwrap();
         folder.write("notes.txt", b"mine").unwrap();
         let refused = Folder::open(&path, false).unwrap_err().to_string();
-        assert!(refused.contains("not empty") && refused.contains("--force"), "{refused}");
+        assert!(refused.contains("not empty") && refused.contains("`force`"), "{refused}");
         Folder::open(&path, true).unwrap();
         assert!(!path.join("cells_9.csv").exists() && !path.join("paper_plane.svg").exists());
         assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");

@@ -151,7 +151,7 @@ pub(super) fn check_content(option: &str, path: &Path, file: &File, force: bool)
         return refused(option, path, "the file is there and is no trace: name another one");
     }
     if !front.is_empty() && !force {
-        let why = "the file is there: name another one, or pass --force to overwrite it";
+        let why = "the file is there: name another one, or pass `force` to overwrite it";
         return refused(option, path, why);
     }
     Ok(())

@@ -10,12 +10,11 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use chaincell_kernel::Model;
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
     Command, End, Entry, Header, Reader, Record, RecordedProbe, ReplayError, TraceError, Writer,
 };
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Model};
 
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -41,11 +40,6 @@ pub struct Recording {
     bytes: Vec<u8>,
 }
 
-/// Name of a scheme or number type, which the kernel's is too.
-fn name(value: &impl ValueEnum) -> String {
-    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
 impl Recording {
     /// Begins the trace of an engine that stands at rest under `scheme` in `numbers`, behind an
     /// output stage at rest where there is one.
@@ -67,7 +61,7 @@ impl Recording {
                 Some(RecordedProbe { radius_m, capacity: capacity as u32 })
             }
         };
-        let header = Header::named(network, &name(&scheme), &name(&numbers));
+        let header = Header::named(network, scheme.name(), numbers.name());
         let header = header.map(|header| Header { probe, stage: stage.copied(), ..header });
         header.and_then(|header| Self::of(&header, &ids)).ok_or_else(|| {
             Error::check(format!("{scheme:?} in {numbers:?} has no code in the trace's format"))
@@ -160,14 +154,14 @@ pub fn play(
 /// # Errors
 /// A file that is there, with what to do; a folder that cannot be written.
 pub fn check_place(path: &Path, force: bool) -> Result<()> {
-    file::check_kind("--trace", path)?;
+    file::check_kind("`trace`", path)?;
     if path.is_file() {
         let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
-        file::check_content("--trace", path, &file, force)?;
+        file::check_content("`trace`", path, &file, force)?;
     }
     let folder = folder_of(path);
     tempfile::tempfile_in(folder).map_err(|why| Error::file("write", path, why))?;
-    check_idle("--trace", path)
+    check_idle("`trace`", path)
 }
 
 /// The bytes of a trace file.
@@ -199,9 +193,8 @@ pub fn tissue<'m>(
 ) -> Result<(Staged<'m>, Scheme, Arithmetic)> {
     let refused = |why| Error::file("replay", path, why);
     let (scheme, number) = trace.header().names().map_err(refused)?;
-    let scheme = Scheme::value_variants().iter().copied().find(|value| name(value) == scheme);
-    let numbers = Arithmetic::value_variants().iter().copied().find(|value| name(value) == number);
-    let (scheme, numbers) = scheme.zip(numbers).ok_or_else(|| {
+    let names = Scheme::from_name(scheme).zip(Arithmetic::from_name(number));
+    let (scheme, numbers) = names.ok_or_else(|| {
         let Header { scheme, number, .. } = *trace.header();
         refused(TraceError::Scheme(scheme, number))
     })?;

@@ -47,7 +47,7 @@ pub fn check(option: &str, path: &Path, records: usize, given_up: u64) -> Result
 pub(super) fn no_room(option: &str, path: &Path, bytes: u64, why: &dyn std::fmt::Display) -> Error {
     Error::input(format!(
         "{option} {}: no room for the trace, {:.1} MB ({why}): free some, name a place elsewhere, \
-         or record fewer ticks (serve --record-ticks)",
+         or record fewer ticks (serve `record_ticks`)",
         path.display(),
         bytes as f64 * 1e-6
     ))

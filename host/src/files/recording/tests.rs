@@ -30,7 +30,7 @@ fn place() -> (tempfile::TempDir, PathBuf) {
 }
 
 fn create(path: &Path, force: bool, records: usize) -> Result<TraceFile> {
-    TraceFile::create("--record", path, force, begun(None), records)
+    TraceFile::create("`record`", path, force, begun(None), records)
 }
 
 #[test]
@@ -74,16 +74,16 @@ fn a_file_that_is_recorded_to_is_left_alone() {
         let refused = create(&path, force, 4).unwrap_err().to_string();
         assert!(refused.contains("another run is recording to it"), "{refused}");
     }
-    assert!(check_idle("--out", &path).is_err() && check_place(&path, true).is_err());
+    assert!(check_idle("`out`", &path).is_err() && check_place(&path, true).is_err());
     let session = folder.path().join(TRACE);
     fs::rename(&path, &session).unwrap();
     let refused = Folder::open(folder.path(), true).unwrap_err().to_string();
     assert!(refused.contains("another run is recording"), "{refused}");
     assert_eq!(fs::read(&session).unwrap(), before);
     drop(file);
-    check_idle("--out", &session).unwrap();
+    check_idle("`out`", &session).unwrap();
     Folder::open(folder.path(), true).unwrap();
-    check_idle("--out", &session).unwrap();
+    check_idle("`out`", &session).unwrap();
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn a_file_that_is_there_is_replaced_by_force_and_only_where_it_is_a_trace() {
     create(&path, false, 1).unwrap().finish().unwrap();
     let before = fs::read(&path).unwrap();
     let refused = create(&path, false, 1).unwrap_err().to_string();
-    assert!(refused.contains("--force"), "{refused}");
+    assert!(refused.contains("`force`"), "{refused}");
     assert_eq!(fs::read(&path).unwrap(), before);
     create(&path, true, 3).unwrap().finish().unwrap();
     fs::write(&path, "mine").unwrap();
@@ -107,7 +107,7 @@ fn a_file_that_is_there_is_replaced_by_force_and_only_where_it_is_a_trace() {
 fn a_disk_without_room_is_told_at_once_and_nothing_is_left() {
     let (_folder, path) = place();
     let refused = create(&path, false, 1 << 50).unwrap_err().to_string();
-    for wanted in ["--record", "no room for the trace", "MB", "--record-ticks"] {
+    for wanted in ["`record`", "no room for the trace", "MB", "`record_ticks`"] {
         assert!(refused.contains(wanted), "wanted `{wanted}`, got {refused}");
     }
     assert!(!path.exists());

@@ -153,7 +153,7 @@ impl Source for Fields<'_> {
                 _ => {
                     return Err(self.error(format!(
                         "the {name} is '{}'; it must be a finite number of at most {:e} m: mend \
-                         the node or check --units",
+                         the node or check `unit_m`",
                         shown(word),
                         f32::MAX
                     )));

@@ -128,8 +128,3 @@ fn format(lines: &mut Lines) -> Result<(Version, Coding)> {
         }
     }
 }
-
-#[cfg(test)]
-mod binary_tests;
-#[cfg(test)]
-mod tests;

@@ -160,6 +160,3 @@ fn read_points(values: &mut Values, unit_m: f64) -> Result<Vec<[f64; 3]>> {
     }
     Ok(nodes_m)
 }
-
-#[cfg(test)]
-mod tests;

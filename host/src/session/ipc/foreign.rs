@@ -29,7 +29,7 @@ pub(crate) fn refusal<Payload>(
     Some(Error::input(format!(
         "service {name} carries {theirs} of {bytes} bytes, and this release speaks {type_name} of \
          {} bytes: a program of another release or make holds it; end it, or take another scene \
-         with --scene NAME",
+         with `scene` NAME",
         size_of::<Payload>()
     )))
 }

@@ -75,8 +75,8 @@ fn check(name: &str) -> Result<()> {
 fn refusal(name: &str, fault: &str) -> Error {
     let shown: String = name.escape_debug().take(SCENE_BYTES_MAX).collect();
     Error::input(format!(
-        "--scene \"{shown}\" {fault}; give 1 to {SCENE_BYTES_MAX} letters, digits, '-', '_' or \
-         '.', for instance --scene left-hand"
+        "`scene` \"{shown}\" {fault}; give 1 to {SCENE_BYTES_MAX} letters, digits, '-', '_' or \
+         '.', for instance `scene` left-hand"
     ))
 }
 
@@ -118,7 +118,7 @@ mod tests {
             let error = SceneNames::new(Some(name)).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{name:?}");
             let text = error.to_string();
-            assert!(text.contains("--scene") && text.contains("give 1 to 64"), "{text}");
+            assert!(text.contains("`scene`") && text.contains("give 1 to 64"), "{text}");
             assert!(!text.contains('\n'), "{text}");
         }
     }

@@ -301,7 +301,7 @@ impl Scene {
         let pid = pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
         Error::input(format!(
             "{} has a running chaincell {program}{pid}; end it, or take another scene with \
-             --scene NAME",
+             `scene` NAME",
             self.label
         ))
     }
@@ -390,13 +390,13 @@ pub(crate) fn service_error(name: &ServiceName, why: impl Debug) -> Error {
     Error::input(format!(
         "cannot open service {name} ({why:?}); a program that created it with other limits or \
          types is still running: end it and start chaincell serve first, or take another scene \
-         with --scene NAME"
+         with `scene` NAME"
     ))
 }
 
 pub(crate) fn port_error(name: &ServiceName, why: impl Debug) -> Error {
     Error::input(format!(
         "cannot connect to service {name} ({why:?}); end programs that use it, or take another \
-         scene with --scene NAME"
+         scene with `scene` NAME"
     ))
 }

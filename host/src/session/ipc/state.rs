@@ -64,7 +64,7 @@ impl StatePublisher {
     pub(crate) fn open(scene: &Scene, nodes: usize, hz: u32) -> Result<Self> {
         if !(1..=STATE_HZ_MAX).contains(&hz) {
             return Err(Error::input(format!(
-                "--state-hz {hz}: must be from 0 (off) to {STATE_HZ_MAX}"
+                "`state_hz` {hz}: must be from 0 (off) to {STATE_HZ_MAX}"
             )));
         }
         let topic = topic(scene)?;

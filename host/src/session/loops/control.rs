@@ -11,11 +11,11 @@ use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
 use crate::session::ipc::services::{Domain, Ports, Scene};
-use crate::session::loops::hand::Hand;
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
 use crate::session::loops::realtime::{self, Role};
+use crate::session::loops::shaper::ForceShaper;
 use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{
     MILLISECOND_NS, PERIOD_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns,
@@ -176,7 +176,7 @@ fn wait_for_server(
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {
-    let end_ns = now_ns().saturating_add(span_ns("--wait-for-server-s", at_most_s)?);
+    let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
     while !scene.is_served() {
         if interrupt::asked() {
             return Err(Error::Interrupted);
@@ -184,7 +184,7 @@ fn wait_for_server(
         if now_ns() >= end_ns {
             return Err(Error::input(format!(
                 "no server on {} after {at_most_s} s; start chaincell serve with the same \
-                 --scene, or wait longer with --wait-for-server-s",
+                 `scene`, or wait longer with `wait_for_server_s`",
                 scene.label()
             )));
         }
@@ -205,7 +205,7 @@ struct Run<'a> {
     plan: Plan,
     ports: &'a Ports<ToolForce, ToolPose>,
     waiter: Waiter,
-    hand: Hand,
+    shaper: ForceShaper,
     start_ns: u64,
     outstanding: Outstanding,
     overtaken: u64,
@@ -240,7 +240,7 @@ impl<'a> Run<'a> {
             plan: Plan::new(poses.len(), options.faults),
             ports,
             waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
-            hand: Hand::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
+            shaper: ForceShaper::new(options.watchdog_ms, options.ramp_ms, f32::INFINITY, now_ns),
             start_ns: now_ns + LOOK_NS,
             outstanding: Outstanding::new(),
             overtaken: 0,
@@ -302,11 +302,11 @@ impl<'a> Run<'a> {
                 continue;
             }
             let now_ns = now_ns();
-            self.hand.waits(now_ns);
+            self.shaper.wait(now_ns);
             if now_ns >= moment_ns {
                 return;
             }
-            // A hand is looked after every millisecond, also in a long wait.
+            // The shaper has its turn every millisecond, also in a long wait.
             self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
         }
     }
@@ -323,8 +323,8 @@ impl<'a> Run<'a> {
     }
 
     fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
-        self.hand.hears(arrival_ns);
-        self.hand.show(force.force_n, arrival_ns);
+        self.shaper.hear(arrival_ns);
+        self.shaper.shape(force.force_n, arrival_ns);
         if Flags(force.flags).contains(Flags::STALE) {
             self.stale += 1;
             return;
@@ -383,8 +383,8 @@ impl<'a> Run<'a> {
                 stale_answers: self.stale,
                 foreign_answers: self.foreign,
                 sends_failed: self.failed,
-                silences: self.hand.silences(),
-                largest_force_step_n: self.hand.largest_step_n(),
+                silences: self.shaper.silences(),
+                largest_force_step_n: self.shaper.largest_step_n(),
                 injected: self.plan.injected(),
                 round_trip_ns: self.round_trip.summary(),
                 send_late_ns: self.send_late.summary(),

@@ -2,7 +2,6 @@
 
 pub mod control;
 pub mod floor;
-mod hand;
 pub mod inject;
 mod outstanding;
 pub mod peers;
@@ -11,4 +10,5 @@ mod ramp;
 pub mod realtime;
 pub mod record;
 pub mod serve;
+mod shaper;
 pub mod wait;

@@ -29,7 +29,7 @@ impl<'a> Playlist<'a> {
         // Played once, a path may reach the very last tick.
         if repeats == 0 || (repeats > 1 && !fits) {
             return Err(Error::input(format!(
-                "--repeat {repeats}: must be at least 1, and the last tick below 2^64"
+                "`repeat` {repeats}: must be at least 1, and the last tick below 2^64"
             )));
         }
         Ok(Self { poses, repeats, span })
@@ -89,7 +89,7 @@ mod tests {
         assert!(Playlist::new(&path(&[2, 2]), 1).unwrap_err().to_string().contains("upwards"));
         for repeats in [0, u64::MAX] {
             let error = Playlist::new(&path(&[0, 1]), repeats).unwrap_err();
-            assert!(error.to_string().contains("--repeat"), "{error}");
+            assert!(error.to_string().contains("`repeat`"), "{error}");
         }
         let last = path(&[u64::MAX]);
         assert_eq!(Playlist::new(&last, 1).unwrap().index_of(u64::MAX), Some(0));

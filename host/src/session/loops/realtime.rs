@@ -32,7 +32,7 @@ pub fn ask(role: Role, wait: Wait) -> Vec<String> {
     sharpen_timers();
     if wait == Wait::Spin {
         // The kernel takes the core away from a FIFO thread that never sleeps: 50 ms each second.
-        refused.push("SCHED_FIFO not asked for: --wait spin never sleeps".to_owned());
+        refused.push("SCHED_FIFO not asked for: a loop that spins never sleeps".to_owned());
         return refused;
     }
     match ask_fifo() {

@@ -146,7 +146,7 @@ mod tests {
     fn traced(ticks: usize, records: usize) -> (tempfile::TempDir, std::path::PathBuf, Recorder) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.trace");
-        let trace = TraceFile::create("--out", &path, false, begun(None), records).unwrap();
+        let trace = TraceFile::create("`out`", &path, false, begun(None), records).unwrap();
         let recorder = Recorder::with_capacity(ticks).with_trace(trace);
         (folder, path, recorder)
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use chaincell_kernel::choices;
 
 use crate::session::ipc::services::Wake;
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
@@ -22,18 +22,19 @@ const APPROACH_NS: u64 = 60_000;
 /// Longest wait for a wake-up: a peer that sends none is found after this long \[ns\].
 const WAKE_STEP_NS: u64 = MILLISECOND_NS;
 
-/// How to wait for the next message.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Wait {
-    /// Sleep until shortly before the message is expected, poll for at most 200 us, then short
-    /// sleeps.
-    #[default]
-    Hybrid,
-    /// Poll all the time: the shortest answers, but only with a free core for each side.
-    Spin,
-    /// Sleep until the sender wakes this process: no polling, the longest answers.
-    Event,
+choices! {
+    /// How to wait for the next message.
+    #[derive(Default)]
+    Wait {
+        /// Sleep until shortly before the message is expected, poll for at most 200 us, then short
+        /// sleeps.
+        #[default]
+        Hybrid = 0, "hybrid";
+        /// Poll all the time: the shortest answers, but only with a free core for each side.
+        Spin = 1, "spin";
+        /// Sleep until the sender wakes this process: no polling, the longest answers.
+        Event = 2, "event";
+    }
 }
 
 /// Waits for messages of one peer and learns when the next one is due.

@@ -53,11 +53,11 @@ mod tests {
 
     #[test]
     fn spans_are_finite_and_not_negative() {
-        assert_eq!(span_ns("--seconds", 1.5).unwrap(), 1_500_000_000);
+        assert_eq!(span_ns("`seconds`", 1.5).unwrap(), 1_500_000_000);
         for bad in [-1.0, f64::NAN, f64::INFINITY, 1e30] {
-            let error = span_ns("--seconds", bad).unwrap_err();
+            let error = span_ns("`seconds`", bad).unwrap_err();
             assert_eq!(error.exit_code(), 2);
-            assert!(error.to_string().contains("--seconds"), "{error}");
+            assert!(error.to_string().contains("`seconds`"), "{error}");
         }
     }
 

@@ -3,7 +3,7 @@
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Model, Network, Rkl1, Rkl2, ToolSample, Track, hats_room,
+    Dynamics, Euler, GaussSeidel, Model, Network, Rkl1, Rkl2, ToolSample, Track, coarse_room,
 };
 
 use super::{BOX, CELLS, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
@@ -66,7 +66,7 @@ fn alone(image: &'static [u8], scheme: Scheme, ids: &[u32]) -> Run {
 #[test]
 fn every_scheme_gives_the_kernels_bits() {
     let ids = [69, 64];
-    type Coarse = Track<{ hats_room(27, 2) }>;
+    type Coarse = Track<{ coarse_room(27, 2) }>;
     let runs = [
         (Scheme::Track, kernels::<Coarse>(BOX, &ids, 4)),
         (Scheme::Euler, kernels::<Euler>(BOX, &ids, 4)),

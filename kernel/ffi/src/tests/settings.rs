@@ -1,9 +1,34 @@
 //! Settings: the kernel's defaults, and each one out of range.
 
-use chaincell_kernel::{Dynamics, Model, Rkl1, Rkl2};
+use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Model, Rkl1, Rkl2, Unloading};
 
 use super::{BOX, call, choose, hash, make, model_of, sample, settings_of, tick, try_make};
 use crate::{Code, Detail, DriveMode, Scheme, Settings, UnloadingMode};
+
+/// The enums of the header stand written out: each entry is one of the kernel's tables.
+#[test]
+fn every_code_is_the_kernels() {
+    for scheme in Scheme::ALL {
+        let (of, number) = scheme.kernel();
+        // A scheme in fixed point has a code of its own.
+        let is_same = i32::from(of.code()) == scheme as i32;
+        assert_eq!(is_same, number == Arithmetic::F32, "{scheme:?}");
+    }
+    let plain = Scheme::ALL.map(Scheme::kernel);
+    for &scheme in chaincell_kernel::Scheme::ALL {
+        assert!(plain.contains(&(scheme, Arithmetic::F32)), "{scheme:?}");
+    }
+    let unloading = [
+        (UnloadingMode::Off, Unloading::Off),
+        (UnloadingMode::Release, Unloading::Release),
+        (UnloadingMode::Retreat, Unloading::Retreat),
+    ];
+    assert_eq!(unloading.len(), Unloading::ALL.len());
+    assert!(unloading.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
+    let drive = [(DriveMode::Position, Drive::Position), (DriveMode::Current, Drive::Current)];
+    assert_eq!(drive.len(), Drive::ALL.len());
+    assert!(drive.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
+}
 
 #[test]
 fn the_defaults_are_the_kernels() {

@@ -1,6 +1,8 @@
 //! Sizes, storage that is too small, and arguments out of range.
 
-use chaincell_kernel::{Dynamics, Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Tissue, Track, hats_room};
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Tissue, Track, coarse_room,
+};
 
 use super::{BOX, PLANE, call, info_of, make, model_of, settings_of, storage, try_make};
 use crate::{
@@ -53,7 +55,7 @@ fn a_body_takes_what_the_kernels_own_takes_and_little_more() {
         let here = size(scheme, 800, 8, HATS as u32);
         assert!(here > own && here - own < 1024, "{}: {own}, here {here}", D::NAME);
     }
-    check::<Track<{ hats_room(100, 8) }>, 100>(Scheme::Track);
+    check::<Track<{ coarse_room(100, 8) }>, 100>(Scheme::Track);
     check::<Track, 0>(Scheme::Track);
     check::<Euler, 0>(Scheme::Euler);
     check::<Rkl1, 0>(Scheme::Rkl1);
@@ -70,7 +72,7 @@ fn a_body_takes_what_the_kernels_own_takes_and_little_more() {
 fn hats_count_for_the_scheme_that_has_them() {
     assert_eq!(
         size(Scheme::Track, 500, 2, 400) - size(Scheme::Track, 500, 2, 0),
-        hats_room(400, 2) * 32
+        coarse_room(400, 2) * 32
     );
     assert_eq!(size(Scheme::Euler, 500, 2, 400), size(Scheme::Euler, 500, 2, 0));
 }

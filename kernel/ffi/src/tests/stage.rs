@@ -1,7 +1,7 @@
 //! The output stage through the interface: the kernel's own, and every refusal.
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
-use chaincell_kernel::{TickOutput, ToolSample};
+use chaincell_kernel::{Choice, TickOutput, ToolSample};
 
 use super::{NO_OUTPUT, call};
 use crate::{Code, DeviceKind, FLAG_SAFE_STATE, Output, Sample, StageSettings, StageStorage};
@@ -13,6 +13,12 @@ const DEVICES: [(DeviceKind, Device); 5] = [
     (DeviceKind::Omega, Device::Omega),
     (DeviceKind::Sigma, Device::Sigma),
 ];
+
+#[test]
+fn every_device_has_the_kernels_code() {
+    assert_eq!(DEVICES.len(), Device::ALL.len());
+    assert!(DEVICES.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
+}
 
 fn settings(device: DeviceKind) -> StageSettings {
     let mut settings = StageSettings {

@@ -101,7 +101,8 @@ pub mod kind {
     pub const HATS: u32 = 24;
     /// With `HATS`: starts of the boxes' pairs in `HAT_CELLS` (u32, boxes + 1).
     pub const HAT_ROWS: u32 = 25;
-    /// With `HATS`: the hats at the corners of each box; [`super::NO_HAT`] for none ([u16; 8]).
+    /// With `HATS`: the basis functions at the corners of each box; [`super::NO_HAT`] for none
+    /// ([u16; 8]).
     pub const HAT_CORNERS: u32 = 26;
     /// With `HATS`: the free cells, box by box, in pairs; the last one of an odd number stands
     /// twice ([u16; 2]).

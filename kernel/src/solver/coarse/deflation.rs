@@ -1,58 +1,59 @@
-//! The coarse level beside a probe: without the hats that reach its contacts.
+//! The coarse level beside a probe: without the basis functions that reach its contacts.
 //!
-//! Contacts of a probe come and go, so the corrections of [`hold`](super::held::hold), which cost 2 hats^2
-//! a held cell, are too dear for them. Instead the set H of hats with a weight at a contact is left
-//! out: c = 0 there, and no held cell moves. Among the c that are zero on H, the one that lowers
-//! the bound of the energy most is
+//! Contacts of a probe come and go, so the corrections of [`hold`](super::held::hold), which cost 2
+//! n^2 a held cell, cost too much for them. Instead the set H of basis functions with a weight at a
+//! contact is left out: c = 0 there, and no held cell moves. Among the c that are zero on H, the
+//! one that lowers the bound of the energy most is
 //!
 //! ```text
 //! c = B g - B_H (B_HH)^-1 (B g)_H
 //! ```
 //!
-//! for which c' (A + R) c = g . c still holds, hence the certificate of
-//! [`track`](crate::Track). The principal submatrix `B_HH` is positive definite as B is; its
-//! Cholesky factor is worked out when the contacts change. With more than [`TAKEN_MAX`] hats in H,
-//! or where rounding makes a pivot too small, there is no coarse level until they change again.
+//! for which c' (A + R) c = g . c still holds, hence the certificate of [`track`](crate::Track).
+//! The principal submatrix `B_HH` is positive definite as B is; its Cholesky factor is worked out
+//! when the contacts change. With more than [`DEFLATED_MAX`] basis functions in H, or where
+//! rounding makes a pivot too small, there is no coarse level until they change again.
 //!
 //! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (hats + k) a sweep.
 
 use super::vector;
 use crate::backend::f32x8::F32x8;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Most hats that are taken out.
-pub(crate) const TAKEN_MAX: usize = 64;
+/// Most basis functions that are taken out.
+pub(crate) const DEFLATED_MAX: usize = 64;
 /// Smallest pivot, in the diagonal element.
 const PIVOT_MIN: f32 = 1.0e-5;
-/// What may be left of c at the hats taken out, over what was there: above that the factor is no
-/// good.
+/// What may be left of c at the basis functions taken out, over what was there: above that the
+/// factor is no good.
 const LEFT_MAX: f32 = 1.0e-2;
 
-/// Octets of a row of the factor.
-const fn row_octets(hats: usize) -> usize {
-    let row = (if hats < TAKEN_MAX { hats } else { TAKEN_MAX }).div_ceil(LANES);
+/// Blocks of a row of the factor.
+const fn row_blocks(functions: usize) -> usize {
+    let row = (if functions < DEFLATED_MAX { functions } else { DEFLATED_MAX }).div_ceil(LANES);
     // A model has at least one hat; the compiler is to know it too.
     if row == 0 { 1 } else { row }
 }
 
-/// Room that the coarse level needs for `hats` hats and a probe \[octets of f32\].
+/// Room that the coarse level needs for `functions` basis functions and a probe \[blocks of eight
+/// `f32`\].
 ///
-/// With K = min(hats, 64) rounded up to a multiple of 8: six vectors over the hats, K numbers of
-/// hats, K sums for each axis, K^2 elements of the factor.
+/// With K = min(`functions`, 64) rounded up to a multiple of 8: six vectors over the basis
+/// functions, K numbers of basis functions, K sums for each axis, K^2 elements of the factor.
 #[must_use]
-pub const fn probe_room(hats: usize) -> usize {
-    let row = row_octets(hats);
-    6 * hats.div_ceil(LANES) + row * (4 + LANES * row)
+pub const fn probe_room(functions: usize) -> usize {
+    let row = row_blocks(functions);
+    6 * functions.div_ceil(LANES) + row * (4 + LANES * row)
 }
 
-/// What stands behind the vectors in the room.
-struct Taken<'a> {
-    /// Numbers of the hats, ascending.
-    hats: &'a mut [f32],
+/// What lies behind the vectors in the room.
+struct Deflated<'a> {
+    /// Numbers of the basis functions, ascending.
+    functions: &'a mut [f32],
     /// Three sums each.
     sums: &'a mut [[f32; 3]],
     /// Rows of the upper factor U, `B_HH` = U' U, with the inverse of each diagonal element.
@@ -60,14 +61,14 @@ struct Taken<'a> {
     row: usize,
 }
 
-impl<'a> Taken<'a> {
-    fn cut(hats: &Hats<'_>, behind: &'a mut [Eight]) -> Option<Self> {
-        let row = row_octets(hats.count);
+impl<'a> Deflated<'a> {
+    fn cut(basis: &CoarseBasis<'_>, behind: &'a mut [Eight]) -> Option<Self> {
+        let row = row_blocks(basis.count);
         let (numbers, rest) = behind.split_at_mut_checked(row)?;
         let (sums, rest) = rest.split_at_mut_checked(3 * row)?;
         let factor = rest.get_mut(..LANES * row * row)?;
         let (sums, _) = sums.as_flattened_mut().as_chunks_mut();
-        Some(Self { hats: numbers.as_flattened_mut(), sums, factor, row })
+        Some(Self { functions: numbers.as_flattened_mut(), sums, factor, row })
     }
 
     /// Row i of the factor.
@@ -75,12 +76,12 @@ impl<'a> Taken<'a> {
         vector(self.factor, self.row, i).as_flattened()
     }
 
-    /// Works out the factor of the first `count` hats; whether that could be done.
-    fn factorise(&mut self, of: &Hats<'_>, count: usize) -> bool {
+    /// Works out the factor of the first `count` basis functions; whether that could be done.
+    fn factorise(&mut self, of: &CoarseBasis<'_>, count: usize) -> bool {
         // The compiler is to know here too that a row is neither empty nor beyond counting.
-        let row = self.row.clamp(1, TAKEN_MAX / LANES);
+        let row = self.row.clamp(1, DEFLATED_MAX / LANES);
         self.factor.fill([0.0; LANES]);
-        let numbers = self.hats.get(..count).unwrap_or(&[]);
+        let numbers = self.functions.get(..count).unwrap_or(&[]);
         for (line, &i) in self.factor.as_flattened_mut().chunks_exact_mut(row * LANES).zip(numbers)
         {
             for (slot, &j) in line.iter_mut().zip(numbers) {
@@ -144,19 +145,19 @@ impl<'a> Taken<'a> {
     }
 }
 
-/// Finds the hats that reach the contacts and factorises their part of the inverse; their number,
-/// or `None` where they are too many or the factor does not exist.
-pub(crate) fn take_out<N: Number>(
-    hats: &Hats<'_>,
+/// Finds the basis functions that reach the contacts and factorises their part of the inverse;
+/// their number, or `None` where they are too many or the factor does not exist.
+pub(crate) fn deflate<N: Number>(
+    basis: &CoarseBasis<'_>,
     room: &mut [Eight],
     held: &[Contact<N>],
 ) -> Option<u16> {
-    let octets = hats.octets();
-    let (vectors, behind) = room.split_at_mut_checked(6 * octets)?;
-    let marks = vectors.get_mut(..octets)?.as_flattened_mut();
+    let blocks = basis.blocks();
+    let (vectors, behind) = room.split_at_mut_checked(6 * blocks)?;
+    let marks = vectors.get_mut(..blocks)?.as_flattened_mut();
     marks.fill(0.0);
     for contact in held {
-        for (hat, weight) in hats.row_of(contact.cell()) {
+        for (hat, weight) in basis.row_of(contact.cell()) {
             if let Some(mark) = marks.get_mut(hat)
                 && weight > 0.0
             {
@@ -164,31 +165,33 @@ pub(crate) fn take_out<N: Number>(
             }
         }
     }
-    let mut taken = Taken::cut(hats, behind)?;
+    let mut taken = Deflated::cut(basis, behind)?;
     let mut count = 0;
     let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);
     for (hat, _) in marked {
-        *taken.hats.get_mut(count)? = hat as f32;
+        *taken.functions.get_mut(count)? = hat as f32;
         count += 1;
     }
-    taken.factorise(hats, count).then_some(count as u16)
+    taken.factorise(basis, count).then_some(count as u16)
 }
 
-/// Takes the first `count` hats that stand in the room out of c = B g; whether the rest is sound.
+/// Takes the first `count` basis functions that stand in the room out of c = B g; whether the rest
+/// is sound.
 #[inline(always)]
-pub(crate) fn without<V: F32x8>(
-    hats: &Hats<'_>,
+pub(crate) fn solve_deflated<V: F32x8>(
+    basis: &CoarseBasis<'_>,
     behind: &mut [Eight],
     count: usize,
     c: &mut [Eight],
 ) -> bool {
-    let octets = hats.octets();
+    let blocks = basis.blocks();
     if count == 0 {
         return true;
     }
-    let Some(mut taken) = Taken::cut(hats, behind) else { return false };
-    let numbers = |taken: &Taken<'_>, at: usize| taken.hats.get(at).map_or(0, |&hat| hat as usize);
-    let stride = octets * LANES;
+    let Some(mut taken) = Deflated::cut(basis, behind) else { return false };
+    let numbers =
+        |taken: &Deflated<'_>, at: usize| taken.functions.get(at).map_or(0, |&hat| hat as usize);
+    let stride = blocks * LANES;
     let value = |c: &[Eight], axis: usize, hat: usize| {
         c.as_flattened().get(axis * stride + hat).copied().unwrap_or(0.0)
     };
@@ -204,10 +207,10 @@ pub(crate) fn without<V: F32x8>(
     taken.solve(count);
     for at in 0..count {
         let sum = taken.sums.get(at).copied().unwrap_or([0.0; 3]);
-        let row = vector(hats.inverse, octets, numbers(&taken, at));
+        let row = vector(basis.inverse, blocks, numbers(&taken, at));
         for (axis, &share) in sum.iter().enumerate() {
             let share = V::splat(share);
-            let c = c.get_mut(axis * octets..(axis + 1) * octets).unwrap_or(&mut []);
+            let c = c.get_mut(axis * blocks..(axis + 1) * blocks).unwrap_or(&mut []);
             for (b, c) in row.iter().zip(c) {
                 V::load(c).minus(V::load(b).times(share)).store(c);
             }
@@ -231,8 +234,9 @@ mod tests {
     use super::*;
     use crate::backend::{VectorUnit, run};
     use crate::model::Model;
-    use crate::solver::coarse::tests::{CUBE, ROUNDING_ROOM, matrix};
+    use crate::solver::coarse::tests::CUBE;
     use crate::solver::coarse::{Coarse, Solve};
+    use crate::terms::tests::{ROUNDING_ROOM, matrix};
     use std::vec;
     use std::vec::Vec;
 
@@ -240,28 +244,28 @@ mod tests {
         cells.iter().copied().map(Contact::new).collect()
     }
 
-    /// Both sides of the solution without the hats of some contacts, by hat; and g . c.
+    /// Both sides of the solution without the basis functions of some contacts, by hat; and g . c.
     fn solved(
         model: &Model<'_>,
         held: &[Contact],
         vectors: Option<VectorUnit>,
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, f32) {
-        let hats = model.hats.unwrap();
-        let octets = hats.octets();
-        let mut room = vec![[0.0_f32; LANES]; probe_room(hats.count)];
-        let taken = take_out(&hats, &mut room, held).unwrap();
+        let basis = model.coarse_basis.unwrap();
+        let blocks = basis.blocks();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
+        let taken = deflate(&basis, &mut room, held).unwrap();
         for axis in 0..3 {
-            for hat in 0..hats.count {
+            for hat in 0..basis.count {
                 let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
-                room[axis * octets + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+                room[axis * blocks + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
             }
         }
-        let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(taken) };
+        let solve = Solve { basis, room: &mut room, coarse: Coarse::Deflated(taken) };
         let product = run(vectors, solve);
         let side = |from: usize| {
             let at =
-                |hat: usize, axis: usize| room[(from + axis) * octets + hat / LANES][hat % LANES];
-            (0..hats.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+                |hat: usize, axis: usize| room[(from + axis) * blocks + hat / LANES][hat % LANES];
+            (0..basis.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
         };
         (side(0), side(3), product.hi)
     }
@@ -269,28 +273,28 @@ mod tests {
     #[test]
     fn the_best_direction_without_the_hats_of_the_contacts() {
         let model = Model::from_bytes(CUBE).unwrap();
-        let hats = model.hats.unwrap();
-        let whole = matrix(&model, &hats, &[]);
+        let basis = model.coarse_basis.unwrap();
+        let whole = matrix(&model, model.others.0.iter(), &basis, &[]);
         let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
         let last = free[free.len() - 1];
         for cells in [&[][..], &[free[0]], &[free[3], free[70], last], &free[90..110]] {
             let held = held(cells);
             let (g, c, product) = solved(&model, &held, VectorUnit::find());
             assert_eq!(solved(&model, &held, None), (g.clone(), c.clone(), product));
-            let mut is_out = vec![false; hats.count];
+            let mut is_out = vec![false; basis.count];
             for contact in &held {
-                for (hat, weight) in hats.row_of(contact.cell()) {
+                for (hat, weight) in basis.row_of(contact.cell()) {
                     is_out[hat] |= weight > 0.0;
                 }
             }
             let out = is_out.iter().filter(|&&out| out).count();
-            assert!((out > 0) != cells.is_empty() && out < hats.count, "{out}");
+            assert!((out > 0) != cells.is_empty() && out < basis.count, "{out}");
             let (mut curved, mut exact) = (0.0, 0.0);
-            for hat in 0..hats.count {
+            for hat in 0..basis.count {
                 for axis in 0..3 {
                     let here = f64::from(c[hat][axis]);
-                    let room = ROUNDING_ROOM * (hats.count as f64).sqrt() * whole[hat][hat];
-                    let sum: f64 = (0..hats.count)
+                    let room = ROUNDING_ROOM * (basis.count as f64).sqrt() * whole[hat][hat];
+                    let sum: f64 = (0..basis.count)
                         .map(|other| whole[hat][other] * f64::from(c[other][axis]))
                         .sum();
                     if is_out[hat] {
@@ -312,25 +316,25 @@ mod tests {
     #[test]
     fn too_many_hats_or_a_bad_factor_leave_no_coarse_level() {
         let model = Model::from_bytes(CUBE).unwrap();
-        let hats = model.hats.unwrap();
-        let mut room = vec![[0.0_f32; LANES]; probe_room(hats.count)];
+        let basis = model.coarse_basis.unwrap();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
         let all: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
-        let taken = take_out(&hats, &mut room, &held(&all)).map(usize::from);
-        assert_eq!(taken, (hats.count <= TAKEN_MAX).then_some(hats.count));
+        let taken = deflate(&basis, &mut room, &held(&all)).map(usize::from);
+        assert_eq!(taken, (basis.count <= DEFLATED_MAX).then_some(basis.count));
         let short = room.len() - 1;
-        assert_eq!(take_out(&hats, &mut room[..short], &held(&all[..1])), None);
+        assert_eq!(deflate(&basis, &mut room[..short], &held(&all[..1])), None);
         // The same hat twice has no factor.
-        let mut taken = Taken::cut(&hats, &mut room[6 * hats.octets()..]).unwrap();
-        (taken.hats[0], taken.hats[1]) = (3.0, 3.0);
-        assert!(taken.factorise(&hats, 1) && !taken.factorise(&hats, 2));
-        // A factor of other hats leaves something at these.
-        (taken.hats[0], taken.hats[1]) = (3.0, 4.0);
-        assert!(taken.factorise(&hats, 2));
-        (taken.hats[0], taken.hats[1]) = (0.0, 9.0);
-        for slot in &mut room[..6 * hats.octets()] {
+        let mut taken = Deflated::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
+        (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
+        assert!(taken.factorise(&basis, 1) && !taken.factorise(&basis, 2));
+        // A factor of other basis functions leaves something at these.
+        (taken.functions[0], taken.functions[1]) = (3.0, 4.0);
+        assert!(taken.factorise(&basis, 2));
+        (taken.functions[0], taken.functions[1]) = (0.0, 9.0);
+        for slot in &mut room[..6 * basis.blocks()] {
             *slot = [1.0; LANES];
         }
-        let solve = Solve { hats, room: &mut room, coarse: Coarse::Without(2) };
+        let solve = Solve { basis, room: &mut room, coarse: Coarse::Deflated(2) };
         assert_eq!(run(VectorUnit::find(), solve).hi, 0.0);
     }
 

@@ -1,36 +1,37 @@
 //! Corrections of the inverse for cells that the tool holds.
 
 use crate::model::Model;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Room that the coarse level needs for `hats` hats and up to `held` held cells \[octets of f32\].
+/// Room that the coarse level needs for `functions` basis functions and up to `held` held cells
+/// \[blocks of eight `f32`\].
 #[must_use]
-pub const fn hats_room(hats: usize, held: usize) -> usize {
-    hats.div_ceil(LANES) * (6 + 2 * held)
+pub const fn coarse_room(functions: usize, held: usize) -> usize {
+    functions.div_ceil(LANES) * (6 + 2 * held)
 }
 
 /// Works out the corrections of the inverse for cells that the tool will hold, into the room.
 ///
-/// Cost: 2 hats^2 a cell and more with every cell; outside the tick.
+/// Cost: 2 n^2 a cell and more with every cell; outside the tick.
 pub(crate) fn hold<N: Number>(
     model: &Model<'_>,
-    hats: &Hats<'_>,
+    basis: &CoarseBasis<'_>,
     room: &mut [Eight],
     held: &[Contact<N>],
 ) {
-    let octets = hats.octets();
-    let Some((scratch, rest)) = room.split_at_mut_checked(6 * octets) else { return };
+    let blocks = basis.blocks();
+    let Some((scratch, rest)) = room.split_at_mut_checked(6 * blocks) else { return };
     for (index, contact) in held.iter().enumerate() {
-        let Some((earlier, later)) = rest.split_at_mut_checked(2 * index * octets) else { return };
-        let Some((adding, taking)) = later.split_at_mut_checked(octets) else { return };
-        let Some(taking) = taking.get_mut(..octets) else { return };
+        let Some((earlier, later)) = rest.split_at_mut_checked(2 * index * blocks) else { return };
+        let Some((adding, taking)) = later.split_at_mut_checked(blocks) else { return };
+        let Some(taking) = taking.get_mut(..blocks) else { return };
         let cell = contact.cell();
-        let diagonal = 0.5 * model.cell_weight(cell);
-        let Some(row) = scratch.get_mut(..octets) else { return };
+        let diagonal = 0.5 * model.cell_bound(cell);
+        let Some(row) = scratch.get_mut(..blocks) else { return };
         row.fill([0.0; LANES]);
         // a = l p - h, which is the neighbours' share of h.
         let add = |to: &mut [Eight], hat: usize, term: f32| {
@@ -40,20 +41,20 @@ pub(crate) fn hold<N: Number>(
         };
         for (link, other) in model.neighbours(cell) {
             let zeroed = held.iter().take(index).any(|contact| contact.cell() == other);
-            for (hat, weight) in hats.row_of(other).filter(|_| !zeroed) {
+            for (hat, weight) in basis.row_of(other).filter(|_| !zeroed) {
                 add(row, hat, 0.5 * model.link_weight(link) * weight);
             }
         }
-        apply(hats, earlier, row, adding);
+        apply(basis, earlier, row, adding);
         scale(adding, f64::from(diagonal) + dot(row, adding));
         // h = l p - a.
         for slot in row.as_flattened_mut() {
             *slot = -*slot;
         }
-        for (hat, weight) in hats.row_of(cell) {
+        for (hat, weight) in basis.row_of(cell) {
             add(row, hat, diagonal * weight);
         }
-        apply(hats, earlier, row, taking);
+        apply(basis, earlier, row, taking);
         let share = -dot(adding, row) as f32;
         for (slot, along) in taking.as_flattened_mut().iter_mut().zip(adding.as_flattened()) {
             *slot += share * along;
@@ -73,17 +74,17 @@ fn scale(vector: &mut [Eight], norm: f64) {
 }
 
 /// The inverse with the corrections of `earlier` cells, times a vector.
-fn apply(hats: &Hats<'_>, earlier: &[Eight], of: &[Eight], product: &mut [Eight]) {
-    let octets = hats.octets();
+fn apply(basis: &CoarseBasis<'_>, earlier: &[Eight], of: &[Eight], product: &mut [Eight]) {
+    let blocks = basis.blocks();
     product.fill([0.0; LANES]);
-    for (row, &factor) in hats.inverse.chunks_exact(octets).zip(of.as_flattened()) {
+    for (row, &factor) in basis.inverse.chunks_exact(blocks).zip(of.as_flattened()) {
         if factor != 0.0 {
             for (slot, b) in product.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
                 *slot += factor * b;
             }
         }
     }
-    for (index, along) in earlier.chunks_exact(octets).enumerate() {
+    for (index, along) in earlier.chunks_exact(blocks).enumerate() {
         let share = dot(along, of) as f32;
         let share = if index % 2 == 0 { -share } else { share };
         for (slot, along) in product.as_flattened_mut().iter_mut().zip(along.as_flattened()) {

@@ -1,16 +1,16 @@
 //! One coarse level over the cells: hat functions whose Laplacian bound is inverted at the bake.
 //!
-//! A regular grid of trilinear hats lies over the rest shape; P holds their weights at the free
-//! cells. With L the constant Laplacian of weight w / 2 that bounds the energy's curvature,
-//! A = P' L P is one matrix for x, y and z. The bake stores B = (A + R)^-1 with a small positive
-//! diagonal R, so that rounding has room. For a residual r the coarse direction is
+//! A regular grid of trilinear basis functions lies over the rest shape; P holds their weights at
+//! the free cells. With L the constant Laplacian of weight w / 2 that bounds the energy's
+//! curvature, A = P' L P is one matrix for x, y and z. The bake stores B = (A + R)^-1 with a small
+//! positive diagonal R, so that rounding has room. For a residual r the coarse direction is
 //!
 //! ```text
 //! c = B P' r,   d = P c,   d' L d = c' A c <= r . d
 //! ```
 //!
-//! which is the step that lowers the bound of the energy most among all moves of the hats, and
-//! reaches at once what sweeps over links carry one ring of cells at a time.
+//! which is the step that lowers the bound of the energy most among all moves of the basis
+//! functions, and reaches at once what sweeps over links carry one ring of cells at a time.
 //!
 //! Cells held at run time must not move: their rows of P become zero. One held cell i, with p its
 //! row of P, h its row of L P and l its diagonal of L, changes A by two matrices of rank one,
@@ -24,11 +24,11 @@
 //! way is positive definite.
 //!
 //! Cost of a sweep: restriction and prolongation, 8 multiplications a cell and axis each; the
-//! product, hats^2 for each axis; 4 hats a held cell and axis.
+//! product, n^2 for each axis with n basis functions; 4 basis functions a held cell and axis.
 //!
 //! - `solve`: c = B g.
 //! - [`held`]: the corrections for chosen cells.
-//! - [`deflation`]: without the hats at a probe's contacts.
+//! - [`deflation`]: without the basis functions at a probe's contacts.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub mod deflation;
@@ -45,6 +45,6 @@ use crate::number::two_float::Eight;
 
 /// The vectors of one axis or of one correction, cut from the room.
 #[inline(always)]
-pub(crate) fn vector(room: &[Eight], octets: usize, index: usize) -> &[Eight] {
-    room.get(index * octets..(index + 1) * octets).unwrap_or(&[])
+pub(crate) fn vector(room: &[Eight], blocks: usize, index: usize) -> &[Eight] {
+    room.get(index * blocks..(index + 1) * blocks).unwrap_or(&[])
 }

@@ -1,9 +1,10 @@
-//! The loops between cells and hats, cell by cell: restriction and the coarse update.
+//! The loops between cells and basis functions, cell by cell: restriction and the coarse update.
 //!
-//! Hats are summed up as over pairs of cells: the first cells of the pairs, then the second ones,
-//! then both together. A box keeps its eight hats, or their sums, in registers.
+//! Basis functions are summed up as over pairs of cells: the first cells of the pairs, then the
+//! second ones, then both together. A box keeps its eight basis functions, or their sums, in
+//! registers.
 
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_HAT;
 use crate::model::{Model, range};
 use crate::number::cell::{Cell, add, scale, sub};
@@ -36,15 +37,15 @@ fn sums(cells: &[[u16; 2]], of: &[[Eight; 2]], second: bool, residual: &[Cell]) 
 }
 
 /// P' r of the masked residuals, into the first three vectors of the room.
-pub(crate) fn restrict(hats: &Hats<'_>, residual: &[Cell], room: &mut [Eight]) {
-    let stride = hats.stride();
-    let Some(vectors) = room.get_mut(..3 * hats.octets()) else { return };
+pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [Eight]) {
+    let stride = basis.stride();
+    let Some(vectors) = room.get_mut(..3 * basis.blocks()) else { return };
     vectors.fill([0.0; LANES]);
     let flat = vectors.as_flattened_mut();
-    for (at_box, corners) in hats.corners.iter().enumerate() {
-        let pairs = range(hats.rows, at_box);
-        let cells = hats.cells.get(pairs.clone()).unwrap_or(&[]);
-        let weights = hats.weights.get(pairs).unwrap_or(&[]);
+    for (at_box, corners) in basis.corners.iter().enumerate() {
+        let pairs = range(basis.rows, at_box);
+        let cells = basis.cells.get(pairs.clone()).unwrap_or(&[]);
+        let weights = basis.weights.get(pairs).unwrap_or(&[]);
         let first = sums(cells, weights, false, residual);
         let second = sums(cells, weights, true, residual);
         for ((&hat, a), b) in corners.iter().zip(first).zip(second) {
@@ -62,11 +63,11 @@ pub(crate) fn restrict(hats: &Hats<'_>, residual: &[Cell], room: &mut [Eight]) {
 
 /// The coarse direction at the corners of a box.
 #[inline(always)]
-fn corners(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> Corners {
-    let stride = hats.stride();
-    let c = room.get(3 * hats.octets()..6 * hats.octets()).unwrap_or(&[]).as_flattened();
+fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
+    let stride = basis.stride();
+    let c = room.get(3 * basis.blocks()..6 * basis.blocks()).unwrap_or(&[]).as_flattened();
     let value = |axis: usize, hat: usize| c.get(axis * stride + hat).copied().unwrap_or(0.0);
-    match hats.corners.get(at_box) {
+    match basis.corners.get(at_box) {
         Some(corners) => corners.map(|hat| match hat {
             NO_HAT => [0.0; 3],
             hat => [0, 1, 2].map(|axis| value(axis, usize::from(hat))),
@@ -78,18 +79,18 @@ fn corners(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> Corners {
 /// The update of all free cells with the coarse direction; whether some coordinate is beyond K.
 pub(crate) fn step(
     model: &Model<'_>,
-    hats: &Hats<'_>,
+    basis: &CoarseBasis<'_>,
     room: &[Eight],
     points: &mut Points<'_, f32>,
     [alpha, beta]: [f32; 2],
 ) -> bool {
     let linear = Range::new(model.saturation());
     let mut beyond = false;
-    for at_box in 0..hats.corners.len() {
-        let corners = corners(hats, room, at_box);
-        let pairs = range(hats.rows, at_box);
-        let cells = hats.cells.get(pairs.clone()).unwrap_or(&[]);
-        let of = hats.weights.get(pairs).unwrap_or(&[]);
+    for at_box in 0..basis.corners.len() {
+        let corners = corners(basis, room, at_box);
+        let pairs = range(basis.rows, at_box);
+        let cells = basis.cells.get(pairs.clone()).unwrap_or(&[]);
+        let of = basis.weights.get(pairs).unwrap_or(&[]);
         for (&[one, other], pair) in cells.iter().zip(of) {
             for (id, second) in [(other, true), (one, false)] {
                 let cell = usize::from(id);

@@ -1,13 +1,14 @@
-//! The loops between cells and hats, two cells side by side: restriction and the coarse update.
+//! The loops between cells and basis functions, two cells side by side: restriction and the coarse
+//! update.
 //!
-//! A box keeps its eight hats in registers while its cells go by. Where a box has an odd number of
-//! cells its last one stands twice, the second time without weights.
+//! A box keeps its eight basis functions in registers while its cells go by. Where a box has an odd
+//! number of cells its last one stands twice, the second time without weights.
 
 #![allow(unsafe_code)]
 
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_HAT;
 use crate::model::range;
 use crate::number::cell::Cell;
@@ -15,14 +16,14 @@ use crate::number::two_float::{Eight, LANES};
 
 /// The pairs of cells of a box, with their weights.
 #[inline(always)]
-fn pairs<'m>(hats: &Hats<'m>, at_box: usize) -> (&'m [[u16; 2]], &'m [[Eight; 2]]) {
-    let pairs = range(hats.rows, at_box);
-    (hats.cells.get(pairs.clone()).unwrap_or(&[]), hats.weights.get(pairs).unwrap_or(&[]))
+fn pairs<'m>(basis: &CoarseBasis<'m>, at_box: usize) -> (&'m [[u16; 2]], &'m [[Eight; 2]]) {
+    let pairs = range(basis.rows, at_box);
+    (basis.cells.get(pairs.clone()).unwrap_or(&[]), basis.weights.get(pairs).unwrap_or(&[]))
 }
 
 /// P' r of the masked residuals, into the first three vectors of the room.
 pub(crate) struct Restrict<'a, 'm> {
-    pub hats: Hats<'m>,
+    pub basis: CoarseBasis<'m>,
     pub residual: &'a [Cell],
     pub room: &'a mut [Eight],
 }
@@ -32,14 +33,14 @@ impl Work for Restrict<'_, '_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let octets = self.hats.octets();
-        let Some(sums) = self.room.get_mut(..3 * octets) else { return };
+        let blocks = self.basis.blocks();
+        let Some(sums) = self.room.get_mut(..3 * blocks) else { return };
         sums.fill([0.0; LANES]);
-        if self.residual.len() != self.hats.entry.len() {
+        if self.residual.len() != self.basis.entry.len() {
             return;
         }
-        for (at_box, corners) in self.hats.corners.iter().enumerate() {
-            let (cells, weights) = pairs(&self.hats, at_box);
+        for (at_box, corners) in self.basis.corners.iter().enumerate() {
+            let (cells, weights) = pairs(&self.basis, at_box);
             let mut sum = [V::splat(0.0); LANES];
             for (&ids, weights) in cells.iter().zip(weights) {
                 // SAFETY: the model's boxes name only its cells, and there are as many residuals.
@@ -63,7 +64,7 @@ impl Work for Restrict<'_, '_> {
                     continue;
                 }
                 for (axis, term) in sum.folded().xyz().into_iter().enumerate() {
-                    if let Some(slot) = flat.get_mut(axis * octets * LANES + usize::from(hat)) {
+                    if let Some(slot) = flat.get_mut(axis * blocks * LANES + usize::from(hat)) {
                         *slot += term;
                     }
                 }
@@ -75,7 +76,7 @@ impl Work for Restrict<'_, '_> {
 /// The update of all free cells with the coarse direction: z = r / W + P c, then
 /// x = y + z, `y_last` = y, y = y + alpha z + beta (y - `y_last`).
 pub(crate) struct CoarseStep<'a, 'm> {
-    pub hats: Hats<'m>,
+    pub basis: CoarseBasis<'m>,
     pub mobility: &'m [f32],
     pub room: &'a [Eight],
     pub published: &'a mut [Cell],
@@ -94,16 +95,16 @@ impl Work for CoarseStep<'_, '_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) -> bool {
-        let cells = self.hats.entry.len();
+        let cells = self.basis.entry.len();
         let lengths = [self.published.len(), self.at.len(), self.before.len(), self.residual.len()];
         if lengths != [cells; 4] || self.mobility.len() != cells {
             return false;
         }
         let (alpha, beta) = (V::splat(self.alpha), V::splat(self.beta));
         let mut peak = V::splat(0.0);
-        for at_box in 0..self.hats.corners.len() {
-            let corners = corners::<V>(&self.hats, self.room, at_box);
-            let (cells, weights) = pairs(&self.hats, at_box);
+        for at_box in 0..self.basis.corners.len() {
+            let corners = corners::<V>(&self.basis, self.room, at_box);
+            let (cells, weights) = pairs(&self.basis, at_box);
             for (&ids, weights) in cells.iter().zip(weights) {
                 // SAFETY: the model's boxes name only its cells, and every array has as many.
                 let (r, m, y, last) = unsafe {
@@ -132,12 +133,12 @@ impl Work for CoarseStep<'_, '_> {
 
 /// The coarse direction at the corners of a box, each twice.
 #[inline(always)]
-fn corners<V: F32x8>(hats: &Hats<'_>, room: &[Eight], at_box: usize) -> [V; LANES] {
-    let octets = hats.octets();
-    let stride = octets * LANES;
-    let c = room.get(3 * octets..6 * octets).unwrap_or(&[]).as_flattened();
+fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> [V; LANES] {
+    let blocks = basis.blocks();
+    let stride = blocks * LANES;
+    let c = room.get(3 * blocks..6 * blocks).unwrap_or(&[]).as_flattened();
     let mut twice = [V::splat(0.0); LANES];
-    if let Some(corners) = hats.corners.get(at_box) {
+    if let Some(corners) = basis.corners.get(at_box) {
         for (twice, &hat) in twice.iter_mut().zip(corners) {
             if hat != NO_HAT {
                 let hat = usize::from(hat);

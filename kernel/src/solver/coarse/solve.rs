@@ -1,10 +1,10 @@
 //! The product with the inverse, so that the held cells are left alone.
 
-use super::deflation::without;
+use super::deflation::solve_deflated;
 use super::vector;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 
 /// How a solution leaves the held cells alone.
@@ -12,13 +12,13 @@ use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 pub(crate) enum Coarse {
     /// By the corrections of so many held cells, which stand in the room.
     Corrected(usize),
-    /// Without so many hats, whose factor stands in the room.
-    Without(u16),
+    /// Without so many basis functions, whose factor stands in the room.
+    Deflated(u16),
 }
 
 /// c = B g, so that the held cells are left alone; gives g . c.
 pub(crate) struct Solve<'a, 'm> {
-    pub hats: Hats<'m>,
+    pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
     pub coarse: Coarse,
 }
@@ -28,38 +28,40 @@ impl Work for Solve<'_, '_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) -> TwoFloat {
-        let octets = self.hats.octets();
-        let Some((g, rest)) = self.room.split_at_mut_checked(3 * octets) else {
+        let blocks = self.basis.blocks();
+        let Some((g, rest)) = self.room.split_at_mut_checked(3 * blocks) else {
             return TwoFloat::ZERO;
         };
-        let Some((c, corrections)) = rest.split_at_mut_checked(3 * octets) else {
+        let Some((c, corrections)) = rest.split_at_mut_checked(3 * blocks) else {
             return TwoFloat::ZERO;
         };
-        let mut block = 0;
-        while block + 2 <= octets {
-            columns::<V, 2>(self.hats.inverse, octets, block, g, c);
-            block += 2;
+        let mut first = 0;
+        while first + 2 <= blocks {
+            columns::<V, 2>(self.basis.inverse, blocks, first, g, c);
+            first += 2;
         }
-        if block < octets {
-            columns::<V, 1>(self.hats.inverse, octets, block, g, c);
+        if first < blocks {
+            columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
         }
         match self.coarse {
             Coarse::Corrected(held) => {
-                let vectors = corrections.chunks_exact(octets).take(2 * held);
+                let vectors = corrections.chunks_exact(blocks).take(2 * held);
                 for (index, along) in vectors.enumerate() {
-                    correct::<V>(along, octets, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
+                    correct::<V>(along, blocks, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
                 }
             }
-            Coarse::Without(hats) if !without::<V>(&self.hats, corrections, hats.into(), c) => {
+            Coarse::Deflated(basis)
+                if !solve_deflated::<V>(&self.basis, corrections, basis.into(), c) =>
+            {
                 return TwoFloat::ZERO;
             }
-            Coarse::Without(_) => {}
+            Coarse::Deflated(_) => {}
         }
         let mut product = Lanes::ZERO;
-        for octet in 0..octets {
+        for block in 0..blocks {
             let mut term = V::splat(0.0);
             for axis in 0..3 {
-                let at = axis * octets + octet;
+                let at = axis * blocks + block;
                 if let (Some(g), Some(c)) = (g.get(at), c.get(at)) {
                     term = term.plus(V::load(g).times(V::load(c)));
                 }
@@ -70,20 +72,21 @@ impl Work for Solve<'_, '_> {
     }
 }
 
-/// N octets of c = B g on all axes, summed over the hats in ascending order.
+/// N blocks of eight `f32` of c = B g on all axes, summed over the basis functions in ascending
+/// order.
 #[inline(always)]
 fn columns<V: F32x8, const N: usize>(
     inverse: &[Eight],
-    octets: usize,
-    block: usize,
+    blocks: usize,
+    first: usize,
     g: &[Eight],
     c: &mut [Eight],
 ) {
     let mut sums = [[V::splat(0.0); 3]; N];
-    let axis = |axis: usize| vector(g, octets, axis).as_flattened();
+    let axis = |axis: usize| vector(g, blocks, axis).as_flattened();
     let g = axis(0).iter().zip(axis(1)).zip(axis(2));
-    for (row, ((&x, &y), &z)) in inverse.chunks_exact(octets).zip(g) {
-        let here = row.get(block..).and_then(|row| row.first_chunk::<N>());
+    for (row, ((&x, &y), &z)) in inverse.chunks_exact(blocks).zip(g) {
+        let here = row.get(first..).and_then(|row| row.first_chunk::<N>());
         let Some(here) = here else { continue };
         let (x, y, z) = (V::splat(x), V::splat(y), V::splat(z));
         for ([sum_x, sum_y, sum_z], b) in sums.iter_mut().zip(here) {
@@ -95,7 +98,7 @@ fn columns<V: F32x8, const N: usize>(
     }
     for (at, sums) in sums.into_iter().enumerate() {
         for (axis, sum) in sums.into_iter().enumerate() {
-            if let Some(slot) = c.get_mut(axis * octets + block + at) {
+            if let Some(slot) = c.get_mut(axis * blocks + first + at) {
                 sum.store(slot);
             }
         }
@@ -104,17 +107,17 @@ fn columns<V: F32x8, const N: usize>(
 
 /// c += sign v (v . g) on all axes.
 #[inline(always)]
-fn correct<V: F32x8>(along: &[Eight], octets: usize, sign: f32, g: &[Eight], c: &mut [Eight]) {
+fn correct<V: F32x8>(along: &[Eight], blocks: usize, sign: f32, g: &[Eight], c: &mut [Eight]) {
     for axis in 0..3 {
         let mut lanes = V::splat(0.0);
-        for (v, g) in along.iter().zip(vector(g, octets, axis)) {
+        for (v, g) in along.iter().zip(vector(g, blocks, axis)) {
             lanes = lanes.plus(V::load(v).times(V::load(g)));
         }
         let mut sums = [0.0; LANES];
         lanes.store(&mut sums);
         let [a, b, c0, d, e, f, h, i] = sums;
         let factor = V::splat(sign * (((a + e) + (c0 + h)) + ((b + f) + (d + i))));
-        let c = c.get_mut(axis * octets..(axis + 1) * octets).unwrap_or(&mut []);
+        let c = c.get_mut(axis * blocks..(axis + 1) * blocks).unwrap_or(&mut []);
         for (v, c) in along.iter().zip(c) {
             V::load(c).plus(V::load(v).times(factor)).store(c);
         }

@@ -1,71 +1,58 @@
 //! Corrections for held cells against dense matrices in double precision.
 
-use super::held::{hats_room, hold};
+use super::held::{coarse_room, hold};
 use super::*;
 use crate::backend::{VectorUnit, run};
 use crate::model::Model;
-use crate::model::coarse_basis::Hats;
+use crate::model::pin::Pin;
 use crate::number::two_float::LANES;
 use crate::terms::held::Contact;
+use crate::terms::tests::{ROUNDING_ROOM, matrix, pinned};
 use std::vec;
 use std::vec::Vec;
 
 /// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
 pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/box7.chaincell");
-/// The bake's share of the diagonal, over the root of the number of hats.
-pub(crate) const ROUNDING_ROOM: f64 = 1.0e-3;
-
-/// P' L P in double precision, the rows of `held` cells zeroed.
-pub(crate) fn matrix(model: &Model<'_>, hats: &Hats<'_>, held: &[Contact]) -> Vec<Vec<f64>> {
-    let row = |cell: usize| -> Vec<(usize, f64)> {
-        let is_held = held.iter().any(|contact| contact.cell() == cell);
-        let row = hats.row_of(cell).filter(|_| !is_held);
-        row.map(|(hat, weight)| (hat, f64::from(weight))).collect()
-    };
-    let mut matrix = vec![vec![0.0; hats.count]; hats.count];
-    for i in 0..model.cells() {
-        for link in model.row(i) {
-            let mut difference = row(i);
-            let j = usize::from(model.upper[link]);
-            difference.extend(row(j).into_iter().map(|(hat, weight)| (hat, -weight)));
-            for &(a, x) in &difference {
-                for &(b, y) in &difference {
-                    matrix[a][b] += 0.5 * f64::from(model.link_weight(link)) * x * y;
-                }
-            }
-        }
-    }
-    matrix
-}
 
 /// Solves for a right-hand side in the room; returns both sides, axis by axis.
 fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, f64) {
-    let hats = model.hats.unwrap();
-    let octets = hats.octets();
-    let mut room = vec![[0.0_f32; LANES]; hats_room(hats.count, held.len())];
-    hold(model, &hats, &mut room, held);
+    let basis = model.coarse_basis.unwrap();
+    let blocks = basis.blocks();
+    let mut room = vec![[0.0_f32; LANES]; coarse_room(basis.count, held.len())];
+    hold(model, &basis, &mut room, held);
     for axis in 0..3 {
-        for hat in 0..hats.count {
+        for hat in 0..basis.count {
             let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
-            room[axis * octets + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+            room[axis * blocks + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
         }
     }
-    let solve = Solve { hats, room: &mut room, coarse: Coarse::Corrected(held.len()) };
+    let solve = Solve { basis, room: &mut room, coarse: Coarse::Corrected(held.len()) };
     let product = run(VectorUnit::find(), solve);
     let side = |from: usize| -> Vec<[f64; 3]> {
         let at = |hat: usize, axis: usize| {
-            f64::from(room[(from + axis) * octets + hat / LANES][hat % LANES])
+            f64::from(room[(from + axis) * blocks + hat / LANES][hat % LANES])
         };
-        (0..hats.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+        (0..basis.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
     };
     (side(0), side(3), f64::from(product.hi))
 }
 
 #[test]
 fn held_cells_are_corrected_for_exactly() {
-    let model = Model::from_bytes(CUBE).unwrap();
-    let hats = model.hats.unwrap();
-    let whole = matrix(&model, &hats, &[]);
+    corrected_for_exactly(&Model::from_bytes(CUBE).unwrap());
+}
+
+/// Another term has its part in the bound, and in what a held cell takes out of it.
+#[test]
+fn held_cells_with_pins_are_corrected_for_exactly() {
+    let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0 };
+    let pins = [60, 61, 130, 200].map(pin);
+    corrected_for_exactly(&Model::from_bytes(pinned(CUBE, &pins, false)).unwrap());
+}
+
+fn corrected_for_exactly(model: &Model<'_>) {
+    let basis = model.coarse_basis.unwrap();
+    let whole = matrix(model, model.others.0.iter(), &basis, &[]);
     let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
     for count in [0, 1, 2, 7, 30, free.len()] {
         let held: Vec<Contact> = free
@@ -75,15 +62,15 @@ fn held_cells_are_corrected_for_exactly() {
             .copied()
             .map(Contact::new)
             .collect();
-        let (g, c, product) = solved(&model, &held);
-        let masked = matrix(&model, &hats, &held);
+        let (g, c, product) = solved(model, &held);
+        let masked = matrix(model, model.others.0.iter(), &basis, &held);
         let mut exact = 0.0;
-        for hat in 0..hats.count {
+        for hat in 0..basis.count {
             for axis in 0..3 {
-                let room = ROUNDING_ROOM * (hats.count as f64).sqrt();
+                let room = ROUNDING_ROOM * (basis.count as f64).sqrt();
                 let own = room * whole[hat][hat] * c[hat][axis];
                 let sum: f64 =
-                    (0..hats.count).map(|other| masked[hat][other] * c[other][axis]).sum();
+                    (0..basis.count).map(|other| masked[hat][other] * c[other][axis]).sum();
                 assert!(
                     (sum + own - g[hat][axis]).abs() < 2e-3,
                     "{count} held, hat {hat}: {sum} and {own} for {}",
@@ -94,8 +81,8 @@ fn held_cells_are_corrected_for_exactly() {
                 assert!(own * c[hat][axis] >= 0.0);
             }
         }
-        let curved: f64 = (0..hats.count * hats.count)
-            .map(|at| (at / hats.count, at % hats.count))
+        let curved: f64 = (0..basis.count * basis.count)
+            .map(|at| (at / basis.count, at % basis.count))
             .flat_map(|(a, b)| (0..3).map(move |axis| (a, b, axis)))
             .map(|(a, b, axis)| c[a][axis] * masked[a][b] * c[b][axis])
             .sum();

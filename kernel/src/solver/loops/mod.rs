@@ -22,12 +22,12 @@ use super::coarse::Coarse;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
-use crate::model::coarse_basis::Hats;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::terms::held::Contact;
 use crate::terms::links::number::LinkNumber;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
 /// The arrays of `track`.
 pub struct Points<'a, N> {
@@ -62,12 +62,13 @@ impl Moved {
 /// The loops over links and cells, in the shape that suits number and machine; sealed.
 #[allow(private_interfaces)]
 pub trait Loops: LinkNumber {
-    /// Whether the hats of a model are used; without, `track` goes by its own cells alone.
-    const HATS: bool;
+    /// Whether the coarse level of a model is used; without it `track` takes the residuals of its
+    /// cells alone.
+    const COARSE: bool;
 
     /// One pass at the states `v`: residuals of awake slices, contact cells driven; gives
     /// the energy in internal units.
-    fn pass(
+    fn residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         v: &[Cell<Self>],
@@ -78,16 +79,16 @@ pub trait Loops: LinkNumber {
     }
 
     /// One pass of `track` at y: energy, r . r / W, r . s and r . `z_last`.
-    fn track_pass(
+    fn track_residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         points: &mut Points<'_, Self>,
         contacts: &[Contact<Self>],
     ) -> [TwoFloat; 4] {
-        scalar::track::pass(terms, awake, points, contacts)
+        scalar::track::residual(terms, awake, points, contacts)
     }
 
-    /// The update of `track` without hats.
+    /// The update of `track` without a coarse level.
     fn track_step(
         terms: Terms<'_, '_>,
         awake: &Awake,
@@ -134,14 +135,14 @@ pub trait Loops: LinkNumber {
 }
 
 impl Loops for f64 {
-    const HATS: bool = false;
+    const COARSE: bool = false;
 }
 
 impl Loops for I8F24 {
-    const HATS: bool = false;
+    const COARSE: bool = false;
 }
 
-/// The hats of the model, where the number uses them.
-pub(crate) fn hats<'m, N: Loops>(model: &Model<'m>) -> Option<Hats<'m>> {
-    model.hats.filter(|_| N::HATS)
+/// The coarse basis of the model, where the number type uses it.
+pub(crate) fn coarse_basis<'m, N: Loops>(model: &Model<'m>) -> Option<CoarseBasis<'m>> {
+    model.coarse_basis.filter(|_| N::COARSE)
 }

@@ -11,14 +11,14 @@ use crate::solver::awake::Awake;
 use crate::solver::coarse::sliced::{CoarseStep, Restrict};
 use crate::solver::coarse::{self, Coarse, Solve};
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
-use crate::terms::sliced::{Energy, pass};
+use crate::terms::residual::Terms;
+use crate::terms::sliced::{self as sliced_terms, Energy};
 
 #[allow(private_interfaces)]
 impl Loops for f32 {
-    const HATS: bool = true;
+    const COARSE: bool = true;
 
-    fn pass(
+    fn residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         v: &[Cell],
@@ -26,24 +26,24 @@ impl Loops for f32 {
         contacts: &[Contact],
     ) -> TwoFloat {
         let mut energy = Energy::default();
-        if pass(terms, awake, v, residual, contacts, &mut energy) {
+        if sliced_terms::residual(terms, awake, v, residual, contacts, &mut energy) {
             energy.total()
         } else {
             terms.energy(awake, v, residual, contacts)
         }
     }
 
-    fn track_pass(
+    fn track_residual(
         terms: Terms<'_, '_>,
         awake: &SliceSet,
         points: &mut Points<'_, f32>,
         contacts: &[Contact],
     ) -> [TwoFloat; 4] {
         let mut sums = sliced::track::Sums::new(terms.model, points.published, points.before);
-        if pass(terms, awake, points.at, points.residual, contacts, &mut sums) {
+        if sliced_terms::residual(terms, awake, points.at, points.residual, contacts, &mut sums) {
             sums.totals()
         } else {
-            scalar::track::pass(terms, awake, points, contacts)
+            scalar::track::residual(terms, awake, points, contacts)
         }
     }
 
@@ -71,12 +71,12 @@ impl Loops for f32 {
         room: &mut [Eight],
         how: Coarse,
     ) -> TwoFloat {
-        let Some(hats) = terms.model.hats else { return TwoFloat::ZERO };
+        let Some(basis) = terms.model.coarse_basis else { return TwoFloat::ZERO };
         match terms.vectors {
-            Some(_) => run(terms.vectors, Restrict { hats, residual, room }),
-            None => coarse::scalar::restrict(&hats, residual, room),
+            Some(_) => run(terms.vectors, Restrict { basis, residual, room }),
+            None => coarse::scalar::restrict(&basis, residual, room),
         }
-        run(terms.vectors, Solve { hats, room, coarse: how })
+        run(terms.vectors, Solve { basis, room, coarse: how })
     }
 
     fn coarse_step(
@@ -85,14 +85,14 @@ impl Loops for f32 {
         points: &mut Points<'_, f32>,
         [alpha, beta]: [f32; 2],
     ) -> bool {
-        let Some(hats) = terms.model.hats else { return false };
+        let Some(basis) = terms.model.coarse_basis else { return false };
         if terms.vectors.is_none() {
-            return coarse::scalar::step(terms.model, &hats, room, points, [alpha, beta]);
+            return coarse::scalar::step(terms.model, &basis, room, points, [alpha, beta]);
         }
         let (mobility, k) = (terms.model.mobility, terms.model.saturation());
         let Points { published, at, before, residual } = points;
         #[rustfmt::skip]
-        let step = CoarseStep { hats, mobility, room, published, at, before, residual, alpha, beta, k };
+        let step = CoarseStep { basis, mobility, room, published, at, before, residual, alpha, beta, k };
         run(terms.vectors, step)
     }
 

@@ -1,5 +1,5 @@
-//! The updates of `track` and `euler`, as [`scalar`] does them cell by cell: slices whose neighbours
-//! are known to be awake in one go, the others there.
+//! The updates of `track` and `euler`, as [`scalar`] does them cell by cell: slices whose
+//! neighbours are known to be awake in one go, the others there.
 
 #![allow(unsafe_code)]
 

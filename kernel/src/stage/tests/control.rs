@@ -39,7 +39,8 @@ fn in_free_air_a_coupling_shows_nothing() {
     assert!(against_a_wall(settings, 2.0e4, path).iter().all(|f| f.abs() < 1e-4));
 }
 
-/// Pressed into a wall far stiffer than the coupling and drawn out again, the coupling is what it was.
+/// Pressed into a wall far stiffer than the coupling and drawn out again, the coupling is what it
+/// was.
 #[test]
 fn in_free_air_a_coupling_shows_nothing_after_a_touch_either() {
     for device in DEVICES {
@@ -112,7 +113,8 @@ fn what_was_lost_in_the_tissue_is_no_credit() {
     assert!((after_rubbing - without).abs() < 0.05, "{after_rubbing} N, {without} N");
 }
 
-/// Pushed out of a wall that it was in from the beginning, a hand has put nothing in: the ramp waits.
+/// Pushed out of a wall that it was in from the beginning, a hand has put nothing in: the ramp
+/// waits.
 #[test]
 fn a_ramp_gives_no_push_that_was_not_paid_for() {
     for device in DEVICES {

@@ -104,8 +104,8 @@ fn ticks_that_are_missing_are_no_debt() {
     }
 }
 
-/// What the coupling has stored meanwhile is no debt either; the proxy stands where the last force that
-/// it was told has left it.
+/// What the coupling has stored meanwhile is no debt either; the proxy stands where the last force
+/// that it was told has left it.
 #[test]
 fn answers_that_are_lost_are_no_debt() {
     let forces = |lost: core::ops::Range<u16>, is_told: bool| {

@@ -8,10 +8,10 @@
 //! | w d^2 | 24.40 bits, sums in 88.40 | at most 2^63 a link |
 //!
 //! A saturated residual is shorter, never longer: the step it makes lowers the energy by at least
-//! what is counted. Partial sums must not saturate, since the rest of a sum would then go beyond its
-//! true value; by Cauchy's inequality a sum of |w d / 2| that reaches 128 needs a sum of w d^2 of
-//! 4 * 128^2 / W, W at most 120, which the fourth lane shows by standing at its end. Such cells are
-//! summed again in 64 bits. Lengths are rounded down by less than 2^-24. Steps of `euler` below
+//! what is counted. Partial sums must not saturate, since the rest of a sum would then go beyond
+//! its true value; by Cauchy's inequality a sum of |w d / 2| that reaches 128 needs a sum of w d^2
+//! of 4 * 128^2 / W, W at most 120, which the fourth lane shows by standing at its end. Such cells
+//! are summed again in 64 bits. Lengths are rounded down by less than 2^-24. Steps of `euler` below
 //! 2^-25 vanish.
 
 use fixed::types::I8F24;

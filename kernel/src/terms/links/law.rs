@@ -55,16 +55,16 @@ pub struct LinkForce<N: Number = f32> {
 
 /// `low <= a <= high` for non-negative numbers, NaN being outside.
 ///
-/// In one comparison, on bit patterns: whether a taut link is too long or too short is a coin toss
-/// that a branch predictor loses.
+/// In one comparison, on bit patterns: a branch predictor cannot guess whether a taut link is too
+/// long or too short.
 #[inline(always)]
 fn within(a: f32, low: f32, high: f32) -> bool {
     let width = high.to_bits().wrapping_sub(low.to_bits());
     a.to_bits().wrapping_sub(low.to_bits()) <= width
 }
 
-/// The force of a link of rest length `l0` and weight `w` on its end `pi`, the other end being `pj`;
-/// inside its band `None` or zero.
+/// The force of a link of rest length `l0` and weight `w` on its end `pi`, the other end being
+/// `pj`; inside its band `None` or zero.
 ///
 /// `rest_difference` gives `P_j` - `P_i` of the rest shape; it is asked only where the ends
 /// coincide.
@@ -97,7 +97,8 @@ pub fn link_force(
     Some(LinkForce { force: force.map(keep), wd2: keep(wd * d) })
 }
 
-/// [`link_force`] with as few instructions as each case takes: a link that is too long cannot coincide.
+/// [`link_force`] with as few instructions as each case takes: a link that is too long cannot
+/// coincide.
 #[inline(always)]
 fn branching(
     pi: [f32; 3],

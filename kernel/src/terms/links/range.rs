@@ -1,11 +1,13 @@
 //! Why a number type cannot carry a model.
 
-use core::fmt;
-
 /// A model whose numbers leave the range of the number type.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum RangeError {
     /// The saturation K.
+    #[error(
+        "K of the model is {k} mean link lengths, the number type carries {max}: bake it with a \
+         smaller `saturation_m`"
+    )]
     Saturation {
         /// Of the model [mean link lengths].
         k: f32,
@@ -13,6 +15,10 @@ pub enum RangeError {
         max: f32,
     },
     /// The largest mean weight of two linked cells.
+    #[error(
+        "two linked cells have a mean weight of {degree}, the number type carries {max}: take \
+         f32"
+    )]
     Degree {
         /// Of the model.
         degree: f32,
@@ -20,6 +26,10 @@ pub enum RangeError {
         max: f32,
     },
     /// The smallest weight of a link.
+    #[error(
+        "the softest link has {weight} of the mean stiffness, the number type carries {min}: \
+         take f32"
+    )]
     Weight {
         /// Of the model.
         weight: f32,
@@ -38,27 +48,3 @@ impl RangeError {
         }
     }
 }
-
-impl fmt::Display for RangeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Saturation { k, max } => write!(
-                f,
-                "K of the model is {k} mean link lengths, the number type carries {max}: bake it \
-                 with a smaller --k-m"
-            ),
-            Self::Degree { degree, max } => write!(
-                f,
-                "two linked cells have a mean weight of {degree}, the number type carries {max}: \
-                 take f32"
-            ),
-            Self::Weight { weight, min } => write!(
-                f,
-                "the softest link has {weight} of the mean stiffness, the number type carries \
-                 {min}: take f32"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for RangeError {}

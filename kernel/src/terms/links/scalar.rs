@@ -2,8 +2,8 @@
 //!
 //! A [`Model`] can only be made by the validation of its image, its fields are private to this
 //! crate and never change, and it guarantees: row starts never descend and end at the number of
-//! links; every upper end is larger than its row's cell and smaller than the number of cells. What is left to
-//! check, the length of the caller's arrays, is checked once a pass.
+//! links; every upper end is larger than its row's cell and smaller than the number of cells. What
+//! is left to check, the length of the caller's arrays, is checked once a pass.
 
 #![allow(unsafe_code)]
 

@@ -1,4 +1,5 @@
-//! The link pass, link by link. Every operation is that of [`link_force`](crate::terms::links::law), in its order.
+//! The link pass, link by link. Every operation is that of
+//! [`link_force`](crate::terms::links::law), in its order.
 
 #![allow(unsafe_code)]
 
@@ -21,8 +22,9 @@ struct Limits {
     coincident: f32,
 }
 
-/// Adds every link's force to both its ends, as [`accumulate`](crate::terms::links::scalar::accumulate) does;
-/// one band for all links, all of weight 1. Does nothing where an array is shorter than the model.
+/// Adds every link's force to both its ends, as
+/// [`accumulate`](crate::terms::links::scalar::accumulate) does; one band for all links, all of
+/// weight 1. Does nothing where an array is shorter than the model.
 pub(crate) fn accumulate(
     model: &Model<'_>,
     band: Band,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::{Model, Settings, Unloading};
+use chaincell_kernel::{Choice, Model, Settings, Unloading};
 use chaincell_scenes::{SCENES, Scene, Tier};
 
 /// Most cells that the tool of a scene without a golden holds.
@@ -158,7 +158,7 @@ pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Resul
         None => Scene {
             name: case.name,
             scheme: case.scheme,
-            tiers: &Tier::ALL,
+            tiers: Tier::ALL,
             image,
             cells: model.cells(),
             held: Box::leak(held(&model)?.into_boxed_slice()),

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
+use chaincell_kernel::Choice;
 use chaincell_scenes::Tier;
 use chaincell_scenes::adverse::STATES;
 

@@ -1,6 +1,7 @@
 //! What is measured of an image, as JSON and as a table.
 
 use anyhow::{Result, ensure};
+use chaincell_kernel::Choice;
 use chaincell_scenes::Tier;
 use serde::Serialize;
 

@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use chaincell_kernel::Cell;
+use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
 use chaincell_scenes::adverse::{self, AdverseError};
@@ -82,7 +83,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         state: &mut vec![Cell::ZERO; cells],
         residual: &mut vec![Cell::ZERO; D::RESIDUALS * cells],
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],
-        room: &mut vec![[0.0; 8]; D::room_octets(&ready.model, held)],
+        room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
     };
     act.act(ready.scene, tissue)

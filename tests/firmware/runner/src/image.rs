@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::Unloading;
+use chaincell_kernel::Choice;
 use chaincell_scenes::Tier;
 use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
@@ -126,18 +126,13 @@ impl Workshop {
 fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 9] {
     let settings = ready.settings();
     let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
-    let unloading = match settings.unloading {
-        Unloading::Off => "Off",
-        Unloading::Release => "Release",
-        Unloading::Retreat => "Retreat",
-    };
     [
         ("CHAINCELL_MODEL", ready.model_path.display().to_string()),
         ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
         ("CHAINCELL_TIER", tier.name().into()),
         ("CHAINCELL_HELD", held.join(",")),
         ("CHAINCELL_SWEEPS", settings.sweeps.to_string()),
-        ("CHAINCELL_UNLOADING", unloading.into()),
+        ("CHAINCELL_UNLOADING", format!("{:?}", settings.unloading)),
         ("CHAINCELL_MAX_FORCE_BITS", settings.max_force_n.to_bits().to_string()),
         ("CHAINCELL_TICKS", ready.ticks.to_string()),
         ("CHAINCELL_REACH_BITS", ready.scene.reach_m.to_bits().to_string()),

@@ -19,6 +19,7 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use chaincell_kernel::Choice;
 use chaincell_scenes::{TICKS, Tier};
 use clap::Parser;
 

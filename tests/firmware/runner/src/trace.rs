@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::Unloading;
+use chaincell_kernel::Choice;
 use chaincell_kernel::trace::{Reader, Writer, header_bytes};
 use chaincell_scenes::{Tier, sample};
 
@@ -46,16 +46,11 @@ pub fn record(ready: &Ready, tier: Tier, chaincell: &Path, folder: &Path) -> Res
     std::fs::write(&path, rows)?;
     let settings = ready.settings();
     let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
-    let unloading = match settings.unloading {
-        Unloading::Off => "off",
-        Unloading::Release => "release",
-        Unloading::Retreat => "retreat",
-    };
     let mut run = Command::new(chaincell);
     run.arg("run").arg(&ready.model_path).arg("--path").arg(&path).arg("--recorded");
     run.arg("--out").arg(&out).arg("--force").arg("--trace").arg(&sound);
     run.args(["--contact", &held.join(","), "--dynamics", ready.scene.scheme]);
-    run.args(["--number", tier.name(), "--unloading", unloading]);
+    run.args(["--number", tier.name(), "--unloading", settings.unloading.name()]);
     run.args(["--sweeps", &settings.sweeps.to_string()]);
     if settings.max_force_n.is_finite() {
         run.args(["--max-force-n", &settings.max_force_n.to_string()]);

@@ -7,7 +7,7 @@ use chaincell_kernel::Model;
 
 use super::relax::relax;
 use super::{Chain, Cost, Elements, Limits};
-use chaincell_host::engine::to_m;
+use chaincell_host::engine::rest_m;
 use chaincell_host::error::{Error, Result};
 
 /// Elements linked in any way.
@@ -59,8 +59,7 @@ impl Graph {
     /// # Errors
     /// None for a model that the kernel accepts.
     pub fn of_model(model: &Model<'_>, limits: Limits) -> Result<Self> {
-        let rest =
-            (0..model.cells()).map(|cell| to_m(model, model.rest_position(cell).map(f64::from)));
+        let rest = (0..model.cells()).map(|cell| rest_m(model, cell));
         let links = (0..model.cells()).flat_map(|cell| {
             model.neighbours(cell).map(move |(_, other)| [cell as u32, other as u32])
         });

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::reference::profile::{in_input_order, middle_row, nonlinearity};
 use chaincell_host::bake::{BakeOptions, bake};
-use chaincell_host::engine::to_m;
+use chaincell_host::engine::rest_m;
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 
 /// A power of two, so that sums of few spacings are exact \[m\].
@@ -264,7 +264,7 @@ fn of_a_model_as_of_its_mesh() {
     let mut of_model = Graph::of_model(&model, limits(0.1)).unwrap();
     let cell = (0..model.cells()).find(|&cell| !model.is_fixed(cell as u16)).unwrap();
     let by = [0.0, 0.0, 0.01];
-    let rest_m = to_m(&model, model.rest_position(cell).map(f64::from));
+    let rest_m = rest_m(&model, cell);
     let moved = of_model.move_to(&[(cell, plus(rest_m, by))]).unwrap();
     let node = model.input_id()[cell] as usize;
     of_mesh.move_to(&[(node, plus(mesh.nodes_m[node], by))]).unwrap();

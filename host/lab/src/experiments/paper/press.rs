@@ -8,7 +8,7 @@ use crate::baseline::chainmail::{Chain, Graph, Limits};
 use crate::experiments::report::scene::Scene;
 use crate::reference::profile::in_input_order;
 use chaincell_host::engine::motion::{Pose, Press};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 
@@ -38,7 +38,7 @@ impl Probe {
     pub fn new(scene: &Scene, radius_m: f64, depth_m: f64, ticks: u64) -> Result<Self> {
         let model = scene.model()?;
         let (foot, inward) = (foot_m(scene, &model), scene.direction);
-        let surface = model.surface().iter().map(|&cell| rest_m(&model, cell));
+        let surface = model.surface().iter().map(|&cell| rest_m(&model, cell.into()));
         // How far back along the axis the centre stands when the sphere touches a cell.
         let back = surface.filter_map(|p| {
             let off: [f64; 3] = std::array::from_fn(|x| p[x] - foot[x]);
@@ -155,13 +155,9 @@ fn stop_if_asked() -> Result<()> {
 fn foot_m(scene: &Scene, model: &Model<'_>) -> [f64; 3] {
     let count = scene.contacts.len().max(1) as f64;
     scene.contacts.iter().fold([0.0; 3], |sum, &cell| {
-        let at = rest_m(model, cell);
+        let at = rest_m(model, cell.into());
         std::array::from_fn(|x| sum[x] + at[x] / count)
     })
-}
-
-fn rest_m(model: &Model<'_>, cell: u16) -> [f64; 3] {
-    to_m(model, model.rest_position(cell.into()).map(f64::from))
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

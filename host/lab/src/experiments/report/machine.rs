@@ -1,5 +1,6 @@
 //! The machine that a report was measured on, as far as the system tells.
 
+use procfs::{CpuInfo, Current, LoadAverage};
 use serde::Serialize;
 
 /// Processor, system and load.
@@ -23,18 +24,16 @@ impl Machine {
     /// What this machine says of itself; unknown is empty.
     #[must_use]
     pub fn read() -> Self {
-        let file = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
-        let cpu = file("/proc/cpuinfo");
-        let name = cpu.lines().find(|line| line.starts_with("model name"));
-        let processor = name.and_then(|line| line.split_once(':')).map_or("", |(_, name)| name);
-        let load: Vec<String> =
-            file("/proc/loadavg").split_whitespace().take(3).map(str::to_owned).collect();
+        let cpu = CpuInfo::current().ok();
+        let processor = cpu.as_ref().and_then(|cpu| cpu.model_name(0)).unwrap_or_default();
+        let load = LoadAverage::current().ok();
+        let load = load.map(|of| format!("{:.2} {:.2} {:.2}", of.one, of.five, of.fifteen));
         Self {
-            processor: processor.trim().to_owned(),
+            processor: processor.to_owned(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             avx2: chaincell_kernel::VectorUnit::find().is_some(),
-            load: load.join(" "),
+            load: load.unwrap_or_default(),
             optimised: !cfg!(debug_assertions),
         }
     }

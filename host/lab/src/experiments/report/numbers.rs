@@ -11,6 +11,7 @@ use super::exact::{DEPTH_LINKS, depth, norm};
 use super::press::{field, sample};
 use super::scene::Scene;
 use super::setting::Setting;
+use chaincell_host::choice;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::session::timing::histogram::Latencies;
@@ -26,8 +27,10 @@ pub struct NumberRow {
     /// Name of the scene.
     pub scene: &'static str,
     /// Scheme; without hats, which only single precision has.
+    #[serde(serialize_with = "choice::serialize")]
     pub scheme: Scheme,
     /// Number type.
+    #[serde(serialize_with = "choice::serialize")]
     pub number: Arithmetic,
     /// Sweeps a tick: link passes.
     pub sweeps: u16,

@@ -11,7 +11,7 @@ pub const ERROR_MAX: f64 = 0.07;
 
 /// The answer for a budget.
 #[derive(Debug)]
-pub struct Choice<'r> {
+pub struct Recommended<'r> {
     /// Whether the errors keep within [`ERROR_MAX`]; if not, this is merely the least error.
     pub qualifies: bool,
     /// The setting with its figures.
@@ -26,10 +26,10 @@ fn error(row: &PressRow) -> f64 {
 /// The setting with the least error whose median tick is within the budget; none where none of the
 /// settings measured is.
 #[must_use]
-pub fn choose<'r>(rows: &[&'r PressRow], budget_us: f64) -> Option<Choice<'r>> {
+pub fn choose<'r>(rows: &[&'r PressRow], budget_us: f64) -> Option<Recommended<'r>> {
     let fits = rows.iter().filter(|row| row.tick_ns.p50 as f64 * 1e-3 <= budget_us);
     let row = fits.min_by(|a, b| error(a).total_cmp(&error(b)))?;
-    Some(Choice { qualifies: error(row) <= ERROR_MAX, row })
+    Some(Recommended { qualifies: error(row) <= ERROR_MAX, row })
 }
 
 #[cfg(test)]

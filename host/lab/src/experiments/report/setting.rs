@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use clap::ValueEnum;
+use chaincell_kernel::Choice;
 use serde::{Serialize, Serializer};
 
 use chaincell_host::engine::Scheme;
@@ -23,7 +23,7 @@ impl Setting {
     /// Every scheme on a body, and `track` once more without the hats where it has some.
     #[must_use]
     pub fn all(has_hats: bool) -> Vec<Self> {
-        let schemes = Scheme::value_variants().iter();
+        let schemes = Scheme::ALL.iter();
         let mut all: Vec<Self> = schemes.map(|&scheme| Self { scheme, hats: true }).collect();
         if has_hats {
             all.push(Self { scheme: Scheme::Track, hats: false });
@@ -34,9 +34,7 @@ impl Setting {
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(value) = self.scheme.to_possible_value() {
-            f.write_str(value.get_name())?;
-        }
+        f.write_str(self.scheme.name())?;
         if self.hats { Ok(()) } else { f.write_str(" without hats") }
     }
 }

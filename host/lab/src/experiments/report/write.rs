@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
+use chaincell_kernel::Choice as _;
 use serde::Serialize;
 
 use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
 use super::pictures;
 use super::press::{Errors, FIRST_TICK, PressRow};
-use super::recommend::{BUDGETS_US, Choice, ERROR_MAX, choose};
+use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
 use super::tables::{Table, csv, duration, percent, us};
 use super::tools;
 use super::worst;
@@ -143,8 +144,8 @@ fn budgets(report: &Report) -> String {
 }
 
 /// A budget's setting with its figures.
-fn choice(choice: Option<Choice<'_>>) -> Vec<String> {
-    let Some(Choice { qualifies, row }) = choice else {
+fn choice(choice: Option<Recommended<'_>>) -> Vec<String> {
+    let Some(Recommended { qualifies, row }) = choice else {
         let mut cells = vec!["none: every setting takes longer".to_owned()];
         cells.resize(6, "-".to_owned());
         return cells;
@@ -397,8 +398,8 @@ fn numbers(report: &Report) -> String {
     for row in &report.numbers {
         table.row(vec![
             row.scene.into(),
-            name(&row.scheme),
-            name(&row.number),
+            row.scheme.name().into(),
+            row.number.name().into(),
             us(row.tick_ns_p50),
             percent(row.field),
             percent(row.force),
@@ -443,11 +444,6 @@ fn firmware(report: &Report) -> String {
         ]);
     }
     format!("On emulated microcontrollers, in their worst state:\n\n{}", table.markdown())
-}
-
-/// A name as the command line has it.
-fn name(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
 }
 
 fn growth(report: &Report) -> String {

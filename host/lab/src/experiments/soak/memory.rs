@@ -5,8 +5,7 @@
 //! told apart: the first call of a function brings them in, and the system may take them back. The
 //! counters of `/proc/PID/status` are cheaper, and on some kernels off by a few hundred kilobytes.
 
-use std::fs;
-
+use procfs::process::{MMapPath, Process};
 use serde::Serialize;
 
 /// Memory of a process at a moment.
@@ -27,52 +26,30 @@ impl Memory {
     /// with the process running on.
     #[must_use]
     pub fn of(pid: u32) -> Option<Self> {
-        let (taken_kb, file_kb) = pages(&fs::read_to_string(format!("/proc/{pid}/smaps")).ok()?);
-        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-        let (minor_faults, major_faults) = faults(&stat)?;
-        Some(Self { taken_kb, file_kb, minor_faults, major_faults })
-    }
-}
-
-/// Taken and file-backed pages of a process's `smaps` \[kB\].
-fn pages(smaps: &str) -> (u64, u64) {
-    let (mut taken_kb, mut file_kb) = (0, 0);
-    let (mut on_disk, mut resident_kb) = (false, 0);
-    for line in smaps.lines() {
-        let mut words = line.split_whitespace();
-        let Some(first) = words.next() else { continue };
-        let size_kb = || line.split_whitespace().nth(1).and_then(|kb| kb.parse::<u64>().ok());
-        match first {
-            "Rss:" => {
-                resident_kb = size_kb().unwrap_or(0);
-                if !on_disk {
-                    taken_kb += resident_kb;
-                }
-            }
-            "Anonymous:" if on_disk => {
-                let written_kb = size_kb().unwrap_or(0);
-                taken_kb += written_kb;
-                file_kb += resident_kb.saturating_sub(written_kb);
-            }
-            // 7f00-7f10 r--p 00000000 08:01 4711 /usr/lib/libc.so.6
-            _ if !first.ends_with(':') => on_disk = words.nth(4).is_some_and(is_on_disk),
-            _ => {}
+        let process = Process::new(pid.cast_signed()).ok()?;
+        let stat = process.stat().ok()?;
+        let mut memory =
+            Self { minor_faults: stat.minflt, major_faults: stat.majflt, ..Self::default() };
+        for map in process.smaps().ok()? {
+            let kb = |key: &str| map.extension.map.get(key).map_or(0, |bytes| bytes / 1024);
+            let backed_kb = if is_on_disk(&map.pathname) {
+                kb("Rss").saturating_sub(kb("Anonymous"))
+            } else {
+                0
+            };
+            memory.taken_kb += kb("Rss") - backed_kb;
+            memory.file_kb += backed_kb;
         }
+        Some(memory)
     }
-    (taken_kb, file_kb)
 }
 
-fn is_on_disk(path: &str) -> bool {
-    let in_memory = ["/dev/shm/", "/dev/zero", "/memfd:", "/SYSV"];
-    path.starts_with('/') && !in_memory.iter().any(|start| path.starts_with(start))
-}
-
-/// Minor and major page faults of a process's `stat`.
-fn faults(stat: &str) -> Option<(u64, u64)> {
-    // The name stands in brackets and may hold anything; the state follows.
-    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(7);
-    let minor = fields.next()?.parse().ok()?;
-    Some((minor, fields.nth(1)?.parse().ok()?))
+/// Whether a file on a disk stands behind a mapping.
+fn is_on_disk(path: &MMapPath) -> bool {
+    let MMapPath::Path(path) = path else { return false };
+    let path = path.to_string_lossy();
+    path.starts_with('/')
+        && !["/dev/shm/", "/dev/zero", "/memfd:"].iter().any(|start| path.starts_with(start))
 }
 
 /// How a process's memory went after the warm-up.
@@ -128,34 +105,16 @@ impl Watch {
 mod tests {
     use super::*;
 
-    const SMAPS: &str = "\
-55d0-55e0 r-xp 00000000 08:01 42    /usr/bin/chaincell
-Size:                 64 kB
-Rss:                  40 kB
-Anonymous:             8 kB
-VmFlags: rd ex mr mw me
-7ff0-7ff1 rw-s 00000000 00:1a 7     /dev/shm/iox2_abc.data
-Rss:                  20 kB
-Anonymous:             0 kB
-5600-5700 rw-p 00000000 00:00 0     [heap]
-Rss:                 100 kB
-Anonymous:           100 kB
-7e00-7e10 rw-p 00000000 00:00 0
-Rss:                   4 kB
-Anonymous:             4 kB
-";
-
     #[test]
-    fn what_no_disk_backs_is_taken() {
-        assert_eq!(pages(SMAPS), (8 + 20 + 100 + 4, 32));
-        assert_eq!(pages(""), (0, 0));
-    }
-
-    #[test]
-    fn faults_are_found_behind_any_name() {
-        let stat = "7 (a) b) S 1 7 7 0 -1 4194304 123 9 45 0 1 2 3";
-        assert_eq!(faults(stat), Some((123, 45)));
-        assert_eq!(faults("7 (x"), None);
+    fn files_on_a_disk_alone_back_pages() {
+        let on_disk = |text: &str| is_on_disk(&MMapPath::from(text).unwrap());
+        assert!(on_disk("/usr/bin/chaincell"));
+        for text in ["", "[heap]", "[stack]", "[vdso]", "/SYSV0000004d (deleted)"] {
+            assert!(!on_disk(text), "{text}");
+        }
+        for text in ["/dev/shm/iox2_abc.data", "/dev/zero (deleted)", "/memfd:a (deleted)"] {
+            assert!(!on_disk(text), "{text}");
+        }
     }
 
     #[test]

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::rivals::{Measure, Rival, Verdict, play};
 use super::trial::{Ended, Trial};
-use super::variant::Variant;
-use super::watch::{Check, Failure, Worst};
+use crate::bodies::Variant;
+use crate::monitor::{Check, Failure, Worst};
 use chaincell_host::engine::{Arithmetic, Scheme};
 use chaincell_host::error::Result;
 

@@ -1,22 +1,15 @@
 //! `chaincell stress`: bodies in states and under tools that none should come to, in every scheme
 //! and number type, beside explicit mass-spring and position-based dynamics.
 
-mod body;
 mod case;
 mod cases;
-mod energy;
 mod rivals;
 mod table;
 mod trial;
-mod variant;
-mod watch;
 
 pub use case::{Case, Failed, Outcome, Run, Scale};
-pub use energy::{FIXED_RESOLUTION, energy_j, of_positions};
 pub use rivals::{Rival, Verdict};
 pub use table::table;
-pub use variant::Variant;
-pub use watch::{Bounds, Certificate, Check, Failure, Seen, Watch, Worst};
 
 use serde::Serialize;
 

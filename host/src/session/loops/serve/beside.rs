@@ -66,7 +66,7 @@ impl Run<'_> {
             Err(_) => self.disobeyed += 1,
             Ok(command) => {
                 self.obeyed += 1;
-                self.hand.begin_ramp();
+                self.shaper.begin_ramp();
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
                 if let Some(state) = &mut self.state {

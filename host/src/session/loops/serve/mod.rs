@@ -25,10 +25,10 @@ use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
 use crate::session::ipc::services::{Ports, Scene};
 use crate::session::ipc::state::StatePublisher;
-use crate::session::loops::hand::Hand;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
 use crate::session::loops::record::Recorder;
+use crate::session::loops::shaper::ForceShaper;
 use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use crate::session::timing::histogram::Latencies;
@@ -72,7 +72,7 @@ impl Server {
     /// Opens the scene's services; refused while another server is alive on the scene.
     pub fn open(options: &ServeOptions) -> Result<Self> {
         let length_ns = match options.seconds {
-            Some(seconds) => span_ns("--seconds", seconds)?,
+            Some(seconds) => span_ns("`seconds`", seconds)?,
             None => u64::MAX,
         };
         let rate = PoseRate::new(options.max_pose_hz)?;
@@ -147,7 +147,7 @@ struct Run<'a> {
     rate: PoseRate,
     alive_until_ns: u64,
     answer: Option<ToolForce>,
-    hand: Hand,
+    shaper: ForceShaper,
     end_ns: u64,
     publishers: u64,
     executed: u64,
@@ -186,7 +186,7 @@ impl<'a> Run<'a> {
             rate: server.rate,
             alive_until_ns: 0,
             answer: None,
-            hand: Hand::new(watchdog_ms, ramp_ms, max_slew_n_per_s, start_ns),
+            shaper: ForceShaper::new(watchdog_ms, ramp_ms, max_slew_n_per_s, start_ns),
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
@@ -233,7 +233,8 @@ impl<'a> Run<'a> {
     fn wait(&mut self) {
         self.connect_peers();
         let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
-        let deadline_ns = self.hand.fall_ns().map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
+        let deadline_ns =
+            self.shaper.fall_ns().map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
         self.waiter.pause(deadline_ns, &self.server.ports.wake);
     }
 
@@ -285,17 +286,17 @@ impl<'a> Run<'a> {
             }
             _ => {
                 self.publishers += 1;
-                self.hand.begin_ramp();
+                self.shaper.begin_ramp();
             }
         }
         self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
         if !self.rate.takes(arrival_ns) {
-            complain(&mut self.throttled, "poses come faster than --max-pose-hz", pose.tick);
+            complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
             return false;
         }
-        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.hand.heard_ns()));
+        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.shaper.heard_ns()));
         self.waiter.expect_after(arrival_ns);
-        self.hand.hears(arrival_ns);
+        self.shaper.hear(arrival_ns);
         true
     }
 
@@ -368,8 +369,8 @@ impl<'a> Run<'a> {
             poses_throttled: self.throttled,
             publishers: self.publishers,
             sends_failed: self.failed,
-            watchdog_fired: self.hand.silences(),
-            largest_force_step_n: self.hand.largest_step_n(),
+            watchdog_fired: self.shaper.silences(),
+            largest_force_step_n: self.shaper.largest_step_n(),
             ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
             flag_ticks: self.flag_ticks,

@@ -33,7 +33,7 @@ impl PoseRate {
     pub(super) fn new(hz: u32) -> Result<Self> {
         if hz > POSE_HZ_MAX {
             return Err(Error::input(format!(
-                "--max-pose-hz {hz}: must be from 0 (no limit) to {POSE_HZ_MAX}"
+                "`max_pose_hz` {hz}: must be from 0 (no limit) to {POSE_HZ_MAX}"
             )));
         }
         let token_ns = if hz == 0 { 0 } else { SECOND_NS / u64::from(hz) };
@@ -107,6 +107,6 @@ mod tests {
         let mut slow = PoseRate::new(1).unwrap();
         assert_eq!(taken(&mut slow, 0, 0, 3 * BURST), BURST);
         let error = PoseRate::new(POSE_HZ_MAX + 1).unwrap_err();
-        assert!(error.to_string().contains("--max-pose-hz"), "{error}");
+        assert!(error.to_string().contains("`max_pose_hz`"), "{error}");
     }
 }

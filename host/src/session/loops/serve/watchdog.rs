@@ -14,9 +14,9 @@ impl Run<'_> {
         let safe = Flags::SAFE_STATE.0;
         let before = self.answer.map_or(answer.flags, |last| last.flags);
         if (answer.flags ^ before) & safe != 0 {
-            self.hand.begin_ramp();
+            self.shaper.begin_ramp();
         }
-        let force_n = self.hand.show(answer.force_n, now_ns);
+        let force_n = self.shaper.shape(answer.force_n, now_ns);
         // The flag says that the force is zero; on the way there it is not.
         let flags = if force_n == [0.0; 3] { answer.flags } else { answer.flags & !safe };
         ToolForce { force_n, flags, ..answer }
@@ -26,7 +26,7 @@ impl Run<'_> {
     /// tissue stays as it is.
     pub(super) fn watch(&mut self, now_ns: u64) {
         let Some(last) = self.answer else { return };
-        let Some(fall) = self.hand.waits(now_ns) else { return };
+        let Some(fall) = self.shaper.wait(now_ns) else { return };
         let mut flags = Flags(last.flags & !Flags::SAFE_STATE.0);
         flags.insert(Flags::STALE);
         if fall.is_done {

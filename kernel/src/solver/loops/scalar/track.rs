@@ -12,10 +12,10 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Loops, Moved, Points};
 use crate::terms::held::Contact;
-use crate::terms::pass::Terms;
+use crate::terms::residual::Terms;
 
-/// See `Loops::track_pass`.
-pub(crate) fn pass<N: Loops>(
+/// See `Loops::track_residual`.
+pub(crate) fn residual<N: Loops>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, N>,
@@ -54,7 +54,7 @@ pub(crate) fn step<N: Loops>(
     let mut moved = Moved::NOTHING;
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
-        // Whoever was under way has woken his neighbours.
+        // The neighbours of cells that moved before are awake.
         let started = if awake.spread.contains(slice) {
             update::<N, false>(model, &cells, points, factors, &mut moved.beyond)
         } else {

@@ -54,7 +54,7 @@ impl Reduce for Sums<'_, '_> {
     }
 }
 
-/// The update of awake slices without hats.
+/// The update of awake slices without a coarse level.
 pub(crate) struct Step<'a, 'b, 'm> {
     pub model: &'a Model<'m>,
     pub awake: &'a Awake,
@@ -89,7 +89,7 @@ impl Work for Step<'_, '_, '_> {
                 *last = y;
                 *next = y.plus(z);
                 *ahead = y.plus(alpha.times(z)).plus(beta.times(way));
-                // Whoever was under way has woken his neighbours.
+                // The neighbours of cells that moved before are awake.
                 let still = zero.larger_magnitude(way).below(least);
                 let moves = zero.larger_magnitude(ahead.minus(y)).larger_magnitude(next.minus(y));
                 started = started.larger_magnitude(moves.keep(still));

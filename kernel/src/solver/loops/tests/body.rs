@@ -3,6 +3,8 @@
 use std::vec;
 use std::vec::Vec;
 
+use crate::model::pin::Pins;
+use crate::model::terms::NoTerm;
 use crate::model::{Model, Slices, rest_length};
 use crate::number::two_float::LANES;
 
@@ -118,7 +120,7 @@ impl Body {
                 weights: varied.weights.then_some(&self.slice_weights),
             }),
             colours: None,
-            hats: None,
+            coarse_basis: None,
             link_alphas: varied.alphas.then_some(&self.alphas),
             link_weights: varied.weights.then_some(&self.weights),
             weight_min: 1.0,
@@ -128,6 +130,7 @@ impl Body {
             tetrahedra: &[],
             notes: &[],
             fine: None,
+            others: (Pins::NONE, NoTerm),
             dimension: 3,
             unit_m: 1.0,
             centre_m: [0.0; 3],

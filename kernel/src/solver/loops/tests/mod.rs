@@ -1,5 +1,5 @@
-//! Passes and updates over slices, on the machine's unit and in plain Rust, against those that visit
-//! every link once and cell after cell.
+//! Passes and updates over slices, on the machine's unit and in plain Rust, against those that
+//! visit every link once and cell after cell.
 
 mod body;
 
@@ -18,8 +18,8 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::terms::held::Contact;
 use crate::terms::links::sliced::SlicedLinks;
-use crate::terms::pass::Terms;
-use crate::terms::sliced::{Contacts, SlicedPass};
+use crate::terms::residual::Terms;
+use crate::terms::sliced::{Contacts, SlicedResidual};
 use body::{Body, Link, Varied};
 
 /// Everything that a pass and the updates after it compute, as bits.
@@ -74,7 +74,7 @@ impl Case {
     fn scalar(&self, model: &Model<'_>) -> Outcome {
         self.outcome(
             model,
-            &|terms, awake, points, held| scalar::track::pass(terms, &awake.set, points, held),
+            &|terms, awake, points, held| scalar::track::residual(terms, &awake.set, points, held),
             &|awake, points| {
                 f32::track_step(
                     Terms { model, closed: self.closed, vectors: None, current: None },
@@ -104,7 +104,7 @@ impl Case {
                 let links = SlicedLinks::of(terms.links(), points.at).unwrap();
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
                 let (contacts, reduce) = (Contacts::new(held), &mut sums);
-                run(unit, SlicedPass { terms, links, awake, at, residual, contacts, reduce });
+                run(unit, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
                 sums.totals()
             },
             &|awake, points| {
@@ -133,7 +133,7 @@ impl Case {
             *before = *at;
         }
         published.rotate_left(1);
-        let mut awake = Awake::NOBODY;
+        let mut awake = Awake::NONE;
         awake.wake_all(model);
         if !self.held.is_empty() {
             awake.spread = SliceSet::EMPTY;
@@ -189,7 +189,7 @@ impl Place {
                 signs.map(|up| if up { COORDINATE_MAX } else { -COORDINATE_MAX })
             }
         };
-        // There is one zero in the state.
+        // -0.0 becomes +0.0.
         position.map(|x| x + 0.0)
     }
 }

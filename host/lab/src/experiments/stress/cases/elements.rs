@@ -1,11 +1,11 @@
 //! Bodies of shapes that meshes should not have.
 
-use chaincell_kernel::Model;
-
-use crate::experiments::stress::body::{Body, Shape, cuboid, hub, spiral};
+use crate::bodies::shape::{cuboid, hub, spiral};
+use crate::bodies::{Body, Shape};
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::cases::{PRESS_TICKS, pressing, touching_once};
 use crate::experiments::stress::trial::Trial;
+use crate::states::State;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;
 
@@ -68,13 +68,10 @@ pub fn spoil(
         let trial = Trial::new(format!("{name}, {label}"), body, ticks);
         Trial { compared, ..trial.under(touching_once(ticks)) }
     };
-    let states: [(&str, f32); 2] = [("inverted", -1.0), ("in one point", 0.0)];
-    for (label, factor) in states {
-        let of = move |model: &Model<'_>, cell: usize| {
-            let rest = model.rest_position(cell);
-            if model.is_fixed(cell as u16) { rest } else { rest.map(|x| factor * x) }
-        };
-        found.play(&spoilt(label).from(of))?;
+    for (label, state) in
+        [("inverted", State::Inverted), ("in one point", State::Coincident([0.0; 3]))]
+    {
+        found.play(&spoilt(label).from(move |model| state.of_free_cells(model, 0)))?;
     }
     Ok(())
 }

@@ -3,11 +3,12 @@
 use chaincell_kernel::{COORDINATE_MAX, Flags, ToolSample};
 use nalgebra::Vector3;
 
-use crate::experiments::stress::body::{Body, cuboid};
+use crate::bodies::Body;
+use crate::bodies::Variant;
+use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::{Touch, Trial, sample, stop_if_asked};
-use crate::experiments::stress::variant::Variant;
-use crate::experiments::stress::watch::Check;
+use crate::monitor::Check;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::Engine;
 use chaincell_host::error::Result;
@@ -86,7 +87,9 @@ fn positions(scale: Scale, found: &mut Findings) -> Result<()> {
     let large: State = |cell, axis| extreme(3 * cell as u32 + axis).signum() * COORDINATE_MAX;
     for (label, of) in [("smallest", small), ("1e6 links", large)] {
         let trial = Trial::new(label, &body, ticks);
-        let trial = trial.from(move |_, cell| [0, 1, 2].map(|axis| of(cell, axis)));
+        let trial = trial.from(move |model| {
+            (0..model.cells()).map(|cell| [0, 1, 2].map(|axis| of(cell, axis))).collect()
+        });
         found.play(&Trial { compared: false, ..trial })?;
     }
     each_engine(&body, |variant, engine| {

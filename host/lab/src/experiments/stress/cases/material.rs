@@ -2,13 +2,14 @@
 
 use chaincell_kernel::Unloading;
 
-use crate::experiments::stress::body::{Body, cuboid};
+use crate::bodies::Body;
+use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::cases::elements::{press_and_spoil, spoil};
-use crate::experiments::stress::cases::states::places;
 use crate::experiments::stress::cases::{PRESS_TICKS, pressing};
 use crate::experiments::stress::trial::Trial;
-use crate::experiments::stress::watch::Check;
+use crate::monitor::Check;
+use crate::states::scattered;
 use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::Result;
 
@@ -79,7 +80,7 @@ fn nine_decades(scale: Scale, found: &mut Findings) -> Result<()> {
     // A link has the mean of its ends: soft links need soft neighbours, so layers differ most.
     let layer = |node: usize| (node % scale.nodes() as usize) as f64 / f64::from(scale.nodes() - 1);
     let decades = |node: usize, jitter: f32| 9.0 * layer(node) - 4.5 + f64::from(jitter);
-    let jitter = places(9, nodes, 0.5)?;
+    let jitter = scattered(9, nodes, 0.5);
     let each = |up: f64| -> Vec<f64> {
         (0..nodes).map(|node| 20.0 * libm::exp10(up * decades(node, jitter[node][0]))).collect()
     };

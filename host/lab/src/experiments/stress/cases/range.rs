@@ -2,9 +2,11 @@
 
 use chaincell_kernel::Model;
 
-use crate::experiments::stress::body::{Body, cuboid};
+use crate::bodies::Body;
+use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::Trial;
+use crate::monitor::Check;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;
 
@@ -31,19 +33,16 @@ fn reach(scale: Scale, found: &mut Findings) -> Result<()> {
         (way.map(|x| x * far_m * (1.0 - part)), tick < 2 * out)
     });
     found.play(&Trial { leaps: true, ..trial })?;
-    found.hold(
-        found.worst.coordinate_over_k >= 1.0,
-        "held cell",
-        crate::experiments::stress::watch::Check::Range,
-        || "K was not reached".to_owned(),
-    );
-    let thrown = move |model: &Model<'_>, cell: usize| {
-        let rest = model.rest_position(cell);
-        if model.is_fixed(cell as u16) {
-            rest
-        } else {
-            [0, 1, 2].map(|x| rest[x] + 3.0 * k * way[x])
-        }
+    found.hold(found.worst.coordinate_over_k >= 1.0, "held cell", Check::Range, || {
+        "K was not reached".to_owned()
+    });
+    let thrown = move |model: &Model<'_>| {
+        let place = |cell: usize| {
+            let rest = model.rest_position(cell);
+            let by = if model.is_fixed(cell as u16) { 0.0 } else { 3.0 * k };
+            [0, 1, 2].map(|axis| rest[axis] + by * way[axis])
+        };
+        (0..model.cells()).map(place).collect()
     };
     found.play(&Trial::new("thrown", &body, scale.ticks(120)).from(thrown))
 }

@@ -1,10 +1,11 @@
 //! Rest is rest: every body, untouched and held without motion.
 
-use crate::experiments::stress::body::{Body, Shape, cuboid, hub, spiral};
+use crate::bodies::Variant;
+use crate::bodies::shape::{cuboid, hub, spiral};
+use crate::bodies::{Body, Shape};
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::{Trial, sample, stop_if_asked};
-use crate::experiments::stress::variant::Variant;
-use crate::experiments::stress::watch::Check;
+use crate::monitor::Check;
 use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::engine::Arithmetic;
 use chaincell_host::error::Result;

@@ -1,6 +1,7 @@
 //! Bodies that nothing holds, that fall apart, that cannot move.
 
-use crate::experiments::stress::body::{Body, cuboid};
+use crate::bodies::Body;
+use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::cases::elements::press_and_spoil;
 use crate::experiments::stress::trial::{Touch, Trial};

@@ -1,11 +1,12 @@
 //! Number types against each other.
 
-use crate::experiments::stress::body::{Body, cuboid};
+use crate::bodies::Body;
+use crate::bodies::Variant;
+use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::cases::{PRESS_TICKS, pressing};
 use crate::experiments::stress::trial::{Trial, sample, stop_if_asked};
-use crate::experiments::stress::variant::Variant;
-use crate::experiments::stress::watch::Check;
+use crate::monitor::Check;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Scheme};
 use chaincell_host::error::Result;

@@ -1,9 +1,10 @@
 //! Tools that do what no hand does.
 
-use crate::experiments::stress::body::{Body, cuboid};
+use crate::bodies::Body;
+use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::cases::states::places;
 use crate::experiments::stress::trial::{Pose, Touch, Trial};
+use crate::states::scattered;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;
 
@@ -85,7 +86,7 @@ fn teleport(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
     let by = widths * scale.nodes() as f32 / 2.0;
     for leaps in [false, true] {
         let label = if leaps { "at once" } else { "a link a tick" };
-        let places = places(u64::from(leaps), held as usize, by)?;
+        let places = scattered(u64::from(leaps), held as usize, by);
         let script = around(unit_m, centre_m, held, move |tick| places[tick as usize]);
         let trial = trial(label, &body, scale, touch, unit_m).under(script);
         found.play(&Trial { leaps, ..trial })?;

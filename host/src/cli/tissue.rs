@@ -2,10 +2,11 @@
 
 use std::ffi::OsString;
 
-use chaincell_kernel::{Drive, Model, Network, Settings, SettingsError, Unloading};
-use clap::ValueEnum;
+use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
 use serde::Serialize;
 
+use super::choice::parser;
+use crate::choice;
 use crate::engine::contact::contact_cells;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
@@ -16,7 +17,7 @@ const TICK_S: f32 = 1e-3;
 
 /// Contact, dynamics and limits.
 #[derive(Debug, Clone, clap::Args)]
-pub struct SceneArgs {
+pub struct TissueArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
     /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
@@ -30,10 +31,11 @@ pub struct SceneArgs {
     /// Scheme: track follows the equilibrium; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound, rkl1 its robust form; gauss-seidel
     /// needs the least RAM and a model baked with --colours
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = parser::<Scheme>(), default_value = Scheme::default().name())]
     pub dynamics: Scheme,
     /// Numbers that cells and links are computed in
-    #[arg(long, value_enum, default_value_t, value_name = "TYPE")]
+    #[arg(long, value_parser = parser::<Arithmetic>(), default_value = Arithmetic::default().name(),
+        value_name = "TYPE")]
     pub number: Arithmetic,
     /// Dimensionless time: the step of euler a sweep [default: 0.9 of the model's bound], or what
     /// rkl1 and rkl2 advance a tick [default: what the sweeps cover]
@@ -48,48 +50,26 @@ pub struct SceneArgs {
     pub sweeps: u16,
     /// What the tool's displacement does to the contact cells: it prescribes their positions, or it is
     /// the current into each of them (the paper's drive), a load of 2 k times the displacement [N]
-    #[arg(long, value_enum, default_value_t)]
-    pub drive: DriveArg,
+    #[arg(long, value_parser = parser::<Drive>(), default_value = Drive::default().name())]
+    pub drive: Drive,
     /// Largest motion of the contact cells, or change of the current, a tick [m] [default: one mean
     /// link length]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     pub max_tool_step_m: Option<f32>,
     /// When the links' bands close to their rest lengths
-    #[arg(long, value_enum, default_value_t)]
-    pub unloading: UnloadingArg,
+    #[arg(long, value_parser = parser::<Unloading>(), default_value = Unloading::default().name())]
+    pub unloading: Unloading,
     /// Largest force; a larger one is shortened and flagged [N] [default: no limit]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub max_force_n: Option<f32>,
 }
 
-/// `--unloading`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum UnloadingArg {
-    /// Never
-    Off,
-    /// From release until the tool takes hold again
-    #[default]
-    Release,
-    /// Also while the tool has come back from its deepest point
-    Retreat,
-}
-
-/// `--drive`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DriveArg {
-    /// The cells are held where the tool has them
-    #[default]
-    Position,
-    /// The cells are free and loaded; a body that nothing fixes drifts
-    Current,
-}
-
 /// Every parameter in force, for summaries.
 #[derive(Debug, Clone, Serialize)]
-pub struct SceneReport {
+pub struct TissueReport {
+    #[serde(serialize_with = "choice::serialize")]
     dynamics: Scheme,
+    #[serde(serialize_with = "choice::serialize")]
     number: Arithmetic,
     sweeps_per_tick: u16,
     step: f32,
@@ -97,8 +77,10 @@ pub struct SceneReport {
     time_constant_s: Option<f32>,
     network_time_per_tick: Option<f32>,
     max_tool_step_m: f32,
-    drive: DriveArg,
-    unloading: UnloadingArg,
+    #[serde(serialize_with = "choice::serialize")]
+    drive: Drive,
+    #[serde(serialize_with = "choice::serialize")]
+    unloading: Unloading,
     max_force_n: Option<f32>,
     contact_nodes: Vec<u32>,
     probe_radius_m: Option<f32>,
@@ -115,7 +97,7 @@ pub struct SceneReport {
     model_checksum: String,
 }
 
-impl SceneArgs {
+impl TissueArgs {
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
         let defaults = self.dynamics.settings(&model, self.sweeps);
@@ -125,15 +107,8 @@ impl SceneArgs {
             step,
             tick_time,
             max_tool_step_m: self.max_tool_step_m.unwrap_or(defaults.max_tool_step_m),
-            drive: match self.drive {
-                DriveArg::Position => Drive::Position,
-                DriveArg::Current => Drive::Current,
-            },
-            unloading: match self.unloading {
-                UnloadingArg::Off => Unloading::Off,
-                UnloadingArg::Release => Unloading::Release,
-                UnloadingArg::Retreat => Unloading::Retreat,
-            },
+            drive: self.drive,
+            unloading: self.unloading,
             max_force_n: self.max_force_n.unwrap_or(f32::INFINITY),
         };
         let network = Network::new(model, settings).map_err(|why| self.refuse(why))?;
@@ -208,7 +183,7 @@ impl SceneArgs {
         let Some(radius) = self.contact.strip_prefix("probe:") else {
             return contact_cells(&self.contact, model).map(Contact::Cells);
         };
-        if self.drive == DriveArg::Current {
+        if self.drive == Drive::Current {
             return Err(Error::input(
                 "--drive current loads chosen cells, and a probe has none: give --contact \
                  cells:SELECTOR, or leave --drive out",
@@ -231,15 +206,12 @@ impl SceneArgs {
     /// The same arguments for a child process.
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args = vec![format!("--contact={}", self.contact)];
-        let name = |value: Option<clap::builder::PossibleValue>| {
-            value.map_or(String::new(), |value| value.get_name().to_owned())
-        };
         args.push(format!("--probe-capacity={}", self.probe_capacity));
-        args.push(format!("--dynamics={}", name(self.dynamics.to_possible_value())));
-        args.push(format!("--number={}", name(self.number.to_possible_value())));
+        args.push(format!("--dynamics={}", self.dynamics.name()));
+        args.push(format!("--number={}", self.number.name()));
         args.push(format!("--sweeps={}", self.sweeps));
-        args.push(format!("--drive={}", name(self.drive.to_possible_value())));
-        args.push(format!("--unloading={}", name(self.unloading.to_possible_value())));
+        args.push(format!("--drive={}", self.drive.name()));
+        args.push(format!("--unloading={}", self.unloading.name()));
         for (option, value) in [
             ("--step", self.step),
             ("--time-constant-s", self.time_constant_s),
@@ -252,7 +224,7 @@ impl SceneArgs {
     }
 
     /// Every parameter in force.
-    pub fn report(&self, engine: &Engine<'_>) -> SceneReport {
+    pub fn report(&self, engine: &Engine<'_>) -> TissueReport {
         let (model, settings) = (engine.network().model(), engine.network().settings());
         let mut contact_nodes: Vec<u32> =
             engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
@@ -263,7 +235,7 @@ impl SceneArgs {
         };
         let by_tick = self.dynamics.goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
-        SceneReport {
+        TissueReport {
             dynamics: self.dynamics,
             number: self.number,
             sweeps_per_tick: settings.sweeps,

@@ -7,6 +7,7 @@
 use super::held::Contact;
 use super::links::number::LinkNumber;
 use super::links::term::Links;
+use super::term::{CellTerm, Term};
 use crate::backend::VectorUnit;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -63,14 +64,15 @@ impl<'a, 'm> Terms<'a, 'm> {
         residual: &mut [Cell<N>],
         contacts: &[Contact<N>],
     ) -> N::Tally {
-        let tally = N::accumulate(self.links(), awake, v, residual);
+        let mut tally = N::accumulate(self.links(), awake, v, residual);
+        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v);
         self.drive(residual, contacts);
         tally
     }
 
     /// The same at the outputs of all states; every slice has to be awake. Gives the sum of w d^2
     /// over the cells.
-    pub fn saturated_pass<N: LinkNumber>(
+    pub fn saturated_residual<N: LinkNumber>(
         self,
         awake: &SliceSet,
         v: &[Cell<N>],
@@ -78,13 +80,25 @@ impl<'a, 'm> Terms<'a, 'm> {
         contacts: &[Contact<N>],
     ) -> TwoFloat {
         let k = N::from_single(self.model.saturation());
-        let tally = self.links().accumulate(awake, v, residual, |v| output(v, k));
+        let mut tally = self.links().accumulate(awake, v, residual, |v| output(v, k));
+        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k));
         self.drive(residual, contacts);
         let mut lanes = N::WideSum::default();
         for (cell, r) in residual.iter().enumerate() {
             lanes.add(cell % LANES, N::energy_term(r.w()));
         }
         N::energy(&lanes, tally)
+    }
+
+    /// The terms at a cell whose output is `here`, contact cells as all others.
+    pub fn cell(&self, v: &[Cell], cell: usize, here: [f32; 3]) -> CellTerm {
+        let mut sum = self.links().cell(v, cell, here);
+        self.model.others.cell(cell, here, &mut |of| {
+            sum.residual = add(sum.residual, of.residual);
+            sum.wd2 += of.wd2;
+            sum.length += of.length;
+        });
+        sum
     }
 
     /// Takes held cells out of the residual, or adds the current to that of the contact cells;

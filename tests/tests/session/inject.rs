@@ -1,6 +1,10 @@
 //! Faults: read, drawn, counted.
 
-use super::*;
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use chaincell_host::session::ipc::payload::ToolPose;
+use chaincell_host::session::loops::inject::{Faults, Injected, Plan, Sending};
+use chaincell_host::session::timing::clock::MILLISECOND_NS;
 
 const POSES: u64 = 10_000;
 

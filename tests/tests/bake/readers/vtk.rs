@@ -1,5 +1,3 @@
-use std::path::Path;
-
 use proptest::prelude::*;
 
 use super::*;
@@ -81,26 +79,18 @@ fn offsets() -> Vec<u8> {
 }
 
 fn read(bytes: &[u8]) -> Result<RawMesh> {
-    Vtk.read(Path::new("a.vtk"), bytes, 1.0)
+    parse(Path::new("a.vtk"), bytes, 1.0)
 }
 
 #[track_caller]
 fn refused(bytes: &[u8], parts: &[&str]) {
-    let error = read(bytes).unwrap_err().to_string();
-    for part in parts {
-        assert!(error.contains(part), "{part} is not in: {error}");
-    }
+    assert_refused(read(bytes), parts);
 }
 
 #[track_caller]
 fn with(from: &str, to: &str) -> Vec<u8> {
     assert!(TEXT.contains(from), "{from} is not in the text");
     TEXT.replacen(from, to, 1).into_bytes()
-}
-
-/// The place right behind a text that stands in the file.
-fn behind(bytes: &[u8], text: &str) -> usize {
-    bytes.windows(text.len()).position(|window| window == text.as_bytes()).unwrap() + text.len()
 }
 
 #[test]
@@ -111,18 +101,13 @@ fn all_codings_give_the_same_body() {
     assert!(text.groups.is_empty());
     assert_eq!(read(&lists()).unwrap(), text);
     assert_eq!(read(&offsets()).unwrap(), text);
-    let mm = Vtk.read(Path::new("a.vtk"), &offsets(), 0.001).unwrap();
+    let mm = parse(Path::new("a.vtk"), &offsets(), 0.001).unwrap();
     assert_eq!(mm.nodes_m[4], [0.001; 3]);
 }
 
 /// The box that Gmsh meshed, as Gmsh and meshio write it.
 #[test]
 fn what_other_programs_write() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/meshes");
-    let load = |name: &str| {
-        let path = folder.join(name);
-        super::super::parse(&path, &std::fs::read(&path).unwrap(), 1.0).unwrap()
-    };
     let gmsh = load("box.msh41.ascii.msh");
     for name in ["box.ascii.vtk", "box.binary.vtk", "box51.ascii.vtk", "box51.binary.vtk"] {
         let vtk = load(name);
@@ -152,7 +137,7 @@ fn cells_that_are_not_read() {
     refused(&with("4 0 1 2 3", "4 0 1 -2 3"), &["a.vtk:21:", "is '-2'"]);
     refused(&with("CELL_TYPES 4\n1 5 10 10", "CELL_TYPES 2\n10 10"), &["4 CELLS and 2"]);
     for bad in ["nan", "inf", "1e39"] {
-        refused(&with("0 0 1\n", &format!("0 0 {bad}\n")), &["a.vtk:13: the z is", "--units"]);
+        refused(&with("0 0 1\n", &format!("0 0 {bad}\n")), &["a.vtk:13: the z is", "`unit_m`"]);
     }
     refused(&with("0 0 1\n", "0 0 x\n"), &["a.vtk:13: z is 'x'; it must be a number"]);
 }
@@ -181,7 +166,7 @@ fn counts_that_lie_are_refused_before_anything_is_read() {
     let point = behind(&lists(), "POINTS 5 float\n");
     let mut file = lists();
     file[point..point + 4].copy_from_slice(&f32::NAN.to_be_bytes());
-    refused(&file, &[&format!("a.vtk: byte {point}: the x is NaN"), "--units"]);
+    refused(&file, &[&format!("a.vtk: byte {point}: the x is NaN"), "`unit_m`"]);
 }
 
 #[test]
@@ -194,7 +179,7 @@ fn every_truncation_is_named() {
     ] {
         for end in 0..end {
             let error = read(&bytes[..end]).unwrap_err().to_string();
-            assert!(error.starts_with("a.vtk"), "{error}");
+            assert!(error.contains("a.vtk"), "{error}");
         }
         let inside = behind(&bytes, "POINTS 5 float\n") + 9;
         refused(&bytes[..inside], &["5 points", "bytes are left", "cut off"]);
@@ -223,13 +208,6 @@ proptest! {
         if let Some(cut) = cut {
             bytes.truncate(cut.index(bytes.len()));
         }
-        match read(&bytes) {
-            Ok(raw) => {
-                let nodes = raw.nodes_m.len() as u32;
-                prop_assert!(raw.tetrahedra.iter().flatten().all(|id| *id < nodes));
-                prop_assert!(raw.nodes_m.iter().flatten().all(|x| x.is_finite()));
-            }
-            Err(error) => prop_assert!(error.to_string().starts_with("a.vtk")),
-        }
+        prop_assert!(is_sound(&read(&bytes), "a.vtk"));
     }
 }

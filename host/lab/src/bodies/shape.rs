@@ -1,13 +1,10 @@
-//! The bodies: a mesh with its fixed nodes, the nodes that a tool holds, and its images.
+//! Bodies before the bake: a mesh with its fixed nodes and those that a tool holds.
 
 use chaincell_kernel::Model;
 
-use chaincell_host::bake::{BakeOptions, HatSpacing, ImageBytes, bake};
-use chaincell_host::error::{Error, Result};
+use chaincell_host::bake::{BakeOptions, ImageBytes, bake};
+use chaincell_host::error::Result;
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
-
-/// Distance of the hats where a body has them [mean link lengths].
-const HATS: HatSpacing = HatSpacing::Links(2.5);
 
 /// A mesh that is to be baked.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -20,68 +17,57 @@ pub struct Shape {
     pub held: Vec<u32>,
 }
 
-/// A baked body.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Body {
-    shape: Shape,
-    plain: ImageBytes,
-    hats: Option<ImageBytes>,
-}
-
-impl Body {
-    /// Bakes a shape without hats, and with them where it has room for them.
-    ///
-    /// # Errors
-    /// As the bake.
-    pub fn new(shape: Shape, options: &BakeOptions) -> Result<Self> {
-        let options = BakeOptions { colours: true, hats: HatSpacing::None, ..options.clone() };
-        let plain = bake(&shape.mesh, &shape.fixed, &options)?;
-        let hats = BakeOptions { hats: HATS, ..options };
-        let hats = bake(&shape.mesh, &shape.fixed, &hats).ok();
-        let hats = hats.filter(|image| {
-            Model::from_bytes(image.as_bytes()).is_ok_and(|model| model.hats() > 0)
-        });
-        Ok(Self { shape, plain, hats })
-    }
-
-    /// The model, with hats or without; none where there is no room for hats.
-    ///
-    /// # Errors
-    /// None for an image that was baked here.
-    pub fn model(&self, hats: bool) -> Result<Option<Model<'_>>> {
-        let image = if hats { self.hats.as_ref() } else { Some(&self.plain) };
-        image.map(|image| Model::from_bytes(image.as_bytes()).map_err(Error::check)).transpose()
-    }
-
-    /// The model without hats.
-    ///
-    /// # Errors
-    /// As [`Self::model`].
-    pub fn plain(&self) -> Result<Model<'_>> {
-        Model::from_bytes(self.plain.as_bytes()).map_err(Error::check)
-    }
-
-    /// Cells of the nodes that the tool holds, ascending.
-    #[must_use]
-    pub fn held(&self, model: &Model<'_>) -> Vec<u16> {
-        let cells = self.shape.held.iter().filter_map(|&node| model.cell_of_input(node));
-        let mut cells: Vec<u16> = cells.collect();
-        cells.sort_unstable();
-        cells
-    }
-}
-
 /// A box of n^3 nodes 10 mm apart, its bottom fixed; the tool holds the middle of its top.
 ///
 /// # Errors
 /// None for n from 2 on.
 pub fn cuboid(n: u32) -> Result<Shape> {
-    let mesh = load(&format!("box:{n}x{n}x{n}x0.01"), &MeshOptions::default())?;
-    let (fixed, middle) = (mesh.default_fixed.clone(), n / 2);
-    Ok(Shape { mesh, fixed, held: vec![(middle * n + middle) * n + n - 1] })
+    let middle = n / 2;
+    let shape = Shape::generated(&format!("box:{n}x{n}x{n}x0.01"))?;
+    Ok(shape.holding(&[(middle * n + middle) * n + n - 1]))
 }
 
 impl Shape {
+    /// A generated body, fixed where its generator says; the tool holds nothing.
+    ///
+    /// # Errors
+    /// As the generator.
+    pub fn generated(spec: &str) -> Result<Self> {
+        Self::generated_with(spec, &MeshOptions::default())
+    }
+
+    /// The same with options of the generator.
+    ///
+    /// # Errors
+    /// As the generator.
+    pub fn generated_with(spec: &str, options: &MeshOptions) -> Result<Self> {
+        let mesh = load(spec, options)?;
+        Ok(Self { fixed: mesh.default_fixed.clone(), mesh, held: Vec::new() })
+    }
+
+    /// The same with these nodes held by the tool.
+    #[must_use]
+    pub fn holding(self, nodes: &[u32]) -> Self {
+        Self { held: nodes.to_vec(), ..self }
+    }
+
+    /// The image of the shape.
+    ///
+    /// # Errors
+    /// As the bake.
+    pub fn bake(&self, options: &BakeOptions) -> Result<ImageBytes> {
+        bake(&self.mesh, &self.fixed, options)
+    }
+
+    /// Cells of the nodes that the tool holds, ascending.
+    #[must_use]
+    pub fn cells(&self, model: &Model<'_>) -> Vec<u16> {
+        let cells = self.held.iter().filter_map(|&node| model.cell_of_input(node));
+        let mut cells: Vec<u16> = cells.collect();
+        cells.sort_unstable();
+        cells
+    }
+
     /// The same, stretched along the axes.
     #[must_use]
     pub fn stretched(mut self, by: [f64; 3]) -> Self {

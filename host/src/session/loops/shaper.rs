@@ -1,12 +1,12 @@
-//! The force that a hand is shown: a stream of forces without a jump when it stops, comes again or
-//! changes for another cause; on both sides of the shared memory.
+//! The force that the device shows: without a jump when the answers stop, come again or change for
+//! another cause. Both sides of the shared memory shape it.
 
 use crate::session::loops::ramp::Ramp;
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS};
 
-/// What a hand is shown.
+/// Shapes the force with a ramp, and takes it to 0 in a silence.
 #[derive(Debug)]
-pub(crate) struct Hand {
+pub(crate) struct ForceShaper {
     ramp: Ramp,
     /// Silence after which the force falls, 0 for never \[ns\].
     watchdog_ns: u64,
@@ -26,8 +26,8 @@ pub(crate) struct Fall {
     pub(crate) is_done: bool,
 }
 
-impl Hand {
-    /// Is shown no force and has just heard something.
+impl ForceShaper {
+    /// No force is shown, and something was heard just now.
     pub(crate) fn new(watchdog_ms: u32, ramp_ms: u32, max_slew_n_per_s: f32, now_ns: u64) -> Self {
         Self {
             ramp: Ramp::new(ramp_ms, max_slew_n_per_s),
@@ -40,7 +40,7 @@ impl Hand {
     }
 
     /// Something was heard: after a silence the force rises from what is shown.
-    pub(crate) fn hears(&mut self, now_ns: u64) {
+    pub(crate) fn hear(&mut self, now_ns: u64) {
         if self.silent {
             self.silent = false;
             self.fall_ns = None;
@@ -60,12 +60,12 @@ impl Hand {
     }
 
     /// What to show of a force.
-    pub(crate) fn show(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
+    pub(crate) fn shape(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
         self.ramp.show(force_n, now_ns)
     }
 
     /// Nothing was heard: what to show, once it is time to.
-    pub(crate) fn waits(&mut self, now_ns: u64) -> Option<Fall> {
+    pub(crate) fn wait(&mut self, now_ns: u64) -> Option<Fall> {
         let silence_ns = now_ns.saturating_sub(self.heard_ns);
         if !self.silent && self.watchdog_ns != 0 && silence_ns >= self.watchdog_ns {
             self.silent = true;
@@ -82,7 +82,7 @@ impl Hand {
         Some(Fall { force_n, is_done })
     }
 
-    /// When [`Self::waits`] has something to show next, in a silence.
+    /// When [`Self::wait`] has something to show next, in a silence.
     pub(crate) fn fall_ns(&self) -> Option<u64> {
         self.fall_ns
     }
@@ -102,31 +102,31 @@ impl Hand {
 mod tests {
     use super::*;
 
-    fn hears(hand: &mut Hand, now_ns: u64) {
-        hand.hears(now_ns);
-        hand.show([5.0, 0.0, 0.0], now_ns);
+    fn hears(shaper: &mut ForceShaper, now_ns: u64) {
+        shaper.hear(now_ns);
+        shaper.shape([5.0, 0.0, 0.0], now_ns);
     }
 
     #[test]
     fn the_force_falls_in_a_silence_and_rises_after_it() {
-        let mut hand = Hand::new(20, 10, f32::INFINITY, 0);
-        hears(&mut hand, MILLISECOND_NS);
-        let first_n = hand.largest_step_n();
+        let mut shaper = ForceShaper::new(20, 10, f32::INFINITY, 0);
+        hears(&mut shaper, MILLISECOND_NS);
+        let first_n = shaper.largest_step_n();
         for ms in 2..60 {
-            hand.waits(ms * MILLISECOND_NS);
+            shaper.wait(ms * MILLISECOND_NS);
         }
-        assert_eq!((hand.silences(), hand.ramp.is_done()), (1, true));
+        assert_eq!((shaper.silences(), shaper.ramp.is_done()), (1, true));
         // Answers that were held up come all at once.
         for _ in 0..100 {
-            hears(&mut hand, 60 * MILLISECOND_NS);
+            hears(&mut shaper, 60 * MILLISECOND_NS);
         }
         for half_ms in 121..150 {
-            hears(&mut hand, half_ms * MILLISECOND_NS / 2);
+            hears(&mut shaper, half_ms * MILLISECOND_NS / 2);
         }
-        assert!(hand.ramp.is_done());
-        assert_eq!((hand.silences(), hand.largest_step_n()), (1, first_n));
-        let mut never = Hand::new(0, 10, f32::INFINITY, 0);
-        never.waits(u64::MAX);
+        assert!(shaper.ramp.is_done());
+        assert_eq!((shaper.silences(), shaper.largest_step_n()), (1, first_n));
+        let mut never = ForceShaper::new(0, 10, f32::INFINITY, 0);
+        never.wait(u64::MAX);
         assert_eq!(never.silences(), 0);
     }
 }

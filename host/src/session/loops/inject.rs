@@ -346,6 +346,3 @@ impl Iterator for Plan {
         Some(sending)
     }
 }
-
-#[cfg(test)]
-mod tests;

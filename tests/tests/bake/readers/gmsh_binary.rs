@@ -1,8 +1,6 @@
-use std::path::Path;
-
 use proptest::prelude::*;
 
-use super::tests::{NEW, OLD};
+use super::gmsh::{NEW, OLD};
 use super::*;
 
 /// Puts numbers into a file in either byte order.
@@ -117,20 +115,12 @@ fn new(little: bool) -> Vec<u8> {
 }
 
 fn read(bytes: &[u8]) -> Result<RawMesh> {
-    Gmsh.read(Path::new("a.msh"), bytes, 1.0)
+    parse(Path::new("a.msh"), bytes, 1.0)
 }
 
 #[track_caller]
 fn refused(bytes: &[u8], parts: &[&str]) {
-    let error = read(bytes).unwrap_err().to_string();
-    for part in parts {
-        assert!(error.contains(part), "{part} is not in: {error}");
-    }
-}
-
-/// The place right behind a text that stands in the file.
-fn behind(bytes: &[u8], text: &str) -> usize {
-    bytes.windows(text.len()).position(|window| window == text.as_bytes()).unwrap() + text.len()
+    assert_refused(read(bytes), parts);
 }
 
 /// `bytes` with others from `at` on.
@@ -148,15 +138,13 @@ fn both_byte_orders_give_the_body_of_the_text() {
         assert_eq!(read(&old(little)).unwrap(), text_22);
         assert_eq!(read(&new(little)).unwrap(), text_41);
     }
-    let mm = Gmsh.read(Path::new("a.msh"), &old(true), 0.001).unwrap();
+    let mm = parse(Path::new("a.msh"), &old(true), 0.001).unwrap();
     assert_eq!(mm.nodes_m[4], [0.001; 3]);
 }
 
 /// A box that Gmsh 4.15 meshed and wrote.
 #[test]
 fn what_gmsh_writes() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/meshes");
-    let load = |name: &str| read(&std::fs::read(folder.join(name)).unwrap()).unwrap();
     let text = load("box.msh41.ascii.msh");
     assert_eq!((text.nodes_m.len(), text.tetrahedra.len()), (32, 70));
     assert_eq!(text.groups["held below"].len(), 12);
@@ -213,7 +201,7 @@ fn types_coordinates_and_references() {
     let at = behind(&old(true), "$Nodes\n5\n");
     for bad in [f64::NAN, f64::INFINITY, -1e39] {
         let bytes = with(&old(true), at + 20, &bad.to_le_bytes());
-        refused(&bytes, &[&format!("a.msh: byte {}: the z is {bad:?}", at + 20), "--units"]);
+        refused(&bytes, &[&format!("a.msh: byte {}: the z is {bad:?}", at + 20), "`unit_m`"]);
     }
     refused(&with(&old(true), at + 28, &900_i32.to_le_bytes()), &["tag 900 is given twice"]);
     refused(&with(&old(true), at + 28, &[255; 4]), &["the node tag is -1"]);
@@ -228,7 +216,7 @@ fn every_truncation_is_named() {
             let whole = behind(&bytes, "$EndElements");
             for end in 1..whole {
                 let error = read(&bytes[..end]).unwrap_err().to_string();
-                assert!(error.starts_with("a.msh"), "{error}");
+                assert!(error.contains("a.msh"), "{error}");
             }
             for section in ["$Nodes\n", "$Elements\n"] {
                 let inside = behind(&bytes, section) + 20;
@@ -255,14 +243,6 @@ proptest! {
         if let Some(cut) = cut {
             bytes.truncate(cut.index(bytes.len()));
         }
-        match read(&bytes) {
-            Ok(raw) => {
-                let nodes = raw.nodes_m.len() as u32;
-                prop_assert!(raw.tetrahedra.iter().flatten().all(|id| *id < nodes));
-                prop_assert!(raw.groups.values().flatten().all(|id| *id < nodes));
-                prop_assert!(raw.nodes_m.iter().flatten().all(|x| x.is_finite()));
-            }
-            Err(error) => prop_assert!(error.to_string().starts_with("a.msh")),
-        }
+        prop_assert!(is_sound(&read(&bytes), "a.msh"));
     }
 }

@@ -1,0 +1,73 @@
+//! The ways to compute a body: every scheme in every number type that it has.
+
+use std::fmt;
+
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::error::{Error, Result};
+use chaincell_kernel::{Choice, Model, Network, Settings};
+
+/// A scheme in a number type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// The numbers.
+    pub numbers: Arithmetic,
+    /// Whether the model has a coarse level.
+    pub hats: bool,
+}
+
+impl Variant {
+    /// A variant without a coarse level.
+    #[must_use]
+    pub fn plain(scheme: Scheme, numbers: Arithmetic) -> Self {
+        Self { scheme, numbers, hats: false }
+    }
+
+    /// Every scheme in single precision, then those that have other numbers in these; none with a
+    /// coarse level.
+    #[must_use]
+    pub fn plain_ones() -> Vec<Self> {
+        let schemes = Scheme::ALL.iter();
+        let others = [Scheme::Track, Scheme::Euler].into_iter().flat_map(|scheme| {
+            [Arithmetic::Fixed, Arithmetic::F64].map(|numbers| Self::plain(scheme, numbers))
+        });
+        schemes.map(|&scheme| Self::plain(scheme, Arithmetic::F32)).chain(others).collect()
+    }
+
+    /// All of them, `track` with a coarse level first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let default = Self { hats: true, ..Self::plain(Scheme::Track, Arithmetic::F32) };
+        std::iter::once(default).chain(Self::plain_ones()).collect()
+    }
+
+    /// An engine at rest with the scheme's settings for so many `sweeps` a tick, `change`d.
+    ///
+    /// # Errors
+    /// As [`Engine::with_contact`]; settings that do not fit the model.
+    pub fn engine<'m>(
+        &self,
+        model: Model<'m>,
+        contact: Contact,
+        sweeps: u16,
+        change: impl FnOnce(Settings) -> Settings,
+    ) -> Result<Engine<'m>> {
+        let settings = change(self.scheme.settings(&model, sweeps));
+        let network = Network::new(model, settings).map_err(Error::check)?;
+        Engine::with_contact(network, self.scheme, self.numbers, contact)
+    }
+
+    /// Link passes a tick: a super-step takes several.
+    #[must_use]
+    pub fn sweeps(&self) -> u16 {
+        if self.scheme.goes_by_tick() { 9 } else { 4 }
+    }
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let hats = if self.hats { "+hats" } else { "" };
+        write!(f, "{}{hats} {}", self.scheme.name(), self.numbers.name())
+    }
+}

@@ -1,0 +1,194 @@
+//! Follows an engine tick by tick.
+
+use chaincell_kernel::{Drive, Flags, Model, TickOutput, ToolSample, Unloading};
+
+use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst};
+use super::energy::{Energy, energy, rounding};
+use crate::reference::Links;
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+
+/// How far fixed point may move a length [mean link lengths].
+const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
+/// Rounding of the largest force that is set.
+const FORCE_MAX: f64 = 1e-5;
+
+/// The tick before.
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    sample: ToolSample,
+    contacts: u32,
+    flags: Flags,
+}
+
+/// Ticks an engine and checks each tick.
+#[derive(Debug, Clone)]
+pub struct Monitor<'m> {
+    model: Model<'m>,
+    links: Links,
+    /// How far the numbers may move a length, beyond rounding [mean link lengths].
+    resolution: f64,
+    probe: bool,
+    /// Weight of the links between held and other cells; of a cell at most, for a probe.
+    weight: f64,
+    /// Square root of the energy that bands load into the links when they close \[J\].
+    slack_root: f64,
+    /// Energy before the first tick \[J\]; none until it is measured.
+    start_j: Option<f64>,
+    before: Option<Before>,
+    last: Energy,
+    checks: Checks,
+}
+
+impl<'m> Monitor<'m> {
+    /// Of an engine that runs `scheme` in `numbers`.
+    #[must_use]
+    pub fn new(engine: &Engine<'m>, scheme: Scheme, numbers: Arithmetic) -> Self {
+        let model = *engine.network().model();
+        let probe = matches!(engine.contact(), Contact::Probe { .. });
+        let weight = if probe {
+            (0..model.cells()).map(|cell| f64::from(model.cell_weight(cell))).fold(0.0, f64::max)
+        } else {
+            outer_weight(&model, engine.contacts())
+        };
+        let links = Links::of_model(&model);
+        let slack = (0..model.links()).map(|link| {
+            let slack = links.alphas()[link] * links.rest_lengths()[link];
+            0.25 * links.weights()[link] * slack * slack
+        });
+        let saturation = f64::from(model.saturation());
+        Self {
+            model,
+            resolution: if numbers == Arithmetic::Fixed { FIXED_RESOLUTION } else { 0.0 },
+            probe,
+            weight,
+            slack_root: (slack.sum::<f64>() * f64::from(model.energy_unit_j())).sqrt(),
+            links,
+            start_j: None,
+            before: None,
+            last: Energy::default(),
+            checks: Checks::new(Bounds { saturation, certificate: Certificate::of(scheme) }),
+        }
+    }
+
+    /// The same without the checks of level and energy, for a model whose coarse level may be
+    /// wrong: the kernel takes it as it is.
+    #[must_use]
+    pub fn without_certificate(mut self) -> Self {
+        let saturation = f64::from(self.model.saturation());
+        self.checks = Checks::new(Bounds { saturation, certificate: Certificate::None });
+        self
+    }
+
+    /// Something other than the tool acts before the next tick: positions, settings, a reset.
+    pub fn interfere(&mut self) {
+        (self.start_j, self.before) = (None, None);
+    }
+
+    /// One tick, checked.
+    pub fn tick(&mut self, engine: &mut Engine<'m>, sample: &ToolSample) -> TickOutput {
+        let start_j = self.start_j.unwrap_or_else(|| {
+            let start_j = self.energy(&engine.positions(), false).energy;
+            self.checks.start(start_j);
+            start_j
+        });
+        self.start_j = Some(start_j);
+        let output = engine.tick(sample);
+        self.answer(engine, &output);
+        let closed = output.flags.contains(Flags::BAND_CLOSED);
+        let positions = engine.positions();
+        self.last = self.energy(&positions, closed);
+        let unit_j = f64::from(self.model.energy_unit_j());
+        let contacts = if self.probe { f64::from(output.contacts) } else { 1.0 };
+        let stored = (self.last.energy + self.last.allowance) / unit_j;
+        let force_n: [f32; 3] = output.force_n.into();
+        let settings = engine.network().settings();
+        // Bands that close load their own slack.
+        let may_close = closed || settings.unloading != Unloading::Off;
+        let slack_root = if may_close { self.slack_root } else { 0.0 };
+        let most_j = start_j.max(f64::from(self.model.energy_max()) * unit_j);
+        self.checks.look(&Seen {
+            level_j: output.energy_j.into(),
+            energy_j: self.last.energy,
+            allowance_j: self.last.allowance,
+            energy_max_j: (most_j.sqrt() + slack_root).powi(2),
+            acts: self.acts(sample, &output, settings.drive),
+            force_n: force_n.map(f64::from),
+            force_bound_n: f64::from(self.model.force_unit_n())
+                * (contacts * self.weight * stored).sqrt(),
+            positions: &positions,
+        });
+        let TickOutput { contacts, flags, .. } = output;
+        self.before = Some(Before { sample: *sample, contacts, flags });
+        output
+    }
+
+    /// Energy of the last tick's positions in double precision, and how far rounding may move it
+    /// \[J\].
+    #[must_use]
+    pub fn stored(&self) -> Energy {
+        self.last
+    }
+
+    /// Notes a check that the caller made.
+    pub fn hold(&mut self, check: Check, holds: bool, what: impl FnOnce() -> String) {
+        self.checks.hold(check, holds, what);
+    }
+
+    /// The first failure of each check.
+    #[must_use]
+    pub fn failures(&self) -> &[Failure] {
+        &self.checks.failures
+    }
+
+    /// How close the run came to its bounds.
+    #[must_use]
+    pub fn worst(&self) -> &Worst {
+        &self.checks.worst
+    }
+
+    fn energy(&self, positions: &[[f64; 3]], closed: bool) -> Energy {
+        let error = |position: &[f64; 3]| rounding(position, self.resolution);
+        energy(&self.links, positions, closed, error).times(self.model.energy_unit_j().into())
+    }
+
+    /// What the answer must be whatever the energy is.
+    fn answer(&mut self, engine: &Engine<'_>, output: &TickOutput) {
+        let force_n = output.force_n.cast::<f64>().norm();
+        let most_n = f64::from(engine.network().settings().max_force_n);
+        self.hold(Check::Force, force_n <= most_n * (1.0 + FORCE_MAX) + 1e-30, || {
+            format!("{force_n:e} N, at most {most_n:e} N are set")
+        });
+        let safe = output.flags.contains(Flags::SAFE_STATE);
+        let known = output.flags.0 < 256 && output.contacts as usize <= self.model.cells();
+        let touches = force_n == 0.0 || (!safe && output.contacts > 0);
+        self.hold(Check::Answer, known && touches, || format!("{output:?}"));
+    }
+
+    /// Whether anything acted from outside in this tick. Taking hold and letting go do not.
+    fn acts(&self, sample: &ToolSample, output: &TickOutput, drive: Drive) -> bool {
+        let Some(before) = &self.before else { return true };
+        let has = |flag| output.flags.contains(flag) || before.flags.contains(flag);
+        let in_one = |flag| output.flags.contains(flag) != before.flags.contains(flag);
+        let moves =
+            *sample != before.sample || has(Flags::MOTION_CLAMPED) || has(Flags::BAD_SAMPLE);
+        let tool = if self.probe {
+            // The sphere also pushes cells that come to it.
+            output.contacts > 0 || sample.engaged != 0 || has(Flags::BAD_SAMPLE)
+        } else if drive == Drive::Current {
+            output.contacts > 0
+        } else {
+            output.contacts > 0 && before.contacts > 0 && moves
+        };
+        tool || in_one(Flags::BAND_CLOSED)
+    }
+}
+
+/// Weight of the links between the cells `held` (ascending) and others.
+fn outer_weight(model: &Model<'_>, held: &[u16]) -> f64 {
+    let is_held = |cell: usize| held.binary_search(&(cell as u16)).is_ok();
+    let outer = held.iter().flat_map(|&cell| model.neighbours(cell.into()));
+    outer
+        .filter(|&(_, other)| !is_held(other))
+        .map(|(link, _)| f64::from(model.link_weight(link)))
+        .sum()
+}

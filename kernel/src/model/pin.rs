@@ -1,0 +1,86 @@
+//! Pins in an image: cells on springs to points.
+
+use super::image::{ModelError, Sections, kind, params};
+use super::terms::TermData;
+use super::{COORDINATE_MAX, Model};
+
+/// Kind of the section of pins, in this crate's tests alone.
+pub(crate) const PINS: u32 = 0x7e57_0001;
+
+/// The pins of a body, by ascending cell.
+///
+/// A pin of weight w has the energy w d^2 / 4 as a link has, d = its cell's distance from its
+/// point. Its map is the cell's position, its set a point: L has w / 2 on the diagonal.
+#[derive(Clone, Copy)]
+pub(crate) struct Pins<'a>(&'a [[u32; 5]]);
+
+/// A pin: its cell, its point [mean link lengths from the body's centre], its weight k / `k_ref`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pin {
+    pub cell: usize,
+    pub point: [f32; 3],
+    pub weight: f32,
+}
+
+impl Pin {
+    fn of(&[cell, x, y, z, weight]: &[u32; 5]) -> Self {
+        let point = [x, y, z].map(f32::from_bits);
+        Self { cell: cell as usize, point, weight: f32::from_bits(weight) }
+    }
+
+    pub fn words(&self) -> [u32; 5] {
+        let [x, y, z] = self.point.map(f32::to_bits);
+        [self.cell as u32, x, y, z, self.weight.to_bits()]
+    }
+}
+
+impl<'a> Pins<'a> {
+    pub const NONE: Self = Self(&[]);
+
+    pub fn iter(self) -> impl Iterator<Item = Pin> + use<'a> {
+        self.0.iter().map(Pin::of)
+    }
+
+    /// The pin of a cell.
+    pub fn at(self, cell: usize) -> Option<Pin> {
+        let at = self.0.binary_search_by_key(&cell, |&[cell, ..]| cell as usize).ok()?;
+        self.0.get(at).map(Pin::of)
+    }
+}
+
+impl<'a> TermData<'a> for Pins<'a> {
+    fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
+        Ok(Self(sections.optional(PINS)?.unwrap_or(&[])))
+    }
+
+    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+        let mut next = 0;
+        for (position, pin) in self.iter().enumerate() {
+            let position = position as u32;
+            if pin.cell < next || pin.cell >= model.cells() {
+                return Err(ModelError::Index(PINS, position));
+            }
+            next = pin.cell + 1;
+            let is_near = pin.point.iter().all(|x| x.abs() <= COORDINATE_MAX);
+            if !(is_near && pin.weight > 0.0 && pin.weight.is_finite()) {
+                return Err(ModelError::Value(PINS, position));
+            }
+            // As a link to a fixed cell that has no other.
+            if (model.cell_bound(pin.cell) + pin.weight) * 0.5 > model.degree_bound {
+                return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
+            }
+            if model.mobility.get(pin.cell).is_none_or(|&mobility| mobility <= 0.0) {
+                return Err(ModelError::Index(kind::MOBILITY, pin.cell as u32));
+            }
+        }
+        Ok(())
+    }
+
+    fn add_bound(&self, cell: usize, sum: f32) -> f32 {
+        self.at(cell).map_or(sum, |pin| sum + pin.weight)
+    }
+
+    fn rests(&self, model: &Model<'_>) -> bool {
+        self.iter().all(|pin| pin.point == model.rest_position(pin.cell))
+    }
+}

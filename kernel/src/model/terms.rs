@@ -1,0 +1,83 @@
+//! What an image stores for the terms beside the links: the static list, and what each brings.
+
+use super::Model;
+use super::image::{ModelError, Sections};
+#[cfg(test)]
+use super::pin::Pins;
+
+/// The end of the list: a term of nothing.
+#[derive(Clone, Copy)]
+pub(crate) struct NoTerm;
+
+/// The terms beside the links: pairs that end in [`NoTerm`].
+#[cfg(not(test))]
+pub(crate) type Others<'a> = NoTerm;
+/// The same in this crate's tests, where a second term shows that one can be added.
+#[cfg(test)]
+pub(crate) type Others<'a> = (Pins<'a>, NoTerm);
+
+/// The data of a term in an image, and its part of the bound L of the energy's curvature, see
+/// [`terms`](crate::terms).
+pub(crate) trait TermData<'a>: Copy {
+    /// The term's sections; without them a term of nothing.
+    fn read(sections: &Sections<'a>) -> Result<Self, ModelError>;
+    /// Checks the sections against the links of the model, and the model's largest step against
+    /// the term.
+    fn check(&self, model: &Model<'_>) -> Result<(), ModelError>;
+    /// Adds twice the diagonal of L at a cell, or the sum of the magnitudes of its row where that
+    /// is larger, to the sum of the terms before.
+    fn add_bound(&self, cell: usize, sum: f32) -> f32;
+    /// Whether the term's energy is 0 in the rest shape.
+    fn rests(&self, model: &Model<'_>) -> bool;
+}
+
+impl<'a> TermData<'a> for NoTerm {
+    #[inline(always)]
+    fn read(_: &Sections<'a>) -> Result<Self, ModelError> {
+        Ok(Self)
+    }
+
+    #[inline(always)]
+    fn check(&self, _: &Model<'_>) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn add_bound(&self, _: usize, sum: f32) -> f32 {
+        sum
+    }
+
+    #[inline(always)]
+    fn rests(&self, _: &Model<'_>) -> bool {
+        true
+    }
+}
+
+impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
+    fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
+        Ok((A::read(sections)?, B::read(sections)?))
+    }
+
+    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+        self.0.check(model)?;
+        self.1.check(model)
+    }
+
+    fn add_bound(&self, cell: usize, sum: f32) -> f32 {
+        self.1.add_bound(cell, self.0.add_bound(cell, sum))
+    }
+
+    fn rests(&self, model: &Model<'_>) -> bool {
+        self.0.rests(model) && self.1.rests(model)
+    }
+}
+
+impl Model<'_> {
+    /// The curvature bound of a cell, the inverse of its mobility: W, the sum of its links'
+    /// weights, and the parts of the other terms. Twice the diagonal of L.
+    #[must_use]
+    #[inline]
+    pub fn cell_bound(&self, cell: usize) -> f32 {
+        self.others.add_bound(cell, self.cell_weight(cell))
+    }
+}

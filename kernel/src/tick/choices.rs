@@ -1,0 +1,115 @@
+//! The choices of a run. Their codes are those of the C interface, where it has them.
+
+use super::choice::choices;
+use super::settings::Settings;
+use crate::model::Model;
+use crate::number::Number;
+use crate::solver::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};
+
+choices! {
+    /// The scheme that moves the network.
+    #[derive(Default)]
+    Scheme {
+        /// One explicit step of common size a sweep, [`Euler`].
+        Euler = 1, <Euler as Dynamics>::NAME;
+        /// Conjugate directions under an energy guard, with a coarse level, [`Track`].
+        #[default]
+        Track = 0, <Track as Dynamics>::NAME;
+        /// Runge-Kutta-Legendre super-steps of first order, [`Rkl1`].
+        Rkl1 = 2, <Rkl1 as Dynamics>::NAME;
+        /// Runge-Kutta-Legendre super-steps of second order, [`Rkl2`].
+        Rkl2 = 3, <Rkl2 as Dynamics>::NAME;
+        /// Cell by cell in place, over-relaxed, [`GaussSeidel`].
+        GaussSeidel = 4, <GaussSeidel as Dynamics>::NAME;
+    }
+}
+
+impl Scheme {
+    /// The defaults of a scheme with a number of sweeps a tick: a scheme that goes by
+    /// [`Settings::tick_time`] gets the time that those sweeps cover.
+    #[must_use]
+    pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
+        let defaults = Settings::for_model(model);
+        let tick_time = match self {
+            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
+            Self::Rkl2 => Rkl2::tick_time(model, sweeps),
+            Self::Euler | Self::Track | Self::GaussSeidel => defaults.tick_time,
+        };
+        Settings { sweeps, tick_time, ..defaults }
+    }
+
+    /// Whether the scheme goes by [`Settings::tick_time`].
+    #[must_use]
+    pub fn goes_by_tick(self) -> bool {
+        matches!(self, Self::Rkl1 | Self::Rkl2)
+    }
+}
+
+choices! {
+    /// What cells and links are computed in, a [`Number`].
+    #[derive(Default)]
+    Arithmetic {
+        /// IEEE 754 single precision.
+        #[default]
+        F32 = 1, <f32 as Number>::NAME;
+        /// Fixed point, 8.24 bits: [`I8F24`](fixed::types::I8F24).
+        Fixed = 2, <fixed::types::I8F24 as Number>::NAME;
+        /// IEEE 754 double precision.
+        F64 = 3, <f64 as Number>::NAME;
+    }
+}
+
+choices! {
+    /// Unloading: when the links' bands close to their rest lengths (the paper's Fig. 5b).
+    #[derive(Default)]
+    Unloading {
+        /// Never.
+        Off = 0, "off";
+        /// From the tool's release until it takes hold again.
+        #[default]
+        Release = 1, "release";
+        /// As `Release`, and while the tool has come back by more than a tenth of a mean link
+        /// length from its deepest point, until it passes that.
+        Retreat = 2, "retreat";
+    }
+}
+
+choices! {
+    /// What the tool's displacement does to its contact cells.
+    #[derive(Default)]
+    Drive {
+        /// It prescribes their positions: they are held there.
+        #[default]
+        Position = 0, "position";
+        /// It is the current `I_i` of the cell equation (Eq. 2, 4; section 3.2): I = the tool's
+        /// displacement since it took hold, a unit of network time, added to the residual of each
+        /// contact cell, none of which is held. As a force that is a load of 2 `k_ref` I a cell
+        /// \[N\]. At equilibrium the links exert its opposite; where they have settled depends on
+        /// their stiffness, and a body without fixed cells drifts up to K. On release I is 0 at
+        /// once. The guarded quantity is E less the load's work; a current that might take the
+        /// energy beyond [`Model::energy_max`] is cut (flag 1).
+        Current = 1, "current";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::choice::Choice;
+    use super::*;
+
+    fn is_a_table<T: Choice + core::fmt::Debug>() {
+        for &value in T::ALL {
+            assert_eq!(T::from_name(value.name()), Some(value));
+            assert_eq!(T::from_code(value.code()), Some(value));
+        }
+        assert_eq!((T::from_name("neither"), T::from_code(u16::MAX)), (None, None));
+    }
+
+    #[test]
+    fn every_name_and_every_code_means_one_value() {
+        is_a_table::<Scheme>();
+        is_a_table::<Arithmetic>();
+        is_a_table::<Unloading>();
+        is_a_table::<Drive>();
+    }
+}
