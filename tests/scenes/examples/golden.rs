@@ -6,7 +6,6 @@
 use std::io::{Read, Write};
 use std::process::ExitCode;
 
-use chaincell_kernel::Choice;
 use chaincell_kernel::trace::header_bytes;
 use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::report::{self, Wish};
