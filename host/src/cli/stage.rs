@@ -64,8 +64,7 @@ impl StageArgs {
             || self.max_slew_n_per_s.is_some()
             || self.max_device_force_n.is_some()
             || self.engage_ramp_ms.is_some();
-        let profile =
-            self.device.map_or(StageSettings::NONE, |device| StageSettings::for_device(device));
+        let profile = self.device.map_or(StageSettings::NONE, StageSettings::for_device);
         let settings = StageSettings {
             tick_s: TICK_S,
             coupling: self.coupling.map_or(profile.coupling, |part| part.0),
