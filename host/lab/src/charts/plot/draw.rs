@@ -33,12 +33,13 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
     let area = canvas::open(&mut text)?;
     let legend = Legend::new(&area, chart)?;
     let frame = Frame::new(&area, chart, legend.width)?;
-    let mut left_out = 0;
+    let (mut left_out, mut drawn) = (0, Vec::new());
     // Lines below, markers above, so that the front hides none.
     for (at, series) in chart.series.iter().enumerate() {
         let (runs, without) = frame.runs(&series.points);
         left_out += without;
         runs.iter().try_for_each(|run| line(&area, run, series.style, at))?;
+        drawn.extend(runs.into_iter().flatten());
     }
     let front = chart.front.as_ref().map(|(_, points)| frame.runs(points));
     let (front, without) = front.unwrap_or_default();
@@ -50,13 +51,23 @@ pub(super) fn svg(chart: &Chart) -> Result<(String, usize)> {
         }
     }
     front.iter().flatten().try_for_each(|&place| canvas::ring(&area, place))?;
-    frame.guides(&area, chart)?;
+    frame.guides(&area, chart, &drawn)?;
     legend.draw(&area, frame.end)?;
     area.present().map_err(failed)?;
     drop((area, frame));
-    // Without a size of its own the document fills the page that shows it.
+    let text: String = text.split_inclusive('\n').filter(|line| has_length(line)).collect();
     let size = format!("width=\"{}\" height=\"{}\" viewBox", SIZE_PX.0, SIZE_PX.1);
+    // Without a size of its own the document fills the page that shows it.
     Ok((text.replacen(&size, "viewBox", 1), left_out))
+}
+
+/// Whether a line of the document is no stroke of one point alone, such as the last dash of a line
+/// may be: the PNG's renderer complains of it.
+pub(super) fn has_length(line: &str) -> bool {
+    let points = line.split_once(" points=\"").map_or("", |(_, rest)| rest);
+    let mut points = points.split('"').next().unwrap_or_default().split_whitespace();
+    let first = points.next();
+    first.is_none() || points.any(|point| Some(point) != first)
 }
 
 /// The axes, and where numbers stand between them.
@@ -128,8 +139,9 @@ impl<'a> Frame<'a> {
         (runs, places.iter().filter(|place| place.is_none()).count())
     }
 
-    /// Lines across the frame, each with its label at its upper or right end.
-    fn guides(&self, area: &Area<'_>, chart: &Chart) -> Result<()> {
+    /// Lines across the frame, each with its label at one of its ends, on the side where it covers
+    /// the fewest of the points drawn.
+    fn guides(&self, area: &Area<'_>, chart: &Chart, drawn: &[Place]) -> Result<()> {
         for guide in &chart.guides {
             let span = if guide.vertical { &self.x } else { &self.y };
             let Some(at) = span.place(guide.at) else { continue };
@@ -140,10 +152,19 @@ impl<'a> Frame<'a> {
             let [start, end] = ends.map(|end| self.axes.backend_coord(&end));
             canvas::dashes(area, &[start, end], GUIDE, 3)?;
             let (width, height) = canvas::measure(area, &guide.label, SMALL)?;
-            let corner = match guide.vertical {
-                true => (end.0 + GAP, end.1 + GAP),
-                false => (end.0 - GAP - width, end.1 - GAP - height),
+            let covered = |&(left, top): &Place| {
+                let across = left - GAP..left + width + GAP;
+                let down = top - GAP..top + height + GAP;
+                drawn.iter().filter(|(x, y)| across.contains(x) && down.contains(y)).count()
             };
+            let (before, behind) = (-GAP - width, GAP);
+            let (above, below) = (-GAP - height, GAP);
+            let corners = match guide.vertical {
+                true => [(end, behind, below), (end, before, below), (start, behind, above)],
+                false => [(end, before, above), (start, behind, above), (end, before, below)],
+            };
+            let corners = corners.map(|((x, y), across, down)| (x + across, y + down));
+            let corner = corners.into_iter().min_by_key(covered).unwrap_or(end);
             canvas::plate(area, &guide.label, corner, (width, height))?;
         }
         Ok(())

@@ -92,6 +92,22 @@ fn files_appear_and_the_png_shows_the_text() {
     assert!(dark(&png) > dark(&bare) + 5_000, "{} {}", dark(&png), dark(&bare));
 }
 
+/// A line as long as a dash, the gap behind it and no more ends in a dash without length.
+#[test]
+fn no_stroke_is_a_point() {
+    for end in [1e-9, 0.3, 0.5, 0.7] {
+        let chart = Chart::new("t", Axis::linear("x"), Axis::linear("y"));
+        let line = [[0.0, 0.0], [end, 1.0], [end, 1.0], [end, 1.0 + 1e-9]];
+        let svg = chart.series("s", Style::Dashed, &line).draw().unwrap().svg;
+        let strokes = svg.split("<polyline").skip(1).map(|rest| {
+            let points = rest.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+            points.split_whitespace().collect::<std::collections::BTreeSet<_>>().len()
+        });
+        assert!(strokes.min() > Some(1), "{svg}");
+    }
+    assert!(!draw::has_length("<polyline points=\"5,5 5,5 \"/>") && draw::has_length("<svg>"));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
