@@ -1,5 +1,10 @@
 //! Arguments that say how a model is run, shared by `run`, `serve`, `cosim` and `latency`.
 
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "help texts, which name units as [N] and are printed as they stand"
+)]
+
 use std::ffi::OsString;
 
 use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
