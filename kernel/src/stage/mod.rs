@@ -48,10 +48,12 @@ mod slew;
 mod tests;
 mod watchdog;
 
+pub use ramp::{on_ramp, ramp_share};
 pub use settings::{
     COUPLING_MAX, COUPLING_MIN, Coupling, Device, Passivity, StageError, StageSettings, TICK_S,
     TICKS_MAX,
 };
+pub use slew::slew_limited;
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::tick::sample::{Flags, TickOutput, ToolSample};
@@ -314,10 +316,10 @@ impl Stage {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
         let (asked, _) = clamp::clamped(sub(asked, off), self.settings.max_force_n);
-        // There is one zero.
-        let target = scale(share, asked).map(|x| x + 0.0);
+        // From +0.0: -0.0 becomes +0.0.
+        let target = on_ramp([0.0; 3], asked, share);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let mut given = slew::limited(self.given, target, most);
+        let mut given = slew_limited(self.given, target, most);
         if !given.iter().all(|x| x.is_finite()) {
             (self.asked, given) = (Asked::NONE, [0.0; 3]);
             answer.flags.insert(Flags::SAFE_STATE);

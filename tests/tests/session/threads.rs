@@ -164,7 +164,7 @@ fn a_second_server_is_refused_until_the_first_has_ended() {
     let refusal = Server::open(&options).unwrap_err();
     assert_eq!(refusal.exit_code(), 2);
     let text = refusal.to_string();
-    assert!(text.contains("running chaincell serve") && text.contains("--scene"), "{text}");
+    assert!(text.contains("running chaincell serve") && text.contains("`scene`"), "{text}");
     assert!(text.contains(&std::process::id().to_string()), "{text}");
     drop(first);
     Server::open(&options).unwrap();
