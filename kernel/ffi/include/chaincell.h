@@ -665,8 +665,8 @@ typedef struct chaincell_stage_settings {
      */
     float max_force_n;
     /**
-     * Ticks in which the force rises after engaging and after a silence, and in which it falls when
-     * samples stop; 0 for none, at most 60,000.
+     * Ticks in which the force rises after engaging and after a silence, and in which it falls
+     * when samples stop; 0 for none, at most 60,000.
      */
     uint32_t ramp_ticks;
     /**
@@ -716,8 +716,8 @@ typedef struct chaincell_output {
      */
     float energy_j;
     /**
-     * What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an energy
-     * ledger [J].
+     * What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an
+     * energy ledger [J].
      */
     float work_j;
     /**
@@ -848,8 +848,8 @@ chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
  * What the device is given for what the tissue has answered to the tool of
  * `chaincell_stage_sample`. `tissue` and `output` may be one output.
  *
- * Where a pointer is bad the stage stays as it is, and an `output` that can be written says force 0
- * with `CHAINCELL_FLAG_SAFE_STATE`.
+ * Where a pointer is bad the stage stays as it is, and an `output` that can be written says force
+ * 0 with `CHAINCELL_FLAG_SAFE_STATE`.
  *
  * Safety
  * `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,
@@ -885,8 +885,10 @@ size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, 
  * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
  *
  * `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
- * `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
- * settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
+ * `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused.
+ * `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
+ * null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
+ * clears the storage.
  *
  * Safety
  * `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they
