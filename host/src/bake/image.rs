@@ -106,7 +106,7 @@ pub(super) fn params(
     let degree_bound = body.links.iter().map(pair).fold(0.0, f32::max);
     let energy_max = match options.energy_max_j {
         Some(joule) => (joule / (2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m)) as f32,
-        // Eight cells of the largest weight, pulled at once by the body's width.
+        // Eight cells of the largest weight, each displaced by the width of the body.
         None => 8.0 * weights.iter().copied().fold(0.0, f32::max) * largest * largest,
     };
     let mut words = [0; params::WORDS];

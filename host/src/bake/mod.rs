@@ -220,7 +220,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
 
 /// A position in mean link lengths from the centre.
 fn internal(position_m: [f64; 3], centre_m: [f32; 3], unit_m: f32) -> [f32; 3] {
-    // Adding +0.0 turns -0.0 into +0.0: there is one zero in the state.
+    // Adding +0.0 turns -0.0 into +0.0.
     std::array::from_fn(|axis| {
         ((position_m[axis] - f64::from(centre_m[axis])) / f64::from(unit_m)) as f32 + 0.0
     })

@@ -29,8 +29,8 @@ pub struct TissueArgs {
         value_parser = clap::value_parser!(u16).range(1..))]
     pub probe_capacity: u16,
     /// Scheme: track follows the equilibrium; euler is the paper's own, for relaxation in time;
-    /// rkl2 the same trajectory beyond euler's bound, rkl1 its robust form; gauss-seidel
-    /// needs the least RAM and a model baked with --colours
+    /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
+    /// least RAM and a model baked with --colours
     #[arg(long, value_parser = parser::<Scheme>(), default_value = Scheme::default().name())]
     pub dynamics: Scheme,
     /// Numbers that cells and links are computed in

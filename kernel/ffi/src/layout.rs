@@ -5,7 +5,7 @@
 //! state     one cell each
 //! residual  D::RESIDUALS cells each
 //! own       D::ARRAYS cells each
-//! room      octets for the model's hats
+//! room      blocks of eight `f32` for the coarse level
 //! contacts  one slot for each contact cell
 //! held      the cells of the contacts, ascending: room to sort them
 //! ```
@@ -86,7 +86,7 @@ pub enum Tissue {}
 pub(crate) struct Sizes {
     pub cells: usize,
     pub contacts: usize,
-    /// Octets of room.
+    /// Blocks of eight `f32` of room.
     pub room: usize,
 }
 
@@ -151,7 +151,7 @@ pub(crate) unsafe fn create<D: Dynamics>(
     sizes: Sizes,
     network: Network<'static>,
 ) {
-    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, octets, contacts.
+    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, blocks, contacts.
     unsafe { storage.write_bytes(0, sizes.bytes::<D>()) };
     let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
     // SAFETY: the body stands first, and its alignment is that of the storage.
@@ -199,8 +199,8 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
         let state = body.add(1).cast::<Cell<NumberOf<D>>>();
         let residual = state.add(cells);
         let own = residual.add(D::RESIDUALS * cells);
-        let octets = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
-        let slots = octets.add(room).cast::<Contact<NumberOf<D>>>();
+        let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
+        let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
         let held = slots.add(contacts).cast::<u16>();
         Parts {
             network: &mut (*body).front.network,
@@ -209,7 +209,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 state: core::slice::from_raw_parts_mut(state, cells),
                 residual: core::slice::from_raw_parts_mut(residual, D::RESIDUALS * cells),
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
-                room: core::slice::from_raw_parts_mut(octets, room),
+                room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
             },
             held: core::slice::from_raw_parts_mut(held, contacts),

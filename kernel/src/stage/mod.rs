@@ -173,7 +173,7 @@ impl Stage {
         self.has_gap |= self.is_good;
         self.is_good = finite::is_good(device);
         if !self.is_good {
-            return finite::spoilt(device);
+            return finite::made_bad(device);
         }
         let position: [f32; 3] = device.position_m.into();
         let engaged = device.engaged == 1;
@@ -345,7 +345,7 @@ impl Stage {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
         let (asked, _) = clamp::clamped(sub(asked, off), self.settings.max_force_n);
-        // There is one zero.
+        // Adding +0.0 turns -0.0 into +0.0.
         let target = scale(share, asked).map(|x| x + 0.0);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
         let mut given = slew::limited(self.given, target, most);

@@ -30,7 +30,7 @@ pub struct Head<D> {
     pub(crate) chosen: usize,
     /// Radius of the probe, where contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
-    /// Basis functions taken out for the probe's contacts; `None` where that cannot be done.
+    /// Number of basis functions left out for the probe's contacts; `None` where that cannot be done.
     pub(crate) deflated: Option<u16>,
     /// Where the probe touched first, relative to where it was engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],

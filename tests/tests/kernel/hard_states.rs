@@ -165,7 +165,7 @@ fn at_the_ends(numbers: Arithmetic, case: &Case, of: impl Fn(usize, [f32; 3]) ->
     }
 }
 
-/// Twelve links pull with 27 units each, six this way and six that: sums of some of them leave the
+/// Twelve links exert 27 units each, six in one direction and six in the other: sums of some of them leave the
 /// range of fixed point, the sum of all does not.
 #[test]
 fn sums_that_leave_the_range_on_their_way() {

@@ -218,9 +218,9 @@ impl<'a> Descent<'a> {
         product.fill([0.0; 3]);
         for link in curvature {
             let [i, j] = link.ends.map(|end| end as usize);
-            let pulled = symmetric_times(&link.block, difference(v[j], v[i]));
-            product[i] = plus(product[i], 1.0, pulled);
-            product[j] = plus(product[j], -1.0, pulled);
+            let change = symmetric_times(&link.block, difference(v[j], v[i]));
+            product[i] = plus(product[i], 1.0, change);
+            product[j] = plus(product[j], -1.0, change);
         }
         for (x, &free) in product.iter_mut().zip(&self.free) {
             if !free {

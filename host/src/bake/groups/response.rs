@@ -50,11 +50,11 @@ impl<'a> Springs<'a> {
         let mut forces = vec![[0.0; 3]; moved.len()];
         for (&[i, j], &(k, n)) in self.links.iter().zip(&self.along) {
             let (i, j) = (i as usize, j as usize);
-            let pull: f64 =
+            let force: f64 =
                 k * (0..3).map(|axis| n[axis] * (moved[j][axis] - moved[i][axis])).sum::<f64>();
             for axis in 0..3 {
-                forces[i][axis] -= pull * n[axis];
-                forces[j][axis] += pull * n[axis];
+                forces[i][axis] -= force * n[axis];
+                forces[j][axis] += force * n[axis];
             }
         }
         forces

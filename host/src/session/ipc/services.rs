@@ -229,7 +229,8 @@ impl Scene {
             && self.force.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Whether a program beside this controller could publish poses: a bridge, or a rival.
+    /// Whether a program beside this controller could publish poses: a bridge, or another
+    /// controller.
     #[must_use]
     pub fn has_other_pose_publisher(&self) -> bool {
         self.pose.dynamic_config().number_of_publishers() > 1
@@ -284,8 +285,8 @@ impl Scene {
     ) -> Result<()> {
         let mut other = None;
         topic.dynamic_config().list_publishers(|details| {
-            let is_rival = details.publisher_name == port && Some(details.publisher_id) != own;
-            if is_rival && self.is_alive(details.node_id) {
+            let is_other = details.publisher_name == port && Some(details.publisher_id) != own;
+            if is_other && self.is_alive(details.node_id) {
                 other = Some(details.node_id);
                 return CallbackProgression::Stop;
             }
