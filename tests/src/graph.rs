@@ -96,7 +96,7 @@ impl Case {
         self.shape.bake(&self.options()).unwrap()
     }
 
-    /// An engine whose tool holds the last node; an error where the numbers do not carry the body.
+    /// An engine whose tool holds the last node; an error where the body is outside the range of the numbers.
     ///
     /// # Errors
     /// As [`Variant::engine`].

@@ -26,7 +26,7 @@ pub struct Coarse {
     pub groups: Groups,
     /// Nodes are groups.
     pub net: Mesh,
-    /// How groups carry the nodes.
+    /// Weights of the groups at each node.
     pub embedding: Embedding,
     fixed: Vec<u32>,
     links: CoarseLinks,

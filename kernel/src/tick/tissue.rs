@@ -374,9 +374,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         ))
     }
 
-    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by
+    /// Place of a node of the embedded mesh, by input id, in the frame of the input mesh \[m\], from
     /// the published positions of the cells around it. `None` for a node that is left out, beyond
-    /// the last, and in a model without fine nodes. Cost: the node's weights.
+    /// the last, and in a model without an embedded mesh. Cost: the node's weights.
     #[must_use]
     pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
         let at = |cell| Some(self.position(model, cell)?.map(Number::single));

@@ -21,7 +21,7 @@ fn chain(stiffness_n_per_m: &[f64], alpha: f64, floats: bool) -> ImageBytes {
     let options = BakeOptions {
         alpha: PerCell::Uniform(alpha),
         stiffness_n_per_m: PerCell::Each(stiffness_n_per_m.to_vec()),
-        // Twice the longest chain's stretch; fixed point carries up to 63 links.
+        // Twice the longest chain's stretch; fixed point reaches up to 63 links.
         saturation_m: Some(0.4),
         energy_max_j: Some(1e3),
         coarse_basis: BasisSpacing::None,

@@ -112,7 +112,7 @@ pub struct ControlReport {
     pub round_trip_ns: Summary,
     /// From the scheduled to the actual send \[ns\].
     pub send_late_ns: Summary,
-    /// Hash in the last answer that carried one, 16 lower-case hexadecimal digits, or empty.
+    /// Hash in the last answer that had one, 16 lower-case hexadecimal digits, or empty.
     pub state_hash: String,
     /// Whether the user asked to stop before the last pose.
     pub interrupted: bool,
@@ -360,7 +360,7 @@ impl<'a> Run<'a> {
     }
 
     fn linger(&mut self) {
-        // Who has asked for the end does not wait long, nor does who has started this process.
+        // After a wish to stop nobody should wait long, neither the user nor the process that started this.
         let linger_ns = if self.interrupted { LINGER_NS / 4 } else { LINGER_NS };
         let end_ns = now_ns() + linger_ns;
         self.receive_until(end_ns, |run| run.unanswered() == 0);
