@@ -1,8 +1,8 @@
 //! A modelled haptic device in a hand: what closes the loop around a tissue.
 //!
-//! The handle is a mass with viscous damping, the hand a spring and a damper from the handle to where
-//! it wants to be. Both move continuously (semi-implicit steps of a twentieth of a tick, in double
-//! precision) under the force that the device holds for a tick; what is measured of them is
+//! The handle is a mass with viscous damping, the hand a spring and a damper from the handle to
+//! where it wants to be. Both move continuously (semi-implicit steps of a twentieth of a tick, in
+//! double precision) under the force that the device holds for a tick; what is measured of them is
 //! quantised. All energies are those of the continuous motion.
 
 use chaincell_kernel::ToolSample;

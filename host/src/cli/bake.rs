@@ -82,8 +82,9 @@ pub struct BodyArgs {
     /// cells of the largest valence, each displaced by the width of the body]
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     energy_max_j: Option<f64>,
-    /// Coarse level of `track`: distance of its basis functions (hats) in mean link lengths, none, or
-    /// auto (at most 400 at 2.5 or more; none where every cell is within four links of a fixed one)
+    /// Coarse level of `track`: distance of its basis functions (hats) in mean link lengths, none,
+    /// or auto (at most 400 at 2.5 or more; none where every cell is within four links of a fixed
+    /// one)
     #[arg(
         id = "coarse_basis",
         long = "hats",

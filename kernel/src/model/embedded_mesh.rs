@@ -60,8 +60,8 @@ impl<'a> Model<'a> {
         mesh.rest.get(node).copied()
     }
 
-    /// Cells of a node of the embedded mesh, with their weights; its own cell first. Empty for a node that
-    /// is left out.
+    /// Cells of a node of the embedded mesh, with their weights; its own cell first. Empty for a
+    /// node that is left out.
     pub fn fine_weights(&self, node: usize) -> impl Iterator<Item = (u16, f32)> + use<'a> {
         let of = self.embedded.and_then(|mesh| {
             mesh.own_cell(node)?;
@@ -83,9 +83,9 @@ impl<'a> Model<'a> {
         self.embedded.map_or(&[], |mesh| mesh.tetrahedra)
     }
 
-    /// Position of a node of the embedded mesh where the cells stand at `position_of` [mean link lengths from the
-    /// centre]; `None` beyond the last, for one that is left out, and in a model without an
-    /// embedded mesh. Cost: at most [`FINE_CELLS`] positions.
+    /// Position of a node of the embedded mesh where the cells stand at `position_of` [mean link
+    /// lengths from the centre]; `None` beyond the last, for one that is left out, and in a model
+    /// without an embedded mesh. Cost: at most [`FINE_CELLS`] positions.
     #[must_use]
     pub fn fine_position(
         &self,

@@ -155,8 +155,8 @@ impl<'a> Model<'a> {
     }
 
     /// The cell of an input id; `None` for a node that is no cell. Looks through all cells. In a
-    /// model with an embedded mesh, the cell whose group holds the node, at once: several ids may have
-    /// one cell.
+    /// model with an embedded mesh, the cell whose group holds the node, at once: several ids may
+    /// have one cell.
     #[must_use]
     pub fn cell_of_input(&self, id: u32) -> Option<u16> {
         if let Some(mesh) = self.embedded {

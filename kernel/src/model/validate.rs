@@ -334,8 +334,8 @@ fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
     bad.map_or(Ok(()), |cell| Err(ModelError::Index(kind::INPUT_ID, at(cell))))
 }
 
-/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left out.
-/// Each cell stands at a node of its own. Elements join nodes that are not left out.
+/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left
+/// out. Each cell stands at a node of its own. Elements join nodes that are not left out.
 fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(mesh) = model.embedded else { return Ok(()) };
     for (node, (cells, weights)) in mesh.cells.iter().zip(mesh.weights).enumerate() {

@@ -16,11 +16,11 @@
 //! Positions, samples and forces at the interface are `f32` under every number type.
 //!
 //! **The same bits.** One number type gives the same bits on every target: one order of operations,
-//! roots and divisions correctly rounded, no fused multiply-add, no approximate instruction, sums in
-//! a fixed tree. It needs rounding to nearest and denormals, which a reset checks ([`float_env`]).
-//! Two number types give different bits: the state hashes of `f32`, fixed point and `f64` differ.
-//! Their distance in field and force, their time of a tick and their instructions on
-//! microcontrollers stand in `kernel/README.md`, with the scenes.
+//! roots and divisions correctly rounded, no fused multiply-add, no approximate instruction, sums
+//! in a fixed tree. It needs rounding to nearest and denormals, which a reset checks
+//! ([`float_env`]). Two number types give different bits: the state hashes of `f32`, fixed point
+//! and `f64` differ. Their distance in field and force, their time of a tick and their instructions
+//! on microcontrollers stand in `kernel/README.md`, with the scenes.
 
 pub mod cell;
 mod double;

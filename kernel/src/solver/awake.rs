@@ -9,8 +9,8 @@
 //! The threshold is zero: a slice that still moves by one unit in the last place stays awake, so
 //! skipping sleeping slices has no error. A body that is asleep costs a look at its sets. The worst
 //! case is still the full sweep; a tick that looks for slices to put to sleep costs up to half a
-//! sweep more. A coarse level moves every free cell a little in every sweep: with slack (alpha above
-//! 0) nothing sleeps while a tool presses.
+//! sweep more. A coarse level moves every free cell a little in every sweep: with slack (alpha
+//! above 0) nothing sleeps while a tool presses.
 
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;

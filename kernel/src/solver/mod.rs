@@ -16,15 +16,16 @@
 //!   [`Settings::step`](crate::Settings::step) is a sweep of `Euler`,
 //!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl1` and `Rkl2`. The static
 //!   schemes have no time.
-//! - **Guard.** `Track`, `Rkl1` and `Rkl2` compare the energy with the certified level and discard a
-//!   pass whose energy exceeds it (flag 64). The moves of `Euler` and `GaussSeidel` cannot raise the energy,
-//!   so these two need no guard.
-//! - **Number types.** All schemes run in `f32`; `Track` (without its coarse level) and `Euler` also
-//!   in fixed point and `f64`.
+//! - **Guard.** `Track`, `Rkl1` and `Rkl2` compare the energy with the certified level and discard
+//!   a pass whose energy exceeds it (flag 64). The moves of `Euler` and `GaussSeidel` cannot raise
+//!   the energy, so these two need no guard.
+//! - **Number types.** All schemes run in `f32`; `Track` (without its coarse level) and `Euler`
+//!   also in fixed point and `f64`.
 //! - **Colours.** `GaussSeidel` needs a model baked with `--colours`.
 //!
 //! On the paper's plane with 8 neighbours `Rkl1` takes about as many passes for an error of 1e-2 of
-//! the depth as `Rkl2` for 1e-3. It keeps its name and its code, since traces and programs use them.
+//! the depth as `Rkl2` for 1e-3. It keeps its name and its code, since traces and programs use
+//! them.
 //!
 //! The files:
 //!

@@ -1,6 +1,7 @@
 //! `rkl1`: relaxation in time of first order, the robust form: no stage overshoots.
 //!
-//! Deprecated: take [`rkl2`](super::Rkl2) for the trajectory and [`track`](super::Track) for its end.
+//! Deprecated: take [`rkl2`](super::Rkl2) for the trajectory and [`track`](super::Track) for its
+//! end.
 //!
 //! As [`rkl2`](super::Rkl2), with the Legendre polynomials `P_s` themselves as stability
 //! polynomials:

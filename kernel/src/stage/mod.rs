@@ -25,14 +25,14 @@
 //! | watchdog | `watchdog_ticks` | without samples the force falls to 0 |
 //! | slew limit | `max_slew_n_per_s` | largest change of the force from tick to tick |
 //!
-//! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and sigma.7;
-//! [`StageSettings::NONE`] sets none. The stage is a function of the samples and answers alone, so a
-//! recorded session replays to the same forces. It works with held cells and with a probe. Under a
-//! current leave `coupling` and `passivity` out.
+//! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and
+//! sigma.7; [`StageSettings::NONE`] sets none. The stage is a function of the samples and answers
+//! alone, so a recorded session replays to the same forces. It works with held cells and with a
+//! probe. Under a current leave `coupling` and `passivity` out.
 //!
 //! **What it does not do.** Passivity is tested in closed loop with models of five handles and of
-//! soft and stiff hands (`tests/README.md`), not proven. Known, on models with links of 5000 N/m and
-//! more:
+//! soft and stiff hands (`tests/README.md`), not proven. Known, on models with links of 5000 N/m
+//! and more:
 //!
 //! - In a soft hand on stiff tissue the force hums by up to two counts of the encoder, 0.02 to
 //!   0.08 N. A handle of 50 g in a loose hand hums with couplings above 1000 N/m.

@@ -12,9 +12,10 @@
 //! | output | force, energy, work, stiffness, contacts, flags | `output` |
 //!
 //! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does
-//! not depend on the input. The state hash is a call of its own, outside the tick. Between two ticks
-//! the settings may change. Contact cells can be chosen only while the tool is released, and another
-//! drive begins when the tool next takes hold. The rules of each step are those of "One tick" in `host/CONTRACT.md`.
+//! not depend on the input. The state hash is a call of its own, outside the tick. Between two
+//! ticks the settings may change. Contact cells can be chosen only while the tool is released, and
+//! another drive begins when the tool next takes hold. The rules of each step are those of "One
+//! tick" in `host/CONTRACT.md`.
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
 //! - [`settings`], [`sample`]: a run's parameters, a tick's input and output.

@@ -57,16 +57,16 @@
 //!
 //! # Use
 //!
-//! On a workstation `run`, `serve` and `cosim` leave `session.trace` beside `model.chaincell` in the
-//! folder of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` plays a
-//! folder or a file again. It ends with exit code 0 for the same bits, with 1 and the first tick that
-//! differs, or with 2 for a trace that is damaged or of another version.
+//! On a workstation `run`, `serve` and `cosim` leave `session.trace` beside `model.chaincell` in
+//! the folder of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` plays
+//! a folder or a file again. It ends with exit code 0 for the same bits, with 1 and the first tick
+//! that differs, or with 2 for a trace that is damaged or of another version.
 //!
 //! A firmware writes and reads the same format without a heap. To record, take a [`Header`] with
 //! [`Header::of`] after the reset, begin with [`Writer::begin`], and store the bytes of
-//! [`Writer::record`] after each tick. To play a recording, open it with [`Reader::open`] and follow
-//! the example of [`Reader::play`], which names the first tick that differs. A trace with commands
-//! or an output stage is read with [`Reader::entries`] and [`Header::output_stage`].
+//! [`Writer::record`] after each tick. To play a recording, open it with [`Reader::open`] and
+//! follow the example of [`Reader::play`], which names the first tick that differs. A trace with
+//! commands or an output stage is read with [`Reader::entries`] and [`Header::output_stage`].
 //!
 //! ```
 //! use chaincell_kernel::trace::{Header, RECORD_BYTES, Record, Writer};

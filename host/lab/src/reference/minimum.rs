@@ -26,7 +26,8 @@ pub struct Minimum {
     pub positions: Vec<[f64; 3]>,
     /// Energy there, in internal units.
     pub energy: f64,
-    /// Largest residual |`r_i`| of a free cell; above the tolerance where the iteration ended early.
+    /// Largest residual |`r_i`| of a free cell; above the tolerance where the iteration ended
+    /// early.
     pub residual_max: f64,
     /// Newton steps tried.
     pub iterations: usize,

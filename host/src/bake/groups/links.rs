@@ -1,12 +1,12 @@
 //! Links between groups, as stiff as what they stand for.
 //!
 //! A link of stiffness k, rest length l and direction n holds k l^2 (n e n)^2 / 2 in a body under
-//! the homogeneous strain e, and acts on its ends with the force k l (n e n) n. Summed over the links of a cell,
-//! half of each for the energy, these are a moment of fourth and one of third order; both are fitted
-//! to those of its group, the energy to be as stiff, the force because a cell with a net force
-//! leaves the strain and yields. First the k l^2 of the cells are brought to those of their groups
-//! (iterative proportional fitting, Deming and Stephan 1940), starting from the number of edges
-//! between two groups; then least squares with a bound, a coordinate at a time.
+//! the homogeneous strain e, and acts on its ends with the force k l (n e n) n. Summed over the
+//! links of a cell, half of each for the energy, these are a moment of fourth and one of third
+//! order; both are fitted to those of its group, the energy to be as stiff, the force because a
+//! cell with a net force leaves the strain and yields. First the k l^2 of the cells are brought to
+//! those of their groups (iterative proportional fitting, Deming and Stephan 1940), starting from
+//! the number of edges between two groups; then least squares with a bound, a coordinate at a time.
 
 use super::moments::{Fourth, Third, add, dot, fourth, third};
 use super::{Groups, NONE, squared};

@@ -1,15 +1,14 @@
 //! The scene's services in shared memory: opening them, their limits, and who may connect.
 //!
 //! **Who may connect**: programs of the user that runs the first one, and nobody else. iceoryx2
-//! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it makes
-//! is readable and writable by its owner alone, whatever the umask; the folder must be this user's
-//! and no other may write in it (its feature `dev_permissions`, which would open all of it, is
-//! not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes. It is
-//! mapped only while a program starts; a node's id holds the process and the time besides. Other
-//! users of the machine can hinder a start by breaking it, not a session, and see no message. Root
-//! may do anything.
-//! The configuration is iceoryx2's built-in one: no file in the working folder, in the home
-//! folder or in /etc changes it.
+//! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it
+//! makes is readable and writable by its owner alone, whatever the umask; the folder must be this
+//! user's and no other may write in it (its feature `dev_permissions`, which would open all of it,
+//! is not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes.
+//! It is mapped only while a program starts; a node's id holds the process and the time besides.
+//! Other users of the machine can hinder a start by breaking it, not a session, and see no message.
+//! Root may do anything. The configuration is iceoryx2's built-in one: no file in the working
+//! folder, in the home folder or in /etc changes it.
 //!
 //! **Sizes** are fixed by the types of [`super::payload`]. A service refuses a program whose
 //! message has another name, size, alignment, or is a slice where it is none; states are slices,

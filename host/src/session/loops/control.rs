@@ -360,7 +360,8 @@ impl<'a> Run<'a> {
     }
 
     fn linger(&mut self) {
-        // After a wish to stop nobody should wait long, neither the user nor the process that started this.
+        // After a wish to stop nobody should wait long, neither the user nor the process that
+        // started this.
         let linger_ns = if self.interrupted { LINGER_NS / 4 } else { LINGER_NS };
         let end_ns = now_ns() + linger_ns;
         self.receive_until(end_ns, |run| run.unanswered() == 0);

@@ -52,7 +52,8 @@ impl Recorder {
     }
 
     /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: a
-    /// controller that has the answer can count on the record. Allocates nothing, calls nothing of the system.
+    /// controller that has the answer can count on the record. Allocates nothing, calls nothing of
+    /// the system.
     pub fn record(&mut self, pose: ToolPose, force: ToolForce) {
         if self.has_ended() || !self.trace(&pose, &force) {
             self.left_out_ticks += 1;

@@ -14,7 +14,8 @@
 //! when the contacts change. With more than [`DEFLATED_MAX`] basis functions in H, or where
 //! rounding makes a pivot too small, there is no coarse level until they change again.
 //!
-//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) a sweep, n basis functions.
+//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) a sweep, n basis
+//! functions.
 
 use super::vector;
 use crate::backend::f32x8::F32x8;
@@ -245,7 +246,8 @@ mod tests {
         cells.iter().copied().map(Contact::new).collect()
     }
 
-    /// Both sides of the solution without the basis functions of some contacts, by basis function; and g . c.
+    /// Both sides of the solution without the basis functions of some contacts, by basis function;
+    /// and g . c.
     fn solved(
         model: &Model<'_>,
         held: &[Contact],

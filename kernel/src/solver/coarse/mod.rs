@@ -10,8 +10,8 @@
 //! ```
 //!
 //! which is the step that lowers the bound of the energy most among all moves of the basis
-//! functions, and moves the whole body at once, while sweeps over links spread a motion by one ring of cells at a
-//! time.
+//! functions, and moves the whole body at once, while sweeps over links spread a motion by one ring
+//! of cells at a time.
 //!
 //! Cells held at run time must not move: their rows of P become zero. One held cell i, with p its
 //! row of P, h its row of L P and l its diagonal of L, changes A by two matrices of rank one,

@@ -11,11 +11,11 @@
 //! | `node,ux_m,uy_m,uz_m` | the displacement field at `--displacement-m`: alone it shows ratios of stiffness only, with `--force-n` their size |
 //!
 //! A fifth of the rows of each target is held out and only judges the result. `identified.json` has
-//! each parameter with its 95 % interval, or says that the data leaves it open. `residuals.csv` has a
-//! line a measured number (three a node of a field): measured, fit, fit less measured, held out or
-//! not. The charts show the same, two a target: a good fit has residuals without a pattern, as large
-//! in the rows held out as in the others. A fit bakes and presses the body some hundred times: take a
-//! coarse mesh.
+//! each parameter with its 95 % interval, or says that the data leaves it open. `residuals.csv` has
+//! a line a measured number (three a node of a field): measured, fit, fit less measured, held out
+//! or not. The charts show the same, two a target: a good fit has residuals without a pattern, as
+//! large in the rows held out as in the others. A fit bakes and presses the body some hundred
+//! times: take a coarse mesh.
 //!
 //! The forward problem is the engine itself ([`forward`]); the fit is weighted least squares by
 //! Levenberg and Marquardt from several starts ([`fit`]); what the data says of each parameter

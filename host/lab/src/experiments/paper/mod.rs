@@ -10,12 +10,13 @@
 //! | [`scaling`] | left open there: many elements to one cell | `scaling` |
 //! | [`identified`] | left open there: the material parameters | `identified*` |
 //!
-//! `paper.html` begins with a table of the paper's results, each beside what was computed here. Every
-//! section then says on which body, with which tool and settings. `paper.json` holds the figures of
-//! each section under its key, with units in the names; the CSV files hold the numbers behind the
-//! pictures. Only the times of ticks depend on the machine. The other methods are traditional
-//! `ChainMail` (Gibson's lattice form, Li and Brodlie's generalised form), explicit mass-spring and
-//! position-based dynamics. Without reference data the generated organ stands in for the liver.
+//! `paper.html` begins with a table of the paper's results, each beside what was computed here.
+//! Every section then says on which body, with which tool and settings. `paper.json` holds the
+//! figures of each section under its key, with units in the names; the CSV files hold the numbers
+//! behind the pictures. Only the times of ticks depend on the machine. The other methods are
+//! traditional `ChainMail` (Gibson's lattice form, Li and Brodlie's generalised form), explicit
+//! mass-spring and position-based dynamics. Without reference data the generated organ stands in
+//! for the liver.
 //!
 //! An experiment is a file with a function from a [`Context`] to a [`Section`] and a row in
 //! [`EXPERIMENTS`].

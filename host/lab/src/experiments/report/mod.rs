@@ -14,10 +14,10 @@
 //! | Number types | distance of `f32` and fixed point from `f64`, and their cost | `report_numbers.csv` |
 //! | Cost over size | cost and sweeps over the size of the body | `report_growth.csv` |
 //!
-//! An error of the field is |u - `u_exact`| over |`u_exact`|, L2 over the cells; an error of the force
-//! is relative to the exact force. The largest errors count from tick 30 of a press on. Where the
-//! body snaps from one equilibrium to another every setting lags for some ticks: those ticks are
-//! counted apart. `report_summary.json` has every figure, the CSV files the rows of the tables.
+//! An error of the field is |u - `u_exact`| over |`u_exact`|, L2 over the cells; an error of the
+//! force is relative to the exact force. The largest errors count from tick 30 of a press on. Where
+//! the body snaps from one equilibrium to another every setting lags for some ticks: those ticks
+//! are counted apart. `report_summary.json` has every figure, the CSV files the rows of the tables.
 
 pub mod collect;
 pub mod exact;

@@ -5,9 +5,9 @@
 //! small steps of 1 ms with one iteration each, compliance 1 / k. Both lose a tenth of a velocity a
 //! step. The tool is the same: it holds the same cells, goes as far a tick, and a probe projects
 //! the same surface cells onto its sphere. A body with inertia that is pulled stores more than one
-//! that settles; so energies are parts of E0, the largest of what the body starts with, what `track`
-//! had and what the tool could load into cells that stand still. Beyond ten times that it counts as
-//! blown up.
+//! that settles; so energies are parts of E0, the largest of what the body starts with, what
+//! `track` had and what the tool could load into cells that stand still. Beyond ten times that it
+//! counts as blown up.
 
 use std::fmt;
 
