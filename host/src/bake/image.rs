@@ -6,7 +6,7 @@ use chaincell_kernel::image::{
     checksum, params,
 };
 
-use super::{BakeOptions, Body};
+use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
 
 /// An image in memory, at a multiple of 16 bytes as the kernel reads it.
@@ -75,7 +75,7 @@ impl Sections {
 /// A saturation below twice the largest coordinate, units out of range.
 pub(super) fn params(
     nodes: usize,
-    body: &Body,
+    body: &OrderedCells,
     options: &BakeOptions,
     weights: &[f32],
     alpha: f32,
@@ -131,13 +131,13 @@ pub(super) fn params(
 }
 
 /// Number of axes along which the rest shape has an extent.
-fn dimension(body: &Body) -> u32 {
+fn dimension(body: &OrderedCells) -> u32 {
     let extended = |axis: usize| body.rest.iter().any(|p| p[axis] != body.rest[0][axis]);
     (0..3).filter(|&axis| extended(axis)).count().max(1) as u32
 }
 
 /// Number of connected parts.
-fn parts(body: &Body) -> usize {
+fn parts(body: &OrderedCells) -> usize {
     let mut parent: Vec<usize> = (0..body.rest.len()).collect();
     let mut parts = parent.len();
     for &([i, j], _) in &body.links {

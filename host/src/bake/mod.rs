@@ -91,7 +91,7 @@ impl Default for BakeOptions {
 type Link = ([u16; 2], usize);
 
 /// Cells in the model's order, with what the sections are made of.
-struct Body {
+struct OrderedCells {
     /// Node of the network's mesh of each cell.
     node: Vec<u32>,
     /// Cell of each of its nodes; `u16::MAX` for a node that is no cell.
@@ -174,7 +174,7 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
 }
 
 /// Chooses frame and order, and renumbers.
-fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
+fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
     let mut used = vec![true; mesh.nodes_m.len()];
     for &node in &mesh.unused {
         used[node as usize] = false;
@@ -207,7 +207,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     fixed_cells.dedup();
     let (centre_m, unit_m) = frame(mesh, &order);
     let rest = order.iter().map(|&node| internal(mesh.nodes_m[node as usize], centre_m, unit_m));
-    Ok(Body {
+    Ok(OrderedCells {
         rest: rest.collect(),
         node: order,
         cell_of,
@@ -288,7 +288,7 @@ fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) -> Vec<f32>
         .collect()
 }
 
-fn write(plan: &Plan<'_>, body: &Body, options: &BakeOptions) -> Result<ImageBytes> {
+fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<ImageBytes> {
     use chaincell_kernel::image::kind;
     let cells = body.rest.len();
     let links = &body.links;
@@ -351,7 +351,7 @@ fn write(plan: &Plan<'_>, body: &Body, options: &BakeOptions) -> Result<ImageByt
 }
 
 /// Surface cells with normals and, unless the image is lean, the elements for display.
-fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &Body, lean: bool) {
+fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, lean: bool) {
     use chaincell_kernel::image::kind;
     let mesh = plan.mesh();
     let normals = vertex_normals(&mesh.nodes_m, &mesh.triangles);

@@ -1,13 +1,13 @@
 //! What stands where in a tissue's storage:
 //!
 //! ```text
-//! Body<D>   tag, sizes, network, and the kernel's scalars
-//! state     one cell each
-//! residual  D::RESIDUALS cells each
-//! own       D::ARRAYS cells each
-//! room      blocks of eight `f32` for the coarse level
-//! contacts  one slot for each contact cell
-//! held      the cells of the contacts, ascending: room to sort them
+//! StoredHead<D>  tag, sizes, network, and the kernel's scalars
+//! state          one cell each
+//! residual       D::RESIDUALS cells each
+//! own            D::ARRAYS cells each
+//! room           blocks of eight `f32` for the coarse level
+//! contacts       one slot for each contact cell
+//! held           the cells of the contacts, ascending: room to sort them
 //! ```
 //!
 //! Nothing in it points into it, so a tissue may be moved and copied byte by byte.
@@ -94,7 +94,7 @@ impl Sizes {
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
         let held = (self.contacts * size_of::<u16>()).next_multiple_of(ALIGN);
-        size_of::<Body<D>>() + array_bytes::<D>(self.cells, self.contacts, self.room) + held
+        size_of::<StoredHead<D>>() + array_bytes::<D>(self.cells, self.contacts, self.room) + held
     }
 }
 
@@ -110,15 +110,15 @@ pub(crate) struct Front {
 
 /// What stands before the arrays.
 #[repr(C, align(16))]
-pub(crate) struct Body<D> {
+pub(crate) struct StoredHead<D> {
     front: Front,
     head: Head<D>,
 }
 
 /// Whether what the header's macros say of a scheme holds.
 const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
-    align_of::<Body<D>>() == ALIGN
-        && size_of::<Body<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
+    align_of::<StoredHead<D>>() == ALIGN
+        && size_of::<StoredHead<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
         && array_bytes::<D>(1, 0, 0) == cell_bytes
 }
 
@@ -155,7 +155,7 @@ pub(crate) unsafe fn create<D: Dynamics>(
     unsafe { storage.write_bytes(0, sizes.bytes::<D>()) };
     let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
     // SAFETY: the body stands first, and its alignment is that of the storage.
-    unsafe { storage.cast::<Body<D>>().write(Body { front, head: Head::NEW }) };
+    unsafe { storage.cast::<StoredHead<D>>().write(StoredHead { front, head: Head::NEW }) };
 }
 
 /// Bytes that [`clear`] needs.
@@ -192,7 +192,7 @@ pub(crate) unsafe fn front(tissue: *const Tissue) -> Result<(Scheme, Sizes), Cod
 /// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
 pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -> Parts<'a, D> {
     let Sizes { cells, contacts, room } = sizes;
-    let body = tissue.cast::<Body<D>>();
+    let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
     // alignment, with valid elements; they do not overlap.
     unsafe {
@@ -225,7 +225,7 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
     tissue: *const Tissue,
     sizes: Sizes,
 ) -> (&'a Network<'static>, &'a [Cell<NumberOf<D>>]) {
-    let body = tissue.cast::<Body<D>>();
+    let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: as in parts(); the states follow the body.
     unsafe {
         let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);

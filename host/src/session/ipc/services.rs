@@ -94,7 +94,7 @@ impl Domain {
 
 /// One scene's services, open in this process.
 #[derive(Debug)]
-pub struct Scene {
+pub struct SceneServices {
     pub(crate) node: Node<ipc::Service>,
     label: String,
     pub(crate) state_name: ServiceName,
@@ -142,7 +142,7 @@ impl Wake {
     }
 }
 
-impl Scene {
+impl SceneServices {
     /// Opens or creates the services, after clearing up what killed processes left behind.
     pub fn open(scene: Option<&str>, domain: &Domain) -> Result<Self> {
         // iceoryx2 writes its remarks to standard error unless IOX2_LOG_LEVEL asks for them.

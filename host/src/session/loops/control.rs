@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Domain, Ports, Scene};
+use crate::session::ipc::services::{Domain, Ports, SceneServices};
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
@@ -154,7 +154,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     if options.ends_with_parent {
         realtime::end_with_parent()?;
     }
-    let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
+    let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
     let ports = scene.control_ports(options.wait == Wait::Event)?;
     if scene.has_other_pose_publisher() {
         log::warn!(
@@ -172,7 +172,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
 }
 
 fn wait_for_server(
-    scene: &Scene,
+    scene: &SceneServices,
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {

@@ -73,7 +73,7 @@ impl Source {
     ///
     /// # Errors
     /// As [`bake`].
-    pub fn with_alpha(&self, alpha: f64) -> Result<Body> {
+    pub fn with_alpha(&self, alpha: f64) -> Result<PressedBody> {
         self.bake(&BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() })
     }
 
@@ -81,7 +81,7 @@ impl Source {
     ///
     /// # Errors
     /// As [`bake`].
-    pub fn bake(&self, options: &BakeOptions) -> Result<Body> {
+    pub fn bake(&self, options: &BakeOptions) -> Result<PressedBody> {
         let image = bake(&self.mesh, &self.mesh.default_fixed, options)?;
         let model = parse(&image)?;
         let (contacts, way) = match self.node.and_then(|node| model.cell_of_input(node)) {
@@ -93,12 +93,12 @@ impl Source {
             }
         };
         let length = norm(&[way]);
-        Ok(Body { name: self.name, image, contacts, direction: way.map(|x| x / length) })
+        Ok(PressedBody { name: self.name, image, contacts, direction: way.map(|x| x / length) })
     }
 }
 
 /// A baked body with its contact.
-pub struct Body {
+pub struct PressedBody {
     /// Name in tables and files.
     pub name: &'static str,
     image: ImageBytes,
@@ -121,7 +121,7 @@ pub struct Felt {
     pub residual: f64,
 }
 
-impl Body {
+impl PressedBody {
     /// The model.
     ///
     /// # Errors
@@ -212,7 +212,7 @@ pub struct Tool<'b> {
     engine: Engine<'b>,
     links: Links,
     closed: Links,
-    body: &'b Body,
+    body: &'b PressedBody,
 }
 
 impl Tool<'_> {
