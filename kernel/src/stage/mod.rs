@@ -345,7 +345,7 @@ impl Stage {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
         let (asked, _) = clamp::clamped(sub(asked, off), self.settings.max_force_n);
-        // Adding +0.0 turns -0.0 into +0.0.
+        // There is one zero.
         let target = scale(share, asked).map(|x| x + 0.0);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
         let mut given = slew::limited(self.given, target, most);

@@ -60,7 +60,7 @@
 //! On a workstation `run`, `serve` and `cosim` leave `session.trace` beside `model.chaincell` in
 //! the folder of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` plays
 //! a folder or a file again. It ends with exit code 0 for the same bits, with 1 and the first tick
-//! that differs, or with 2 for a trace that is damaged or of another version.
+//! that differs, or with 2 for a trace that is damaged or of an unknown version.
 //!
 //! A firmware writes and reads the same format without a heap. To record, take a [`Header`] with
 //! [`Header::of`] after the reset, begin with [`Writer::begin`], and store the bytes of

@@ -21,9 +21,9 @@ pub struct Links {
     fixed: Vec<bool>,
 }
 
-/// A link outside its band, at its present length.
+/// What one link does at its present length.
 #[derive(Debug, Clone, Copy)]
-struct Taut {
+struct Pull {
     /// Unit vector from the first end to the second.
     direction: [f64; 3],
     /// How far the link is outside its band, negative where it is too short.
@@ -157,7 +157,7 @@ impl Links {
     }
 
     #[inline]
-    fn taut(&self, link: usize, p: &[[f64; 3]]) -> Option<Taut> {
+    fn pull(&self, link: usize, p: &[[f64; 3]]) -> Option<Pull> {
         let [i, j] = self.ends[link].map(|end| end as usize);
         let l0 = self.rest_length[link];
         let d = difference(p[i], p[j]);
@@ -171,7 +171,7 @@ impl Links {
             (length, d.map(|x| x / length))
         };
         let (low, high) = ((1.0 - self.alpha[link]) * l0, (1.0 + self.alpha[link]) * l0);
-        // Inclusive: at alpha 0 a link at its rest length is stiff, with a force of 0.
+        // Inclusive: at alpha 0 a link at its rest length is stiff, it only pulls with nothing.
         let excess = if length >= high {
             length - high
         } else if length <= low {
@@ -179,14 +179,14 @@ impl Links {
         } else {
             return None;
         };
-        Some(Taut { direction, excess, length })
+        Some(Pull { direction, excess, length })
     }
 
     /// Energy E = sum of w d^2 / 4.
     #[must_use]
     pub fn energy(&self, p: &[[f64; 3]]) -> f64 {
         let term =
-            |link| self.taut(link, p).map_or(0.0, |taut| self.weight[link] * taut.excess.powi(2));
+            |link| self.pull(link, p).map_or(0.0, |pull| self.weight[link] * pull.excess.powi(2));
         0.25 * (0..self.ends.len()).map(term).sum::<f64>()
     }
 
@@ -196,12 +196,12 @@ impl Links {
         residual.fill([0.0; 3]);
         let mut energy = 0.0;
         for (link, ends) in self.ends.iter().enumerate() {
-            let Some(taut) = self.taut(link, p) else { continue };
-            let wd = self.weight[link] * taut.excess;
-            energy += 0.25 * wd * taut.excess;
+            let Some(pull) = self.pull(link, p) else { continue };
+            let wd = self.weight[link] * pull.excess;
+            energy += 0.25 * wd * pull.excess;
             let [i, j] = ends.map(|end| end as usize);
-            residual[i] = plus(residual[i], 0.5 * wd, taut.direction);
-            residual[j] = plus(residual[j], -0.5 * wd, taut.direction);
+            residual[i] = plus(residual[i], 0.5 * wd, pull.direction);
+            residual[j] = plus(residual[j], -0.5 * wd, pull.direction);
         }
         energy
     }
@@ -224,15 +224,15 @@ impl Links {
             if !free[i] && !free[j] {
                 continue;
             }
-            let Some(taut) = self.taut(link, p) else { continue };
+            let Some(pull) = self.pull(link, p) else { continue };
             // Where the ends coincide the transverse part is unbounded below; it is left out.
-            let across = if taut.length > 1e-6 * self.rest_length[link] {
-                taut.excess / taut.length
+            let across = if pull.length > 1e-6 * self.rest_length[link] {
+                pull.excess / pull.length
             } else {
                 0.0
             };
             let half = 0.5 * self.weight[link];
-            let n = taut.direction;
+            let n = pull.direction;
             let block = |a: usize, b: usize| {
                 let along = (1.0 - across) * n[a] * n[b];
                 half * if a == b { along + across } else { along }
@@ -329,9 +329,9 @@ mod tests {
                 let mut product = [[0.0; 3]; 4];
                 for link in &curvature {
                     let [i, j] = link.ends.map(|end| end as usize);
-                    let change = symmetric_times(&link.block, difference(unit[j], unit[i]));
-                    product[i] = plus(product[i], 1.0, change);
-                    product[j] = plus(product[j], -1.0, change);
+                    let pulled = symmetric_times(&link.block, difference(unit[j], unit[i]));
+                    product[i] = plus(product[i], 1.0, pulled);
+                    product[j] = plus(product[j], -1.0, pulled);
                 }
                 for other in 0..4 {
                     for x in 0..3 {

@@ -26,8 +26,7 @@ pub struct Minimum {
     pub positions: Vec<[f64; 3]>,
     /// Energy there, in internal units.
     pub energy: f64,
-    /// Largest residual |`r_i`| of a free cell; above the tolerance where the iteration ended
-    /// early.
+    /// Largest residual |`r_i`| of a free cell; above the tolerance where the iteration ended early.
     pub residual_max: f64,
     /// Newton steps tried.
     pub iterations: usize,
@@ -219,9 +218,9 @@ impl<'a> Descent<'a> {
         product.fill([0.0; 3]);
         for link in curvature {
             let [i, j] = link.ends.map(|end| end as usize);
-            let change = symmetric_times(&link.block, difference(v[j], v[i]));
-            product[i] = plus(product[i], 1.0, change);
-            product[j] = plus(product[j], -1.0, change);
+            let pulled = symmetric_times(&link.block, difference(v[j], v[i]));
+            product[i] = plus(product[i], 1.0, pulled);
+            product[j] = plus(product[j], -1.0, pulled);
         }
         for (x, &free) in product.iter_mut().zip(&self.free) {
             if !free {

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::surface::{Paint, Surface};
+use super::body::{Body, Paint};
 
 /// Points of one part, those that the plane adds among them.
 struct Part<'b> {
-    whole: &'b Surface,
+    whole: &'b Body,
     /// Distance of every point before the plane; what is before it goes.
     before: &'b [f64],
     normal: [f64; 3],
-    cut: Surface,
+    cut: Body,
     kept: BTreeMap<u32, u32>,
     added: BTreeMap<[u32; 2], u32>,
 }
@@ -19,11 +19,11 @@ struct Part<'b> {
 /// side of `normal` goes. Gives skin and cut face; values are interpolated along edges.
 #[must_use]
 pub fn cut(
-    whole: &Surface,
+    whole: &Body,
     tetrahedra: &[[u32; 4]],
     through_m: [f64; 3],
     normal: [f64; 3],
-) -> [Surface; 2] {
+) -> [Body; 2] {
     let before: Vec<f64> =
         whole.points_m.iter().map(|p| dot(minus(*p, through_m), normal)).collect();
     let mut skin = Part::new(whole, &before, normal);
@@ -34,17 +34,17 @@ pub fn cut(
     for corners in tetrahedra {
         face.tetrahedron(*corners);
     }
-    [skin.cut, Surface { unlit: true, ..face.cut }]
+    [skin.cut, Body { unlit: true, ..face.cut }]
 }
 
 impl<'b> Part<'b> {
-    fn new(whole: &'b Surface, before: &'b [f64], normal: [f64; 3]) -> Self {
+    fn new(whole: &'b Body, before: &'b [f64], normal: [f64; 3]) -> Self {
         let paint = match &whole.paint {
             Paint::Values(_) => Paint::Values(Vec::new()),
             Paint::Plain(colour) => Paint::Plain(*colour),
         };
         let (points_m, triangles, wires) = (Vec::new(), Vec::new(), Vec::new());
-        let cut = Surface { points_m, triangles, paint, wires, unlit: false };
+        let cut = Body { points_m, triangles, paint, wires, unlit: false };
         Self { whole, before, normal, cut, kept: BTreeMap::new(), added: BTreeMap::new() }
     }
 
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use chaincell_host::mesh::{MeshOptions, load};
 
-    fn area(body: &Surface) -> f64 {
+    fn area(body: &Body) -> f64 {
         let half = |[a, b, c]: &[u32; 3]| {
             let [a, b, c] = [a, b, c].map(|id| body.points_m[*id as usize]);
             let (u, v) = (minus(b, a), minus(c, a));
@@ -158,7 +158,7 @@ mod tests {
     fn a_box_has_a_rectangular_face() {
         let mesh = load("box:5x4x3x0.01", &MeshOptions::default()).unwrap();
         let values = mesh.nodes_m.iter().map(|p| p[0]).collect();
-        let whole = Surface {
+        let whole = Body {
             points_m: mesh.nodes_m.clone(),
             triangles: mesh.triangles.clone(),
             paint: Paint::Values(values),
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_plane_beside_leaves_all_or_nothing() {
-        let ball = Surface::sphere([0.0; 3], 1.0, [9; 3], 6);
+        let ball = Body::sphere([0.0; 3], 1.0, [9; 3], 6);
         let count = ball.triangles.len();
         let kept =
             |at: f64| cut(&ball, &[], [at, 0.0, 0.0], [1.0, 0.0, 0.0]).map(|b| b.triangles.len());

@@ -1,8 +1,8 @@
 //! The nearest surface at every pixel: depth, normal, colour.
 
+use super::body::{Body, Paint};
 use super::camera::View;
 use super::palette;
-use super::surface::{Paint, Surface};
 use chaincell_host::mesh::vertex_normals;
 
 /// Lines lie this much nearer than the surface that they are drawn on \[px\].
@@ -56,7 +56,7 @@ impl Frame {
 
     /// Draws a body; values from `range[0]` to `range[1]` take the colours from end to end. Lines
     /// are `wire_px` wide.
-    pub fn draw(&mut self, view: &View, body: &Surface, range: [f64; 2], wire_px: f32) {
+    pub fn draw(&mut self, view: &View, body: &Body, range: [f64; 2], wire_px: f32) {
         let normals = vertex_normals(&body.points_m, &body.triangles);
         let part = |at: usize| match &body.paint {
             Paint::Plain(_) => 0.0,
@@ -164,10 +164,10 @@ fn facing(normal: [f32; 3]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    fn triangle(height: f64, colour: [u8; 3]) -> Surface {
+    fn triangle(height: f64, colour: [u8; 3]) -> Body {
         let points_m = vec![[0.0, 0.0, height], [1.0, 0.0, height], [0.0, 1.0, height]];
         let (triangles, paint) = (vec![[0, 1, 2]], Paint::Plain(colour));
-        Surface { points_m, triangles, paint, wires: vec![], unlit: false }
+        Body { points_m, triangles, paint, wires: vec![], unlit: false }
     }
 
     /// From above, y up: the unit square over 10 by 10 pixels.
@@ -176,7 +176,7 @@ mod tests {
         View::fit(corners.iter(), [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], (10, 10), 0.0)
     }
 
-    fn drawn(bodies: &[Surface]) -> Frame {
+    fn drawn(bodies: &[Body]) -> Frame {
         let mut frame = Frame::new(&view());
         bodies.iter().for_each(|body| frame.draw(&view(), body, [0.0, 1.0], 1.0));
         frame

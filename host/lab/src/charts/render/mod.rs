@@ -5,15 +5,15 @@
 //! (ambient occlusion from the depths around a pixel), what is far fades, a soft shadow lies on the
 //! ground. Texts, colour bar and scale bars are vectors over the pixels.
 
+mod body;
 mod camera;
 mod cut;
 mod frame;
 mod palette;
 mod shade;
 mod sheet;
-mod surface;
 
+pub use body::{Body, Paint};
 pub use camera::View;
 pub use cut::cut;
 pub use sheet::{ColourBar, Panel, Sheet};
-pub use surface::{Paint, Surface};

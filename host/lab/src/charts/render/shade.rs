@@ -1,9 +1,9 @@
 //! Light on what is seen: key, fill and sky, corners, distance, a shadow on the ground.
 
+use super::body::Body;
 use super::camera::View;
 use super::frame::{Frame, Seen};
 use super::palette;
-use super::surface::Surface;
 
 /// Towards the key light and the fill light: right, up, towards the eye.
 const KEY: [f32; 3] = [-0.42, 0.55, 0.72];
@@ -96,7 +96,7 @@ fn corner(frame: &Frame, at: usize, around: &[(i64, i64)], reach: f32) -> f32 {
 }
 
 /// The bodies pressed flat on the ground below them, light falling against `up`.
-pub(super) fn fallen(bodies: &[Surface], up: [f64; 3]) -> Vec<Surface> {
+pub(super) fn fallen(bodies: &[Body], up: [f64; 3]) -> Vec<Body> {
     let size = up.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-12);
     let up = up.map(|x| x / size);
     let tall = |p: &[f64; 3]| (0..3).map(|x| p[x] * up[x]).sum::<f64>();
@@ -109,7 +109,7 @@ pub(super) fn fallen(bodies: &[Surface], up: [f64; 3]) -> Vec<Surface> {
         let fall = tall(p) - floor;
         std::array::from_fn(|x| p[x] - fall * up[x])
     };
-    let flat = bodies.iter().map(|body| Surface {
+    let flat = bodies.iter().map(|body| Body {
         points_m: body.points_m.iter().map(down).collect(),
         wires: Vec::new(),
         ..body.clone()
@@ -118,7 +118,7 @@ pub(super) fn fallen(bodies: &[Surface], up: [f64; 3]) -> Vec<Surface> {
 }
 
 /// The shadow on the ground: 0 to 1 a pixel.
-pub(super) fn ground(view: &View, bodies: &[Surface], up: [f64; 3]) -> Vec<f32> {
+pub(super) fn ground(view: &View, bodies: &[Body], up: [f64; 3]) -> Vec<f32> {
     let (width, height) = (view.size_px().0 as usize, view.size_px().1 as usize);
     let mut flat = Frame::new(view);
     for shadow in fallen(bodies, up) {
@@ -175,10 +175,10 @@ mod tests {
     use super::*;
     use crate::charts::render::Paint;
 
-    fn square() -> Surface {
+    fn square() -> Body {
         let points_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let (triangles, paint) = (vec![[0, 1, 2], [0, 2, 3]], Paint::Plain([200; 3]));
-        Surface { points_m, triangles, paint, wires: vec![], unlit: false }
+        Body { points_m, triangles, paint, wires: vec![], unlit: false }
     }
 
     #[test]

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use super::body::Body;
 use super::camera::View;
 use super::frame::Frame;
-use super::surface::Surface;
 use super::{palette, shade};
 use crate::charts::plot::{self, Picture, SIZE_PX};
 use chaincell_host::error::{Error, Result};
@@ -49,7 +49,7 @@ pub struct Panel {
     /// Text above it.
     pub title: String,
     /// What is shown.
-    pub bodies: Vec<Surface>,
+    pub bodies: Vec<Body>,
     /// Centre and radius of a close-up \[m\]; else all panels show everything at one scale.
     pub close_up: Option<([f64; 3], f64)>,
 }
@@ -141,9 +141,9 @@ impl Sheet {
         match panel.close_up {
             None => {
                 let whole = self.panels.iter().filter(|panel| panel.close_up.is_none());
-                let bodies: Vec<&Surface> = whole.clone().flat_map(|panel| &panel.bodies).collect();
+                let bodies: Vec<&Body> = whole.clone().flat_map(|panel| &panel.bodies).collect();
                 let shadows = whole.filter(|_| self.shadow);
-                let shadows: Vec<Surface> =
+                let shadows: Vec<Body> =
                     shadows.flat_map(|panel| shade::fallen(&panel.bodies, self.up)).collect();
                 let points = bodies.into_iter().chain(&shadows).flat_map(|body| &body.points_m);
                 View::fit(points, self.towards, self.up, size_px, AIR)
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_sheet_has_its_pixels_and_texts_and_asks_for_nothing() {
-        let mut ball = Surface::sphere([0.0; 3], 0.05, [0; 3], 12);
+        let mut ball = Body::sphere([0.0; 3], 0.05, [0; 3], 12);
         ball.paint = Paint::Values(ball.points_m.iter().map(|p| 1e3 * p[2]).collect());
         let panel =
             |title: &str| Panel { title: title.into(), bodies: vec![ball.clone()], close_up: None };

@@ -73,7 +73,7 @@ impl Source {
     ///
     /// # Errors
     /// As [`bake`].
-    pub fn with_alpha(&self, alpha: f64) -> Result<PressedBody> {
+    pub fn with_alpha(&self, alpha: f64) -> Result<Body> {
         self.bake(&BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() })
     }
 
@@ -81,7 +81,7 @@ impl Source {
     ///
     /// # Errors
     /// As [`bake`].
-    pub fn bake(&self, options: &BakeOptions) -> Result<PressedBody> {
+    pub fn bake(&self, options: &BakeOptions) -> Result<Body> {
         let image = bake(&self.mesh, &self.mesh.default_fixed, options)?;
         let model = parse(&image)?;
         let (contacts, way) = match self.node.and_then(|node| model.cell_of_input(node)) {
@@ -93,12 +93,12 @@ impl Source {
             }
         };
         let length = norm(&[way]);
-        Ok(PressedBody { name: self.name, image, contacts, direction: way.map(|x| x / length) })
+        Ok(Body { name: self.name, image, contacts, direction: way.map(|x| x / length) })
     }
 }
 
 /// A baked body with its contact.
-pub struct PressedBody {
+pub struct Body {
     /// Name in tables and files.
     pub name: &'static str,
     image: ImageBytes,
@@ -121,7 +121,7 @@ pub struct Felt {
     pub residual: f64,
 }
 
-impl PressedBody {
+impl Body {
     /// The model.
     ///
     /// # Errors
@@ -212,7 +212,7 @@ pub struct Tool<'b> {
     engine: Engine<'b>,
     links: Links,
     closed: Links,
-    body: &'b PressedBody,
+    body: &'b Body,
 }
 
 impl Tool<'_> {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
 use super::section::{Context, Figure, Numbers, Section};
 use crate::charts::plot::{Axis, Chart, Style};
-use crate::charts::render::{ColourBar, Paint, Panel, Sheet, Surface, cut};
+use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
 use chaincell_host::error::Result;
@@ -239,8 +239,8 @@ impl Case {
         }
     }
 
-    fn body(&self, at_m: &[[f64; 3]]) -> Surface {
-        Surface {
+    fn body(&self, at_m: &[[f64; 3]]) -> Body {
+        Body {
             points_m: at_m.to_vec(),
             triangles: self.mesh.triangles.clone(),
             paint: Paint::Values(self.ways_mm(at_m)),
@@ -249,8 +249,8 @@ impl Case {
         }
     }
 
-    fn ball(&self, centre_m: [f64; 3]) -> Surface {
-        Surface::sphere(centre_m, self.probe.radius_m, PROBE_COLOUR, 32)
+    fn ball(&self, centre_m: [f64; 3]) -> Body {
+        Body::sphere(centre_m, self.probe.radius_m, PROBE_COLOUR, 32)
     }
 
     fn name(&self) -> &'static str {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::section::{Context, Figure, Numbers, Section};
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
 use crate::charts::plot::{Axis, Chart, Style};
-use crate::charts::render::{ColourBar, Paint, Panel, Sheet, Surface};
+use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
 use crate::experiments::report::press::sample;
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
@@ -254,13 +254,13 @@ fn sheet(planes: &[Plane; 2]) -> Sheet {
     }
 }
 
-fn body(plane: &Plane, shape: &Shape) -> Surface {
+fn body(plane: &Plane, shape: &Shape) -> Body {
     let cells = shape.positions_m.iter().zip(&plane.mesh.nodes_m);
     let way = |(p, rest): (&[f64; 3], &[f64; 3])| {
         1e3 * (0..3).map(|x| (p[x] - rest[x]).powi(2)).sum::<f64>().sqrt()
     };
     let sides = plane.mesh.links.iter().filter(|[i, j]| [1, NODES[1] as u32].contains(&(j - i)));
-    Surface {
+    Body {
         points_m: shape.positions_m.clone(),
         triangles: plane.mesh.triangles.clone(),
         paint: Paint::Values(cells.map(way).collect()),

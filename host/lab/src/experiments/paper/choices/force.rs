@@ -4,7 +4,7 @@ use chaincell_kernel::Unloading;
 use serde::Serialize;
 
 use super::measure::press;
-use crate::experiments::paper::body::{PressedBody, Source, Tool};
+use crate::experiments::paper::body::{Body, Source, Tool};
 use chaincell_host::error::Result;
 
 /// Half the step of the differences, of the depth.
@@ -33,7 +33,7 @@ pub struct Readings {
 ///
 /// # Errors
 /// As [`Tool::press`].
-pub fn readings(plane: &PressedBody, depth_m: f64, step: f64) -> Result<Vec<Readings>> {
+pub fn readings(plane: &Body, depth_m: f64, step: f64) -> Result<Vec<Readings>> {
     let organ = Source::organ(true)?;
     let body = organ.with_alpha(0.0)?;
     let shallow_m = 0.5 * f64::from(body.model()?.unit_m());
@@ -48,7 +48,7 @@ pub fn readings(plane: &PressedBody, depth_m: f64, step: f64) -> Result<Vec<Read
     ])
 }
 
-fn settled(body: &PressedBody, state: &str, depth_m: f64) -> Result<Readings> {
+fn settled(body: &Body, state: &str, depth_m: f64) -> Result<Readings> {
     let mut tool = body.quasi_static(Unloading::Off)?;
     for at in 1..STEPS {
         tool.settle(depth_m * (1.0 - DELTA) * f64::from(at) / f64::from(STEPS))?;
@@ -61,7 +61,7 @@ fn settled(body: &PressedBody, state: &str, depth_m: f64) -> Result<Readings> {
     of_state(body, &tool, &at, state, (published_n, slope))
 }
 
-fn under_way(body: &PressedBody, state: &str, depth_m: f64, step: f64) -> Result<Readings> {
+fn under_way(body: &Body, state: &str, depth_m: f64, step: f64) -> Result<Readings> {
     let (mut tool, published_n) = press(body, depth_m, step)?;
     let energy_unit_j = f64::from(body.model()?.energy_unit_j());
     let at = tool.positions();
@@ -75,7 +75,7 @@ fn under_way(body: &PressedBody, state: &str, depth_m: f64, step: f64) -> Result
 }
 
 fn of_state(
-    body: &PressedBody,
+    body: &Body,
     tool: &Tool<'_>,
     at: &[[f64; 3]],
     state: &str,

@@ -3,7 +3,7 @@
 use chaincell_kernel::Unloading;
 use serde::Serialize;
 
-use crate::experiments::paper::body::{PressedBody, Tool};
+use crate::experiments::paper::body::{Body, Tool};
 use crate::experiments::paper::mechanics::{TIME_CONSTANT_S, jump_n};
 use chaincell_host::error::{Error, Result};
 
@@ -39,7 +39,7 @@ pub fn change(from: f64, to: f64) -> f64 {
 ///
 /// # Errors
 /// As [`Tool::press`].
-pub fn press(body: &PressedBody, depth_m: f64, step: f64) -> Result<(Tool<'_>, f64)> {
+pub fn press(body: &Body, depth_m: f64, step: f64) -> Result<(Tool<'_>, f64)> {
     let ticks = (PRESS_TIME / step).ceil();
     let mut tool = body.in_time(PRESS_TIME / ticks)?;
     let mut force_n = 0.0;
@@ -53,7 +53,7 @@ pub fn press(body: &PressedBody, depth_m: f64, step: f64) -> Result<(Tool<'_>, f
 ///
 /// # Errors
 /// As [`Tool::press`]; a force that does not relax.
-pub fn measure(body: &PressedBody, depth_m: f64, step: f64) -> Result<Measures> {
+pub fn measure(body: &Body, depth_m: f64, step: f64) -> Result<Measures> {
     let (mut tool, force_n) = press(body, depth_m, step)?;
     let profile = profile(body, &mut tool, depth_m)?;
     let mut still = body.quasi_static(Unloading::Off)?;
@@ -66,7 +66,7 @@ pub fn measure(body: &PressedBody, depth_m: f64, step: f64) -> Result<Measures> 
 }
 
 /// Time until 1/e of the difference to `minimum_n` is left of the force of a jump \[s\].
-fn relaxation_s(body: &PressedBody, depth_m: f64, step: f64, minimum_n: f64) -> Result<f64> {
+fn relaxation_s(body: &Body, depth_m: f64, step: f64, minimum_n: f64) -> Result<f64> {
     let mut before = jump_n(body, depth_m)?;
     let wanted = minimum_n + (before - minimum_n) / std::f64::consts::E;
     let mut tool = body.in_time(step)?;
@@ -82,7 +82,7 @@ fn relaxation_s(body: &PressedBody, depth_m: f64, step: f64, minimum_n: f64) -> 
 }
 
 /// How far the half row from centre to border is from straight, over the depth.
-fn profile(body: &PressedBody, tool: &mut Tool<'_>, depth_m: f64) -> Result<f64> {
+fn profile(body: &Body, tool: &mut Tool<'_>, depth_m: f64) -> Result<f64> {
     let model = body.model()?;
     let at = tool.positions();
     let cells = HALF_ROW.filter_map(|id| model.cell_of_input(id));

@@ -9,7 +9,7 @@ mod words;
 use serde::Serialize;
 use serde_json::json;
 
-use super::body::{PressedBody, Source};
+use super::body::{Body, Source};
 use super::mechanics::ALPHAS;
 use super::section::{Context, Figure, Numbers, Section};
 use crate::charts::plot::{Axis, Chart, Style};
@@ -70,7 +70,7 @@ struct Results {
     yields: Vec<Yield>,
 }
 
-fn step_of(body: &PressedBody, part: f64) -> Result<f64> {
+fn step_of(body: &Body, part: f64) -> Result<f64> {
     Ok(part * f64::from(body.model()?.step_max()))
 }
 

@@ -14,7 +14,7 @@ pub use curve::{Shape, slope};
 pub use prony::{Prony, fit};
 pub use relaxation::{Relaxation, exact, interpolate, jump_n, relax};
 
-use super::body::{PressedBody, Source};
+use super::body::{Body, Source};
 use super::section::{Context, Section};
 use chaincell_host::error::Result;
 
@@ -136,7 +136,7 @@ impl Results {
 }
 
 /// Loops at speeds, the slowest last of `PRESS_S` left out first.
-fn speeds(body: &PressedBody, loop_m: f64, count: usize) -> Result<Vec<Speed>> {
+fn speeds(body: &Body, loop_m: f64, count: usize) -> Result<Vec<Speed>> {
     let chosen = PRESS_S.into_iter().skip(PRESS_S.len() - count);
     chosen
         .map(|press_s| {

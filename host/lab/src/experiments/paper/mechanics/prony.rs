@@ -23,7 +23,7 @@ const STEP: f64 = 1e-4;
 /// A fitted series.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prony {
-    /// Force in the end \[N\].
+    /// What remains at last \[N\].
     pub f_inf_n: f64,
     /// Amplitudes, fastest first \[N\].
     pub f_n: Vec<f64>,

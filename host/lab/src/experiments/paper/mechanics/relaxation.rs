@@ -4,7 +4,7 @@ use chaincell_kernel::Unloading;
 
 use super::TICK_S;
 use super::prony::{Prony, TERMS_MAX, fit};
-use crate::experiments::paper::body::PressedBody;
+use crate::experiments::paper::body::Body;
 use crate::reference::{Links, trajectory};
 use chaincell_host::error::Result;
 
@@ -46,7 +46,7 @@ impl Relaxation {
 ///
 /// # Errors
 /// As [`Body::model`].
-pub fn jump_n(body: &PressedBody, depth_m: f64) -> Result<f64> {
+pub fn jump_n(body: &Body, depth_m: f64) -> Result<f64> {
     let links = Links::of_model(&body.model()?);
     let mut at = links.rest().to_vec();
     for (cell, position) in body.held(depth_m)? {
@@ -60,12 +60,7 @@ pub fn jump_n(body: &PressedBody, depth_m: f64) -> Result<f64> {
 ///
 /// # Errors
 /// As [`Tool::press`](crate::experiments::paper::body::Tool::press) and [`fit`].
-pub fn relax(
-    body: &PressedBody,
-    depth_m: f64,
-    seconds: f64,
-    time_constant_s: f64,
-) -> Result<Relaxation> {
+pub fn relax(body: &Body, depth_m: f64, seconds: f64, time_constant_s: f64) -> Result<Relaxation> {
     let mut tool = body.in_time(TICK_S / time_constant_s)?;
     let ticks = (seconds / TICK_S).round() as u32;
     let (mut curve, mut next) = (Vec::new(), 1.0);
@@ -93,7 +88,7 @@ pub fn relax(
 /// # Errors
 /// As [`Body::model`].
 pub fn exact(
-    body: &PressedBody,
+    body: &Body,
     depth_m: f64,
     seconds: f64,
     time_constant_s: f64,

@@ -19,7 +19,7 @@ const RESIDUAL: f64 = 1e-10;
 const STAGES: usize = 10;
 
 /// A body with the node that is moved. Links pull at any change of length (alpha 0).
-pub struct LatticeBody {
+pub struct Body {
     /// Its name in `paper.json`.
     pub name: &'static str,
     /// What it is and what is done to it.
@@ -39,7 +39,7 @@ pub struct LatticeBody {
     image: ImageBytes,
 }
 
-impl LatticeBody {
+impl Body {
     /// The paper's plane, 21 x 21 nodes 10 mm apart with 8 neighbours, its centre 30 mm up.
     ///
     /// # Errors

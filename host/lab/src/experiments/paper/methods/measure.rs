@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::body::{HOLD_TICKS, LatticeBody, PRESS_TICKS, farthest, turned};
+use super::body::{Body, HOLD_TICKS, PRESS_TICKS, farthest, turned};
 use super::method::Kind;
 use crate::reference::profile::{middle_row, nonlinearity};
 use chaincell_host::error::{Error, Result};
@@ -57,7 +57,7 @@ struct Run {
 }
 
 /// The move in so many ticks, then the hold.
-fn run(body: &LatticeBody, kind: Kind, press_ticks: usize) -> Result<Run> {
+fn run(body: &Body, kind: Kind, press_ticks: usize) -> Result<Run> {
     let mut method = kind.start(body)?;
     let mut visited = 0;
     for tick in 1..=press_ticks {
@@ -90,7 +90,7 @@ fn same_bits(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
 ///
 /// # Errors
 /// As the methods; [`Error::Interrupted`].
-pub fn rows(body: &LatticeBody, exact: &[[f64; 3]], rounds: usize) -> Result<Vec<Row>> {
+pub fn rows(body: &Body, exact: &[[f64; 3]], rounds: usize) -> Result<Vec<Row>> {
     let other = body.turned(TURN_DEGREES)?;
     let depth_m = body.depth_m();
     let mut rows = Vec::new();
@@ -130,13 +130,13 @@ pub fn rows(body: &LatticeBody, exact: &[[f64; 3]], rounds: usize) -> Result<Vec
 ///
 /// # Errors
 /// None for the bodies made here.
-pub fn of_plane(body: &LatticeBody, positions_m: &[[f64; 3]]) -> Result<Option<f64>> {
+pub fn of_plane(body: &Body, positions_m: &[[f64; 3]]) -> Result<Option<f64>> {
     let [nx, ny, nz] = body.nodes;
     (nz == 1).then(|| Ok(nonlinearity(&middle_row(positions_m, [nx, ny])?))).transpose()
 }
 
 /// Times the ticks of the press.
-pub(super) fn time(body: &LatticeBody, rows: &mut [Row], rounds: usize) -> Result<()> {
+pub(super) fn time(body: &Body, rows: &mut [Row], rounds: usize) -> Result<()> {
     let mut times = rows.iter().map(|_| Latencies::new()).collect::<Result<Vec<_>>>()?;
     for _ in 0..rounds {
         for (row, times) in rows.iter().zip(&mut times) {

@@ -4,7 +4,7 @@ use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
 use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
 
-use super::body::{LatticeBody, norm};
+use super::body::{Body, norm};
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
 use crate::baseline::{Baseline, MassSpring, Xpbd};
 use crate::reference::profile::in_input_order;
@@ -71,7 +71,7 @@ impl Kind {
     ///
     /// # Errors
     /// As the engine and the chains.
-    pub fn start(self, body: &LatticeBody) -> Result<Box<dyn Method + '_>> {
+    pub fn start(self, body: &Body) -> Result<Box<dyn Method + '_>> {
         let limits = || Limits::of_alpha(body.alpha);
         let (nodes_m, fixed) = (&body.mesh.nodes_m, &body.mesh.default_fixed);
         Ok(match self {
@@ -120,7 +120,7 @@ struct Cells<'b> {
 }
 
 impl<'b> Cells<'b> {
-    fn new(body: &'b LatticeBody, scheme: Scheme) -> Result<Self> {
+    fn new(body: &'b Body, scheme: Scheme) -> Result<Self> {
         let model = body.model()?;
         let contact = contact_cell(&model, body)? as u16;
         let settings = Settings {
@@ -157,7 +157,7 @@ impl Method for Cells<'_> {
 
 /// A chain.
 struct Linked<'b, C> {
-    body: &'b LatticeBody,
+    body: &'b Body,
     chain: C,
     sweeps: u16,
     /// Where the contact node was put last: a node at rest starts no front.
@@ -188,14 +188,14 @@ impl<C: Chain> Method for Linked<'_, C> {
 
 /// A method of others on the model's links.
 struct Plain<'b, B> {
-    body: &'b LatticeBody,
+    body: &'b Body,
     model: Model<'b>,
     state: B,
     cell: usize,
 }
 
 impl<'b, B: Baseline> Plain<'b, B> {
-    fn new(body: &'b LatticeBody) -> Result<Self> {
+    fn new(body: &'b Body) -> Result<Self> {
         let model = body.model()?;
         let (state, cell) = (B::new(&model), contact_cell(&model, body)?);
         Ok(Self { body, model, state, cell })
@@ -225,7 +225,7 @@ impl<B: Baseline> Method for Plain<'_, B> {
     }
 }
 
-fn contact_cell(model: &Model<'_>, body: &LatticeBody) -> Result<usize> {
+fn contact_cell(model: &Model<'_>, body: &Body) -> Result<usize> {
     let at = model.input_id().iter().position(|&id| id as usize == body.contact);
     at.ok_or_else(|| Error::check(format!("the {} has no node {}", body.name, body.contact)))
 }

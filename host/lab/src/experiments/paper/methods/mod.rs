@@ -10,20 +10,20 @@ use serde_json::json;
 
 use crate::experiments::paper::section::{Context, Figure, Numbers, Section};
 use crate::experiments::report::tables::csv;
-use body::{HOLD_TICKS, LatticeBody, PRESS_TICKS};
+use body::{Body, HOLD_TICKS, PRESS_TICKS};
 use chaincell_host::error::Result;
 use measure::{Row, TURN_DEGREES};
 use method::SWEEPS;
 
 /// A body with its exact minimum and the methods on it.
 struct Comparison {
-    body: LatticeBody,
+    body: Body,
     exact: Vec<[f64; 3]>,
     rows: Vec<Row>,
 }
 
 impl Comparison {
-    fn new(body: LatticeBody, rounds: usize) -> Result<Self> {
+    fn new(body: Body, rounds: usize) -> Result<Self> {
         let exact = body.minimum()?.positions;
         let rows = measure::rows(&body, &exact, rounds)?;
         Ok(Self { body, exact, rows })
@@ -53,8 +53,8 @@ impl Comparison {
 /// As the methods; an exact minimum that is not reached; Ctrl-C.
 pub fn section(context: &Context) -> Result<Section> {
     let rounds = if context.quick { 2 } else { 40 };
-    let plane = Comparison::new(LatticeBody::plane()?, rounds)?;
-    let cuboid = Comparison::new(LatticeBody::cuboid()?, rounds)?;
+    let plane = Comparison::new(Body::plane()?, rounds)?;
+    let cuboid = Comparison::new(Body::cuboid()?, rounds)?;
     let figure = Figure {
         name: "paper_methods_profiles".into(),
         caption: words::caption(&plane),

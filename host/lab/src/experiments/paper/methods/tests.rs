@@ -6,7 +6,7 @@ use super::*;
 use method::Kind;
 
 static PLANE: LazyLock<Comparison> =
-    LazyLock::new(|| Comparison::new(LatticeBody::plane().unwrap(), 1).unwrap());
+    LazyLock::new(|| Comparison::new(Body::plane().unwrap(), 1).unwrap());
 
 fn row(of: &Comparison, kind: Kind) -> &Row {
     of.rows.iter().find(|row| row.method == kind).unwrap()
@@ -45,7 +45,7 @@ fn the_plane_is_as_the_text_says() {
 
 #[test]
 fn energy_on_the_box() {
-    let cuboid = Comparison::new(LatticeBody::cuboid().unwrap(), 1).unwrap();
+    let cuboid = Comparison::new(Body::cuboid().unwrap(), 1).unwrap();
     for network in [Kind::Euler, Kind::Track] {
         let row = row(&cuboid, network);
         assert!(row.energy_rise.max(row.energy_rise_sudden) < 1e-7, "{row:?}");

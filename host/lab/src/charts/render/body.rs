@@ -13,7 +13,7 @@ pub enum Paint {
 
 /// A surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
+pub struct Body {
     /// Points `[point][axis]` \[m\].
     pub points_m: Vec<[f64; 3]>,
     /// Corners of each triangle; either side may face the eye.
@@ -26,7 +26,7 @@ pub struct Surface {
     pub unlit: bool,
 }
 
-impl Surface {
+impl Body {
     /// A sphere of one colour, in `fine` rings of latitude.
     ///
     /// `centre_m` and `radius_m` \[m\], `colour` in sRGB.
