@@ -1,5 +1,16 @@
 //! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
 //! bands and weights, the bounds that the kernel's proofs need.
+//!
+//! - `network`: the mesh itself, with links up to `--rings` edges long, or groups of its nodes.
+//! - `groups`: `--cells N` puts the nodes of a mesh of up to 2,000,000 nodes into N groups, a cell
+//!   each. A tick costs what N cells cost; every node follows the cells around it.
+//! - `embedded`: those nodes in the image; `--lean` leaves them out, with all that only pictures,
+//!   selectors and vector units need.
+//! - `order`, `slices`: the order of the cells, and their links for vector units.
+//! - `coarse_basis`: the coarse level of `track`, `--hats`.
+//! - `colours`: the order of `gauss-seidel`, `--colours`.
+//! - `notes`: node groups and border, for selectors.
+//! - `image`: the file.
 
 mod coarse_basis;
 mod colours;
