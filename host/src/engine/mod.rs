@@ -373,7 +373,7 @@ impl<'m> Engine<'m> {
     }
 
     /// Every node of the input with its published position: the cells in the model's order, or the
-    /// nodes that they carry along, in the input's.
+    /// nodes of the embedded mesh, in the input's.
     pub fn nodes(&mut self) -> Nodes {
         let model = *self.network.model();
         if model.fine_nodes() == 0 {
@@ -403,11 +403,11 @@ impl<'m> Engine<'m> {
     }
 }
 
-/// By ascending input id: all cells, or the nodes that they carry along.
+/// By ascending input id: all cells, or the nodes of the embedded mesh.
 fn shown(model: &Model<'_>) -> Vec<u32> {
     if model.fine_nodes() > 0 {
-        let carried = |&node: &u32| model.fine_rest(node as usize).is_some();
-        return (0..model.fine_nodes() as u32).filter(carried).collect();
+        let embedded = |&node: &u32| model.fine_rest(node as usize).is_some();
+        return (0..model.fine_nodes() as u32).filter(embedded).collect();
     }
     let ids = model.input_id();
     let mut cells: Vec<u32> = (0..model.cells() as u32).collect();

@@ -264,7 +264,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_RESET_CAPACITY = -60,
     /**
-     * The tissue has too little room for the model's hats: `needed`, `available` octets.
+     * Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
      */
     CHAINCELL_CODE_RESET_HATS = -61,
     /**
@@ -296,7 +296,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_FIXED = -82,
     /**
-     * The contact cell stands twice: `position` in the list of the second stand.
+     * The contact cell is named twice: `position` of the second one in the list.
      */
     CHAINCELL_CODE_CONTACT_REPEATED = -83,
     /**
@@ -304,11 +304,12 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_MODEL = -84,
     /**
-     * Too little room to hold that many cells against the hats: `needed`, `available` octets.
+     * Too little room to hold that many cells beside the coarse level: `needed`, `available`
+     * blocks of eight `float`.
      */
     CHAINCELL_CODE_CONTACT_HATS = -85,
     /**
-     * The tool is engaged: cells change hands only while it is not.
+     * The tool is engaged: other cells can be chosen only while it is released.
      */
     CHAINCELL_CODE_CONTACT_ENGAGED = -86,
     /**
@@ -320,8 +321,8 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_SURFACE = -88,
     /**
-     * Too little room for a probe and the model's hats: `needed`, `available` octets; 34 contact
-     * cells make enough for every model.
+     * Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
+     * `float`; room for 34 contact cells is enough for every model.
      */
     CHAINCELL_CODE_CONTACT_PROBE_HATS = -89,
     /**
@@ -998,9 +999,9 @@ chaincell_code chaincell_position(const struct chaincell_tissue *tissue,
                                   float (*position_m)[3]);
 
 /**
- * Place of a node of the mesh, by input id, carried along by the published positions of the cells
- * around it, in the frame of the input mesh [m]. Only for a model baked with --cells, its fine
- * nodes kept; cost: the node's weights.
+ * Place of a node of the embedded mesh, by input id, from the published positions of the cells
+ * around it, in the frame of the input mesh [m]. Only for a model baked with --cells and
+ * without --lean. Cost: the node's weights.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is

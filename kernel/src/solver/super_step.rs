@@ -57,7 +57,7 @@ pub struct Factors {
 
 /// One member of the family.
 pub trait Formula: Copy {
-    /// Fewest stages that are worth a super-step.
+    /// Fewest stages of a super-step.
     const STAGES_MIN: u16;
     /// Whether the first stage's residual is needed to the end.
     const KEEPS_FIRST: bool;
@@ -129,10 +129,10 @@ impl Work for Stage<'_, '_> {
             for (pair, (next, last)) in next.iter_mut().zip(&mut last).enumerate() {
                 let start = V::pair(published, pair);
                 let free = V::spread(&mobility, pair).above(zero);
-                let pull = V::pair(residual, pair).times(m).plus(V::pair(first, pair).times(g));
+                let driven = V::pair(residual, pair).times(m).plus(V::pair(first, pair).times(g));
                 *last = V::pair(at, pair);
                 let (one, two) = (last.minus(start), V::pair(before, pair).minus(start));
-                let way = one.times(mu).plus(two.times(nu)).plus(pull.keep(free)).positions();
+                let way = one.times(mu).plus(two.times(nu)).plus(driven.keep(free)).positions();
                 *next = start.plus(way);
                 changed = changed.larger_magnitude(next.minus(*last));
                 peak = peak.larger_magnitude(*next);

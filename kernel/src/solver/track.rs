@@ -100,7 +100,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             }
             _ => TwoFloat::ZERO,
         };
-        // Only a product that bounds its move is worth that move.
+        // A product that is not finite bounds no move: such a move is left out.
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
         let level = *body.level;
         body.level.certify(potential.minus(decrease(fine, coarse)));

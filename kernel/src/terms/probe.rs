@@ -12,6 +12,9 @@
 //! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
 //! capacity the lowest ids are kept.
 //!
+//! A contact sticks where it touches: there is no sliding along the sphere. A cell that leaves the
+//! contact drops its tangential force within a tick.
+//!
 //! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
 //! and a cell that was let go comes back only when it really goes in.

@@ -30,7 +30,8 @@ pub struct Head<D> {
     pub(crate) chosen: usize,
     /// Radius of the probe, where contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
-    /// Basis functions taken out for the probe's contacts; `None` where that cannot be done.
+    /// Number of basis functions left out for the probe's contacts; `None` where that cannot be
+    /// done.
     pub(crate) deflated: Option<u16>,
     /// Where the probe touched first, relative to where it was engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],
@@ -374,9 +375,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         ))
     }
 
-    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by
-    /// the published positions of the cells around it. `None` for a node that is left out, beyond
-    /// the last, and in a model without fine nodes. Cost: the node's weights.
+    /// Place of a node of the embedded mesh, by input id, in the frame of the input mesh \[m\],
+    /// from the published positions of the cells around it. `None` for a node that is left out,
+    /// beyond the last, and in a model without an embedded mesh. Cost: the node's weights.
     #[must_use]
     pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
         let at = |cell| Some(self.position(model, cell)?.map(Number::single));

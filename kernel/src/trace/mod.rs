@@ -59,10 +59,47 @@
 //! session, and need not be consecutive. With an output stage a sample is the device's, as
 //! received; ticks without a sample move no cell and leave no record. The trace ends with its
 //! bytes, with an incomplete record (it was cut), or where nothing but zeros follow (memory taken
-//! beforehand). Who writes a record's checksum last leaves an incomplete record too where he is
-//! stopped within one: its checksum is zero and nothing but zeros follow. A record's checksum holds
+//! beforehand). A writer that stores the checksum last leaves an incomplete record too where it
+//! is stopped within one: the checksum is zero and nothing but zeros follow. A record's checksum holds
 //! for its place in its own trace alone, so remains of an earlier trace in the same memory are not
 //! taken for records. Cost: [`Writer::record`] works over 52 bytes, table-driven; no memory.
+//!
+//! # Use
+//!
+//! On a workstation `run`, `serve` and `cosim` leave `session.trace` beside `model.chaincell` in
+//! the folder of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` plays
+//! a folder or a file again. It ends with exit code 0 for the same bits, with 1 and the first tick
+//! that differs, or with 2 for a trace that is damaged, of an unknown version, or of another revision
+//! of the arithmetic: the message then names the release to take.
+//!
+//! A firmware writes and reads the same format without a heap. To record, take a [`Header`] with
+//! [`Header::of`] after the reset, begin with [`Writer::begin`], and store the bytes of
+//! [`Writer::record`] after each tick. To play a recording, open it with [`Reader::open`] and
+//! follow the example of [`Reader::play`], which names the first tick that differs. A trace with
+//! commands or an output stage is read with [`Reader::entries`] and [`Header::output_stage`].
+//!
+//! ```
+//! use chaincell_kernel::trace::{Header, RECORD_BYTES, Record, Writer};
+//! use chaincell_kernel::{Network, TissueMut, ToolSample, Track};
+//!
+//! /// Writes the header to the front of a log, and gives its length.
+//! fn begin(network: &Network<'_>, held_ids: &[u32], log: &mut [u8]) -> Option<(Writer, usize)> {
+//!     Writer::begin(&Header::of::<Track>(network)?, held_ids, log)
+//! }
+//!
+//! /// One tick, and the bytes of its record.
+//! fn recorded_tick(
+//!     tissue: &mut TissueMut<'_, Track>,
+//!     network: &Network<'_>,
+//!     (tick, sample): (u64, ToolSample),
+//!     writer: &mut Writer,
+//! ) -> [u8; RECORD_BYTES] {
+//!     tissue.tick(network, &sample);
+//!     let state_hash = Some(tissue.state_hash(network.model()));
+//!     writer.record(&Record { tick, sample, state_hash })
+//! }
+//! # let _ = (begin, recorded_tick);
+//! ```
 
 mod command;
 mod header;
