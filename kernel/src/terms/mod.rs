@@ -34,10 +34,11 @@ pub mod held;
 pub mod links;
 pub(crate) mod number;
 #[cfg(test)]
-mod pin;
+pub(crate) mod pin;
 pub(crate) mod probe;
 pub(crate) mod residual;
 pub(crate) mod sliced;
+pub mod state;
 pub(crate) mod term;
 #[cfg(test)]
 pub(crate) mod tests;
