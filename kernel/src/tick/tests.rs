@@ -15,9 +15,10 @@ use crate::model::pin::{PINS, Pin};
 use crate::model::{Model, range};
 use crate::number::Number;
 use crate::number::cell::sub;
-use crate::number::two_float::TwoFloat;
+use crate::number::two_float::{LANES, TwoFloat};
 use crate::solver::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};
 use crate::terms::pin::Displaced;
+use crate::terms::state::{CellState, State};
 use crate::terms::tests::{pinned, with_word};
 
 /// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions, colours and a surface.
@@ -296,6 +297,22 @@ fn pins_at_their_places_leave_a_body_at_rest() {
         assert_eq!((output.energy_j, tissue.view().state_hash(&model)), (0.0, rest));
     }
     assert!(tissue.view().head.awake.set.is_empty(range(&[0, 0], 0).len() + model.slice_count()));
+}
+
+#[test]
+fn what_changes_at_the_start_of_a_tick_wakes_its_cell() {
+    let model = organ(0.0, 0.4);
+    let network = network(model, Drive::Position);
+    let mut tissue = Body::<Track<ROOM>>::new();
+    tissue.reset(&network).unwrap();
+    let rest = tissue.view().state_hash(&model);
+    let cell = model.others.0.iter().nth(5).unwrap().cell;
+    tissue.view().states.shared().put(cell, ([[0.0; 3], [0.1, 0.0, 0.0]], []));
+    assert_ne!(tissue.view().state_hash(&model), rest);
+    press(&mut tissue, &network, [0.0; 3], 0);
+    let mut view = tissue.view();
+    assert!(view.head.awake.set.contains(cell / LANES));
+    assert_eq!(view.states.shared().at(cell), State::REST);
 }
 
 #[test]
