@@ -74,6 +74,7 @@ pub use solver::coarse::{coarse_room, probe_room};
 pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;
+pub use terms::state::{TermState, TermStates};
 pub use tick::choice::Choice;
 pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};
 pub use tick::error::{ResetError, StateError};

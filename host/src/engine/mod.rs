@@ -15,7 +15,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
-    Settings, TickOutput, TissueMut, ToolSample, Track,
+    Settings, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -55,6 +55,7 @@ struct Memory<D: Dynamics> {
     own: Vec<Cell<D::Number>>,
     room: Vec<[f32; 8]>,
     contacts: Vec<Slot<D::Number>>,
+    states: Vec<TermState>,
 }
 
 impl<D: Dynamics> Memory<D> {
@@ -71,6 +72,7 @@ impl<D: Dynamics> Memory<D> {
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
+            states: vec![TermState::REST; cells],
         }
     }
 
@@ -82,6 +84,7 @@ impl<D: Dynamics> Memory<D> {
             own: &mut self.own,
             room: &mut self.room,
             contacts: &mut self.contacts,
+            states: TermStates::new(&mut self.states),
         }
     }
 }

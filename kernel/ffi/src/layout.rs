@@ -7,6 +7,7 @@
 //! own            D::ARRAYS cells each
 //! room           blocks of eight `f32` for the coarse level
 //! contacts       one slot for each contact cell
+//! states         what the energy's terms keep of each cell
 //! held           the cells of the contacts, ascending: room to sort them
 //! ```
 //!
@@ -14,7 +15,9 @@
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
-use chaincell_kernel::{Dynamics, Head, I8F24, Network, NumberOf, TissueMut, array_bytes};
+use chaincell_kernel::{
+    Dynamics, Head, I8F24, Network, NumberOf, TermState, TermStates, TissueMut, array_bytes,
+};
 
 use crate::code::Code;
 use crate::memory;
@@ -93,8 +96,15 @@ pub(crate) struct Sizes {
 impl Sizes {
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
-        let held = (self.contacts * size_of::<u16>()).next_multiple_of(ALIGN);
-        size_of::<StoredHead<D>>() + array_bytes::<D>(self.cells, self.contacts, self.room) + held
+        let states = self.cells * size_of::<TermState>();
+        let held = self.contacts * size_of::<u16>();
+        (self.states_at::<D>() + states + held).next_multiple_of(ALIGN)
+    }
+
+    /// Bytes before the states of the terms.
+    const fn states_at<D: Dynamics>(&self) -> usize {
+        let arrays = array_bytes::<D>(self.cells, self.contacts, self.room);
+        size_of::<StoredHead<D>>() + arrays - self.cells * size_of::<TermState>()
     }
 }
 
@@ -132,6 +142,8 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTE
 const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
+const _: () = assert!(align_of::<TermState>() <= align_of::<Contact>());
+const _: () = assert!(size_of::<TermState>().is_multiple_of(2));
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
@@ -151,7 +163,8 @@ pub(crate) unsafe fn create<D: Dynamics>(
     sizes: Sizes,
     network: Network<'static>,
 ) {
-    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, blocks, contacts.
+    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, blocks, contacts,
+    // and states of the terms.
     unsafe { storage.write_bytes(0, sizes.bytes::<D>()) };
     let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
     // SAFETY: the body stands first, and its alignment is that of the storage.
@@ -201,7 +214,8 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
         let own = residual.add(D::RESIDUALS * cells);
         let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
         let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
-        let held = slots.add(contacts).cast::<u16>();
+        let states = slots.add(contacts).cast::<TermState>();
+        let held = states.add(cells).cast::<u16>();
         Parts {
             network: &mut (*body).front.network,
             tissue: TissueMut {
@@ -211,6 +225,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
+                states: TermStates::new(core::slice::from_raw_parts_mut(states, cells)),
             },
             held: core::slice::from_raw_parts_mut(held, contacts),
         }
@@ -230,5 +245,20 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
     unsafe {
         let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);
         (&(*body).front.network, state)
+    }
+}
+
+/// What the terms of the energy keep of the cells of a tissue, for reading.
+///
+/// # Safety
+/// As [`published`].
+pub(crate) unsafe fn term_states<'a, D: Dynamics>(
+    tissue: *const Tissue,
+    sizes: Sizes,
+) -> &'a [TermState] {
+    // SAFETY: as in parts(); the states stand behind the contacts.
+    unsafe {
+        let states = tissue.cast::<u8>().add(sizes.states_at::<D>());
+        core::slice::from_raw_parts(states.cast(), sizes.cells)
     }
 }

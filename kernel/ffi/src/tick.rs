@@ -152,7 +152,8 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
         let value = unsafe {
             by_scheme!(scheme, D => {
                 let (network, state) = layout::published::<D>(tissue, sizes);
-                state_hash(state, network.model().saturation())
+                let terms = layout::term_states::<D>(tissue, sizes);
+                state_hash(state, terms, network.model().saturation())
             })
         };
         // SAFETY: the caller's promises are handed on.

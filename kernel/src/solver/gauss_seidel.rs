@@ -179,6 +179,7 @@ impl Scheme for GaussSeidel {
         if body.awake.set.is_empty(model.slice_count()) {
             return false;
         }
+        body.terms.update(&body.awake.set, body.state);
         if body.level.forgotten || self.sweeps == 0 {
             let energy = measure(body);
             body.level.certify(body.terms.potential(energy, body.state, body.contacts));

@@ -187,7 +187,8 @@ pub(crate) fn touched<N: LinkNumber>(
             }
         }
     }
-    terms.model.others.touched(held, &|cell| links.published(v, cell), &mut sums);
+    let output = |cell| links.published(v, cell);
+    terms.model.others.touched(held, &output, &|cell| terms.states.at(cell), &mut sums);
     sums
 }
 
@@ -207,7 +208,8 @@ pub(crate) fn force<N: LinkNumber>(
     });
     for cell in held.iter().map(Contact::cell) {
         let here = links.published(v, cell);
-        terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+        let state = |cell| terms.states.at(cell);
+        terms.model.others.cell(cell, here, &state, &mut |of| sum = add(sum, of.residual));
     }
     sum
 }

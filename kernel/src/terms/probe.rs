@@ -116,7 +116,8 @@ pub(crate) fn residual<N: LinkNumber>(
     });
     let mut sum = forces.fold([0.0; 3], add);
     let here = links.published(v, cell);
-    terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+    let state = |cell| terms.states.at(cell);
+    terms.model.others.cell(cell, here, &state, &mut |of| sum = add(sum, of.residual));
     sum
 }
 

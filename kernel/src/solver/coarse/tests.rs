@@ -45,7 +45,7 @@ fn held_cells_are_corrected_for_exactly() {
 /// Another term has its part in the bound, and in what a held cell takes out of it.
 #[test]
 fn held_cells_with_pins_are_corrected_for_exactly() {
-    let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0 };
+    let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0, slip_length: 1.0, give: 0.5 };
     let pins = [60, 61, 130, 200].map(pin);
     corrected_for_exactly(&Model::from_bytes(pinned(CUBE, &pins, false)).unwrap());
 }
