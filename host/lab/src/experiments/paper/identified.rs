@@ -189,26 +189,17 @@ fn rows(found: &Identified, truth: &Parameters) -> Vec<serde_json::Value> {
 }
 
 fn table(found: &Identified, truth: &Parameters) -> Table {
-    let mut table = Table::new(&[
-        "parameter",
-        "true",
-        "identified",
-        "error [%]",
-        "95 % interval",
-        "determined",
-    ]);
-    for (found, truth) in with_truth(found, truth) {
-        let [low, high] = found.interval;
-        table.row(vec![
-            found.name(),
-            format!("{truth}"),
-            format!("{:.4}", found.value),
-            percent(found.value / truth - 1.0),
-            format!("{low:.4} to {high:.4}"),
-            if found.determined { "yes" } else { "no" }.to_owned(),
-        ]);
-    }
-    table
+    Table::of(&with_truth(found, truth))
+        .column("parameter", |(found, _)| found.name())
+        .column("true", |(_, truth)| truth)
+        .column("identified", |(found, _)| format!("{:.4}", found.value))
+        .column("error [%]", |(found, truth)| percent(found.value / truth - 1.0))
+        .column("95 % interval", |(found, _)| {
+            let [low, high] = found.interval;
+            format!("{low:.4} to {high:.4}")
+        })
+        .column("determined", |(found, _)| if found.determined { "yes" } else { "no" })
+        .table()
 }
 
 fn text(organ: &Organ, curves: &Identified, all: &Identified, truth: &Parameters) -> Vec<String> {

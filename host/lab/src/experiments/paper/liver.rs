@@ -46,16 +46,18 @@ pub fn section(context: &Context) -> Result<Section> {
     let case = Case::new(context)?;
     let [mut network, chain] = [&case.network, &case.chain].map(|pressed| case.figures(pressed));
     network["contacts"] = json!(case.network.contacts.get(case.probe.shown));
-    let mut table = Table::new(&["", "network", "ChainMail"]);
-    for (name, key) in [
+    let figures_of = [
         ("largest displacement [mm]", "displacement_max_mm"),
         ("nodes that moved by more than 0.1 mm", "moved"),
         ("tetrahedra turned inside out", "inverted"),
         ("step, median [us]", "step_us_p50"),
         ("step, 99 % [us]", "step_us_p99"),
-    ] {
-        table.row(vec![name.into(), number(&network[key]), number(&chain[key])]);
-    }
+    ];
+    let table = Table::of(figures_of)
+        .column("", |(name, _)| name)
+        .column("network", |(_, key)| number(&network[key]))
+        .column("ChainMail", |(_, key)| number(&chain[key]))
+        .table();
     let caption =
         "At the moment of the pictures, late in the hold; times over the ticks in contact";
     let figures = vec![

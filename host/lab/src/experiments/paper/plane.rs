@@ -44,15 +44,16 @@ const BAND_ALPHA: f64 = 0.1;
 pub fn section(_context: &Context) -> Result<Section> {
     let planes = [Plane::new(false)?, Plane::new(true)?];
     let mut json = json!({ "depth_m": DEPTH_M, "chainmail_alpha": CHAIN_ALPHA });
-    let mut table = Table::new(&["method", "4 neighbours", "8 neighbours"]);
     for plane in &planes {
         json[plane.name()] = plane.json()?;
     }
-    for (first, second) in planes[0].shapes.iter().zip(&planes[1].shapes) {
-        let figure = |shape: &Shape| Ok(format!("{:.3}", nonlinearity(&shape.profile()?)));
-        let method = first.method.replace("traditional ", "");
-        table.row(vec![method, figure(first)?, figure(second)?]);
-    }
+    let [four, eight] = planes.each_ref().map(Plane::nonlinearities);
+    let rows = planes[0].shapes.iter().zip(four?).zip(eight?);
+    let table = Table::of(rows)
+        .column("method", |((shape, _), _)| shape.method.replace("traditional ", ""))
+        .column("4 neighbours", |((_, four), _)| format!("{four:.3}"))
+        .column("8 neighbours", |(_, eight)| format!("{eight:.3}"))
+        .table();
     let caption = "Distance of the middle row from the straight sides of a pyramid: root mean square \
                    over the cells between centre and border, as a fraction of the depth. 0 is a \
                    pyramid, 0.18 a parabola, 0.58 a spike";
@@ -185,10 +186,14 @@ impl Plane {
         format!("neighbours_{}", self.neighbours)
     }
 
+    fn nonlinearities(&self) -> Result<Vec<f64>> {
+        self.shapes.iter().map(|shape| Ok(nonlinearity(&shape.profile()?))).collect()
+    }
+
     fn json(&self) -> Result<Value> {
         let mut json = json!({});
-        for shape in &self.shapes {
-            json[&shape.key] = json!({ "nonlinearity": nonlinearity(&shape.profile()?) });
+        for (shape, off) in self.shapes.iter().zip(self.nonlinearities()?) {
+            json[&shape.key] = json!({ "nonlinearity": off });
         }
         Ok(json)
     }

@@ -313,42 +313,28 @@ fn caption(nodes: usize, depth_m: f64, patch_nodes: &[usize]) -> String {
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(&[
-        "site",
-        "cells",
-        "links",
-        "cells held",
-        "force [N]",
-        "force error [%]",
-        "field error [%]",
-        "profile error [% of depth]",
-        "patch error [% of depth]",
-        "tick, median [us]",
-        "share of the full network's",
-        "sweeps to settle",
-        "image [kB]",
-    ]);
     let all = rows.iter().map(|row| row.cells).max();
-    for row in rows {
-        let is_full = Some(row.cells) == all;
-        let error = |error: f64| if is_full { "-".to_owned() } else { percent(error) };
-        table.row(vec![
-            row.site.to_owned(),
-            row.cells.to_string(),
-            row.links.to_string(),
-            row.held_cells.to_string(),
-            format!("{:.3}", row.force_n),
-            error(row.force_error),
-            error(row.field_error),
-            error(row.profile_error),
-            error(row.patch_error),
-            us(row.tick_median_ns),
-            format!("{:.3}", row.tick_share),
-            row.settle_sweeps.to_string(),
-            format!("{:.0}", row.image_bytes as f64 * 1e-3),
-        ]);
-    }
-    table
+    let error = |of: fn(&Row) -> f64| {
+        move |row: &Row| match Some(row.cells) == all {
+            true => "-".to_owned(),
+            false => percent(of(row)),
+        }
+    };
+    Table::of(rows)
+        .column("site", |row| row.site)
+        .column("cells", |row| row.cells)
+        .column("links", |row| row.links)
+        .column("cells held", |row| row.held_cells)
+        .column("force [N]", |row| format!("{:.3}", row.force_n))
+        .column("force error [%]", error(|row| row.force_error))
+        .column("field error [%]", error(|row| row.field_error))
+        .column("profile error [% of depth]", error(|row| row.profile_error))
+        .column("patch error [% of depth]", error(|row| row.patch_error))
+        .column("tick, median [us]", |row| us(row.tick_median_ns))
+        .column("share of the full network's", |row| format!("{:.3}", row.tick_share))
+        .column("sweeps to settle", |row| row.settle_sweeps)
+        .column("image [kB]", |row| format!("{:.0}", row.image_bytes as f64 * 1e-3))
+        .table()
 }
 
 fn text(nodes: usize, rows: &[Row]) -> Vec<String> {

@@ -12,7 +12,7 @@ use super::exact::{distance, norm};
 use super::press::{Errors, FIRST_TICK, field};
 use super::scene::Scene;
 use super::setting::Setting;
-use super::tables::{Table, percent, us};
+use super::tables::{Table, percent, times};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, to_m};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
@@ -186,23 +186,12 @@ pub fn run(scene: &Scene, mut after: impl FnMut() -> Result<()>) -> Result<Vec<T
 #[must_use]
 pub fn markdown(rows: &[ToolRow]) -> String {
     let Some(first) = rows.first() else { return String::new() };
-    let mut table = Table::new(&[
-        "tool",
-        "sweeps a tick",
-        "tick p50 / p99 / max [us]",
-        "field, largest error [%]",
-        "force, largest error [%]",
-    ]);
-    for row in rows {
-        let tick = row.tick_ns;
-        table.row(vec![
-            row.tool.clone(),
-            row.sweeps.to_string(),
-            format!("{} / {} / {}", us(tick.p50), us(tick.p99), us(tick.max)),
-            percent(row.largest.field),
-            percent(row.largest.force),
-        ]);
-    }
+    let table = Table::of(rows)
+        .column("tool", |row| &row.tool)
+        .column("sweeps a tick", |row| row.sweeps)
+        .column("tick p50 / p99 / max [us]", |row| times(row.tick_ns))
+        .column("field, largest error [%]", |row| percent(row.largest.field))
+        .column("force, largest error [%]", |row| percent(row.largest.force));
     format!(
         "## Held cells, a moving probe, a load\n\n{}: {}, {}, `track`, alpha 0, each motion {TICKS} \
          ms long. The reference is the same tool with {} a tick; the row with {} shows how far it \
@@ -214,7 +203,7 @@ pub fn markdown(rows: &[ToolRow]) -> String {
         counted(first.links, "link"),
         counted(REFERENCE_SWEEPS, "sweep"),
         SWEEPS[SWEEPS.len() - 1],
-        table.markdown()
+        table.table().markdown()
     )
 }
 
