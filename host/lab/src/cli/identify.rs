@@ -9,6 +9,7 @@ use crate::experiments::identify::target::{self, Holding, Target};
 use crate::experiments::identify::{
     Bench, Bounds, Identified, check, forward, groups, identify, write,
 };
+use crate::reference::vectors::norm;
 use chaincell_host::bake;
 use chaincell_host::cli::BodyArgs;
 use chaincell_host::cli::model_file;
@@ -220,7 +221,7 @@ fn direction(text: &str, model: &Model<'_>, contacts: &[u16]) -> Result<[f64; 3]
             .and_then(|numbers| numbers.try_into().ok())
             .ok_or_else(|| refuse("give three numbers, x,y,z, or auto"))?
     };
-    let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = norm(vector);
     if length.is_finite() && length > 0.0 {
         Ok(vector.map(|x| x / length))
     } else {

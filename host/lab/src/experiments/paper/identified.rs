@@ -10,6 +10,7 @@ use crate::experiments::identify::{
     Bench, Bounds, Group, Identified, Parameters, forward, identify, write,
 };
 use crate::experiments::report::tables::{Table, percent};
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::contact::contact_cells;
 use chaincell_host::error::{Error, Result};
@@ -47,9 +48,7 @@ impl Organ {
         let spec = if quick { "box:5x5x5x0.01" } else { "box:7x7x5x0.01" };
         let mesh = mesh::load(spec, &MeshOptions::default())?;
         let (middle, radius_m) = INCLUSION_M;
-        let inside = |p: &[f64; 3]| {
-            p.iter().zip(middle).map(|(a, b)| (a - b).powi(2)).sum::<f64>() < radius_m * radius_m
-        };
+        let inside = |p: &[f64; 3]| norm(minus(*p, middle)) < radius_m;
         let ids = 0..mesh.nodes_m.len() as u32;
         let (stiff, soft) = ids.partition(|&id| inside(&mesh.nodes_m[id as usize]));
         let group = |name: &str, nodes| Group { name: name.to_owned(), nodes };

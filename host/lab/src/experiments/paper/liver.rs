@@ -11,6 +11,7 @@ use crate::charts::plot::{Axis, Chart, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
 
@@ -167,7 +168,7 @@ impl Case {
     /// Way of every node \[mm\].
     fn ways_mm(&self, at_m: &[[f64; 3]]) -> Vec<f64> {
         let pairs = at_m.iter().zip(&self.mesh.nodes_m);
-        pairs.map(|(p, rest)| 1e3 * (Vector3::from(*p) - Vector3::from(*rest)).norm()).collect()
+        pairs.map(|(p, rest)| 1e3 * norm(minus(*p, *rest))).collect()
     }
 
     fn figures(&self, pressed: &Pressed) -> Value {

@@ -6,6 +6,7 @@ use chaincell_kernel::Model;
 
 use super::setting::Setting;
 use crate::reference::Npz;
+use crate::reference::vectors::unit;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::contact::{automatic, inward};
 use chaincell_host::error::{Error, Result};
@@ -65,8 +66,7 @@ impl Scene {
                 (contacts, direction)
             }
         };
-        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let direction = direction.map(|x| x / length);
+        let direction = unit(direction);
         Ok(Self { name, source: source.into(), image, bare, contacts, direction })
     }
 
@@ -203,7 +203,6 @@ fn parse(image: &ImageBytes) -> Result<Model<'_>> {
 }
 
 fn cell_of(model: &Model<'_>, node: u32) -> Result<u16> {
-    let at = model.input_id().iter().position(|&id| id == node);
-    at.map(|cell| cell as u16)
-        .ok_or_else(|| Error::check(format!("the body of the report has no node {node}")))
+    let cell = model.cell_of_input(node);
+    cell.ok_or_else(|| Error::check(format!("the body of the report has no node {node}")))
 }

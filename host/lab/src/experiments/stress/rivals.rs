@@ -14,10 +14,11 @@ use std::fmt;
 use chaincell_kernel::Model;
 use serde::Serialize;
 
-use super::trial::{Pose, Touch, Trial, stop_if_asked};
+use super::trial::{Pose, Touch, Trial};
 use crate::baseline::{Baseline, MassSpring, Movable, Xpbd};
 use crate::reference::Links;
 use chaincell_host::error::Result;
+use chaincell_host::interrupt;
 
 /// Steps a tick.
 const STEPS: u32 = 4;
@@ -170,7 +171,7 @@ fn run(
     let mut tool = Tool::new(trial, model);
     let (mut left, mut peak) = (0.0, 0.0_f64);
     for tick in 0..trial.ticks {
-        stop_if_asked()?;
+        interrupt::check()?;
         tool.put(&mut body, (trial.script)(tick));
         (0..STEPS).for_each(|_| body.step());
         let positions = wide(&body);
@@ -192,7 +193,7 @@ fn loaded(trial: &Trial<'_>, model: &Model<'_>, links: &Links, start: &[[f32; 3]
     let mut tool = Tool::new(trial, model);
     let mut most = links.energy(&wide(&body));
     for tick in 0..trial.ticks {
-        stop_if_asked()?;
+        interrupt::check()?;
         tool.put(&mut body, (trial.script)(tick));
         most = most.max(links.energy(&wide(&body)));
     }
