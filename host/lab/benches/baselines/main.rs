@@ -27,7 +27,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use chaincell_host::error::{Error, Result};
-use chaincell_lab::experiments::report::exact::distance;
+use chaincell_lab::reference::vectors::distance;
 use chaincell_lab::experiments::report::scene::Scene;
 use serde::Serialize;
 

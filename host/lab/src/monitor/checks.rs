@@ -187,12 +187,6 @@ impl Checks {
         self.worst.energy_peak_j = self.worst.energy_peak_j.max(start_j);
     }
 
-    /// Ticks seen.
-    #[must_use]
-    pub fn tick(&self) -> u64 {
-        self.tick
-    }
-
     /// Notes a failure, the first of each check.
     pub fn fail(&mut self, check: Check, what: impl FnOnce() -> String) {
         if self.failures.iter().all(|known| known.check != check) {

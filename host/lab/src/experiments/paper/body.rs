@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use crate::bodies::Variant;
 use crate::experiments::report::press::{field, free_residual};
+use crate::experiments::report::scene;
 use crate::reference::Links;
-use crate::reference::vectors::{dot, fields, norm, plus, unit};
+use crate::reference::vectors::{dot, fields, norm, plus};
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::contact::{automatic, inward};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
@@ -42,8 +42,7 @@ pub struct Source {
     /// What it is, in words.
     pub words: String,
     mesh: Mesh,
-    /// The input id that is pressed downwards; without one what `--contact auto` takes.
-    node: Option<u32>,
+    contact: scene::Contact,
 }
 
 impl Source {
@@ -56,7 +55,8 @@ impl Source {
         let options = MeshOptions { diagonals: true, ..MeshOptions::default() };
         let mesh = mesh::load("plane:21x21x0.01", &options)?;
         let words = "plane of 21 x 21 cells".to_owned();
-        Ok(Self { name: "plane", words, mesh, node: Some(CENTRE) })
+        let contact = scene::Contact::Nodes(vec![CENTRE], scene::DOWN);
+        Ok(Self { name: "plane", words, mesh, contact })
     }
 
     /// The generated organ, of 1,000 cells with `quick`; its part farthest from the fixed patch is
@@ -67,7 +67,7 @@ impl Source {
     pub fn organ(quick: bool) -> Result<Self> {
         let mesh = mesh::load(if quick { "organ:1000" } else { "organ" }, &MeshOptions::default())?;
         let words = format!("generated organ of {} cells", mesh.nodes_m.len());
-        Ok(Self { name: "organ", words, mesh, node: None })
+        Ok(Self { name: "organ", words, mesh, contact: scene::Contact::Auto })
     }
 
     /// The body with its links' bands.
@@ -85,15 +85,8 @@ impl Source {
     pub fn bake(&self, options: &BakeOptions) -> Result<Body> {
         let image = bake(&self.mesh, &self.mesh.default_fixed, options)?;
         let model = parse(&image)?;
-        let (contacts, way) = match self.node.and_then(|node| model.cell_of_input(node)) {
-            Some(cell) => (vec![cell], [0.0, 0.0, -1.0]),
-            None => {
-                let contacts = automatic(&model)?;
-                let way = inward(&model, &contacts);
-                (contacts, way)
-            }
-        };
-        Ok(Body { name: self.name, image, contacts, direction: unit(way) })
+        let (contacts, direction) = self.contact.of(&model)?;
+        Ok(Body { name: self.name, image, contacts, direction })
     }
 }
 

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::overview;
-use super::section::{Figure, Section};
+use super::section::Section;
 use super::write::{Report, file_name};
+use crate::charts::plot::Figure;
 use crate::experiments::report::tables::{Table, duration};
 use chaincell_host::words::counted;
 

@@ -3,7 +3,8 @@
 use chaincell_kernel::Model;
 use serde_json::json;
 
-use super::section::{Context, Figure, Numbers, Section};
+use super::section::{Context, Numbers, Section};
+use crate::charts::plot::Figure;
 use crate::experiments::identify::noisy::noisy;
 use crate::experiments::identify::target::{Data, Target};
 use crate::experiments::identify::{
@@ -114,7 +115,7 @@ pub fn section(context: &Context) -> Result<Section> {
     let mut figures = Vec::new();
     for drawn in write::charts(&targets, &all)? {
         let name = format!("paper_identified_{}", drawn.name);
-        figures.push(Figure { name, caption: drawn.caption, picture: drawn.picture });
+        figures.push(Figure { name, ..drawn });
     }
     let numbers = vec![Numbers {
         name: "paper_identified_residuals".to_owned(),

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
-use super::section::{Context, Figure, Numbers, Section};
-use crate::charts::plot::{Axis, Chart, Style};
+use super::section::{Context, Numbers, Section};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
@@ -61,30 +61,27 @@ pub fn section(context: &Context) -> Result<Section> {
         .table();
     let caption =
         "At the moment of the pictures, late in the hold; times over the ticks in contact";
+    let pressed = format!(
+        "Fig. 6: {} ({} cells, {} tetrahedra) pressed {:.1} mm deep by a spherical probe of {:.1} mm \
+         radius; colours show how far the surface has moved.",
+        case.scene.source,
+        case.mesh.nodes_m.len(),
+        case.mesh.tetrahedra.len(),
+        1e3 * case.depth_m,
+        1e3 * case.probe.radius_m
+    );
     let figures = vec![
-        Figure {
-            name: "paper_liver".into(),
-            caption: format!(
-                "Fig. 6: {} ({} cells, {} tetrahedra) pressed {:.1} mm deep by a spherical probe of \
-                 {:.1} mm radius; colours show how far the surface has moved.",
-                case.scene.source,
-                case.mesh.nodes_m.len(),
-                case.mesh.tetrahedra.len(),
-                1e3 * case.depth_m,
-                1e3 * case.probe.radius_m
-            ),
-            picture: case.sheet().draw()?,
-        },
-        Figure {
-            name: "paper_liver_force".into(),
-            caption: "Force on the probe during the press. ChainMail has none to show.".into(),
-            picture: case.force().draw()?,
-        },
-        Figure {
-            name: "paper_liver_step".into(),
-            caption: "Time of each tick on the same axis: what the 1 kHz loop has to spare.".into(),
-            picture: case.step().draw()?,
-        },
+        Figure::new("paper_liver", pressed, case.sheet().draw()?),
+        Figure::new(
+            "paper_liver_force",
+            "Force on the probe during the press. ChainMail has none to show.",
+            case.force().draw()?,
+        ),
+        Figure::new(
+            "paper_liver_step",
+            "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
+            case.step().draw()?,
+        ),
     ];
     Ok(Section {
         key: "liver",

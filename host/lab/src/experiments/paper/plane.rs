@@ -4,10 +4,10 @@
 use chaincell_kernel::Settings;
 use serde_json::{Value, json};
 
-use super::section::{Context, Figure, Numbers, Section};
+use super::section::{Context, Numbers, Section};
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
 use crate::bodies::Variant;
-use crate::charts::plot::{Axis, Chart, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
 use crate::experiments::report::press::sample;
 use crate::experiments::report::scene::Scene;

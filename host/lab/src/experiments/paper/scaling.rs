@@ -5,9 +5,9 @@ use chaincell_kernel::{Model, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::section::{Context, Figure, Numbers, Section};
+use super::section::{Context, Numbers, Section};
 use crate::bodies::Variant;
-use crate::charts::plot::{Axis, Chart, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::experiments::report::tables::{Table, csv, percent, us};
 use crate::reference::vectors::{distance, dot, minus, norm, plus, size};
 use chaincell_host::bake::{BakeOptions, ImageBytes, bake};

@@ -34,7 +34,7 @@ pub struct Errors {
 }
 
 /// One row: a scheme with a number of sweeps through a press.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct PressRow {
     /// Name of the scene.
     pub scene: &'static str,
@@ -165,23 +165,7 @@ pub fn run(scene: &Scene, exact: &ExactPress, setting: Setting, sweeps: u16) -> 
 
 impl PressRow {
     pub(super) fn new(scene: &'static str, setting: Setting, sweeps: u16) -> Self {
-        Self {
-            scene,
-            scheme: setting,
-            sweeps,
-            number: "f32",
-            tick_ns: Summary::default(),
-            worst_tick_ns: Summary::default(),
-            largest: Errors::default(),
-            largest_in_snaps: Errors::default(),
-            lag_ticks: 0,
-            at_end: Errors::default(),
-            after_20ms: Errors::default(),
-            after_100ms: Errors::default(),
-            residual: 0.0,
-            energy_above: 0.0,
-            path: Vec::new(),
-        }
+        Self { scene, scheme: setting, sweeps, number: "f32", ..Self::default() }
     }
 
     /// Largest errors during the press, those that follow a snap apart.

@@ -28,15 +28,39 @@ pub struct Scene {
     pub direction: [f64; 3],
 }
 
-/// Which cells a scene presses, and where to.
-enum Contact {
+/// Which cells are pressed, and where to.
+#[derive(Debug, Clone)]
+pub enum Contact {
     /// What `--contact auto` takes, inwards.
     Auto,
     /// These input ids, along a direction.
     Nodes(Vec<u32>, [f64; 3]),
 }
 
-const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+impl Contact {
+    /// The cells, ascending, and a unit vector along which they are pressed.
+    ///
+    /// # Errors
+    /// A node that is no cell; a body whose every cell is fixed.
+    pub fn of(&self, model: &Model<'_>) -> Result<(Vec<u16>, [f64; 3])> {
+        let (mut contacts, direction) = match self {
+            Self::Auto => {
+                let contacts = automatic(model)?;
+                let direction = inward(model, &contacts);
+                (contacts, direction)
+            }
+            Self::Nodes(nodes, direction) => {
+                let cells = nodes.iter().map(|node| cell_of(model, *node));
+                (cells.collect::<Result<_>>()?, *direction)
+            }
+        };
+        contacts.sort_unstable();
+        Ok((contacts, unit(direction)))
+    }
+}
+
+/// Downwards.
+pub const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
 
 impl Scene {
     fn new(
@@ -53,20 +77,7 @@ impl Scene {
         let model = parse(&image)?;
         let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options };
         let bare = (model.hats() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
-        let (contacts, direction) = match contact {
-            Contact::Auto => {
-                let contacts = automatic(&model)?;
-                let direction = inward(&model, &contacts);
-                (contacts, direction)
-            }
-            Contact::Nodes(nodes, direction) => {
-                let cells = nodes.iter().map(|node| cell_of(&model, *node));
-                let mut contacts = cells.collect::<Result<Vec<u16>>>()?;
-                contacts.sort_unstable();
-                (contacts, direction)
-            }
-        };
-        let direction = unit(direction);
+        let (contacts, direction) = contact.of(&model)?;
         Ok(Self { name, source: source.into(), image, bare, contacts, direction })
     }
 

@@ -2,8 +2,8 @@
 
 use super::words::mm as mm_of;
 use super::{Case, Results};
-use crate::charts::plot::{Axis, Chart, Style};
-use crate::experiments::paper::section::{Figure, Numbers};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
+use crate::experiments::paper::section::Numbers;
 use crate::experiments::report::tables::csv;
 use chaincell_host::error::Result;
 
@@ -23,7 +23,7 @@ pub fn figures(bodies: &[Results]) -> Result<Vec<Figure>> {
         for body in bodies {
             let (name, caption, chart) = part(body);
             let name = format!("paper_{name}_{}", body.name);
-            all.push(Figure { name, caption, picture: chart.draw()? });
+            all.push(Figure::new(name, caption, chart.draw()?));
         }
     }
     Ok(all)
