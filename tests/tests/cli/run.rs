@@ -4,8 +4,9 @@
 
 use std::path::{Path, PathBuf};
 
+use chaincell_lab::reference::vectors::{farthest, norm};
 use chaincell_tests::files::{Row, Table, bake, is_hash, scratch, summary, text, write_path};
-use chaincell_tests::lattice::{norm, positions};
+use chaincell_tests::lattice::positions;
 use chaincell_tests::run;
 
 /// Spacing of the bodies: the mean link length too [m].
@@ -198,11 +199,7 @@ fn schemes_in_time_agree() {
     };
     let exact = scheme("euler", "500");
     for (dynamics, sweeps, close) in [("rkl2", "20", 2e-3), ("rkl1", "20", 2e-2)] {
-        let off = scheme(dynamics, sweeps)
-            .into_iter()
-            .zip(&exact)
-            .map(|(a, b)| norm(std::array::from_fn(|axis| a[axis] - b[axis])));
-        let off = off.fold(0.0, f64::max) / f64::from(D);
+        let off = farthest(&scheme(dynamics, sweeps), &exact) / f64::from(D);
         assert!(off < close, "{dynamics}: {off:e} of the depth");
     }
 }
