@@ -5,7 +5,9 @@
 use std::path::{Path, PathBuf};
 
 use chaincell_lab::reference::vectors::{farthest, norm};
-use chaincell_tests::files::{Row, Table, bake, is_hash, scratch, summary, text, write_path};
+use chaincell_tests::files::{
+    Row, Table, bake, is_hash, names, scratch, summary, text, write_path,
+};
 use chaincell_tests::lattice::positions;
 use chaincell_tests::run;
 
@@ -83,11 +85,6 @@ fn press_and_release() -> Vec<Row> {
 fn files_have_the_columns_of_the_contract() {
     let place = Place::plane(&["--alpha", "0.02"]);
     let results = place.run("out", &press_and_release(), &["--snapshot-ticks", "0,10,159"]);
-    let mut names: Vec<_> = std::fs::read_dir(&results.out)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
     let expected = [
         "cells_0.csv",
         "cells_10.csv",
@@ -99,7 +96,7 @@ fn files_have_the_columns_of_the_contract() {
         "session.trace",
         "summary.json",
     ];
-    assert_eq!(names, expected);
+    assert_eq!(names(&results.out), expected);
     assert_eq!(results.force.header, "tick,fx_n,fy_n,fz_n,energy_j,contacts,flags");
     assert!(results.force.whole("tick").into_iter().eq(0..160));
     // The last snapshot is the final state; `positions` checks the header and the input order.

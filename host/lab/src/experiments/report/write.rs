@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use chaincell_kernel::Choice as _;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
@@ -42,20 +42,12 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     folder.write("report_flow.csv", csv(&report.flow).as_bytes())?;
     let growth = report.growth.as_ref().map_or(&[][..], |growth| &growth.rows);
     folder.write("report_growth.csv", csv(growth).as_bytes())?;
-    let path: Vec<Moment> = (report.budget_path.iter())
-        .map(|&(tick, Errors { field, force })| Moment { tick, field, force })
+    let path: Vec<Value> = (report.budget_path.iter())
+        .map(|(tick, of)| json!({ "tick": tick, "field": of.field, "force": of.force }))
         .collect();
     folder.write("report_time.csv", csv(&path).as_bytes())?;
     folder.write_json("report_summary.json", report)?;
     folder.write("REPORT.md", markdown(report, &pictures, command).as_bytes())
-}
-
-/// Errors of `track` within the budget at a tick.
-#[derive(Serialize)]
-struct Moment {
-    tick: usize,
-    field: f64,
-    force: f64,
 }
 
 /// The report as Markdown.
