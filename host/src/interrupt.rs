@@ -36,6 +36,14 @@ pub fn asked() -> bool {
     ASKED.load(Ordering::Relaxed) && !IGNORED.get()
 }
 
+/// Ends work that looks here when the user asked to stop.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub fn check() -> Result<()> {
+    if asked() { Err(Error::Interrupted) } else { Ok(()) }
+}
+
 /// Does `work` to its end even though the user asked to stop: the check of what was done so far.
 pub fn ignoring<T>(work: impl FnOnce() -> T) -> T {
     IGNORED.set(true);

@@ -36,6 +36,16 @@ pub fn content(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
     found
 }
 
+/// Names of what lies in a folder, sorted.
+#[must_use]
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 /// Bakes a model into `folder`.
 #[track_caller]
 pub fn bake(folder: &Path, spec: &str, options: &[&str]) -> PathBuf {

@@ -21,12 +21,6 @@ pub struct Lattice {
     stiffness_n_per_m: f64,
 }
 
-/// Length of a vector.
-#[must_use]
-pub fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
 /// Positions of a cells file whose rows are nodes 0, 1, 2 and so on.
 #[track_caller]
 #[must_use]

@@ -145,9 +145,7 @@ impl BodyArgs {
     pub fn bake(&self, spec: &str) -> Result<(Mesh, crate::bake::ImageBytes)> {
         let (mesh, fixed, options) = self.parts(spec)?;
         let image = bake(&mesh, &fixed, &options)?;
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         Ok((mesh, image))
     }
 

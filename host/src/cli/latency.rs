@@ -75,9 +75,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut tissue = Staged::new(args.tissue.engine(model)?, None)?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let alone = play(&mut tissue, std::slice::from_ref(&poses), |_, _| Ok(()))?;
-    if interrupt::asked() {
-        return Err(Error::Interrupted);
-    }
+    interrupt::check()?;
     let cold =
         if args.worst { Some(cold::measure(tissue.engine_mut(), WORST_TICKS)?) } else { None };
     let scratch = session::scratch()?;

@@ -82,9 +82,7 @@ fn watch(args: &Args, reader: &StateReader, last: &mut Option<State>) -> Result<
     let give_up_ns = now_ns() + FIRST_NS;
     let mut line_ns = 0;
     loop {
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         // Looked at first: what a server sends right before its end is still taken.
         let served = reader.is_served();
         match reader.take()? {

@@ -3,6 +3,7 @@
 mod bad_input;
 mod output;
 mod path_files;
+mod place;
 mod run;
 mod safety;
 mod trace;

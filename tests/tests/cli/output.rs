@@ -4,12 +4,14 @@
 
 use std::io::Write;
 use std::os::unix::fs::FileTypeExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use chaincell_tests::files::{bake, content, scratch, text, write_path};
+use chaincell_tests::files::{bake, content, names, scratch, text};
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, chaincell, run};
+
+use super::place::Place;
 
 const FILES: [&str; 6] = [
     "cells_final.csv",
@@ -20,52 +22,13 @@ const FILES: [&str; 6] = [
     "summary.json",
 ];
 
-struct Place {
-    folder: tempfile::TempDir,
-    model: PathBuf,
-    path: PathBuf,
-}
-
-impl Place {
-    fn new() -> Self {
-        let folder = scratch();
-        let model = bake(folder.path(), "plane:5x5x0.01", &[]);
-        let path = folder.path().join("path.csv");
-        write_path(&path, (0..5).map(|tick| (tick, [0.0; 3], 1)));
-        Self { folder, model, path }
-    }
-
-    fn run_into<'a>(&'a self, out: &'a Path) -> [&'a str; 6] {
-        ["run", text(&self.model), "--path", text(&self.path), "--out", text(out)]
-    }
-
-    /// Expects that results cannot go to `out`, whatever is there staying as it is.
-    #[track_caller]
-    fn refuses(&self, out: &Path, options: &[&str], parts: &[&str]) {
-        let before = content(self.folder.path());
-        let ended = run([&self.run_into(out), options].concat()).with(2);
-        for part in parts {
-            assert!(ended.err.contains(part), "`{part}` is missing: {}", ended.err);
-        }
-        assert!(content(self.folder.path()) == before, "something changed");
-    }
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
 #[test]
 fn a_folder_with_content_is_kept_unless_forced() {
     let place = Place::new();
     let out = place.folder.path().join("a/b");
     run(place.run_into(&out)).with(0);
     assert_eq!(names(&out), FILES);
-    place.refuses(&out, &[], &["--out", "not empty", "--force"]);
+    place.refuses_into(&out, &[], &["--out", "not empty", "--force"]);
     std::fs::write(out.join("notes.txt"), "mine").unwrap();
     std::fs::write(out.join("cells_99.csv"), "of an earlier run").unwrap();
     run([&place.run_into(&out)[..], &["--force"]].concat()).with(0);
@@ -77,11 +40,11 @@ fn a_folder_with_content_is_kept_unless_forced() {
 fn a_refused_run_makes_no_folder_and_a_forced_one_removes_nothing() {
     let place = Place::new();
     let out = place.folder.path().join("out");
-    place.refuses(&out, &["--contact", "0"], &["node 0 is fixed"]);
+    place.refuses_into(&out, &["--contact", "0"], &["node 0 is fixed"]);
     assert!(!out.exists());
     run(place.run_into(&out)).with(0);
-    place.refuses(&out, &["--force", "--sweeps", "0"], &["--sweeps"]);
-    place.refuses(&out, &["--force", "--snapshot-ticks", "7"], &["--snapshot-ticks"]);
+    place.refuses_into(&out, &["--force", "--sweeps", "0"], &["--sweeps"]);
+    place.refuses_into(&out, &["--force", "--snapshot-ticks", "7"], &["--snapshot-ticks"]);
 }
 
 #[test]
@@ -89,11 +52,11 @@ fn places_where_no_folder_can_be() {
     let place = Place::new();
     let file = place.folder.path().join("file");
     std::fs::write(&file, "mine").unwrap();
-    place.refuses(&file, &[], &["cannot create folder", text(&file)]);
-    place.refuses(&file, &["--force"], &["cannot create folder", text(&file)]);
-    place.refuses(&file.join("below"), &[], &["cannot create folder", text(&file)]);
-    place.refuses(Path::new("/proc/none"), &[], &["cannot create folder /proc/none"]);
-    place.refuses(Path::new(""), &[], &["--out <DIR>"]);
+    place.refuses_into(&file, &[], &["cannot create folder", text(&file)]);
+    place.refuses_into(&file, &["--force"], &["cannot create folder", text(&file)]);
+    place.refuses_into(&file.join("below"), &[], &["cannot create folder", text(&file)]);
+    place.refuses_into(Path::new("/proc/none"), &[], &["cannot create folder /proc/none"]);
+    place.refuses_into(Path::new(""), &[], &["--out <DIR>"]);
     let model = text(&place.model);
     let scene = chaincell_tests::scene("places");
     for command in [&["serve", model][..], &["cosim", model, "--seconds", "0.02"]] {

@@ -4,8 +4,11 @@
 
 use std::path::{Path, PathBuf};
 
-use chaincell_tests::files::{Row, Table, bake, is_hash, scratch, summary, text, write_path};
-use chaincell_tests::lattice::{norm, positions};
+use chaincell_lab::reference::vectors::{farthest, norm};
+use chaincell_tests::files::{
+    Row, Table, bake, is_hash, names, scratch, summary, text, write_path,
+};
+use chaincell_tests::lattice::positions;
 use chaincell_tests::run;
 
 /// Spacing of the bodies: the mean link length too [m].
@@ -82,11 +85,6 @@ fn press_and_release() -> Vec<Row> {
 fn files_have_the_columns_of_the_contract() {
     let place = Place::plane(&["--alpha", "0.02"]);
     let results = place.run("out", &press_and_release(), &["--snapshot-ticks", "0,10,159"]);
-    let mut names: Vec<_> = std::fs::read_dir(&results.out)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
     let expected = [
         "cells_0.csv",
         "cells_10.csv",
@@ -98,7 +96,7 @@ fn files_have_the_columns_of_the_contract() {
         "session.trace",
         "summary.json",
     ];
-    assert_eq!(names, expected);
+    assert_eq!(names(&results.out), expected);
     assert_eq!(results.force.header, "tick,fx_n,fy_n,fz_n,energy_j,contacts,flags");
     assert!(results.force.whole("tick").into_iter().eq(0..160));
     // The last snapshot is the final state; `positions` checks the header and the input order.
@@ -198,11 +196,7 @@ fn schemes_in_time_agree() {
     };
     let exact = scheme("euler", "500");
     for (dynamics, sweeps, close) in [("rkl2", "20", 2e-3), ("rkl1", "20", 2e-2)] {
-        let off = scheme(dynamics, sweeps)
-            .into_iter()
-            .zip(&exact)
-            .map(|(a, b)| norm(std::array::from_fn(|axis| a[axis] - b[axis])));
-        let off = off.fold(0.0, f64::max) / f64::from(D);
+        let off = farthest(&scheme(dynamics, sweeps), &exact) / f64::from(D);
         assert!(off < close, "{dynamics}: {off:e} of the depth");
     }
 }

@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_lab::reference::vectors::{minus, norm};
 use chaincell_tests::files::{Row, Table, bake, scratch, text, write_path};
-use chaincell_tests::lattice::{Lattice, norm, positions};
+use chaincell_tests::lattice::{Lattice, positions};
 use chaincell_tests::run;
 
 /// Body, contact nodes and stiffness [N/m] of the runs.
@@ -99,7 +100,7 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
                     let closed = flags[tick] & 32 != 0;
                     let at = played.cells(tick);
                     let expected_n = played.lattice.force_n(&at, case.held, closed);
-                    let off_n = norm(std::array::from_fn(|axis| force_n[axis] - expected_n[axis]));
+                    let off_n = norm(minus(force_n, expected_n));
                     // The rounding of a length, not of the force, counts while links are nearly slack.
                     let floor_n = case.stiffness_n_per_m * 0.01 * 1e-5;
                     assert!(
@@ -164,10 +165,7 @@ fn work_is_what_the_tools_motion_stores_in_the_links() {
             // With a probe the cells that it moved are not told: those at its surface.
             let moved: Vec<[f64; 3]> = if probe {
                 let centre: [f64; 3] = sample.position_m.map(f64::from).into();
-                let touches = |p: &[f64; 3]| {
-                    let away: [f64; 3] = std::array::from_fn(|axis| p[axis] - centre[axis]);
-                    (norm(away) - 0.012).abs() < 1e-7
-                };
+                let touches = |p: &[f64; 3]| (norm(minus(*p, centre)) - 0.012).abs() < 1e-7;
                 before.iter().zip(&after).map(|(b, a)| if touches(a) { *a } else { *b }).collect()
             } else {
                 let mut moved = before.clone();

@@ -8,6 +8,7 @@ use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
+use chaincell_lab::reference::vectors::farthest;
 use chaincell_tests::graph::holds;
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -52,10 +53,7 @@ fn difference(
     (at, forces): &(Vec<[f64; 3]>, Vec<f64>),
     (exact, exact_forces): &(Vec<[f64; 3]>, Vec<f64>),
 ) -> [f64; 3] {
-    let distance = |a: &[f64; 3], b: &[f64; 3]| {
-        (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
-    };
-    let field = at.iter().zip(exact).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+    let field = farthest(at, exact);
     let largest = exact_forces.iter().copied().fold(0.0, f64::max);
     let off = || forces.iter().zip(exact_forces).map(|(a, b)| (a - b).abs() / largest);
     [field / f64::from(DEPTH_M), off().next_back().unwrap(), off().fold(0.0, f64::max)]

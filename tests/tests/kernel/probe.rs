@@ -60,10 +60,6 @@ fn surface(model: &Model<'_>, beyond_m: &[f64], is: impl Fn(f64) -> bool) -> Vec
     of.filter(|&cell| !model.is_fixed(cell) && is(beyond_m[usize::from(cell)])).collect()
 }
 
-fn length(v: Vector3<f32>) -> f32 {
-    v.dot(&v).sqrt()
-}
-
 /// Rounding of a distance \[m\].
 const ROUNDING_M: f64 = 1e-7;
 
@@ -168,8 +164,8 @@ fn contacts_and_force_do_not_chatter() {
             }
         }
         let jumps: Vec<f32> =
-            outputs.windows(2).map(|pair| length(pair[1].force_n - pair[0].force_n)).collect();
-        let peak = outputs.iter().map(|output| length(output.force_n)).fold(0.0, f32::max);
+            outputs.windows(2).map(|pair| (pair[1].force_n - pair[0].force_n).norm()).collect();
+        let peak = outputs.iter().map(|output| output.force_n.norm()).fold(0.0, f32::max);
         let largest = |jumps: &[f32]| jumps.iter().copied().fold(0.0, f32::max);
         assert!(peak > 0.3, "{kind:?}: {peak} N");
         // A cell that is let go takes what held it sideways along.
@@ -194,7 +190,7 @@ fn let_go_the_tool_feels_nothing() {
         for tick in 0..300 {
             engine.tick(&sample(centre_m(tick), 1));
         }
-        assert!(length(engine.tick(&sample(centre_m(300), 1)).force_n) > 0.1, "{kind:?}");
+        assert!(engine.tick(&sample(centre_m(300), 1)).force_n.norm() > 0.1, "{kind:?}");
         let pressed = engine.positions_m();
         for _ in 0..200 {
             let output = engine.tick(&sample(centre_m(300), 0));

@@ -2,17 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_lab::reference::vectors::farthest;
 use chaincell_lab::reference::{Links, Npz, minimum, trajectory};
 use chaincell_tests::reference;
 
 const CENTRE: usize = 220;
-
-fn largest_distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
-        (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
-    };
-    a.iter().zip(b).map(distance).fold(0.0, f64::max)
-}
 
 /// The paper's plane: 21 x 21 cells, 10 mm apart, border fixed.
 fn plane(diagonals: bool, alpha: f64) -> Links {
@@ -39,7 +33,7 @@ fn plane_trajectories() {
         let held = [(CENTRE, [0.0, 0.0, number(2, 1) * 1e-3])];
         let found = trajectory(&links, &held, &[1.0, 10.0, 100.0, 1000.0], 1e-9);
         for (positions, moment) in found.iter().zip(["x_t1", "x_t10", "x_t100", "x_t1000"]) {
-            let error = largest_distance(positions, &exact.vectors(moment).unwrap());
+            let error = farthest(positions, &exact.vectors(moment).unwrap());
             println!("{name} {moment}: {error:.1e} m");
             assert!(error < 1e-7, "{name} {moment}: {error:e} m");
         }
@@ -57,7 +51,7 @@ fn plane_minima() {
         let mut exact = Npz::open(&folder.join(format!("plane/flow_{name}.npz"))).unwrap();
         let start = trajectory(&links, &[(CENTRE, [0.0, 0.0, depth_m])], &[10.0], 1e-6);
         let found = minimum(&links, &[(CENTRE, [0.0, 0.0, depth_m])], &start[0], 1e-13);
-        let error = largest_distance(&found.positions, &exact.vectors("x_min").unwrap());
+        let error = farthest(&found.positions, &exact.vectors("x_min").unwrap());
         println!("{name}: {error:.1e} m, {} iterations", found.iterations);
         assert!(found.residual_max <= 1e-13, "{name}: residual {:e}", found.residual_max);
         assert!(error < 1e-7, "{name}: {error:e} m");
@@ -96,7 +90,7 @@ fn box_minima() {
             let field: Vec<[f64; 3]> = (found.positions.iter().zip(&rest))
                 .map(|(p, r)| std::array::from_fn(|x| p[x] - r[x]))
                 .collect();
-            let error = largest_distance(&field, u);
+            let error = farthest(&field, u);
             let own = links.force(&found.positions, &contact);
             println!("{name} {depth_m}: {error:.1e} m, {} iterations", found.iterations);
             assert!(found.residual_max <= 1e-12, "{name}: residual {:e}", found.residual_max);

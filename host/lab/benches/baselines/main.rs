@@ -27,8 +27,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use chaincell_host::error::{Error, Result};
-use chaincell_lab::experiments::report::exact::distance;
 use chaincell_lab::experiments::report::scene::Scene;
+use chaincell_lab::reference::vectors::distance;
 use serde::Serialize;
 
 use nalgebra::Vector3;

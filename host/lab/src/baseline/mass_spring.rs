@@ -91,12 +91,6 @@ impl MassSpring {
     pub fn with_step(self, step_s: f32) -> Self {
         Self { step_s, ..self }
     }
-
-    /// The step \[s\].
-    #[must_use]
-    pub fn step_s(&self) -> f32 {
-        self.step_s
-    }
 }
 
 /// Highest frequency of the links' Laplacian over the masses [1/s].

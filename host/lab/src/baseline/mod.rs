@@ -13,6 +13,7 @@ pub use mass_spring::MassSpring;
 pub use per_cell::PerCell;
 pub use xpbd::Xpbd;
 
+use crate::reference::Links;
 use chaincell_kernel::Model;
 
 /// Density that the masses of the dynamic baselines stand for: that of water [kg/m3].
@@ -64,10 +65,6 @@ impl Springs {
     fn of_model(model: &Model<'_>) -> Self {
         let links = 0..model.links();
         let cells = 0..model.cells();
-        let upper = model.upper();
-        let ends = cells.clone().flat_map(|i| {
-            model.row(i).filter_map(move |link| Some([i as u32, u32::from(*upper.get(link)?)]))
-        });
         let band = links.clone().map(|link| {
             let (l0, alpha) = (model.rest_lengths()[link], model.link_alpha(link));
             [(1.0 - alpha) * l0, (1.0 + alpha) * l0]
@@ -75,7 +72,7 @@ impl Springs {
         let inverse = 1.0 / (DENSITY_KG_PER_M3 * model.unit_m().powi(3));
         let stiffness = links.map(|link| model.stiffness_n_per_m() * model.link_weight(link));
         Self {
-            ends: ends.collect(),
+            ends: Links::of_model(model).ends().to_vec(),
             band: band.collect(),
             stiffness_n_per_m: stiffness.collect(),
             inverse_mass_per_kg: cells
@@ -122,7 +119,7 @@ fn excess(length: f32, [low, high]: [f32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::{Links, minimum};
+    use crate::reference::minimum;
     use chaincell_host::bake::{BakeOptions, bake};
     use chaincell_host::mesh::{MeshOptions, load};
 

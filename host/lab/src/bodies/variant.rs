@@ -4,7 +4,7 @@ use std::fmt;
 
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::{Choice, Model, Network, Settings};
+use chaincell_kernel::{Choice, Model, Network, Settings, Unloading};
 
 /// A scheme in a number type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,6 +56,23 @@ impl Variant {
         let settings = change(self.scheme.settings(&model, sweeps));
         let network = Network::new(model, settings).map_err(Error::check)?;
         Engine::with_contact(network, self.scheme, self.numbers, contact)
+    }
+
+    /// The same with a tool that is never slowed down and bands that stay as they are.
+    ///
+    /// # Errors
+    /// As [`Self::engine`].
+    pub fn unlimited<'m>(
+        &self,
+        model: Model<'m>,
+        contact: Contact,
+        sweeps: u16,
+        change: impl FnOnce(Settings) -> Settings,
+    ) -> Result<Engine<'m>> {
+        let max_tool_step_m = 1e3 * model.unit_m();
+        self.engine(model, contact, sweeps, |settings| {
+            change(Settings { max_tool_step_m, unloading: Unloading::Off, ..settings })
+        })
     }
 
     /// Link passes a tick: a super-step takes several.

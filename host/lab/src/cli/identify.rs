@@ -9,6 +9,7 @@ use crate::experiments::identify::target::{self, Holding, Target};
 use crate::experiments::identify::{
     Bench, Bounds, Identified, check, forward, groups, identify, write,
 };
+use crate::reference::vectors::norm;
 use chaincell_host::bake;
 use chaincell_host::cli::BodyArgs;
 use chaincell_host::cli::model_file;
@@ -137,9 +138,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let found = identify(&bench, &bounds, args.hold_out)?;
     let image = forward::image(&bench, &found.parameters)?;
     folder.write("residuals.csv", write::residuals_csv(&targets, &found).as_bytes())?;
-    for drawn in write::charts(&targets, &found)? {
-        folder.write(&format!("{}.svg", drawn.name), drawn.picture.svg.as_bytes())?;
-        folder.write(&format!("{}.png", drawn.name), &drawn.picture.png)?;
+    for figure in write::charts(&targets, &found)? {
+        figure.picture.write(&folder, &figure.name)?;
     }
     let contact_nodes = contacts.iter().map(|&cell| model.input_id()[usize::from(cell)]);
     let report = IdentifiedFile {
@@ -215,12 +215,9 @@ fn direction(text: &str, model: &Model<'_>, contacts: &[u16]) -> Result<[f64; 3]
     let vector = if text == "auto" {
         inward(model, contacts)
     } else {
-        let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
-        numbers
-            .and_then(|numbers| numbers.try_into().ok())
-            .ok_or_else(|| refuse("give three numbers, x,y,z, or auto"))?
+        numbers(text).ok_or_else(|| refuse("give three numbers, x,y,z, or auto"))?
     };
-    let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = norm(vector);
     if length.is_finite() && length > 0.0 {
         Ok(vector.map(|x| x / length))
     } else {
@@ -228,11 +225,15 @@ fn direction(text: &str, model: &Model<'_>, contacts: &[u16]) -> Result<[f64; 3]
     }
 }
 
+/// So many numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    numbers?.try_into().ok()
+}
+
 /// Two numbers.
 fn pair(option: &str, text: &str) -> Result<[f64; 2]> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
-    numbers
-        .and_then(|numbers| numbers.try_into().ok())
+    numbers(text)
         .ok_or_else(|| Error::input(format!("{option} {text}: give two numbers, LOW,HIGH")))
 }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::reference::vectors::norm;
 use chaincell_host::engine::Scheme;
 
 /// Rounding of a bound that is computed in single precision.
@@ -186,12 +187,6 @@ impl Checks {
         self.worst.energy_peak_j = self.worst.energy_peak_j.max(start_j);
     }
 
-    /// Ticks seen.
-    #[must_use]
-    pub fn tick(&self) -> u64 {
-        self.tick
-    }
-
     /// Notes a failure, the first of each check.
     pub fn fail(&mut self, check: Check, what: impl FnOnce() -> String) {
         if self.failures.iter().all(|known| known.check != check) {
@@ -209,7 +204,7 @@ impl Checks {
     /// The next tick.
     pub fn look(&mut self, seen: &Seen<'_>) {
         let Seen { level_j, energy_j, energy_max_j: bound_j, force_n, positions, .. } = *seen;
-        let force = force_n.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let force = norm(force_n);
         let coordinates = positions.as_flattened();
         let finite = [level_j, energy_j, force].iter().chain(coordinates).all(|x| x.is_finite());
         self.hold(Check::Finite, finite && level_j >= 0.0, || {

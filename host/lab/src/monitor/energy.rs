@@ -1,6 +1,7 @@
 //! The energy of positions in double precision: what the certified level is compared with.
 
 use crate::reference::Links;
+use crate::reference::vectors::{minus, norm};
 
 /// Relative spacing of single-precision numbers.
 const EPS: f64 = f32::EPSILON as f64;
@@ -40,8 +41,7 @@ pub fn energy(
     let mut sum = Energy::default();
     for (link, ends) in links.ends().iter().enumerate() {
         let [i, j] = ends.map(|end| end as usize);
-        let squares = (0..3).map(|axis| (positions[j][axis] - positions[i][axis]).powi(2));
-        let u = squares.sum::<f64>().sqrt();
+        let u = norm(minus(positions[j], positions[i]));
         let (w, l0) = (links.weights()[link], links.rest_lengths()[link]);
         let alpha = if closed { 0.0 } else { links.alphas()[link] };
         let d = (u - (1.0 + alpha) * l0).max((1.0 - alpha) * l0 - u).max(0.0);
@@ -57,7 +57,7 @@ pub fn energy(
 /// position round once each, to single precision and to the `resolution` of the numbers.
 #[must_use]
 pub fn rounding(position: &[f64; 3], resolution: f64) -> f64 {
-    EPS * position.iter().map(|x| x * x).sum::<f64>().sqrt() + 0.5 * resolution
+    EPS * norm(*position) + 0.5 * resolution
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use chaincell_kernel::Model;
 
+use super::vectors::{dot, minus, norm, plus};
 use chaincell_host::error::{Error, Result};
 
 /// Below this fraction of l0^2 a link takes its direction from the rest shape, as in the kernel.
@@ -78,7 +79,7 @@ impl Links {
         for &cell in fixed {
             is_fixed[cell as usize] = true;
         }
-        let length = |&[i, j]: &[u32; 2]| norm(difference(rest[i as usize], rest[j as usize]));
+        let length = |&[i, j]: &[u32; 2]| norm(minus(rest[j as usize], rest[i as usize]));
         Ok(Self {
             rest: rest.to_vec(),
             ends: edges.to_vec(),
@@ -160,10 +161,10 @@ impl Links {
     fn pull(&self, link: usize, p: &[[f64; 3]]) -> Option<Pull> {
         let [i, j] = self.ends[link].map(|end| end as usize);
         let l0 = self.rest_length[link];
-        let d = difference(p[i], p[j]);
+        let d = minus(p[j], p[i]);
         let squared = dot(d, d);
         let (length, direction) = if squared < COINCIDENT * l0 * l0 {
-            let rest = difference(self.rest[i], self.rest[j]);
+            let rest = minus(self.rest[j], self.rest[i]);
             let norm = norm(rest);
             (squared.sqrt(), rest.map(|x| x / norm))
         } else {
@@ -271,27 +272,6 @@ pub(super) fn symmetric_times(block: &[f64; 6], v: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-#[inline]
-pub(super) fn difference(from: [f64; 3], to: [f64; 3]) -> [f64; 3] {
-    [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
-}
-
-/// `a + factor b`.
-#[inline]
-pub(super) fn plus(a: [f64; 3], factor: f64, b: [f64; 3]) -> [f64; 3] {
-    [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]]
-}
-
-#[inline]
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline]
-pub(super) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,7 +309,7 @@ mod tests {
                 let mut product = [[0.0; 3]; 4];
                 for link in &curvature {
                     let [i, j] = link.ends.map(|end| end as usize);
-                    let pulled = symmetric_times(&link.block, difference(unit[j], unit[i]));
+                    let pulled = symmetric_times(&link.block, minus(unit[i], unit[j]));
                     product[i] = plus(product[i], 1.0, pulled);
                     product[j] = plus(product[j], -1.0, pulled);
                 }

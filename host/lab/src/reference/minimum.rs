@@ -6,7 +6,8 @@
 //! body that buckles leaves the saddle downhill. No cell moves more than a quarter of a mean rest
 //! length an iteration, which keeps the descent in the valley of its start.
 
-use super::links::{Held, LinkCurvature, Links, difference, dot, plus, symmetric_times};
+use super::links::{Held, LinkCurvature, Links, symmetric_times};
+use super::vectors::{dot, fields, minus, plus};
 
 /// Most Newton steps; a warm start takes about ten, a fold a few hundred.
 const ITERATIONS_MAX: usize = 2000;
@@ -102,8 +103,7 @@ impl<'a> Descent<'a> {
             iterations += 1;
             let step = self.step(radius, tolerance);
             let length = self.length(&step.way);
-            let trial: Vectors =
-                self.positions.iter().zip(&step.way).map(|(p, d)| plus(*p, 1.0, *d)).collect();
+            let trial = fields(&self.positions, 1.0, &step.way);
             let (energy, residual) = self.evaluate(&trial);
             let quality = if step.decrease > ROUNDING * self.energy {
                 (self.energy - energy) / step.decrease
@@ -218,7 +218,7 @@ impl<'a> Descent<'a> {
         product.fill([0.0; 3]);
         for link in curvature {
             let [i, j] = link.ends.map(|end| end as usize);
-            let pulled = symmetric_times(&link.block, difference(v[j], v[i]));
+            let pulled = symmetric_times(&link.block, minus(v[i], v[j]));
             product[i] = plus(product[i], 1.0, pulled);
             product[j] = plus(product[j], -1.0, pulled);
         }
@@ -246,7 +246,7 @@ fn add(a: &mut [[f64; 3]], factor: f64, b: &[[f64; 3]]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::links::norm;
+    use super::super::vectors::norm;
     use super::*;
 
     /// A straight chain of three cells, its ends pressed together: the middle one is on the saddle.

@@ -11,6 +11,7 @@ mod minimum;
 mod npz;
 pub mod profile;
 mod trajectory;
+pub mod vectors;
 
 pub use links::{Held, Links};
 pub use minimum::{Minimum, minimum};

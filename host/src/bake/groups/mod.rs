@@ -58,9 +58,7 @@ pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
     let mut seeds = Vec::with_capacity(cells);
     for (part, count) in parts.iter().zip(shares(&sizes, cells)) {
         seeds.extend(graph.spread(&mesh.nodes_m, part, count));
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
     }
     let mut of = graph.nearest(&seeds);
     for _ in 0..ROUNDS {
@@ -70,9 +68,7 @@ pub fn partition(mesh: &Mesh, fixed: &[u32], cells: usize) -> Result<Groups> {
         }
         seeds = middles;
         of = graph.nearest(&seeds);
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
     }
     let node = middles(&mesh.nodes_m, &of, seeds.len());
     let fixed = node.iter().map(|&node| kinds.fixed[node as usize]).collect();

@@ -181,9 +181,7 @@ impl CommandClient {
                 Ok(None) => {}
                 Err(why) => return Err(failed(format!("{why:?}"))),
             }
-            if interrupt::asked() {
-                return Err(Error::Interrupted);
-            }
+            interrupt::check()?;
             if now_ns() >= end_ns {
                 return Err(failed(
                     "the server does not run or is busy; whether the command was carried out is \

@@ -178,9 +178,7 @@ fn wait_for_server(
 ) -> Result<()> {
     let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
     while !scene.is_served() {
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         if now_ns() >= end_ns {
             return Err(Error::input(format!(
                 "no server on {} after {at_most_s} s; start chaincell serve with the same \

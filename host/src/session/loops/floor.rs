@@ -44,9 +44,7 @@ fn wakeup(wait: Wait, realtime: bool, ticks: u32) -> Result<Latencies> {
     let waiter = Waiter::new(wait, PERIOD_NS);
     let start_ns = now_ns() + MILLISECOND_NS;
     for tick in 0..u64::from(ticks) {
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         let moment_ns = start_ns + tick * PERIOD_NS;
         waiter.until(moment_ns);
         late.record(now_ns() - moment_ns);

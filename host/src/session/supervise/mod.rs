@@ -143,9 +143,7 @@ impl Side {
     fn wait_for_ready(&mut self, at_most: Duration) -> Result<()> {
         let start = Instant::now();
         while start.elapsed() < at_most {
-            if interrupt::asked() {
-                return Err(Error::Interrupted);
-            }
+            interrupt::check()?;
             match self.lines.recv_timeout(LOOK) {
                 Ok(line) if line == READY => return Ok(()),
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}

@@ -7,7 +7,7 @@ use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt;
 use crate::session::timing::histogram::{Latencies, Summary};
 use crate::terminal;
@@ -41,9 +41,7 @@ pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
     let mut times = Latencies::new()?;
     let progress = terminal::progress(ticks, "worst");
     for round in 0..ticks {
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         engine.set_positions(&positions)?;
         for byte in stream.iter_mut().step_by(LINE) {
             *byte = byte.wrapping_add(round as u8);

@@ -1,5 +1,7 @@
 //! Latencies: recorded without allocating, told as percentiles.
 
+use std::time::Instant;
+
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +63,14 @@ impl Latencies {
     pub fn record(&mut self, span_ns: u64) {
         self.spans.saturating_record(span_ns);
         self.max_ns = self.max_ns.max(span_ns);
+    }
+
+    /// Does `work` and records how long it took.
+    pub fn time<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let done = work();
+        self.record(start.elapsed().as_nanos() as u64);
+        done
     }
 
     /// Number of spans recorded.

@@ -94,19 +94,31 @@ fn try_make(
     change(&mut settings);
     let bytes = chaincell_tissue_size(scheme, info.cells, contacts, info.hats);
     let mut storage = storage(bytes.max(16));
-    let mut detail = Detail::default();
-    let mut tissue = core::ptr::null_mut();
+    let (code, detail, tissue) = init(&mut storage, bytes, &model, scheme, contacts, &settings);
+    (code, detail, Made { storage, tissue })
+}
+
+/// Initialises a tissue in so many bytes of a storage; the pointer is no tissue's unless written.
+fn init(
+    storage: &mut [Block],
+    bytes: usize,
+    model: &ModelStorage,
+    scheme: i32,
+    contacts: u32,
+    settings: &Settings,
+) -> (Code, Detail, *mut Tissue) {
+    let (mut tissue, mut detail) = (core::ptr::dangling_mut(), Detail::default());
     let code = call!(chaincell_tissue_init(
         storage.as_mut_ptr().cast(),
         bytes,
-        &model,
+        model,
         scheme,
         contacts,
-        &settings,
+        settings,
         &mut tissue,
         &mut detail,
     ));
-    (code, detail, Made { storage, tissue })
+    (code, detail, tissue)
 }
 
 /// A tissue at rest.

@@ -4,7 +4,7 @@ use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Tissue, Track, coarse_room,
 };
 
-use super::{BOX, PLANE, call, info_of, make, model_of, settings_of, storage, try_make};
+use super::{BOX, PLANE, call, info_of, init, make, model_of, settings_of, storage, try_make};
 use crate::{
     ALIGN, Code, Detail, Scheme, Settings, TISSUE_BYTES, TISSUE_WORDS, chaincell_tissue_align,
     chaincell_tissue_size,
@@ -27,17 +27,8 @@ fn the_size_is_exactly_what_a_body_needs() {
             let bytes = size(scheme, info.cells, contacts, info.hats);
             let mut storage = storage(bytes);
             let mut init = |bytes: usize| {
-                let (mut tissue, mut detail) = (core::ptr::dangling_mut(), Detail::default());
-                let code = call!(chaincell_tissue_init(
-                    storage.as_mut_ptr().cast(),
-                    bytes,
-                    &model,
-                    scheme as i32,
-                    contacts,
-                    &settings,
-                    &mut tissue,
-                    &mut detail,
-                ));
+                let (code, detail, tissue) =
+                    init(&mut storage, bytes, &model, scheme as i32, contacts, &settings);
                 (code, (detail.needed, detail.available), tissue.is_null())
             };
             assert_eq!(init(bytes - 1), (Code::Storage, (bytes, bytes - 1), true));
@@ -123,18 +114,11 @@ fn storage_can_be_used_again() {
     let mut made = make(BOX, Scheme::Rkl2, 2);
     let model = model_of(PLANE);
     let settings = settings_of(&model, Scheme::Euler);
-    let code = call!(chaincell_tissue_init(
-        made.storage.as_mut_ptr().cast(),
-        made.storage.len() * 16,
-        &model,
-        Scheme::Euler as i32,
-        2,
-        &settings,
-        &mut made.tissue,
-        &mut Detail::default(),
-    ));
+    let bytes = made.storage.len() * 16;
+    let (code, _, tissue) =
+        init(&mut made.storage, bytes, &model, Scheme::Euler as i32, 2, &settings);
     assert_eq!(code, Code::Ok);
-    assert_eq!(super::hash(made.tissue), super::hash(make(PLANE, Scheme::Track, 0).tissue));
+    assert_eq!(super::hash(tissue), super::hash(make(PLANE, Scheme::Track, 0).tissue));
 }
 
 /// A refused call leaves no body of before that could go on by mistake.
@@ -143,17 +127,10 @@ fn a_refused_call_takes_the_storage_too() {
     let mut made = make(BOX, Scheme::Track, 2);
     let model = model_of(BOX);
     let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
-    let code = call!(chaincell_tissue_init(
-        made.storage.as_mut_ptr().cast(),
-        made.storage.len() * 16,
-        &model,
-        Scheme::Track as i32,
-        2,
-        &settings,
-        &mut made.tissue,
-        &mut Detail::default(),
-    ));
-    assert_eq!((code, made.tissue.is_null()), (Code::SettingsSweeps, true));
+    let bytes = made.storage.len() * 16;
+    let (code, _, tissue) =
+        init(&mut made.storage, bytes, &model, Scheme::Track as i32, 2, &settings);
+    assert_eq!((code, tissue.is_null()), (Code::SettingsSweeps, true));
     let there = made.storage.as_mut_ptr().cast();
     assert_eq!(call!(chaincell_tissue_reset(there, &mut Detail::default())), Code::NotInitialised);
 }

@@ -30,68 +30,58 @@ pub struct Case {
     pub of_size: bool,
 }
 
+/// A case that every core plays to its end, four sweeps a tick.
+const PLAIN: Case = Case {
+    name: "",
+    bake: &[],
+    scheme: "track",
+    golden: None,
+    sweeps: 4,
+    ticks_max: u32::MAX,
+    needs_fpu: false,
+    of_size: false,
+};
+/// A question of size, a sweep a tick.
+const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
+
 /// All of them.
 pub const CASES: [Case; 6] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
-        scheme: "track",
         golden: Some("plane8_track"),
-        sweeps: 4,
-        ticks_max: u32::MAX,
-        needs_fpu: false,
-        of_size: false,
+        ..PLAIN
     },
     Case {
         name: "plane8_euler",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
         scheme: "euler",
-        golden: None,
-        sweeps: 4,
-        ticks_max: u32::MAX,
-        needs_fpu: false,
-        of_size: false,
+        ..PLAIN
     },
     Case {
         name: "organ500_track",
         bake: &["organ:500", "--hats=3.5", "--lean"],
-        scheme: "track",
         golden: Some("organ500_track"),
-        sweeps: 4,
-        ticks_max: u32::MAX,
-        needs_fpu: false,
-        of_size: false,
+        ..PLAIN
     },
     Case {
         name: "organ1000_track",
         bake: &["organ:1010", "--hats=4.5", "--lean"],
-        scheme: "track",
-        golden: None,
-        sweeps: 1,
-        ticks_max: u32::MAX,
-        needs_fpu: false,
-        of_size: true,
+        ..OF_SIZE
     },
     Case {
         name: "organ1000_bare",
         bake: &["organ:1010", "--hats=none", "--lean"],
-        scheme: "track",
-        golden: None,
-        sweeps: 1,
-        ticks_max: u32::MAX,
         needs_fpu: true,
-        of_size: true,
+        ..OF_SIZE
     },
     // As many cells as fit into 1 MB of RAM.
     Case {
         name: "organ16000_track",
         bake: &["organ:16000", "--hats=none", "--lean"],
-        scheme: "track",
-        golden: None,
-        sweeps: 1,
         ticks_max: 10,
         needs_fpu: true,
-        of_size: true,
+        ..OF_SIZE
     },
 ];
 
@@ -118,8 +108,7 @@ pub const FIT: [(&str, [Case; 4]); 2] = [
 ];
 
 const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {
-    let (scheme, golden, sweeps, ticks_max) = ("track", None, 1, 10);
-    Case { name, bake, scheme, golden, sweeps, ticks_max, needs_fpu: false, of_size: false }
+    Case { name, bake, sweeps: 1, ticks_max: 10, ..PLAIN }
 }
 
 /// A case ready to be built: its model and its scene.

@@ -1,6 +1,7 @@
 //! The elements of a chain and the one step that all forms share: follow the sponsor.
 
 use super::Limits;
+use crate::reference::vectors::minus;
 use chaincell_host::error::{Error, Result};
 
 /// What a move or a sweep cost.
@@ -136,10 +137,8 @@ impl Elements {
 
     /// The nearest place of an element that satisfies its link to a neighbour.
     pub(super) fn nearest(&self, element: usize, neighbour: usize, limits: &Limits) -> [f64; 3] {
-        let (rest, from) = (self.rest_m[neighbour], self.position_m[neighbour]);
-        let here = self.position_m[element];
-        let offset = std::array::from_fn(|axis| self.rest_m[element][axis] - rest[axis]);
-        let region = limits.region(offset);
+        let (here, from) = (self.position_m[element], self.position_m[neighbour]);
+        let region = limits.region(minus(self.rest_m[element], self.rest_m[neighbour]));
         std::array::from_fn(|axis| {
             let [low, high] = region[axis];
             let offset = here[axis] - from[axis];

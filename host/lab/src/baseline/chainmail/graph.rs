@@ -5,7 +5,6 @@ use std::collections::VecDeque;
 
 use chaincell_kernel::Model;
 
-use super::relax::relax;
 use super::{Chain, Cost, Elements, Limits};
 use chaincell_host::engine::rest_m;
 use chaincell_host::error::{Error, Result};
@@ -83,6 +82,14 @@ impl Chain for Graph {
         &self.elements
     }
 
+    fn elements_mut(&mut self) -> &mut Elements {
+        &mut self.elements
+    }
+
+    fn neighbours(&self, element: usize) -> impl Iterator<Item = usize> {
+        self.neighbours[self.row(element)].iter().map(|&next| next as usize)
+    }
+
     fn move_to(&mut self, held: &[(usize, [f64; 3])]) -> Result<Cost> {
         self.elements.put(held)?;
         let mut cost = Cost::default();
@@ -95,13 +102,5 @@ impl Chain for Graph {
             }
         }
         Ok(cost)
-    }
-
-    fn relax(&mut self, equilibrium: &Limits) -> Cost {
-        let neighbours =
-            |element| self.neighbours[self.row(element)].iter().map(|&next| next as usize);
-        let (positions, cost) = relax(&self.elements, neighbours, equilibrium);
-        self.elements.position_m = positions;
-        cost
     }
 }

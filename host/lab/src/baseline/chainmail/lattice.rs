@@ -5,7 +5,6 @@
 
 use std::collections::VecDeque;
 
-use super::relax::relax;
 use super::{Chain, Cost, Elements, Limits};
 use chaincell_host::error::{Error, Result};
 
@@ -62,11 +61,6 @@ impl Lattice {
         }
     }
 
-    /// All neighbours, in the order of the lists.
-    fn neighbours(&self, element: usize) -> impl Iterator<Item = usize> {
-        DIRECTIONS.into_iter().filter_map(move |direction| self.neighbour(element, direction))
-    }
-
     /// Queues the neighbours of an element that `sponsor` has led from `direction`.
     fn pass_on(&mut self, element: usize, sponsor: usize, direction: [usize; 2]) {
         for (list, side) in DIRECTIONS.into_iter().enumerate() {
@@ -97,14 +91,22 @@ impl Chain for Lattice {
         &self.elements
     }
 
+    fn elements_mut(&mut self) -> &mut Elements {
+        &mut self.elements
+    }
+
+    /// In the order of the lists.
+    fn neighbours(&self, element: usize) -> impl Iterator<Item = usize> {
+        DIRECTIONS.into_iter().filter_map(move |direction| self.neighbour(element, direction))
+    }
+
     fn move_to(&mut self, held: &[(usize, [f64; 3])]) -> Result<Cost> {
         self.elements.put(held)?;
         let mut cost = Cost::default();
         for &(element, _) in held {
             for (list, side) in DIRECTIONS.into_iter().enumerate() {
-                if let Some(next) = self.neighbour(element, side) {
-                    self.lists[list].push_back((next, element));
-                }
+                let next = self.neighbour(element, side);
+                self.lists[list].extend(next.map(|next| (next, element)));
             }
         }
         while self.lists.iter().any(|list| !list.is_empty()) {
@@ -117,12 +119,5 @@ impl Chain for Lattice {
             }
         }
         Ok(cost)
-    }
-
-    fn relax(&mut self, equilibrium: &Limits) -> Cost {
-        let neighbours = |element| self.neighbours(element);
-        let (positions, cost) = relax(&self.elements, neighbours, equilibrium);
-        self.elements.position_m = positions;
-        cost
     }
 }

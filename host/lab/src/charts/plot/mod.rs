@@ -87,6 +87,35 @@ pub struct Picture {
     pub left_out: usize,
 }
 
+impl Picture {
+    /// Writes `name.svg` and `name.png`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, folder: &Folder, name: &str) -> Result<()> {
+        folder.write(&format!("{name}.svg"), self.svg.as_bytes())?;
+        folder.write(&format!("{name}.png"), &self.png)
+    }
+}
+
+/// A picture with its name (a file's, without ending) and caption.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// Name of its files.
+    pub name: String,
+    /// What it shows, a sentence or two.
+    pub caption: String,
+    /// SVG and PNG.
+    pub picture: Picture,
+}
+
+impl Figure {
+    /// A picture under a name, with its caption.
+    pub fn new(name: impl Into<String>, caption: impl Into<String>, picture: Picture) -> Self {
+        Self { name: name.into(), caption: caption.into(), picture }
+    }
+}
+
 /// A chart to draw.
 ///
 /// ```no_run
@@ -167,8 +196,7 @@ impl Chart {
     /// As [`Self::draw`]; a file that cannot be written.
     pub fn write(&self, folder: &Folder, name: &str) -> Result<usize> {
         let picture = self.draw()?;
-        folder.write(&format!("{name}.svg"), picture.svg.as_bytes())?;
-        folder.write(&format!("{name}.png"), &picture.png)?;
+        picture.write(folder, name)?;
         Ok(picture.left_out)
     }
 }

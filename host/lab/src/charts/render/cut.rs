@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::body::{Body, Paint};
+use crate::reference::vectors::{dot, minus};
 
 /// Points of one part, those that the plane adds among them.
 struct Part<'b> {
@@ -128,14 +129,6 @@ impl<'b> Part<'b> {
             self.cut.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
         }
     }
-}
-
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|x| a[x] - b[x])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|x| a[x] * b[x]).sum()
 }
 
 #[cfg(test)]

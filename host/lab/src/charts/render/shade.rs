@@ -4,6 +4,7 @@ use super::body::Body;
 use super::camera::View;
 use super::frame::{Frame, Seen};
 use super::palette;
+use crate::reference::vectors::{self, norm, plus};
 
 /// Towards the key light and the fill light: right, up, towards the eye.
 const KEY: [f32; 3] = [-0.42, 0.55, 0.72];
@@ -97,18 +98,15 @@ fn corner(frame: &Frame, at: usize, around: &[(i64, i64)], reach: f32) -> f32 {
 
 /// The bodies pressed flat on the ground below them, light falling against `up`.
 pub(super) fn fallen(bodies: &[Body], up: [f64; 3]) -> Vec<Body> {
-    let size = up.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-12);
+    let size = norm(up).max(1e-12);
     let up = up.map(|x| x / size);
-    let tall = |p: &[f64; 3]| (0..3).map(|x| p[x] * up[x]).sum::<f64>();
+    let tall = |p: &[f64; 3]| vectors::dot(*p, up);
     let points = || bodies.iter().flat_map(|body| &body.points_m);
     let (low, high) = points()
         .map(tall)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
     let floor = low - 0.02 * (high - low);
-    let down = |p: &[f64; 3]| {
-        let fall = tall(p) - floor;
-        std::array::from_fn(|x| p[x] - fall * up[x])
-    };
+    let down = |p: &[f64; 3]| plus(*p, floor - tall(p), up);
     let flat = bodies.iter().map(|body| Body {
         points_m: body.points_m.iter().map(down).collect(),
         wires: Vec::new(),

@@ -9,6 +9,7 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
+use indicatif::ProgressBar;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_034::storage::Owned;
 use nalgebra_034::{DMatrix, DVector, Dyn};
@@ -162,19 +163,15 @@ pub(super) struct Fit<'a> {
     pub held_out: Vec<Vec<bool>>,
     /// Standard deviation of each target's noise.
     pub noise: Vec<f64>,
-    counter: &'a Counter,
-}
-
-/// Counts evaluations for a progress bar.
-pub(super) struct Counter {
-    bar: indicatif::ProgressBar,
+    /// Counts evaluations.
+    bar: ProgressBar,
 }
 
 impl Fit<'_> {
     /// The forward problem, counted.
     pub fn predict(&self, parameters: &Parameters) -> Result<Predicted> {
         let found = predict(self.bench, parameters);
-        self.counter.bar.inc(1);
+        self.bar.inc(1);
         found
     }
 
@@ -192,9 +189,11 @@ impl Fit<'_> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let share = places.len().div_ceil(threads).max(1);
         std::thread::scope(|scope| {
-            let work = |part| move || -> Result<Vec<_>> { self.predict_part(part) };
-            let running: Vec<_> =
-                places.chunks(share).map(|part| scope.spawn(work(part))).collect();
+            let work = |part: &[Parameters]| -> Result<Vec<_>> {
+                part.iter().map(|place| self.predict(place)).collect()
+            };
+            let parts = places.chunks(share);
+            let running: Vec<_> = parts.map(|part| scope.spawn(move || work(part))).collect();
             let mut found = Vec::with_capacity(places.len());
             for thread in running {
                 let part = thread.join().map_err(|_| Error::check("a thread of the fit died"))?;
@@ -202,10 +201,6 @@ impl Fit<'_> {
             }
             Ok(found)
         })
-    }
-
-    fn predict_part(&self, places: &[Parameters]) -> Result<Vec<Predicted>> {
-        places.iter().map(|place| self.predict(place)).collect()
     }
 
     fn parameters(&self, x: &[f64]) -> Parameters {
@@ -318,11 +313,11 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     let start = Instant::now();
     check(bench, bounds, hold_out)?;
     let unknowns = Unknown::of(bench);
-    let counter = Counter { bar: terminal::progress(60 * unknowns.len() as u64, "identify") };
+    let bar = terminal::progress(60 * unknowns.len() as u64, "identify");
     let held_out: Vec<Vec<bool>> =
         bench.targets.iter().map(|target| spread(target.rows(), hold_out)).collect();
     let noise: Vec<f64> = bench.targets.iter().map(|target| NOISE * target.scale()).collect();
-    let mut fit = Fit { bench, bounds, unknowns, held_out, noise, counter: &counter };
+    let mut fit = Fit { bench, bounds, unknowns, held_out, noise, bar };
     let mut best: Option<(Parameters, f64)> = None;
     for start in start::best(&fit)? {
         let end = fit.descend(&start)?;
@@ -337,8 +332,8 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     }
     let fitted = fit.predict(&parameters)?;
     let (estimates, undetermined) = uncertainty::judge(&fit, &parameters, &fitted)?;
-    let evaluations = counter.bar.position() as usize;
-    counter.bar.finish_and_clear();
+    let evaluations = fit.bar.position() as usize;
+    fit.bar.finish_and_clear();
     Ok(Identified {
         targets: goodness(bench.targets, &fitted, &fit.held_out),
         parameters,

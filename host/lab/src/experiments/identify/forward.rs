@@ -5,13 +5,15 @@
 
 use std::collections::BTreeMap;
 
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Settings, ToolSample};
 use nalgebra::Vector3;
 
 use super::target::{Data, Target};
 use super::{Bench, Parameters};
+use crate::bodies::Variant;
+use crate::reference::vectors::{dot, minus};
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 
@@ -164,14 +166,12 @@ struct Press<'a, 'm> {
 impl<'a, 'm> Press<'a, 'm> {
     /// In contact, at rest.
     fn new(bench: &'a Bench<'a>, model: Model<'m>, scheme: Scheme, sweeps: u16) -> Result<Self> {
-        let settings = Settings {
-            max_tool_step_m: 1e3 * model.unit_m(),
-            unloading: Unloading::Off,
+        let contact = Contact::Cells(bench.contacts.to_vec());
+        let variant = Variant::plain(scheme, Arithmetic::F32);
+        let mut engine = variant.unlimited(model, contact, sweeps, |settings| Settings {
             tick_time: AT_ONCE,
-            ..scheme.settings(&model, sweeps)
-        };
-        let network = Network::new(model, settings).map_err(Error::check)?;
-        let mut engine = Engine::new(network, scheme, bench.contacts)?;
+            ..settings
+        })?;
         engine.tick(&sample(bench, 0.0));
         Ok(Self { bench, engine })
     }
@@ -179,9 +179,8 @@ impl<'a, 'm> Press<'a, 'm> {
     /// One tick with the tool at a depth: force along the direction \[N\], energy \[J\], flags.
     fn tick(&mut self, depth_m: f64) -> (f32, f32, Flags) {
         let output = self.engine.tick(&sample(self.bench, depth_m));
-        let force: [f32; 3] = output.force_n.into();
-        let along = force.iter().zip(self.bench.direction).map(|(f, d)| f64::from(*f) * d);
-        (-along.sum::<f64>() as f32, output.energy_j, output.flags)
+        let along = dot(output.force_n.map(f64::from).into(), self.bench.direction);
+        (-along as f32, output.energy_j, output.flags)
     }
 
     /// Ticks until the force is that of the equilibrium \[N\]; on the way there a few suffice.
@@ -190,9 +189,7 @@ impl<'a, 'm> Press<'a, 'm> {
         let mut last_energy = f32::NAN;
         let most = if to_the_end { TICKS_MAX } else { 4 };
         for _ in 0..most {
-            if interrupt::asked() {
-                return Err(Error::Interrupted);
-            }
+            interrupt::check()?;
             let (force, energy, flags) = self.tick(depth_m);
             clamped = flags.contains(Flags::MOTION_CLAMPED);
             let still = (force - last).abs() <= SETTLED * force.abs()
@@ -211,10 +208,7 @@ impl<'a, 'm> Press<'a, 'm> {
         let positions = self.engine.positions_m();
         let nodes_m = &self.bench.mesh.nodes_m;
         let ids = self.engine.network().model().input_id();
-        let moved = |(&id, at): (&u32, &[f64; 3])| {
-            let rest = nodes_m[id as usize];
-            (id, std::array::from_fn(|axis| at[axis] - rest[axis]))
-        };
+        let moved = |(&id, at): (&u32, &[f64; 3])| (id, minus(*at, nodes_m[id as usize]));
         ids.iter().zip(&positions).map(moved).collect()
     }
 
@@ -250,9 +244,7 @@ fn relax(
         if span > 0.0 {
             press.advance_by((span / ticks).min(TICK_TIME_MAX))?;
             for _ in 0..ticks as usize {
-                if interrupt::asked() {
-                    return Err(Error::Interrupted);
-                }
+                interrupt::check()?;
                 force = press.tick(depth_m).0;
             }
         }

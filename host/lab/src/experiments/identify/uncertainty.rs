@@ -6,6 +6,8 @@
 //! value so small that its direction may vary by [`FACTOR`] and more is an open direction: the data
 //! determines no parameter that it moves.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
@@ -231,13 +233,9 @@ fn sentences(directions: &[Direction], unknowns: &[Unknown], all: &[Estimate]) -
             said.push(format!("{} is not determined by this data", estimate.name()));
         }
     }
-    let mut once: Vec<String> = Vec::with_capacity(said.len());
-    for sentence in said {
-        if !once.contains(&sentence) {
-            once.push(sentence);
-        }
-    }
-    once
+    let mut once = BTreeSet::new();
+    said.retain(|sentence| once.insert(sentence.clone()));
+    said
 }
 
 #[cfg(test)]

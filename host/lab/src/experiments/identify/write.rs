@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::fit::Identified;
 use super::target::{Data, Target};
-use crate::charts::plot::{Axis, Chart, Picture, Style};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use chaincell_host::error::Result;
 
 /// First line of residuals.csv.
@@ -40,21 +40,11 @@ fn places(target: &Target) -> Vec<f64> {
     }
 }
 
-/// Charts of one target: name, caption, picture.
-pub struct Drawn {
-    /// Name of its files without ending.
-    pub name: String,
-    /// What it shows.
-    pub caption: String,
-    /// SVG and PNG.
-    pub picture: Picture,
-}
-
 /// Two charts for each target of more than one row: measured and fitted, and the residuals.
 ///
 /// # Errors
 /// What the drawing libraries refuse.
-pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Drawn>> {
+pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Figure>> {
     let mut drawn = Vec::new();
     let each = targets.iter().zip(&found.fitted).zip(&found.held_out);
     for (number, ((target, fit), held)) in (1..).zip(each) {
@@ -66,13 +56,11 @@ pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Drawn>> {
             if target.width() == 3 { field(target, fit, held) } else { curve(target, fit, held) };
         for (chart, what) in both.into_iter().zip(["fit", "residuals"]) {
             let shows = if what == "fit" { "measured and fitted" } else { "fit less measured" };
-            drawn.push(Drawn {
-                name: format!("target{number}_{}_{what}", kind.replace('-', "_")),
-                caption: format!(
-                    "Target {number}, {kind}: {shows}; markers of another colour were held out."
-                ),
-                picture: chart.draw()?,
-            });
+            let caption = format!(
+                "Target {number}, {kind}: {shows}; markers of another colour were held out."
+            );
+            let name = format!("target{number}_{}_{what}", kind.replace('-', "_"));
+            drawn.push(Figure::new(name, caption, chart.draw()?));
         }
     }
     Ok(drawn)

@@ -1,15 +1,16 @@
 //! The bodies that the mechanics of the paper are shown on, and a tool that presses them.
 
-use chaincell_kernel::{Drive, Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Drive, Flags, Model, Settings, TickOutput, ToolSample, Unloading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use crate::experiments::report::exact::norm;
-use crate::experiments::report::press::field;
+use crate::bodies::Variant;
+use crate::experiments::report::press::{field, free_residual};
+use crate::experiments::report::scene;
 use crate::reference::Links;
+use crate::reference::vectors::{dot, fields, norm, plus};
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::contact::{automatic, inward};
-use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
@@ -41,8 +42,7 @@ pub struct Source {
     /// What it is, in words.
     pub words: String,
     mesh: Mesh,
-    /// The input id that is pressed downwards; without one what `--contact auto` takes.
-    node: Option<u32>,
+    contact: scene::Contact,
 }
 
 impl Source {
@@ -55,7 +55,8 @@ impl Source {
         let options = MeshOptions { diagonals: true, ..MeshOptions::default() };
         let mesh = mesh::load("plane:21x21x0.01", &options)?;
         let words = "plane of 21 x 21 cells".to_owned();
-        Ok(Self { name: "plane", words, mesh, node: Some(CENTRE) })
+        let contact = scene::Contact::Nodes(vec![CENTRE], scene::DOWN);
+        Ok(Self { name: "plane", words, mesh, contact })
     }
 
     /// The generated organ, of 1,000 cells with `quick`; its part farthest from the fixed patch is
@@ -66,7 +67,7 @@ impl Source {
     pub fn organ(quick: bool) -> Result<Self> {
         let mesh = mesh::load(if quick { "organ:1000" } else { "organ" }, &MeshOptions::default())?;
         let words = format!("generated organ of {} cells", mesh.nodes_m.len());
-        Ok(Self { name: "organ", words, mesh, node: None })
+        Ok(Self { name: "organ", words, mesh, contact: scene::Contact::Auto })
     }
 
     /// The body with its links' bands.
@@ -84,16 +85,8 @@ impl Source {
     pub fn bake(&self, options: &BakeOptions) -> Result<Body> {
         let image = bake(&self.mesh, &self.mesh.default_fixed, options)?;
         let model = parse(&image)?;
-        let (contacts, way) = match self.node.and_then(|node| model.cell_of_input(node)) {
-            Some(cell) => (vec![cell], [0.0, 0.0, -1.0]),
-            None => {
-                let contacts = automatic(&model)?;
-                let way = inward(&model, &contacts);
-                (contacts, way)
-            }
-        };
-        let length = norm(&[way]);
-        Ok(Body { name: self.name, image, contacts, direction: way.map(|x| x / length) })
+        let (contacts, direction) = self.contact.of(&model)?;
+        Ok(Body { name: self.name, image, contacts, direction })
     }
 }
 
@@ -141,29 +134,26 @@ impl Body {
     /// A tool that follows equilibria, with `track`.
     ///
     /// # Errors
-    /// As [`Engine::new`].
+    /// As [`Variant::unlimited`].
     pub fn quasi_static(&self, unloading: Unloading) -> Result<Tool<'_>> {
-        let model = self.model()?;
-        self.tool(Scheme::Track, Settings { unloading, ..Scheme::Track.settings(&model, SWEEPS) })
+        self.tool(Scheme::Track, SWEEPS, |settings| Settings { unloading, ..settings })
     }
 
     /// A tool whose displacement is the current into the contact cells, with `track`.
     ///
     /// # Errors
-    /// As [`Engine::new`].
+    /// As [`Variant::unlimited`].
     pub fn driven(&self) -> Result<Tool<'_>> {
-        let settings = Scheme::Track.settings(&self.model()?, SWEEPS);
-        let settings = Settings { unloading: Unloading::Off, drive: Drive::Current, ..settings };
-        self.tool(Scheme::Track, settings)
+        let drive = Drive::Current;
+        self.tool(Scheme::Track, SWEEPS, |settings| Settings { drive, ..settings })
     }
 
     /// A tool on the paper's own dynamics: one Euler step of `step` [dimensionless time] a tick.
     ///
     /// # Errors
-    /// As [`Engine::new`].
+    /// As [`Variant::unlimited`].
     pub fn in_time(&self, step: f64) -> Result<Tool<'_>> {
-        let settings = Settings { step: step as f32, ..Scheme::Euler.settings(&self.model()?, 1) };
-        self.tool(Scheme::Euler, Settings { unloading: Unloading::Off, ..settings })
+        self.tool(Scheme::Euler, 1, |settings| Settings { step: step as f32, ..settings })
     }
 
     /// The contact cells with their positions at a depth, in internal units.
@@ -175,7 +165,7 @@ impl Body {
         let depth = depth_m / f64::from(model.unit_m());
         let at = |&cell: &u16| {
             let rest = model.rest_position(usize::from(cell)).map(f64::from);
-            (usize::from(cell), std::array::from_fn(|x| rest[x] + depth * self.direction[x]))
+            (usize::from(cell), plus(rest, depth, self.direction))
         };
         Ok(self.contacts.iter().map(at).collect())
     }
@@ -187,17 +177,20 @@ impl Body {
     pub fn push_of(&self, links: &Links, at: &[[f64; 3]]) -> Result<f64> {
         let contacts: Vec<usize> = self.contacts.iter().map(|&cell| usize::from(cell)).collect();
         let force = links.force(at, &contacts);
-        let along: f64 = force.iter().zip(self.direction).map(|(f, x)| f * x).sum();
-        Ok(-along * f64::from(self.model()?.force_unit_n()))
+        Ok(-dot(force, self.direction) * f64::from(self.model()?.force_unit_n()))
     }
 
-    fn tool(&self, scheme: Scheme, settings: Settings) -> Result<Tool<'_>> {
+    fn tool(
+        &self,
+        scheme: Scheme,
+        sweeps: u16,
+        change: impl FnOnce(Settings) -> Settings,
+    ) -> Result<Tool<'_>> {
         let model = self.model()?;
-        // The tool is never slowed down.
-        let settings = Settings { max_tool_step_m: 1e3 * model.unit_m(), ..settings };
-        let network = Network::new(model, settings).map_err(Error::check)?;
+        let contact = Contact::Cells(self.contacts.clone());
+        let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut tool = Tool {
-            engine: Engine::new(network, scheme, &self.contacts)?,
+            engine: variant.unlimited(model, contact, sweeps, change)?,
             closed: Links::of_model(&model).closed(),
             links: Links::of_model(&model),
             body: self,
@@ -225,8 +218,7 @@ impl Tool<'_> {
     /// The force that a press takes, of a tick's answer \[N\].
     #[must_use]
     pub fn push_n(&self, answer: &TickOutput) -> f64 {
-        let force: [f32; 3] = answer.force_n.into();
-        -force.iter().zip(self.body.direction).map(|(f, x)| f64::from(*f) * x).sum::<f64>()
+        -dot(answer.force_n.map(f64::from).into(), self.body.direction)
     }
 
     /// One tick at a depth, and the force it takes \[N\].
@@ -240,9 +232,8 @@ impl Tool<'_> {
 
     fn checked(&mut self, depth_m: f64) -> Result<TickOutput> {
         let answer = self.tick(depth_m);
-        if interrupt::asked() {
-            Err(Error::Interrupted)
-        } else if answer.flags.contains(Flags::MOTION_CLAMPED) {
+        interrupt::check()?;
+        if answer.flags.contains(Flags::MOTION_CLAMPED) {
             Err(Error::check(format!(
                 "{}: the tool was stopped before {depth_m} m",
                 self.body.name
@@ -263,8 +254,8 @@ impl Tool<'_> {
             let closed = answer.flags.contains(Flags::BAND_CLOSED);
             let model = *self.engine.network().model();
             let (energy, residual) = self.residual(closed);
-            let force: [f32; 3] = answer.force_n.into();
-            let force = norm(&[force.map(f64::from)]) / f64::from(model.force_unit_n());
+            let force = norm(answer.force_n.map(f64::from).into());
+            let force = force / f64::from(model.force_unit_n());
             let before = felt.force_n;
             felt.force_n = self.push_n(&answer);
             let stays = (felt.force_n - before).abs() <= FORCE_STAYS * felt.force_n.abs()
@@ -301,31 +292,20 @@ impl Tool<'_> {
         let unit_m = f64::from(self.engine.network().model().unit_m());
         let moved = field(&mut self.engine);
         let contacts = &self.body.contacts;
-        let along = contacts.iter().map(|&cell| {
-            let moved = moved[usize::from(cell)].iter().zip(self.body.direction);
-            moved.map(|(u, x)| u * x).sum::<f64>()
-        });
+        let along = contacts.iter().map(|&cell| dot(moved[usize::from(cell)], self.body.direction));
         unit_m * along.sum::<f64>() / contacts.len() as f64
     }
 
     /// Positions of all cells [mean link lengths from the body's centre].
     pub fn positions(&mut self) -> Vec<[f64; 3]> {
-        let moved = field(&mut self.engine);
-        let rest = self.links.rest().iter();
-        rest.zip(moved).map(|(rest, u)| std::array::from_fn(|x| rest[x] + u[x])).collect()
+        fields(self.links.rest(), 1.0, &field(&mut self.engine))
     }
 
     /// Energy and largest residual of a free cell in internal units, with the bands as they are.
     fn residual(&mut self, closed: bool) -> (f64, f64) {
         let at = self.positions();
-        let mut residual = vec![[0.0; 3]; at.len()];
         let links = if closed { &self.closed } else { &self.links };
-        let energy = links.residual(&at, &mut residual);
-        for &cell in &self.body.contacts {
-            residual[usize::from(cell)] = [0.0; 3];
-        }
-        let free = residual.iter().zip(self.links.fixed()).filter(|(_, fixed)| !**fixed);
-        (energy, free.map(|(r, _)| norm(&[*r])).fold(0.0, f64::max))
+        free_residual(links, &at, &self.body.contacts)
     }
 
     /// The links in double precision.

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::overview;
-use super::section::{Figure, Section};
+use super::section::Section;
 use super::write::{PaperReport, file_name};
+use crate::charts::plot::Figure;
 use crate::experiments::report::tables::{Table, duration};
 use chaincell_host::words::counted;
 
@@ -174,8 +175,7 @@ mod tests {
 
     #[test]
     fn a_page_holds_its_sections_and_asks_for_nothing() {
-        let mut rows = Table::new(&["a<b", "c"]);
-        rows.row(vec!["-1.5".into(), "x & y".into()]);
+        let rows = Table::of([()]).column("a<b", |()| "-1.5").column("c", |()| "x & y").table();
         let chart = Chart::new("t", Axis::linear("x"), Axis::linear("y"));
         let picture = chart.series("s", Style::Line, &[[0.0, 1.0], [1.0, 2.0]]).draw().unwrap();
         let name = "paper_one".to_owned();

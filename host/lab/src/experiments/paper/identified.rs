@@ -3,13 +3,15 @@
 use chaincell_kernel::Model;
 use serde_json::json;
 
-use super::section::{Context, Figure, Numbers, Section};
+use super::section::{Context, Numbers, Section};
+use crate::charts::plot::Figure;
 use crate::experiments::identify::noisy::noisy;
 use crate::experiments::identify::target::{Data, Target};
 use crate::experiments::identify::{
     Bench, Bounds, Group, Identified, Parameters, forward, identify, write,
 };
 use crate::experiments::report::tables::{Table, percent};
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::contact::contact_cells;
 use chaincell_host::error::{Error, Result};
@@ -47,9 +49,7 @@ impl Organ {
         let spec = if quick { "box:5x5x5x0.01" } else { "box:7x7x5x0.01" };
         let mesh = mesh::load(spec, &MeshOptions::default())?;
         let (middle, radius_m) = INCLUSION_M;
-        let inside = |p: &[f64; 3]| {
-            p.iter().zip(middle).map(|(a, b)| (a - b).powi(2)).sum::<f64>() < radius_m * radius_m
-        };
+        let inside = |p: &[f64; 3]| norm(minus(*p, middle)) < radius_m;
         let ids = 0..mesh.nodes_m.len() as u32;
         let (stiff, soft) = ids.partition(|&id| inside(&mesh.nodes_m[id as usize]));
         let group = |name: &str, nodes| Group { name: name.to_owned(), nodes };
@@ -115,7 +115,7 @@ pub fn section(context: &Context) -> Result<Section> {
     let mut figures = Vec::new();
     for drawn in write::charts(&targets, &all)? {
         let name = format!("paper_identified_{}", drawn.name);
-        figures.push(Figure { name, caption: drawn.caption, picture: drawn.picture });
+        figures.push(Figure { name, ..drawn });
     }
     let numbers = vec![Numbers {
         name: "paper_identified_residuals".to_owned(),
@@ -189,26 +189,17 @@ fn rows(found: &Identified, truth: &Parameters) -> Vec<serde_json::Value> {
 }
 
 fn table(found: &Identified, truth: &Parameters) -> Table {
-    let mut table = Table::new(&[
-        "parameter",
-        "true",
-        "identified",
-        "error [%]",
-        "95 % interval",
-        "determined",
-    ]);
-    for (found, truth) in with_truth(found, truth) {
-        let [low, high] = found.interval;
-        table.row(vec![
-            found.name(),
-            format!("{truth}"),
-            format!("{:.4}", found.value),
-            percent(found.value / truth - 1.0),
-            format!("{low:.4} to {high:.4}"),
-            if found.determined { "yes" } else { "no" }.to_owned(),
-        ]);
-    }
-    table
+    Table::of(&with_truth(found, truth))
+        .column("parameter", |(found, _)| found.name())
+        .column("true", |(_, truth)| truth)
+        .column("identified", |(found, _)| format!("{:.4}", found.value))
+        .column("error [%]", |(found, truth)| percent(found.value / truth - 1.0))
+        .column("95 % interval", |(found, _)| {
+            let [low, high] = found.interval;
+            format!("{low:.4} to {high:.4}")
+        })
+        .column("determined", |(found, _)| if found.determined { "yes" } else { "no" })
+        .table()
 }
 
 fn text(organ: &Organ, curves: &Identified, all: &Identified, truth: &Parameters) -> Vec<String> {

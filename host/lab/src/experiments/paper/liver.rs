@@ -6,11 +6,12 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
-use super::section::{Context, Figure, Numbers, Section};
-use crate::charts::plot::{Axis, Chart, Style};
+use super::section::{Context, Numbers, Section};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::error::Result;
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
 
@@ -46,42 +47,41 @@ pub fn section(context: &Context) -> Result<Section> {
     let case = Case::new(context)?;
     let [mut network, chain] = [&case.network, &case.chain].map(|pressed| case.figures(pressed));
     network["contacts"] = json!(case.network.contacts.get(case.probe.shown));
-    let mut table = Table::new(&["", "network", "ChainMail"]);
-    for (name, key) in [
+    let figures_of = [
         ("largest displacement [mm]", "displacement_max_mm"),
         ("nodes that moved by more than 0.1 mm", "moved"),
         ("tetrahedra turned inside out", "inverted"),
         ("step, median [us]", "step_us_p50"),
         ("step, 99 % [us]", "step_us_p99"),
-    ] {
-        table.row(vec![name.into(), number(&network[key]), number(&chain[key])]);
-    }
+    ];
+    let table = Table::of(figures_of)
+        .column("", |(name, _)| name)
+        .column("network", |(_, key)| number(&network[key]))
+        .column("ChainMail", |(_, key)| number(&chain[key]))
+        .table();
     let caption =
         "At the moment of the pictures, late in the hold; times over the ticks in contact";
+    let pressed = format!(
+        "Fig. 6: {} ({} cells, {} tetrahedra) pressed {:.1} mm deep by a spherical probe of {:.1} mm \
+         radius; colours show how far the surface has moved.",
+        case.scene.source,
+        case.mesh.nodes_m.len(),
+        case.mesh.tetrahedra.len(),
+        1e3 * case.depth_m,
+        1e3 * case.probe.radius_m
+    );
     let figures = vec![
-        Figure {
-            name: "paper_liver".into(),
-            caption: format!(
-                "Fig. 6: {} ({} cells, {} tetrahedra) pressed {:.1} mm deep by a spherical probe of \
-                 {:.1} mm radius; colours show how far the surface has moved.",
-                case.scene.source,
-                case.mesh.nodes_m.len(),
-                case.mesh.tetrahedra.len(),
-                1e3 * case.depth_m,
-                1e3 * case.probe.radius_m
-            ),
-            picture: case.sheet().draw()?,
-        },
-        Figure {
-            name: "paper_liver_force".into(),
-            caption: "Force on the probe during the press. ChainMail has none to show.".into(),
-            picture: case.force().draw()?,
-        },
-        Figure {
-            name: "paper_liver_step".into(),
-            caption: "Time of each tick on the same axis: what the 1 kHz loop has to spare.".into(),
-            picture: case.step().draw()?,
-        },
+        Figure::new("paper_liver", pressed, case.sheet().draw()?),
+        Figure::new(
+            "paper_liver_force",
+            "Force on the probe during the press. ChainMail has none to show.",
+            case.force().draw()?,
+        ),
+        Figure::new(
+            "paper_liver_step",
+            "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
+            case.step().draw()?,
+        ),
     ];
     Ok(Section {
         key: "liver",
@@ -165,7 +165,7 @@ impl Case {
     /// Way of every node \[mm\].
     fn ways_mm(&self, at_m: &[[f64; 3]]) -> Vec<f64> {
         let pairs = at_m.iter().zip(&self.mesh.nodes_m);
-        pairs.map(|(p, rest)| 1e3 * (Vector3::from(*p) - Vector3::from(*rest)).norm()).collect()
+        pairs.map(|(p, rest)| 1e3 * norm(minus(*p, *rest))).collect()
     }
 
     fn figures(&self, pressed: &Pressed) -> Value {

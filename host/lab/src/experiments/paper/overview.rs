@@ -23,12 +23,10 @@ const ROWS: &[Row] = &[
 
 /// One row a result of the paper.
 pub(super) fn table(figures: &Value) -> Table {
-    let mut table = Table::new(&["the paper", "computed here"]);
-    for (result, ours) in ROWS {
-        let ours = ours(figures).unwrap_or_else(|| MISSING.to_owned());
-        table.row(vec![(*result).to_owned(), ours]);
-    }
-    table
+    Table::of(ROWS)
+        .column("the paper", |(result, _)| result)
+        .column("computed here", |(_, ours)| ours(figures).unwrap_or_else(|| MISSING.to_owned()))
+        .table()
 }
 
 fn real(value: &Value, path: &str) -> Option<f64> {

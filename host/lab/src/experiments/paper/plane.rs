@@ -1,18 +1,20 @@
 //! Fig. 4: a plane of 21 x 21 cells, its border fixed and its centre displaced, by the network and
 //! by traditional `ChainMail`.
 
-use chaincell_kernel::{Network, Settings, Unloading};
+use chaincell_kernel::Settings;
 use serde_json::{Value, json};
 
-use super::section::{Context, Figure, Numbers, Section};
+use super::section::{Context, Numbers, Section};
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
-use crate::charts::plot::{Axis, Chart, Style};
+use crate::bodies::Variant;
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet};
 use crate::experiments::report::press::sample;
 use crate::experiments::report::scene::Scene;
 use crate::experiments::report::tables::Table;
 use crate::reference::profile::{in_input_order, middle_row, nonlinearity};
-use chaincell_host::engine::{Engine, Scheme};
+use crate::reference::vectors::{minus, norm};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
 
@@ -44,15 +46,16 @@ const BAND_ALPHA: f64 = 0.1;
 pub fn section(_context: &Context) -> Result<Section> {
     let planes = [Plane::new(false)?, Plane::new(true)?];
     let mut json = json!({ "depth_m": DEPTH_M, "chainmail_alpha": CHAIN_ALPHA });
-    let mut table = Table::new(&["method", "4 neighbours", "8 neighbours"]);
     for plane in &planes {
         json[plane.name()] = plane.json()?;
     }
-    for (first, second) in planes[0].shapes.iter().zip(&planes[1].shapes) {
-        let figure = |shape: &Shape| Ok(format!("{:.3}", nonlinearity(&shape.profile()?)));
-        let method = first.method.replace("traditional ", "");
-        table.row(vec![method, figure(first)?, figure(second)?]);
-    }
+    let [four, eight] = planes.each_ref().map(Plane::nonlinearities);
+    let rows = planes[0].shapes.iter().zip(four?).zip(eight?);
+    let table = Table::of(rows)
+        .column("method", |((shape, _), _)| shape.method.replace("traditional ", ""))
+        .column("4 neighbours", |((_, four), _)| format!("{four:.3}"))
+        .column("8 neighbours", |(_, eight)| format!("{eight:.3}"))
+        .table();
     let caption = "Distance of the middle row from the straight sides of a pyramid: root mean square \
                    over the cells between centre and border, as a fraction of the depth. 0 is a \
                    pyramid, 0.18 a parabola, 0.58 a spike";
@@ -185,10 +188,14 @@ impl Plane {
         format!("neighbours_{}", self.neighbours)
     }
 
+    fn nonlinearities(&self) -> Result<Vec<f64>> {
+        self.shapes.iter().map(|shape| Ok(nonlinearity(&shape.profile()?))).collect()
+    }
+
     fn json(&self) -> Result<Value> {
         let mut json = json!({});
-        for shape in &self.shapes {
-            json[&shape.key] = json!({ "nonlinearity": nonlinearity(&shape.profile()?) });
+        for (shape, off) in self.shapes.iter().zip(self.nonlinearities()?) {
+            json[&shape.key] = json!({ "nonlinearity": off });
         }
         Ok(json)
     }
@@ -256,9 +263,7 @@ fn sheet(planes: &[Plane; 2]) -> Sheet {
 
 fn body(plane: &Plane, shape: &Shape) -> Body {
     let cells = shape.positions_m.iter().zip(&plane.mesh.nodes_m);
-    let way = |(p, rest): (&[f64; 3], &[f64; 3])| {
-        1e3 * (0..3).map(|x| (p[x] - rest[x]).powi(2)).sum::<f64>().sqrt()
-    };
+    let way = |(p, rest): (&[f64; 3], &[f64; 3])| 1e3 * norm(minus(*p, *rest));
     let sides = plane.mesh.links.iter().filter(|[i, j]| [1, NODES[1] as u32].contains(&(j - i)));
     Body {
         points_m: shape.positions_m.clone(),
@@ -275,11 +280,14 @@ fn positions(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
     in_input_order(engine.network().model(), &positions_m)
 }
 
-fn engine(scene: &Scene, scheme: Scheme, settings: Settings) -> Result<Engine<'_>> {
-    let settings =
-        Settings { max_tool_step_m: 2.0 * DEPTH_M as f32, unloading: Unloading::Off, ..settings };
-    let network = Network::new(scene.model()?, settings).map_err(Error::check)?;
-    Engine::new(network, scheme, &scene.contacts)
+fn engine(
+    scene: &Scene,
+    scheme: Scheme,
+    sweeps: u16,
+    change: impl FnOnce(Settings) -> Settings,
+) -> Result<Engine<'_>> {
+    let contact = Contact::Cells(scene.contacts.clone());
+    Variant::plain(scheme, Arithmetic::F32).unlimited(scene.model()?, contact, sweeps, change)
 }
 
 /// The centre pulled up by a share of the depth.
@@ -289,8 +297,7 @@ fn pull(engine: &mut Engine<'_>, scene: &Scene, share: f64) {
 }
 
 fn equilibrium(scene: &Scene) -> Result<Vec<[f64; 3]>> {
-    let settings = Scheme::Track.settings(&scene.model()?, SWEEPS);
-    let mut engine = engine(scene, Scheme::Track, settings)?;
+    let mut engine = engine(scene, Scheme::Track, SWEEPS, |settings| settings)?;
     for tick in 0..=PULL_TICKS + HOLD_TICKS {
         pull(&mut engine, scene, f64::from(tick.min(PULL_TICKS)) / f64::from(PULL_TICKS));
     }
@@ -300,8 +307,7 @@ fn equilibrium(scene: &Scene) -> Result<Vec<[f64; 3]>> {
 /// The centre displaced at once, then the paper's own relaxation.
 fn relaxation(scene: &Scene) -> Result<Vec<(u32, Vec<[f64; 3]>)>> {
     let step = 1.0 / STEPS as f32;
-    let settings = Settings { step, ..Scheme::Euler.settings(&scene.model()?, 1) };
-    let mut engine = engine(scene, Scheme::Euler, settings)?;
+    let mut engine = engine(scene, Scheme::Euler, 1, |settings| Settings { step, ..settings })?;
     pull(&mut engine, scene, 0.0);
     let mut steps = 0;
     let moments = MOMENTS.into_iter().map(|t| {

@@ -2,14 +2,17 @@
 
 use std::time::Instant;
 
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Settings, ToolSample, Unloading};
 
 use crate::baseline::chainmail::{Chain, Graph, Limits};
+use crate::bodies::Variant;
 use crate::experiments::report::scene::Scene;
+use crate::experiments::report::tools::middle_m;
 use crate::reference::profile::in_input_order;
+use crate::reference::vectors::{dot, minus, norm, plus};
 use chaincell_host::engine::motion::{Pose, Press};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
-use chaincell_host::error::{Error, Result};
+use chaincell_host::engine::{Arithmetic, Contact, Scheme, rest_m};
+use chaincell_host::error::Result;
 use chaincell_host::interrupt;
 
 /// Sweeps a tick of the network.
@@ -37,18 +40,18 @@ impl Probe {
     /// A depth or a number of ticks that the motion refuses.
     pub fn new(scene: &Scene, radius_m: f64, depth_m: f64, ticks: u64) -> Result<Self> {
         let model = scene.model()?;
-        let (foot, inward) = (foot_m(scene, &model), scene.direction);
+        let (foot, inward) = (middle_m(scene)?.into(), scene.direction);
         let surface = model.surface().iter().map(|&cell| rest_m(&model, cell.into()));
         // How far back along the axis the centre stands when the sphere touches a cell.
         let back = surface.filter_map(|p| {
-            let off: [f64; 3] = std::array::from_fn(|x| p[x] - foot[x]);
+            let off = minus(p, foot);
             let along = -dot(off, inward);
             let aside = dot(off, off) - along * along;
             let room = radius_m * radius_m - aside;
             (room > 0.0).then(|| along + room.sqrt())
         });
         let back = back.fold(f64::NEG_INFINITY, f64::max);
-        let touch = std::array::from_fn(|x| foot[x] - back * inward[x]);
+        let touch = plus(foot, -back, inward);
         let poses = Press::new(touch, inward, depth_m, ticks)?.poses();
         Ok(Self { radius_m, poses, shown: (SHOWN * ticks as f64) as usize })
     }
@@ -63,6 +66,7 @@ impl Probe {
 }
 
 /// What a method makes of the press.
+#[derive(Default)]
 pub struct Pressed {
     /// Positions when the pictures are taken, in input order \[m\].
     pub shown_m: Vec<[f64; 3]>,
@@ -80,20 +84,20 @@ pub struct Pressed {
 /// As the engine; the user's wish to stop.
 pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
     let model = scene.model()?;
-    let settings = Settings { unloading: Unloading::Off, ..Scheme::Track.settings(&model, SWEEPS) };
-    let network = Network::new(model, settings).map_err(Error::check)?;
     let contact = Contact::Probe { radius_m: probe.radius_m as f32, capacity: CAPACITY };
-    let mut engine = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact)?;
-    let mut pressed = Pressed::new();
+    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+    let mut engine = variant.engine(model, contact, SWEEPS, |settings| Settings {
+        unloading: Unloading::Off,
+        ..settings
+    })?;
+    let mut pressed = Pressed::default();
     for (tick, pose) in probe.poses.iter().enumerate() {
-        stop_if_asked()?;
+        interrupt::check()?;
         let sample = ToolSample::from(*pose);
         let start = Instant::now();
         let output = engine.tick(&sample);
         pressed.step_ns.push(start.elapsed().as_nanos() as u64);
-        let force: [f32; 3] = output.force_n.into();
-        let force = force.map(f64::from);
-        pressed.force_n.push(dot(force, force).sqrt());
+        pressed.force_n.push(norm(output.force_n.map(f64::from).into()));
         pressed.contacts.push(output.contacts);
         if tick == probe.shown {
             let positions_m = engine.positions_m();
@@ -114,18 +118,17 @@ pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
     let free = |cell: &&u16| !model.is_fixed(**cell);
     let surface: Vec<usize> =
         model.surface().iter().filter(free).map(|&cell| usize::from(cell)).collect();
-    let mut pressed = Pressed::new();
+    let mut pressed = Pressed::default();
     for (tick, pose) in probe.poses.iter().enumerate() {
-        stop_if_asked()?;
+        interrupt::check()?;
         let centre = pose.position_m.map(f64::from);
         let start = Instant::now();
         let positions = chain.elements().positions_m();
         let inside = surface.iter().filter(|_| pose.engaged == 1).filter_map(|&element| {
-            let off: [f64; 3] = std::array::from_fn(|x| positions[element][x] - centre[x]);
-            let apart = dot(off, off).sqrt();
+            let off = minus(positions[element], centre);
+            let apart = norm(off);
             let scale = probe.radius_m / apart;
-            (apart > 0.0 && scale > 1.0)
-                .then(|| (element, std::array::from_fn(|x| centre[x] + scale * off[x])))
+            (apart > 0.0 && scale > 1.0).then(|| (element, plus(centre, scale, off)))
         });
         let held: Vec<(usize, [f64; 3])> = inside.collect();
         if !held.is_empty() {
@@ -138,28 +141,4 @@ pub fn chainmail(scene: &Scene, probe: &Probe, alpha: f64) -> Result<Pressed> {
         }
     }
     Ok(pressed)
-}
-
-impl Pressed {
-    fn new() -> Self {
-        let (force_n, contacts, step_ns) = (Vec::new(), Vec::new(), Vec::new());
-        Self { shown_m: Vec::new(), force_n, contacts, step_ns }
-    }
-}
-
-fn stop_if_asked() -> Result<()> {
-    if interrupt::asked() { Err(Error::Interrupted) } else { Ok(()) }
-}
-
-/// Middle of the cells that the scene presses \[m\].
-fn foot_m(scene: &Scene, model: &Model<'_>) -> [f64; 3] {
-    let count = scene.contacts.len().max(1) as f64;
-    scene.contacts.iter().fold([0.0; 3], |sum, &cell| {
-        let at = rest_m(model, cell.into());
-        std::array::from_fn(|x| sum[x] + at[x] / count)
-    })
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|x| a[x] * b[x]).sum()
 }

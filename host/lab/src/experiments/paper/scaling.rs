@@ -1,19 +1,18 @@
 //! Many chain elements to one neural cell, the paper's first open problem: one press of one body as
 //! a network of all its nodes, and as networks of ever fewer cells with the nodes embedded in them.
 
-use std::time::Instant;
-
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::section::{Context, Figure, Numbers, Section};
-use crate::charts::plot::{Axis, Chart, Style};
+use super::section::{Context, Numbers, Section};
+use crate::bodies::Variant;
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::experiments::report::tables::{Table, csv, percent, us};
+use crate::reference::vectors::{distance, dot, minus, norm, plus, size};
 use chaincell_host::bake::{BakeOptions, ImageBytes, bake};
-use chaincell_host::engine::contact::held;
-use chaincell_host::engine::contact::{automatic, inward};
-use chaincell_host::engine::{Engine, Scheme};
+use chaincell_host::engine::contact::{automatic, held, inward};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
@@ -113,9 +112,7 @@ pub fn section(context: &Context) -> Result<Section> {
     let depth_m = DEPTH_LINKS * mean_link_m(&mesh::load("organ", &MeshOptions::default())?);
     let mesh = mesh::load(&format!("organ:{size}"), &MeshOptions::default())?;
     let baked = |cells: Option<usize>| {
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         bake(&mesh, &mesh.default_fixed, &BakeOptions { cells, ..BakeOptions::default() })
     };
     let image = baked(None)?;
@@ -167,19 +164,17 @@ impl<'a> Press<'a> {
             Site::Tip => {
                 let cells = automatic(model)?;
                 let at = cells.iter().map(|&cell| place(model.input_id()[usize::from(cell)]));
-                let sum =
-                    at.fold([0.0; 3], |sum: [f64; 3], p| std::array::from_fn(|x| sum[x] + p[x]));
-                sum.map(|x| x / cells.len() as f64)
+                at.fold([0.0; 3], |sum, p| plus(sum, 1.0, p)).map(|x| x / cells.len() as f64)
             }
         };
         let within = |radius: f64| -> Vec<u32> {
-            let near = |node: &&u32| norm(&[minus(place(**node), middle)]) <= radius;
+            let near = |node: &&u32| norm(minus(place(**node), middle)) <= radius;
             surface.iter().filter(near).copied().collect()
         };
         let (patch, profile) = (within(PATCH_M), within(PROFILE_RADII * PATCH_M));
         let depth_m = if site == Site::Shallow { SHALLOW * depth_m } else { depth_m };
         let normal = inward(model, &held(model, &patch)?);
-        let way_m = normal.map(|x| depth_m * x / norm(&[normal]));
+        let way_m = normal.map(|x| depth_m * x / norm(normal));
         Ok(Self { site, mesh, patch, profile, way_m, depth_m })
     }
 }
@@ -188,32 +183,24 @@ impl<'a> Press<'a> {
 fn settle(press: &Press<'_>, image: &ImageBytes) -> Result<Settled> {
     let model = parse(image)?;
     let contacts = held(&model, &press.patch)?;
-    let settings = Settings {
-        max_tool_step_m: 1e3 * model.unit_m(),
-        unloading: Unloading::Off,
-        ..Scheme::Track.settings(&model, SWEEPS)
-    };
-    let network = Network::new(model, settings).map_err(Error::check)?;
-    let mut engine = Engine::new(network, Scheme::Track, &contacts)?;
+    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+    let contact = Contact::Cells(contacts.clone());
+    let mut engine = variant.unlimited(model, contact, SWEEPS, |settings| settings)?;
     let mut times = Latencies::new()?;
     let mut force_n = [0.0; 3];
     for tick in 0..=PRESS_TICKS {
         let sample = sample(press, tick as f64 / PRESS_TICKS as f64);
-        let start = Instant::now();
-        force_n = engine.tick(&sample).force_n.into();
-        times.record(start.elapsed().as_nanos() as u64);
+        force_n = times.time(|| engine.tick(&sample)).force_n.into();
     }
     let (mut field_m, mut unsettled, mut ticks) = (field(press, &mut engine), f64::INFINITY, 0);
     while unsettled > SETTLED && ticks < LOOKS_MAX * LOOK_TICKS {
         for _ in 0..LOOK_TICKS {
             force_n = engine.tick(&sample(press, 1.0)).force_n.into();
         }
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         ticks += LOOK_TICKS;
         let now = field(press, &mut engine);
-        unsettled = distance(&now, &field_m) / norm(&now);
+        unsettled = distance(&now, &field_m) / size(&now);
         field_m = now;
     }
     let force_n = force_n.map(f64::from);
@@ -222,7 +209,7 @@ fn settle(press: &Press<'_>, image: &ImageBytes) -> Result<Settled> {
         cells: model.cells(),
         links: model.links(),
         held_cells: contacts.len(),
-        force_n: norm(&[force_n]),
+        force_n: norm(force_n),
         force_error: 0.0,
         field_error: 0.0,
         profile_error: 0.0,
@@ -247,13 +234,11 @@ fn compared(press: &Press<'_>, full: &Settled, coarse: Settled) -> Row {
         let mean = distance(&of(&coarse.field_m, nodes), wanted) / (nodes.len() as f64).sqrt();
         mean / press.depth_m
     };
-    let along = |force: [f64; 3]| {
-        (0..3).map(|x| force[x] * full.force_n[x]).sum::<f64>() / norm(&[full.force_n])
-    };
+    let along = |force: [f64; 3]| dot(force, full.force_n) / norm(full.force_n);
     Row {
         force_n: along(coarse.force_n),
         force_error: along(coarse.force_n) / along(full.force_n) - 1.0,
-        field_error: distance(&coarse.field_m, &full.field_m) / norm(&full.field_m),
+        field_error: distance(&coarse.field_m, &full.field_m) / size(&full.field_m),
         profile_error: off(&press.profile, &of(&full.field_m, &press.profile)),
         patch_error: off(&press.patch, &vec![press.way_m; press.patch.len()]),
         tick_share: coarse.row.tick_median_ns as f64 / full.row.tick_median_ns as f64,
@@ -280,22 +265,9 @@ fn parse(image: &ImageBytes) -> Result<Model<'_>> {
     Model::from_bytes(image.as_bytes()).map_err(Error::check)
 }
 
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|x| a[x] - b[x])
-}
-
-fn norm(field: &[[f64; 3]]) -> f64 {
-    field.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let pairs = a.as_flattened().iter().zip(b.as_flattened());
-    pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-}
-
 fn mean_link_m(mesh: &Mesh) -> f64 {
     let place = |node: u32| mesh.nodes_m[node as usize];
-    let lengths = mesh.links.iter().map(|&[i, j]| norm(&[minus(place(j), place(i))]));
+    let lengths = mesh.links.iter().map(|&[i, j]| norm(minus(place(j), place(i))));
     lengths.sum::<f64>() / mesh.links.len() as f64
 }
 
@@ -313,42 +285,28 @@ fn caption(nodes: usize, depth_m: f64, patch_nodes: &[usize]) -> String {
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(&[
-        "site",
-        "cells",
-        "links",
-        "cells held",
-        "force [N]",
-        "force error [%]",
-        "field error [%]",
-        "profile error [% of depth]",
-        "patch error [% of depth]",
-        "tick, median [us]",
-        "share of the full network's",
-        "sweeps to settle",
-        "image [kB]",
-    ]);
     let all = rows.iter().map(|row| row.cells).max();
-    for row in rows {
-        let is_full = Some(row.cells) == all;
-        let error = |error: f64| if is_full { "-".to_owned() } else { percent(error) };
-        table.row(vec![
-            row.site.to_owned(),
-            row.cells.to_string(),
-            row.links.to_string(),
-            row.held_cells.to_string(),
-            format!("{:.3}", row.force_n),
-            error(row.force_error),
-            error(row.field_error),
-            error(row.profile_error),
-            error(row.patch_error),
-            us(row.tick_median_ns),
-            format!("{:.3}", row.tick_share),
-            row.settle_sweeps.to_string(),
-            format!("{:.0}", row.image_bytes as f64 * 1e-3),
-        ]);
-    }
-    table
+    let error = |of: fn(&Row) -> f64| {
+        move |row: &Row| match Some(row.cells) == all {
+            true => "-".to_owned(),
+            false => percent(of(row)),
+        }
+    };
+    Table::of(rows)
+        .column("site", |row| row.site)
+        .column("cells", |row| row.cells)
+        .column("links", |row| row.links)
+        .column("cells held", |row| row.held_cells)
+        .column("force [N]", |row| format!("{:.3}", row.force_n))
+        .column("force error [%]", error(|row| row.force_error))
+        .column("field error [%]", error(|row| row.field_error))
+        .column("profile error [% of depth]", error(|row| row.profile_error))
+        .column("patch error [% of depth]", error(|row| row.patch_error))
+        .column("tick, median [us]", |row| us(row.tick_median_ns))
+        .column("share of the full network's", |row| format!("{:.3}", row.tick_share))
+        .column("sweeps to settle", |row| row.settle_sweeps)
+        .column("image [kB]", |row| format!("{:.0}", row.image_bytes as f64 * 1e-3))
+        .table()
 }
 
 fn text(nodes: usize, rows: &[Row]) -> Vec<String> {

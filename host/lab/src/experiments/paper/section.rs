@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::charts::plot::Picture;
+use crate::charts::plot::Figure;
 use crate::experiments::report::tables::Table;
 
 /// What the experiments are run on.
@@ -12,17 +12,6 @@ pub struct Context {
     pub reference: Option<PathBuf>,
     /// Fewer ticks, sizes and repetitions.
     pub quick: bool,
-}
-
-/// A picture with its name (a file's, without ending) and caption.
-#[derive(Debug, Clone)]
-pub struct Figure {
-    /// Name of its files, `paper_` in front.
-    pub name: String,
-    /// What it shows, a sentence or two.
-    pub caption: String,
-    /// SVG and PNG.
-    pub picture: Picture,
 }
 
 /// The numbers behind a picture.
@@ -43,7 +32,7 @@ pub struct Section {
     pub title: String,
     /// Paragraphs, plain text.
     pub text: Vec<String>,
-    /// Pictures in order.
+    /// Pictures in order, their names with or without `paper_` in front.
     pub figures: Vec<Figure>,
     /// Tables with their captions.
     pub tables: Vec<(String, Table)>,

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::section::{Context, Section};
 use super::{EXPERIMENTS, html};
 use crate::experiments::report::machine::Machine;
-use chaincell_host::error::{Error, Result};
+use chaincell_host::error::Result;
 use chaincell_host::files::output::Folder;
 use chaincell_host::interrupt;
 
@@ -46,22 +46,13 @@ pub fn pieces() -> u64 {
 /// What an experiment says; the user's wish to stop.
 pub fn collect(context: &Context, report: &mut PaperReport, bar: &ProgressBar) -> Result<()> {
     for experiment in EXPERIMENTS {
-        if interrupt::asked() {
-            report.interrupted = true;
-            return Err(Error::Interrupted);
-        }
         let start = Instant::now();
-        match experiment(context) {
-            Ok(section) => {
-                report.seconds.insert(section.key, start.elapsed().as_secs_f64());
-                report.sections.push(section);
-            }
-            Err(why) => {
-                // Sections are missing, whatever the reason.
-                report.interrupted = true;
-                return Err(why);
-            }
-        }
+        // Sections are missing, whatever the reason of an error.
+        let section = interrupt::check().and_then(|()| experiment(context));
+        report.interrupted = section.is_err();
+        let section = section?;
+        report.seconds.insert(section.key, start.elapsed().as_secs_f64());
+        report.sections.push(section);
         bar.inc(1);
     }
     Ok(())
@@ -93,9 +84,7 @@ impl PaperReport {
     pub fn write(&self, folder: &Folder) -> Result<()> {
         for section in &self.sections {
             for figure in &section.figures {
-                let name = file_name(&figure.name);
-                folder.write(&format!("{name}.svg"), figure.picture.svg.as_bytes())?;
-                folder.write(&format!("{name}.png"), &figure.picture.png)?;
+                figure.picture.write(folder, &file_name(&figure.name))?;
             }
             for numbers in &section.numbers {
                 let name = file_name(&numbers.name);

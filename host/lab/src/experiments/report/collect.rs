@@ -205,7 +205,7 @@ fn step(bar: &ProgressBar) -> Result<()> {
 /// So many pieces done; likewise.
 fn steps(bar: &ProgressBar, pieces: u64) -> Result<()> {
     bar.inc(pieces);
-    if interrupt::asked() { Err(Error::Interrupted) } else { Ok(()) }
+    interrupt::check()
 }
 
 /// The real liver, or the organ where it is not at hand. Of a body with a band one cell of the

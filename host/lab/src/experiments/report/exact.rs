@@ -1,6 +1,7 @@
 //! What a press should give: the path of energy minima under the tool, followed tick by tick.
 
 use super::scene::Scene;
+use crate::reference::vectors::{distance, fields, plus, size};
 use crate::reference::{Links, minimum};
 use chaincell_host::error::{Error, Result};
 
@@ -66,17 +67,14 @@ impl Follower<'_> {
     fn moment(&mut self, tick: usize) -> Moment {
         let rest = self.links.rest();
         let way = depth(tick);
-        let pressed = |&cell: &usize| {
-            (cell, std::array::from_fn(|x| rest[cell][x] + way * self.scene.direction[x]))
-        };
+        let pressed = |&cell: &usize| (cell, plus(rest[cell], way, self.scene.direction));
         let held: Vec<(usize, [f64; 3])> = self.contacts.iter().map(pressed).collect();
         let found = minimum(self.links, &held, &self.at, RESIDUAL);
         let force = self.links.force(&found.positions, &self.contacts);
         self.residual_max = self.residual_max.max(found.residual_max);
-        let field = found.positions.iter().zip(rest);
         let moment = Moment {
             tick,
-            field: field.map(|(p, rest)| std::array::from_fn(|x| p[x] - rest[x])).collect(),
+            field: fields(&found.positions, -1.0, rest),
             force_n: force.map(|f| self.force_unit_n * f),
             energy: found.energy,
         };
@@ -159,8 +157,8 @@ fn snaps(moments: &[Moment]) -> Vec<usize> {
         distance(&pair[0].field, &pair[1].field) / (pair[1].tick - pair[0].tick) as f64
     };
     let moves: Vec<f64> = moments.windows(2).map(move_of).collect();
-    let size = moments.last().map_or(0.0, |last| norm(&last.field));
-    let limit = (SNAP_FACTOR * median(&moves)).max(SNAP_MIN * size);
+    let last = moments.last().map_or(0.0, |last| size(&last.field));
+    let limit = (SNAP_FACTOR * median(&moves)).max(SNAP_MIN * last);
     let mut snaps: Vec<usize> = Vec::new();
     for (moment, way) in moments.iter().skip(1).zip(moves) {
         if way > limit && snaps.last().is_none_or(|&last| moment.tick > last + 1) {
@@ -176,22 +174,10 @@ fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// L2 norm of a field over the cells.
-#[must_use]
-pub fn norm(field: &[[f64; 3]]) -> f64 {
-    field.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// L2 norm of the difference of two fields.
-#[must_use]
-pub fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let pairs = a.as_flattened().iter().zip(b.as_flattened());
-    pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::vectors::norm;
 
     #[test]
     fn a_jump_of_the_path_is_a_snap_and_told_once() {
@@ -216,7 +202,7 @@ mod tests {
         assert!(exact.at(60).is_none() && exact.residual_max <= RESIDUAL);
         assert_eq!(exact.at(320).map(|moment| moment.tick), Some(300));
         // The held cell itself has the depth of the press.
-        let deepest = exact.last().field.iter().map(|u| norm(&[*u])).fold(0.0, f64::max);
+        let deepest = exact.last().field.iter().map(|u| norm(*u)).fold(0.0, f64::max);
         assert!((deepest - DEPTH_LINKS).abs() < 1e-12, "{deepest}");
     }
 }

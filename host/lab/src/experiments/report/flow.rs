@@ -1,17 +1,18 @@
 //! The paper's relaxation in time: `euler`, `rkl1` and `rkl2` against the exact trajectory of the
 //! plane.
 
-use chaincell_kernel::{Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Settings, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::exact::norm;
 use super::press::field;
 use super::scene::Scene;
 use super::setting::Setting;
+use crate::bodies::Variant;
+use crate::reference::vectors::{farthest, fields, plus};
 use crate::reference::{Links, trajectory};
-use chaincell_host::engine::{Engine, Scheme};
-use chaincell_host::error::{Error, Result};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::error::Result;
 
 /// Moments that are compared [dimensionless time].
 const MOMENTS: [f64; 3] = [1.0, 10.0, 100.0];
@@ -55,9 +56,8 @@ impl<'s> Plane<'s> {
         let depth_links = DEPTH_M / f64::from(model.unit_m());
         let held: Vec<(usize, [f64; 3])> = (scene.contacts.iter())
             .map(|&cell| {
-                let rest = links.rest()[usize::from(cell)];
-                let to = std::array::from_fn(|x| rest[x] + depth_links * scene.direction[x]);
-                (usize::from(cell), to)
+                let cell = usize::from(cell);
+                (cell, plus(links.rest()[cell], depth_links, scene.direction))
             })
             .collect();
         let exact = trajectory(&links, &held, &MOMENTS, TOLERANCE);
@@ -66,19 +66,15 @@ impl<'s> Plane<'s> {
 
     /// An engine with the tool in contact at rest.
     fn engine(&self, scheme: Scheme, sweeps: u16, step: f64) -> Result<Engine<'s>> {
-        let model = self.scene.model()?;
-        let defaults = Settings::for_model(&model);
         let by_tick = scheme != Scheme::Euler;
-        let settings = Settings {
-            sweeps,
-            step: if by_tick { defaults.step } else { step as f32 },
-            tick_time: if by_tick { step as f32 } else { defaults.tick_time },
-            max_tool_step_m: 2.0 * DEPTH_M as f32,
-            unloading: Unloading::Off,
-            ..defaults
-        };
-        let network = Network::new(model, settings).map_err(Error::check)?;
-        let mut engine = Engine::new(network, scheme, &self.scene.contacts)?;
+        let contact = Contact::Cells(self.scene.contacts.clone());
+        let variant = Variant::plain(scheme, Arithmetic::F32);
+        let model = self.scene.model()?;
+        let mut engine = variant.unlimited(model, contact, sweeps, |settings| Settings {
+            step: if by_tick { settings.step } else { step as f32 },
+            tick_time: if by_tick { step as f32 } else { settings.tick_time },
+            ..settings
+        })?;
         engine.tick(&self.sample(0.0));
         Ok(engine)
     }
@@ -96,17 +92,14 @@ impl<'s> Plane<'s> {
         at: usize,
         run: (f64, usize),
     ) -> FlowRow {
-        let u = field(engine);
-        let cells = u.iter().zip(&self.exact[at]).zip(self.links.rest());
-        let largest =
-            cells.map(|((u, p), rest)| norm(&[std::array::from_fn(|x| rest[x] + u[x] - p[x])]));
+        let now = fields(self.links.rest(), 1.0, &field(engine));
         FlowRow {
             scene: self.scene.name,
             scheme: Setting { scheme, hats: true },
             step: run.0,
             t: MOMENTS[at],
             passes: run.1,
-            error: largest.fold(0.0, f64::max) / self.depth_links,
+            error: farthest(&now, &self.exact[at]) / self.depth_links,
         }
     }
 }

@@ -73,13 +73,15 @@ pub fn run(
     Ok(Growth { slope: slope(&points), rows })
 }
 
-/// Slope of the straight line of least squares.
-fn slope(points: &[[f64; 2]]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |axis: usize| points.iter().map(|p| p[axis]).sum::<f64>() / count;
+/// Slope of the least-squares line through points; 0 for fewer than two.
+#[must_use]
+pub fn slope(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let mean = |at: usize| points.iter().map(|p| p[at]).sum::<f64>() / n;
     let (x, y) = (mean(0), mean(1));
-    let above = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
-    above / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+    let product = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
+    let square = points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
+    if square > 0.0 { product / square } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -1,19 +1,18 @@
 //! The kernel's number types under the same press: what they cost, and how far each is from double
 //! precision.
 
-use std::time::Instant;
-
-use chaincell_kernel::{Network, Settings, Unloading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::exact::{DEPTH_LINKS, depth, norm};
+use super::exact::{DEPTH_LINKS, depth};
 use super::press::{field, sample};
 use super::scene::Scene;
 use super::setting::Setting;
+use crate::bodies::Variant;
+use crate::reference::vectors::farthest;
 use chaincell_host::choice;
-use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_host::error::{Error, Result};
+use chaincell_host::engine::{Arithmetic, Contact, Scheme};
+use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::Latencies;
 
 /// Sweeps a tick.
@@ -55,19 +54,13 @@ struct Press {
 
 fn press(scene: &Scene, scheme: Scheme, numbers: Arithmetic) -> Result<Press> {
     let model = scene.model_for(Setting { scheme, hats: false })?;
-    let settings = Settings {
-        max_tool_step_m: 1e3 * model.unit_m(),
-        unloading: Unloading::Off,
-        ..scheme.settings(&model, SWEEPS)
-    };
-    let network = Network::new(model, settings).map_err(Error::check)?;
-    let mut engine = Engine::in_numbers(network, scheme, numbers, &scene.contacts)?;
+    let contact = Contact::Cells(scene.contacts.clone());
+    let variant = Variant::plain(scheme, numbers);
+    let mut engine = variant.unlimited(model, contact, SWEEPS, |settings| settings)?;
     let (mut forces, mut times) = (Vec::with_capacity(TICKS), Latencies::new()?);
     for tick in 0..TICKS {
         let sample = sample(scene, model.unit_m(), depth(tick));
-        let start = Instant::now();
-        let output = engine.tick(&sample);
-        times.record(start.elapsed().as_nanos() as u64);
+        let output = times.time(|| engine.tick(&sample));
         forces.push(output.force_n.map(f64::from));
     }
     Ok(Press { field: field(&mut engine), forces, tick_ns_p50: times.summary().p50 })
@@ -84,8 +77,6 @@ pub fn run(scene: &Scene) -> Result<Vec<NumberRow>> {
         let largest = exact.forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
         for number in [Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64] {
             let press = press(scene, scheme, number)?;
-            let cells = press.field.iter().zip(&exact.field);
-            let apart = cells.map(|(a, b)| norm(&[std::array::from_fn(|x| a[x] - b[x])]));
             let forces = press.forces.iter().zip(&exact.forces);
             let off: Vec<f64> = forces.map(|(a, b)| (a - b).norm() / largest).collect();
             rows.push(NumberRow {
@@ -95,7 +86,7 @@ pub fn run(scene: &Scene) -> Result<Vec<NumberRow>> {
                 sweeps: SWEEPS,
                 ticks: TICKS,
                 tick_ns_p50: press.tick_ns_p50,
-                field: apart.fold(0.0, f64::max) / DEPTH_LINKS,
+                field: farthest(&press.field, &exact.field) / DEPTH_LINKS,
                 force: off.last().copied().unwrap_or_default(),
                 force_max: off.iter().copied().fold(0.0, f64::max),
             });

@@ -1,17 +1,18 @@
 //! A scheme through the press of a scene: time a tick, and error against the exact path.
 
-use std::time::Instant;
-
-use chaincell_kernel::{Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::exact::{ExactPress, HOLD_TICKS, Moment, PRESS_TICKS, depth, distance, norm};
+use super::exact::{ExactPress, HOLD_TICKS, Moment, PRESS_TICKS, depth};
 use super::scene::Scene;
 use super::setting::Setting;
 use super::worst;
-use chaincell_host::engine::Engine;
-use chaincell_host::error::{Error, Result};
+use crate::bodies::Variant;
+use crate::reference::Links;
+use crate::reference::vectors::{distance, fields, minus, norm, size};
+use chaincell_host::engine::{Arithmetic, Contact, Engine};
+use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 
 /// First tick whose error counts: before it everything is small.
@@ -33,7 +34,7 @@ pub struct Errors {
 }
 
 /// One row: a scheme with a number of sweeps through a press.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct PressRow {
     /// Name of the scene.
     pub scene: &'static str,
@@ -79,16 +80,11 @@ pub fn sample(scene: &Scene, unit_m: f32, depth_links: f64) -> ToolSample {
 /// An engine for a scene; the tool is not slowed down.
 ///
 /// # Errors
-/// As [`Engine::new`].
+/// As [`Variant::unlimited`].
 pub fn engine(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Engine<'_>> {
-    let model = scene.model_for(setting)?;
-    let settings = Settings {
-        max_tool_step_m: 1e3 * model.unit_m(),
-        unloading: Unloading::Off,
-        ..setting.scheme.settings(&model, sweeps)
-    };
-    let network = Network::new(model, settings).map_err(Error::check)?;
-    Engine::new(network, setting.scheme, &scene.contacts)
+    let contact = Contact::Cells(scene.contacts.clone());
+    let variant = Variant::plain(setting.scheme, Arithmetic::F32);
+    variant.unlimited(scene.model_for(setting)?, contact, sweeps, |settings| settings)
 }
 
 /// Displacements of all cells [mean link lengths].
@@ -116,9 +112,7 @@ pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summar
     let mut times = Latencies::new()?;
     for tick in 0..=PRESS_TICKS + HOLD_TICKS {
         let sample = sample(scene, unit_m, depth(tick));
-        let start = Instant::now();
-        engine.tick(&sample);
-        times.record(start.elapsed().as_nanos() as u64);
+        times.time(|| engine.tick(&sample));
     }
     Ok(times.summary())
 }
@@ -126,8 +120,8 @@ pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summar
 /// Errors of a state against a moment of the exact path.
 fn errors(field: &[[f64; 3]], force_n: [f64; 3], exact: &Moment, last: f64) -> Errors {
     Errors {
-        field: distance(field, &exact.field) / norm(&exact.field).max(0.2 * last),
-        force: distance(&[force_n], &[exact.force_n]) / norm(&[exact.force_n]),
+        field: distance(field, &exact.field) / size(&exact.field).max(0.2 * last),
+        force: norm(minus(force_n, exact.force_n)) / norm(exact.force_n),
     }
 }
 
@@ -149,13 +143,13 @@ pub fn run(scene: &Scene, exact: &ExactPress, setting: Setting, sweeps: u16) -> 
     };
     let mut engine = engine(scene, setting, sweeps)?;
     let unit_m = engine.network().model().unit_m();
-    let last = norm(&exact.last().field);
+    let last = size(&exact.last().field);
     for tick in 0..=PRESS_TICKS + HOLD_TICKS {
         let answer = engine.tick(&sample(scene, unit_m, depth(tick)));
         let asked = tick <= PRESS_TICKS || [20, HOLD_TICKS].contains(&(tick - PRESS_TICKS));
         let Some(moment) = exact.at(tick).filter(|_| asked) else { continue };
-        let force_n: [f32; 3] = answer.force_n.into();
-        let now = errors(&field(&mut engine), force_n.map(f64::from), moment, last);
+        let force_n = answer.force_n.map(f64::from).into();
+        let now = errors(&field(&mut engine), force_n, moment, last);
         match tick.checked_sub(PRESS_TICKS) {
             Some(0) => row.at_end = now,
             Some(20) => row.after_20ms = now,
@@ -171,23 +165,7 @@ pub fn run(scene: &Scene, exact: &ExactPress, setting: Setting, sweeps: u16) -> 
 
 impl PressRow {
     pub(super) fn new(scene: &'static str, setting: Setting, sweeps: u16) -> Self {
-        Self {
-            scene,
-            scheme: setting,
-            sweeps,
-            number: "f32",
-            tick_ns: Summary::default(),
-            worst_tick_ns: Summary::default(),
-            largest: Errors::default(),
-            largest_in_snaps: Errors::default(),
-            lag_ticks: 0,
-            at_end: Errors::default(),
-            after_20ms: Errors::default(),
-            after_100ms: Errors::default(),
-            residual: 0.0,
-            energy_above: 0.0,
-            path: Vec::new(),
-        }
+        Self { scene, scheme: setting, sweeps, number: "f32", ..Self::default() }
     }
 
     /// Largest errors during the press, those that follow a snap apart.
@@ -217,18 +195,23 @@ impl PressRow {
 
 /// Residual and energy of the state at the end of the hold.
 fn rest_of(row: &mut PressRow, engine: &mut Engine<'_>, exact: &ExactPress) {
-    let field = field(engine);
-    let rest = exact.links.rest().iter();
-    let at: Vec<[f64; 3]> =
-        rest.zip(&field).map(|(r, u)| std::array::from_fn(|x| r[x] + u[x])).collect();
+    let at = fields(exact.links.rest(), 1.0, &field(engine));
+    let energy;
+    (energy, row.residual) = free_residual(&exact.links, &at, engine.contacts());
+    row.energy_above = energy / exact.last().energy - 1.0;
+}
+
+/// Energy of the links at positions, and the largest residual of a cell that is neither fixed nor
+/// held by the tool, in internal units.
+#[must_use]
+pub fn free_residual(links: &Links, at: &[[f64; 3]], contacts: &[u16]) -> (f64, f64) {
     let mut residual = vec![[0.0; 3]; at.len()];
-    let energy = exact.links.residual(&at, &mut residual);
-    for &cell in engine.contacts() {
+    let energy = links.residual(at, &mut residual);
+    for &cell in contacts {
         residual[usize::from(cell)] = [0.0; 3];
     }
-    let free = residual.iter().zip(exact.links.fixed()).filter(|(_, fixed)| !**fixed);
-    row.residual = free.map(|(r, _)| norm(&[*r])).fold(0.0, f64::max);
-    row.energy_above = energy / exact.last().energy - 1.0;
+    let free = residual.iter().zip(links.fixed()).filter(|(_, fixed)| !**fixed);
+    (energy, free.map(|(r, _)| norm(*r)).fold(0.0, f64::max))
 }
 
 #[cfg(test)]

@@ -5,10 +5,10 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::exact::norm;
 use super::press::{engine, field, sample};
 use super::scene::Scene;
 use super::setting::Setting;
+use crate::reference::vectors::norm;
 use chaincell_host::engine::Engine;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
@@ -44,9 +44,7 @@ pub fn rest(scene: &Scene, ticks: usize) -> Result<Summary> {
     let mut times = Latencies::new()?;
     let still = engine.state_hash();
     for _ in 0..ticks {
-        let start = Instant::now();
-        engine.tick(&released);
-        times.record(start.elapsed().as_nanos() as u64);
+        times.time(|| engine.tick(&released));
     }
     if engine.state_hash() != still {
         return Err(Error::check("the body at rest moved"));
@@ -105,7 +103,7 @@ fn press(engine: &mut Engine<'_>, scene: &Scene, depth_links: f64) -> Result<Pre
         }
     }
     let field = field(engine);
-    let moved = field.iter().filter(|u| norm(&[**u]) > MOVED).count();
+    let moved = field.iter().filter(|u| norm(**u) > MOVED).count();
     let held = sample(scene, unit_m, depth_links);
     let mut settled_n = force_n;
     for _ in 0..HELD {

@@ -10,7 +10,7 @@ pub const BUDGETS_US: [f64; 4] = [125.0, 250.0, 500.0, 1000.0];
 pub const ERROR_MAX: f64 = 0.07;
 
 /// The answer for a budget.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Recommended<'r> {
     /// Whether the errors keep within [`ERROR_MAX`]; if not, this is merely the least error.
     pub qualifies: bool,

@@ -6,6 +6,7 @@ use chaincell_kernel::Model;
 
 use super::setting::Setting;
 use crate::reference::Npz;
+use crate::reference::vectors::unit;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::contact::{automatic, inward};
 use chaincell_host::error::{Error, Result};
@@ -27,15 +28,39 @@ pub struct Scene {
     pub direction: [f64; 3],
 }
 
-/// Which cells a scene presses, and where to.
-enum Contact {
+/// Which cells are pressed, and where to.
+#[derive(Debug, Clone)]
+pub enum Contact {
     /// What `--contact auto` takes, inwards.
     Auto,
     /// These input ids, along a direction.
     Nodes(Vec<u32>, [f64; 3]),
 }
 
-const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+impl Contact {
+    /// The cells, ascending, and a unit vector along which they are pressed.
+    ///
+    /// # Errors
+    /// A node that is no cell; a body whose every cell is fixed.
+    pub fn of(&self, model: &Model<'_>) -> Result<(Vec<u16>, [f64; 3])> {
+        let (mut contacts, direction) = match self {
+            Self::Auto => {
+                let contacts = automatic(model)?;
+                let direction = inward(model, &contacts);
+                (contacts, direction)
+            }
+            Self::Nodes(nodes, direction) => {
+                let cells = nodes.iter().map(|node| cell_of(model, *node));
+                (cells.collect::<Result<_>>()?, *direction)
+            }
+        };
+        contacts.sort_unstable();
+        Ok((contacts, unit(direction)))
+    }
+}
+
+/// Downwards.
+pub const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
 
 impl Scene {
     fn new(
@@ -52,21 +77,7 @@ impl Scene {
         let model = parse(&image)?;
         let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options };
         let bare = (model.hats() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
-        let (contacts, direction) = match contact {
-            Contact::Auto => {
-                let contacts = automatic(&model)?;
-                let direction = inward(&model, &contacts);
-                (contacts, direction)
-            }
-            Contact::Nodes(nodes, direction) => {
-                let cells = nodes.iter().map(|node| cell_of(&model, *node));
-                let mut contacts = cells.collect::<Result<Vec<u16>>>()?;
-                contacts.sort_unstable();
-                (contacts, direction)
-            }
-        };
-        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let direction = direction.map(|x| x / length);
+        let (contacts, direction) = contact.of(&model)?;
         Ok(Self { name, source: source.into(), image, bare, contacts, direction })
     }
 
@@ -203,7 +214,6 @@ fn parse(image: &ImageBytes) -> Result<Model<'_>> {
 }
 
 fn cell_of(model: &Model<'_>, node: u32) -> Result<u16> {
-    let at = model.input_id().iter().position(|&id| id == node);
-    at.map(|cell| cell as u16)
-        .ok_or_else(|| Error::check(format!("the body of the report has no node {node}")))
+    let cell = model.cell_of_input(node);
+    cell.ok_or_else(|| Error::check(format!("the body of the report has no node {node}")))
 }

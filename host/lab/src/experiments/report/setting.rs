@@ -32,6 +32,12 @@ impl Setting {
     }
 }
 
+impl Default for Setting {
+    fn default() -> Self {
+        Self::TRACK
+    }
+}
+
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.scheme.name())?;

@@ -6,11 +6,12 @@ use std::time::Instant;
 use chaincell_kernel::Model;
 use serde::Serialize;
 
-use super::exact::{RESIDUAL, distance, norm};
+use super::exact::RESIDUAL;
 use super::press::{engine, field, sample};
 use super::scene::Scene;
 use super::setting::Setting;
 use crate::baseline::Baseline;
+use crate::reference::vectors::{distance, fields, minus, norm, plus, size};
 use crate::reference::{Links, minimum};
 use chaincell_host::engine::Engine;
 use chaincell_host::error::{Error, Result};
@@ -115,12 +116,9 @@ impl<B: Baseline> Method for Plain<'_, B> {
     }
 
     fn field(&mut self) -> Vec<[f64; 3]> {
+        let wide = |p: [f32; 3]| p.map(f64::from);
         let cells = self.body.positions().iter().enumerate();
-        let wide = cells.map(|(cell, p)| {
-            let rest = self.model.rest_position(cell);
-            std::array::from_fn(|x| f64::from(p[x]) - f64::from(rest[x]))
-        });
-        wide.collect()
+        cells.map(|(cell, p)| minus(wide(*p), wide(self.model.rest_position(cell)))).collect()
     }
 
     fn timed(&mut self, sweeps: usize) -> Result<u64> {
@@ -148,12 +146,11 @@ pub fn sweeps(scene: &Scene, setting: Setting) -> Result<usize> {
     kernel.press()?;
     (0..GROWTH_SWEEPS).for_each(|_| kernel.sweep());
     let last = kernel.field();
-    let size = norm(&last);
     kernel.press()?;
     let mut settled = 1;
     for sweep in 1..=GROWTH_SWEEPS {
         kernel.sweep();
-        if distance(&kernel.field(), &last) > FIELD * size {
+        if distance(&kernel.field(), &last) > FIELD * size(&last) {
             settled = sweep + 1;
         }
         if sweep > 3 * settled + 20 {
@@ -186,24 +183,21 @@ impl<'s> Press<'s> {
         let mut at = links.rest().to_vec();
         for &cell in &scene.contacts {
             let cell = usize::from(cell);
-            let rest = links.rest()[cell];
-            let to = std::array::from_fn(|x| rest[x] + depth_links * scene.direction[x]);
+            let to = plus(links.rest()[cell], depth_links, scene.direction);
             let found = minimum(&links, &[(cell, to)], &at, RESIDUAL);
             if found.residual_max > RESIDUAL {
                 return Err(Error::check(format!("{}: no minimum was reached", scene.name)));
             }
             at = found.positions;
         }
-        let rest = links.rest().iter();
-        let exact =
-            at.iter().zip(rest).map(|(p, r)| std::array::from_fn(|x| p[x] - r[x])).collect();
+        let exact = fields(&at, -1.0, links.rest());
         Ok(Self { scene, model, links, depth_links, exact, rounds })
     }
 
     /// Cells that the exact minimum moves by more than a hundredth of the depth.
     #[must_use]
     pub fn moved(&self) -> usize {
-        self.exact.iter().filter(|u| norm(&[**u]) > 0.01 * self.depth_links).count()
+        self.exact.iter().filter(|u| norm(**u) > 0.01 * self.depth_links).count()
     }
 
     /// A setting of the kernel.
@@ -232,9 +226,7 @@ impl<'s> Press<'s> {
 
     /// Force on the pressed cell in internal units, of any method's positions alike.
     fn force(&self, field: &[[f64; 3]]) -> [f64; 3] {
-        let rest = self.links.rest().iter();
-        let at: Vec<[f64; 3]> =
-            rest.zip(field).map(|(r, u)| std::array::from_fn(|x| r[x] + u[x])).collect();
+        let at = fields(self.links.rest(), 1.0, field);
         let cells: Vec<usize> = self.scene.contacts.iter().map(|&cell| cell.into()).collect();
         self.links.force(&at, &cells)
     }
@@ -243,16 +235,16 @@ impl<'s> Press<'s> {
         method.press()?;
         (0..CONVERGED).for_each(|_| method.sweep());
         let last = method.field();
-        let (size, force) = (norm(&last), self.force(&last));
+        let force = self.force(&last);
         let (mut field_sweeps, mut force_sweeps) = (0, 0);
         method.press()?;
         for sweep in 1..=CONVERGED {
             method.sweep();
             let now = method.field();
-            if distance(&now, &last) > FIELD * size {
+            if distance(&now, &last) > FIELD * size(&last) {
                 field_sweeps = sweep + 1;
             }
-            if distance(&[self.force(&now)], &[force]) > FORCE * norm(&[force]) {
+            if norm(minus(self.force(&now), force)) > FORCE * norm(force) {
                 force_sweeps = sweep + 1;
             }
             // Long within both bounds: it stays there.
@@ -277,7 +269,7 @@ impl<'s> Press<'s> {
             force_sweeps,
             ms: p50 as f64 * 1e-6,
             ms_p99: p99 as f64 * 1e-6,
-            off_minimum: distance(&last, &self.exact) / norm(&self.exact),
+            off_minimum: distance(&last, &self.exact) / size(&self.exact),
         })
     }
 }

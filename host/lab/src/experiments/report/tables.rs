@@ -1,5 +1,7 @@
 //! Tables of a report, as Markdown and as CSV.
 
+use chaincell_host::session::timing::histogram::Summary;
+
 /// A table of texts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
@@ -7,16 +9,37 @@ pub struct Table {
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
-    /// An empty table with a head.
+/// A table under way: what its rows are of, and the columns so far.
+#[derive(Debug)]
+pub struct Columns<T> {
+    things: Vec<T>,
+    table: Table,
+}
+
+impl<T: Copy> Columns<T> {
+    /// Adds a column with its head; `cell` is what stands in the row of a thing.
     #[must_use]
-    pub fn new(head: &[&str]) -> Self {
-        Self { head: head.iter().map(ToString::to_string).collect(), rows: Vec::new() }
+    pub fn column<C: std::fmt::Display>(mut self, head: &str, cell: impl Fn(T) -> C) -> Self {
+        self.table.head.push(head.to_owned());
+        for (row, &thing) in self.table.rows.iter_mut().zip(&self.things) {
+            row.push(cell(thing).to_string());
+        }
+        self
     }
 
-    /// Adds a row.
-    pub fn row(&mut self, row: Vec<String>) {
-        self.rows.push(row);
+    /// The table.
+    #[must_use]
+    pub fn table(self) -> Table {
+        self.table
+    }
+}
+
+impl Table {
+    /// A table with a row for each thing, columns still to be added.
+    pub fn of<T>(things: impl IntoIterator<Item = T>) -> Columns<T> {
+        let things: Vec<T> = things.into_iter().collect();
+        let rows = vec![Vec::new(); things.len()];
+        Columns { things, table: Self { head: Vec::new(), rows } }
     }
 
     /// The head.
@@ -96,6 +119,12 @@ pub fn us(ns: u64) -> String {
     if us < 10.0 { format!("{us:.2}") } else { format!("{us:.0}") }
 }
 
+/// Median, 99 % and maximum in microseconds.
+#[must_use]
+pub fn times(ns: Summary) -> String {
+    format!("{} / {} / {}", us(ns.p50), us(ns.p99), us(ns.max))
+}
+
 /// A time for people: seconds below a minute, then minutes.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
@@ -108,9 +137,8 @@ mod tests {
 
     #[test]
     fn tables_and_numbers() {
-        let mut table = Table::new(&["a", "b"]);
-        table.row(vec!["1".into(), "x".into()]);
-        assert_eq!(table.markdown(), "| a | b |\n| --- | --- |\n| 1 | x |\n\n");
+        let table = Table::of([(1, "x")]).column("a", |row| row.0).column("b", |row| row.1);
+        assert_eq!(table.table().markdown(), "| a | b |\n| --- | --- |\n| 1 | x |\n\n");
         assert_eq!([0.123, 0.0123, 0.00123, 0.0].map(percent), ["12", "1.2", "0.12", "0"]);
         assert_eq!(percent(1e-7), "1.0e-5");
         assert_eq!([None, Some(f64::NAN), Some(f64::INFINITY)].map(percent), ["-", "-", "-"]);

@@ -2,19 +2,18 @@
 //! a moving probe, a load. The reference is the same body under the same tool with so many sweeps
 //! a tick that more change next to nothing.
 
-use std::time::Instant;
-
-use chaincell_kernel::{Drive, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Drive, Settings, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::exact::{distance, norm};
 use super::press::{Errors, FIRST_TICK, field};
 use super::scene::Scene;
 use super::setting::Setting;
-use super::tables::{Table, percent, us};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, to_m};
-use chaincell_host::error::{Error, Result};
+use super::tables::{Table, percent, times};
+use crate::bodies::Variant;
+use crate::reference::vectors::{distance, size};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, rest_m};
+use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_host::words::counted;
 
@@ -82,22 +81,17 @@ impl Tool {
     }
 
     fn engine(self, scene: &Scene, sweeps: u16) -> Result<Engine<'_>> {
-        let (model, scheme) = (scene.model()?, Setting::TRACK.scheme);
+        let model = scene.model()?;
         let unit_m = model.unit_m();
-        let settings = Settings {
-            max_tool_step_m: 1e3 * unit_m,
-            unloading: Unloading::Off,
-            drive: if self == Self::Load { Drive::Current } else { Drive::default() },
-            ..scheme.settings(&model, sweeps)
-        };
+        let drive = if self == Self::Load { Drive::Current } else { Drive::default() };
         let contact = match self {
             Self::Held | Self::Load => Contact::Cells(scene.contacts.clone()),
             Self::Probe => {
                 Contact::Probe { radius_m: PROBE_LINKS as f32 * unit_m, capacity: model.cells() }
             }
         };
-        let network = Network::new(model, settings).map_err(Error::check)?;
-        Engine::with_contact(network, scheme, Arithmetic::F32, contact)
+        let variant = Variant::plain(Setting::TRACK.scheme, Arithmetic::F32);
+        variant.unlimited(model, contact, sweeps, |settings| Settings { drive, ..settings })
     }
 
     /// The tool at a tick: a ramp to its depth; the probe's first half, then its way aside.
@@ -126,9 +120,7 @@ impl Tool {
         let (mut times, mut path) = (Latencies::new()?, Path::new());
         for tick in 0..=TICKS {
             let sample = self.sample(scene, tick)?;
-            let start = Instant::now();
-            let output = engine.tick(&sample);
-            times.record(start.elapsed().as_nanos() as u64);
+            let output = times.time(|| engine.tick(&sample));
             if tick >= FIRST_TICK && tick.is_multiple_of(LOOK_TICKS) {
                 path.push((field(&mut engine), output.force_n.map(f64::from)));
             }
@@ -138,19 +130,21 @@ impl Tool {
 }
 
 /// Middle of the cells that the scene presses \[m\].
-fn middle_m(scene: &Scene) -> Result<Vector3<f64>> {
+///
+/// # Errors
+/// As [`Scene::model`].
+pub fn middle_m(scene: &Scene) -> Result<Vector3<f64>> {
     let model = scene.model()?;
-    let at =
-        |&cell: &u16| Vector3::from(to_m(&model, model.rest_position(cell.into()).map(f64::from)));
+    let at = |&cell: &u16| Vector3::from(rest_m(&model, cell.into()));
     Ok(scene.contacts.iter().map(at).sum::<Vector3<f64>>() / scene.contacts.len() as f64)
 }
 
 /// Largest errors of a path against the reference; not finite where the reference has no force.
 fn largest(path: &Path, reference: &Path) -> Errors {
-    let field_max = reference.iter().map(|(field, _)| norm(field)).fold(0.0, f64::max);
+    let field_max = reference.iter().map(|(field, _)| size(field)).fold(0.0, f64::max);
     let force_max = reference.iter().map(|(_, force)| force.norm()).fold(0.0, f64::max);
     let each = path.iter().zip(reference).map(|(now, exact)| Errors {
-        field: distance(&now.0, &exact.0) / norm(&exact.0).max(FLOOR * field_max),
+        field: distance(&now.0, &exact.0) / size(&exact.0).max(FLOOR * field_max),
         force: (now.1 - exact.1).norm() / exact.1.norm().max(FLOOR * force_max),
     });
     each.fold(Errors::default(), Errors::larger)
@@ -186,23 +180,12 @@ pub fn run(scene: &Scene, mut after: impl FnMut() -> Result<()>) -> Result<Vec<T
 #[must_use]
 pub fn markdown(rows: &[ToolRow]) -> String {
     let Some(first) = rows.first() else { return String::new() };
-    let mut table = Table::new(&[
-        "tool",
-        "sweeps a tick",
-        "tick p50 / p99 / max [us]",
-        "field, largest error [%]",
-        "force, largest error [%]",
-    ]);
-    for row in rows {
-        let tick = row.tick_ns;
-        table.row(vec![
-            row.tool.clone(),
-            row.sweeps.to_string(),
-            format!("{} / {} / {}", us(tick.p50), us(tick.p99), us(tick.max)),
-            percent(row.largest.field),
-            percent(row.largest.force),
-        ]);
-    }
+    let table = Table::of(rows)
+        .column("tool", |row| &row.tool)
+        .column("sweeps a tick", |row| row.sweeps)
+        .column("tick p50 / p99 / max [us]", |row| times(row.tick_ns))
+        .column("field, largest error [%]", |row| percent(row.largest.field))
+        .column("force, largest error [%]", |row| percent(row.largest.force));
     format!(
         "## Held cells, a moving probe, a load\n\n{}: {}, {}, `track`, alpha 0, each motion {TICKS} \
          ms long. The reference is the same tool with {} a tick; the row with {} shows how far it \
@@ -214,7 +197,7 @@ pub fn markdown(rows: &[ToolRow]) -> String {
         counted(first.links, "link"),
         counted(REFERENCE_SWEEPS, "sweep"),
         SWEEPS[SWEEPS.len() - 1],
-        table.markdown()
+        table.table().markdown()
     )
 }
 

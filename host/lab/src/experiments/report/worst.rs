@@ -1,7 +1,5 @@
 //! The worst states: every link out of its band.
 
-use std::time::Instant;
-
 use serde::Serialize;
 
 use super::press::engine;
@@ -9,8 +7,8 @@ use super::scene::Scene;
 use super::setting::Setting;
 use crate::baseline::{Baseline, PerCell};
 use crate::reference::Links;
+use crate::reference::vectors::{minus, norm};
 use crate::states::State;
-use chaincell_host::engine::Engine;
 use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_kernel::ToolSample;
@@ -35,9 +33,7 @@ pub fn tick_times(scene: &Scene, setting: Setting, sweeps: u16) -> Result<Summar
     let mut times = Latencies::new()?;
     for _ in 0..TICKS {
         engine.set_positions(&positions)?;
-        let start = Instant::now();
-        engine.tick(&RELEASED);
-        times.record(start.elapsed().as_nanos() as u64);
+        times.time(|| engine.tick(&RELEASED));
     }
     Ok(times.summary())
 }
@@ -98,12 +94,12 @@ pub fn measure(scene: &Scene, rounds: usize) -> Result<[[Summary; 4]; 2]> {
     for _ in 0..rounds {
         for (state, positions) in states.iter().enumerate() {
             plain.set_positions(positions);
-            timed(&mut times[4 * state], &mut || plain.step());
+            times[4 * state].time(|| plain.step());
             for (which, engine) in [&mut vector, &mut scalar, &mut hats].into_iter().enumerate() {
                 engine.set_positions(positions)?;
                 // The first sweep takes no momentum along; the second is one of many.
-                tick(engine);
-                timed(&mut times[4 * state + 1 + which], &mut || tick(engine));
+                engine.tick(&RELEASED);
+                times[4 * state + 1 + which].time(|| engine.tick(&RELEASED));
             }
         }
     }
@@ -132,26 +128,13 @@ pub fn sweep(scene: &Scene, rounds: usize) -> Result<Sweep> {
     })
 }
 
-/// Times a sweep.
-fn timed(times: &mut Latencies, work: &mut dyn FnMut()) {
-    let start = Instant::now();
-    work();
-    times.record(start.elapsed().as_nanos() as u64);
-}
-
-/// A tick with the tool away.
-fn tick(engine: &mut Engine<'_>) {
-    engine.tick(&RELEASED);
-}
-
 /// Links out of their band.
 fn taut(links: &Links, positions: &[[f32; 3]]) -> usize {
     let at = |cell: u32| positions[cell as usize].map(f64::from);
     let each = links.ends().iter().zip(links.rest_lengths()).zip(links.alphas());
     each.filter(|((ends, l0), alpha)| {
-        let ([i, j], l0) = (ends.map(at), **l0);
-        let length = (0..3).map(|x| (i[x] - j[x]).powi(2)).sum::<f64>().sqrt();
-        (length - l0).abs() > **alpha * l0
+        let [i, j] = ends.map(at);
+        (norm(minus(i, j)) - **l0).abs() > **alpha * **l0
     })
     .count()
 }

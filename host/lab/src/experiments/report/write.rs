@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use chaincell_kernel::Choice as _;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
 use super::pictures;
 use super::press::{Errors, FIRST_TICK, PressRow};
 use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
-use super::tables::{Table, csv, duration, percent, us};
+use super::tables::{Columns, Table, csv, duration, percent, times, us};
 use super::tools;
 use crate::states::STRETCH;
 use chaincell_host::error::Result;
@@ -42,20 +42,12 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     folder.write("report_flow.csv", csv(&report.flow).as_bytes())?;
     let growth = report.growth.as_ref().map_or(&[][..], |growth| &growth.rows);
     folder.write("report_growth.csv", csv(growth).as_bytes())?;
-    let path: Vec<Moment> = (report.budget_path.iter())
-        .map(|&(tick, Errors { field, force })| Moment { tick, field, force })
+    let path: Vec<Value> = (report.budget_path.iter())
+        .map(|(tick, of)| json!({ "tick": tick, "field": of.field, "force": of.force }))
         .collect();
     folder.write("report_time.csv", csv(&path).as_bytes())?;
     folder.write_json("report_summary.json", report)?;
     folder.write("REPORT.md", markdown(report, &pictures, command).as_bytes())
-}
-
-/// Errors of `track` within the budget at a tick.
-#[derive(Serialize)]
-struct Moment {
-    tick: usize,
-    field: f64,
-    force: f64,
 }
 
 /// The report as Markdown.
@@ -117,20 +109,20 @@ fn head(report: &Report, command: &str) -> String {
 fn budgets(report: &Report) -> String {
     let rows = pictures::main_rows(report);
     let Some(first) = rows.first() else { return String::new() };
-    let mut table = Table::new(&[
-        "budget a tick [us]",
-        "setting",
-        "median tick [us]",
-        "field, during the press [%]",
-        "force [%]",
-        "field 20 ms after [%]",
-        "force 20 ms after [%]",
-    ]);
-    for budget_us in BUDGETS_US {
-        let mut cells = vec![format!("{budget_us:.0}")];
-        cells.extend(choice(choose(&rows, budget_us)));
-        table.row(cells);
-    }
+    let choices = BUDGETS_US.map(|budget_us| (budget_us, choose(&rows, budget_us)));
+    let figure = |of: fn(&PressRow) -> String| {
+        move |(_, choice): (f64, Option<Recommended<'_>>)| {
+            choice.map_or("-".to_owned(), |choice| of(choice.row))
+        }
+    };
+    let table = Table::of(choices)
+        .column("budget a tick [us]", |(budget_us, _)| budget_us)
+        .column("setting", |(_, choice)| setting(choice))
+        .column("median tick [us]", figure(|row| us(row.tick_ns.p50)))
+        .column("field, during the press [%]", figure(|row| percent(row.largest.field)))
+        .column("force [%]", figure(|row| percent(row.largest.force)))
+        .column("field 20 ms after [%]", figure(|row| percent(row.after_20ms.field)))
+        .column("force 20 ms after [%]", figure(|row| percent(row.after_20ms.force)));
     format!(
         "Scene: the body `{}`, cells held by the tool, pressed by 3 mean link lengths in \
          {PRESS_TICKS} ms. A setting is recommended where its largest errors of field and force \
@@ -139,27 +131,20 @@ fn budgets(report: &Report) -> String {
          gives the one that comes nearest.\n\n{}",
         first.scene,
         percent(ERROR_MAX),
-        table.markdown()
+        table.table().markdown()
     )
 }
 
-/// A budget's setting with its figures.
-fn choice(choice: Option<Recommended<'_>>) -> Vec<String> {
+/// A budget's setting in words.
+fn setting(choice: Option<Recommended<'_>>) -> String {
     let Some(Recommended { qualifies, row }) = choice else {
-        let mut cells = vec!["none: every setting takes longer".to_owned()];
-        cells.resize(6, "-".to_owned());
-        return cells;
+        return "none: every setting takes longer".to_owned();
     };
     let setting = format!("{}, --sweeps {}", row.scheme, row.sweeps);
-    let none = format!("none within {} %; the nearest: {setting}", percent(ERROR_MAX));
-    vec![
-        if qualifies { setting } else { none },
-        us(row.tick_ns.p50),
-        percent(row.largest.field),
-        percent(row.largest.force),
-        percent(row.after_20ms.field),
-        percent(row.after_20ms.force),
-    ]
+    if qualifies {
+        return setting;
+    }
+    format!("none within {} %; the nearest: {setting}", percent(ERROR_MAX))
 }
 
 fn track(report: &Report) -> String {
@@ -192,13 +177,8 @@ fn track(report: &Report) -> String {
 
 fn sweep(report: &Report) -> String {
     let Some(sweep) = &report.sweep else { return String::new() };
-    let share = |ns: u64| percent(ns as f64 / sweep.mixed.simd_ns.max(1) as f64);
-    let mut table = Table::new(&["a sweep", "median [us]", "of the worst case [%]"]);
-    let mut row = |what: String, ns: Option<u64>| {
-        if let Some(ns) = ns {
-            table.row(vec![what, us(ns), share(ns)]);
-        }
-    };
+    let mut rows = Vec::new();
+    let mut row = |what: String, ns: Option<u64>| rows.extend(ns.map(|ns| (what, ns)));
     for (state, loops) in [("mixed", sweep.mixed), ("stretched", sweep.stretched)] {
         row(format!("plain per-cell loop, {state}"), Some(loops.scalar_ns));
         row(format!("`track`, {state}"), Some(loops.simd_ns));
@@ -222,6 +202,11 @@ fn sweep(report: &Report) -> String {
         );
         row(what, Some(local.hats_sweep_ns));
     }
+    let share = |ns: u64| percent(ns as f64 / sweep.mixed.simd_ns.max(1) as f64);
+    let table = Table::of(&rows)
+        .column("a sweep", |(what, _)| what)
+        .column("median [us]", |(_, ns)| us(*ns))
+        .column("of the worst case [%]", |(_, ns)| share(*ns));
     format!(
         "## The sweep\n\nThe time of one sweep from a given state; a sweep has no error of its own. \
          Worst case, `mixed`: {} of {} links out of their band, {} cells; links too long and links \
@@ -237,7 +222,7 @@ fn sweep(report: &Report) -> String {
         ratio(sweep.stretched.scalar_ns, sweep.stretched.simd_ns),
         ratio(1_000_000, sweep.mixed.simd_ns),
         ratio(1_000_000, sweep.mixed.hats_ns),
-        table.markdown()
+        table.table().markdown()
     )
 }
 
@@ -260,32 +245,23 @@ fn settled(report: &Report) -> String {
     if report.settled.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(&[
-        "body",
-        "method",
-        "sweeps",
-        "field / force alone",
-        "median [ms]",
-        "p99 [ms]",
-        "converged field off the exact minimum [%]",
-    ]);
-    for row in &report.settled {
-        table.row(vec![
-            row.scene.into(),
-            row.method.clone(),
-            if row.settles { row.sweeps.to_string() } else { "not reached".into() },
-            format!("{} / {}", row.field_sweeps, row.force_sweeps),
-            format!("{:.3}", row.ms),
-            format!("{:.3}", row.ms_p99),
-            percent(row.off_minimum),
-        ]);
-    }
+    let table = Table::of(&report.settled)
+        .column("body", |row| row.scene)
+        .column("method", |row| &row.method)
+        .column("sweeps", |row| match row.settles {
+            true => row.sweeps.to_string(),
+            false => "not reached".to_owned(),
+        })
+        .column("field / force alone", |row| format!("{} / {}", row.field_sweeps, row.force_sweeps))
+        .column("median [ms]", |row| format!("{:.3}", row.ms))
+        .column("p99 [ms]", |row| format!("{:.3}", row.ms_p99))
+        .column("converged field off the exact minimum [%]", |row| percent(row.off_minimum));
     format!(
         "## Time to equilibrium\n\nOne cell pressed by a tenth of the height in one step and held, \
          until the field stays within 5 % and the force within 1 % of what the method itself \
          converges to. {}.\n\n{}",
         report.settled_sources.join(". "),
-        table.markdown()
+        table.table().markdown()
     )
 }
 
@@ -322,90 +298,58 @@ fn presses(report: &Report) -> String {
             scene.reference_residual
         );
         let rows = report.rows.iter().filter(|row| row.scene == scene.name);
-        text += &press_table(rows).markdown();
+        text += &press_table(rows).table().markdown();
     }
     text
 }
 
-fn press_table<'r>(rows: impl Iterator<Item = &'r PressRow>) -> Table {
-    let mut table = Table::new(&[
-        "scheme",
-        "sweeps",
-        "tick p50 / p99 / max [us]",
-        "worst p50 [us]",
-        "field / force during [%]",
-        "in snaps [%], lag [ticks]",
-        "at the end [%]",
-        "20 ms after [%]",
-        "100 ms after [%]",
-        "residual",
-        "energy above [%]",
-    ]);
-    for row in rows {
-        let both =
-            |errors: Errors| format!("{} / {}", percent(errors.field), percent(errors.force));
-        table.row(vec![
-            row.scheme.to_string(),
-            row.sweeps.to_string(),
-            format!("{} / {} / {}", us(row.tick_ns.p50), us(row.tick_ns.p99), us(row.tick_ns.max)),
-            us(row.worst_tick_ns.p50),
-            both(row.largest),
-            format!("{}, {}", both(row.largest_in_snaps), row.lag_ticks),
-            both(row.at_end),
-            both(row.after_20ms),
-            both(row.after_100ms),
-            format!("{:.0e}", row.residual),
-            percent(row.energy_above),
-        ]);
-    }
-    table
+fn press_table<'r>(rows: impl Iterator<Item = &'r PressRow>) -> Columns<&'r PressRow> {
+    let both = |errors: Errors| format!("{} / {}", percent(errors.field), percent(errors.force));
+    Table::of(rows)
+        .column("scheme", |row| row.scheme)
+        .column("sweeps", |row| row.sweeps)
+        .column("tick p50 / p99 / max [us]", |row| times(row.tick_ns))
+        .column("worst p50 [us]", |row| us(row.worst_tick_ns.p50))
+        .column("field / force during [%]", |row| both(row.largest))
+        .column("in snaps [%], lag [ticks]", |row| {
+            format!("{}, {}", both(row.largest_in_snaps), row.lag_ticks)
+        })
+        .column("at the end [%]", |row| both(row.at_end))
+        .column("20 ms after [%]", |row| both(row.after_20ms))
+        .column("100 ms after [%]", |row| both(row.after_100ms))
+        .column("residual", |row| format!("{:.0e}", row.residual))
+        .column("energy above [%]", |row| percent(row.energy_above))
 }
 
 fn flow(report: &Report) -> String {
     if report.flow.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(&["scene", "scheme", "step", "t", "link passes", "error [%]"]);
-    for row in &report.flow {
-        table.row(vec![
-            row.scene.into(),
-            row.scheme.to_string(),
-            row.step.to_string(),
-            row.t.to_string(),
-            row.passes.to_string(),
-            percent(row.error),
-        ]);
-    }
+    let table = Table::of(&report.flow)
+        .column("scene", |row| row.scene)
+        .column("scheme", |row| row.scheme)
+        .column("step", |row| row.step)
+        .column("t", |row| row.t)
+        .column("link passes", |row| row.passes)
+        .column("error [%]", |row| percent(row.error));
     format!(
         "## The relaxation in time\n\nThe plane with its centre held 50 mm away from t = 0 on, \
          against the exact trajectory of Eq. 2 (Dormand-Prince, f64). Error: largest distance of a \
          cell, as a fraction of the depth.\n\n{}",
-        table.markdown()
+        table.table().markdown()
     )
 }
 
 fn numbers(report: &Report) -> String {
     let Some(first) = report.numbers.first() else { return String::new() };
-    let mut table = Table::new(&[
-        "scene",
-        "scheme",
-        "number",
-        "median tick [us]",
-        "field [%]",
-        "force [%]",
-        "force, largest on the way [%]",
-    ]);
-    for row in &report.numbers {
-        table.row(vec![
-            row.scene.into(),
-            row.scheme.name().into(),
-            row.number.name().into(),
-            us(row.tick_ns_p50),
-            percent(row.field),
-            percent(row.force),
-            percent(row.force_max),
-        ]);
-    }
+    let table = Table::of(&report.numbers)
+        .column("scene", |row| row.scene)
+        .column("scheme", |row| row.scheme.name())
+        .column("number", |row| row.number.name())
+        .column("median tick [us]", |row| us(row.tick_ns_p50))
+        .column("field [%]", |row| percent(row.field))
+        .column("force [%]", |row| percent(row.force))
+        .column("force, largest on the way [%]", |row| percent(row.force_max));
     format!(
         "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} a \
          tick, no hats (only f32 has them): against f64 under the same scheme. Field: largest \
@@ -413,7 +357,7 @@ fn numbers(report: &Report) -> String {
          by the last bits, so its way differs more than its end.\n\n{}{}",
         first.ticks,
         counted(first.sweeps, "sweep"),
-        table.markdown(),
+        table.table().markdown(),
         firmware(report)
     )
 }
@@ -423,59 +367,31 @@ fn firmware(report: &Report) -> String {
     if report.firmware.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(&[
-        "target",
-        "scene",
-        "number",
-        "instructions a sweep",
-        "a link",
-        "a tick",
-        "sweeps",
-    ]);
-    for row in &report.firmware {
-        table.row(vec![
-            row.target.clone(),
-            row.scene.clone(),
-            row.tier.clone(),
-            row.instructions_per_sweep_worst.to_string(),
-            format!("{:.0}", row.per_link()),
-            row.instructions_per_tick_worst.to_string(),
-            row.sweeps.to_string(),
-        ]);
-    }
-    format!("On emulated microcontrollers, in their worst state:\n\n{}", table.markdown())
+    let table = Table::of(&report.firmware)
+        .column("target", |row| &row.target)
+        .column("scene", |row| &row.scene)
+        .column("number", |row| &row.tier)
+        .column("instructions a sweep", |row| row.instructions_per_sweep_worst)
+        .column("a link", |row| format!("{:.0}", row.per_link()))
+        .column("a tick", |row| row.instructions_per_tick_worst)
+        .column("sweeps", |row| row.sweeps);
+    format!("On emulated microcontrollers, in their worst state:\n\n{}", table.table().markdown())
 }
 
 fn growth(report: &Report) -> String {
     let Some(growth) = &report.growth else { return String::new() };
-    let mut table = Table::new(&[
-        "cells",
-        "links",
-        "sweep [us]",
-        "ns a cell",
-        "ns a link",
-        "plain loop [us]",
-        "hats",
-        "sweep with hats [us]",
-        "sweeps to settle",
-        "RAM a cell [bytes]",
-        "flash a cell [bytes]",
-    ]);
-    for row in &growth.rows {
-        table.row(vec![
-            row.cells.to_string(),
-            row.links.to_string(),
-            us(row.sweep_ns),
-            format!("{:.1}", row.sweep_ns as f64 / row.cells as f64),
-            format!("{:.2}", row.sweep_ns as f64 / row.links as f64),
-            us(row.scalar_ns),
-            row.hats.to_string(),
-            us(row.hats_ns),
-            row.settle_sweeps.to_string(),
-            format!("{:.1}", row.ram_bytes_per_cell),
-            format!("{:.1}", row.flash_bytes_per_cell),
-        ]);
-    }
+    let table = Table::of(&growth.rows)
+        .column("cells", |row| row.cells)
+        .column("links", |row| row.links)
+        .column("sweep [us]", |row| us(row.sweep_ns))
+        .column("ns a cell", |row| format!("{:.1}", row.sweep_ns as f64 / row.cells as f64))
+        .column("ns a link", |row| format!("{:.2}", row.sweep_ns as f64 / row.links as f64))
+        .column("plain loop [us]", |row| us(row.scalar_ns))
+        .column("hats", |row| row.hats)
+        .column("sweep with hats [us]", |row| us(row.hats_ns))
+        .column("sweeps to settle", |row| row.settle_sweeps)
+        .column("RAM a cell [bytes]", |row| format!("{:.1}", row.ram_bytes_per_cell))
+        .column("flash a cell [bytes]", |row| format!("{:.1}", row.flash_bytes_per_cell));
     format!(
         "## Cost over size\n\nGenerated organs, `track`, worst case. Slope of log(time) over \
          log(links): {:.2} (1 is linear). Sweeps to settle: with hats, held cells pressed by a mean \
@@ -483,6 +399,6 @@ fn growth(report: &Report) -> String {
          the press falls against the grid of the hats; a body has at most 400 hats, which stand \
          farther apart in a larger one and do less.\n\n{}",
         growth.slope,
-        table.markdown()
+        table.table().markdown()
     )
 }

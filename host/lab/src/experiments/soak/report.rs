@@ -92,7 +92,7 @@ impl SoakFloor {
 }
 
 /// A long run: soak.json.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct SoakReport {
     /// The command line.
     pub command: String,
@@ -186,25 +186,11 @@ pub(super) mod tests {
     pub(in crate::experiments::soak) fn report() -> SoakReport {
         let steady = Growth { first_kb: 100, most_kb: 100, looks: 3, ..Growth::default() };
         SoakReport {
-            command: "chaincell soak".into(),
-            machine: Machine::default(),
-            kernel: "6.1".into(),
-            load: LoadFigures::default(),
-            cells: 8,
-            links: 9,
-            press_s: 1.0,
             ticks_sent: 4000,
             ticks_answered: 4000,
-            missed: Missed::default(),
-            floor: SoakFloor::default(),
-            wakeup: Spans::default(),
-            step: Spans::default(),
-            round_trip: Spans::default(),
             memory_serve: steady,
             memory_control: steady,
-            state_hash: "0".repeat(16),
-            interrupted: false,
-            refused: Vec::new(),
+            ..SoakReport::default()
         }
     }
 

@@ -1,5 +1,6 @@
 //! The histogram of a long run as text, CSV and chart.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::report::SoakReport;
@@ -32,28 +33,25 @@ pub fn maxima(report: &SoakReport) -> String {
     text
 }
 
+/// Counts of every histogram by the lower bound of their buckets, which `row` may put together.
+fn rows(report: &SoakReport, row: impl Fn(u64) -> u64) -> BTreeMap<u64, [u64; 5]> {
+    let mut rows = BTreeMap::<u64, [u64; 5]>::new();
+    for (column, (_, spans)) in report.histograms().into_iter().enumerate() {
+        for &(from_us, count) in &spans.buckets {
+            rows.entry(row(from_us)).or_default()[column] += count;
+        }
+    }
+    rows
+}
+
 /// The histograms side by side; rows widen, those that hold nothing are left out.
 #[must_use]
 pub fn text(report: &SoakReport) -> String {
-    let histograms = report.histograms();
-    let mut rows = std::collections::BTreeMap::<u64, [u64; 5]>::new();
-    for (column, (_, spans)) in histograms.iter().enumerate() {
-        for &(from_us, count) in &spans.buckets {
-            let row = rows.entry(row_us(from_us)).or_default();
-            row[column] += count;
-        }
-    }
-    let mut text = format!("{:>10}", "from [us]");
-    for (name, _) in histograms {
-        let _ = write!(text, " {name:>17}");
-    }
-    text.push('\n');
-    for (from_us, counts) in rows {
-        let _ = write!(text, "{from_us:>10}");
-        for count in counts {
-            let _ = write!(text, " {count:>17}");
-        }
-        text.push('\n');
+    let names = report.histograms().map(|(name, _)| format!(" {name:>17}")).concat();
+    let mut text = format!("{:>10}{names}\n", "from [us]");
+    for (from_us, counts) in rows(report, row_us) {
+        let counts = counts.map(|count| format!(" {count:>17}")).concat();
+        let _ = writeln!(text, "{from_us:>10}{counts}");
     }
     text
 }
@@ -67,22 +65,11 @@ fn row_us(from_us: u64) -> u64 {
 /// All buckets that hold anything: `from_us,to_us` and a column for each histogram.
 #[must_use]
 pub fn csv(report: &SoakReport) -> String {
-    let histograms = report.histograms();
-    let mut bounds: Vec<u64> =
-        histograms.iter().flat_map(|(_, spans)| spans.buckets.iter().map(|held| held.0)).collect();
-    bounds.sort_unstable();
-    bounds.dedup();
-    let mut text = String::from("from_us,to_us");
-    for (name, _) in histograms {
-        let _ = write!(text, ",{name}");
-    }
-    text.push('\n');
-    for from_us in bounds {
-        let _ = write!(text, "{from_us},{}", from_us + width_us(from_us));
-        for (_, spans) in histograms {
-            let _ = write!(text, ",{}", spans.at_us(from_us));
-        }
-        text.push('\n');
+    let names = report.histograms().map(|(name, _)| format!(",{name}")).concat();
+    let mut text = format!("from_us,to_us{names}\n");
+    for (from_us, counts) in rows(report, |from_us| from_us) {
+        let counts = counts.map(|count| format!(",{count}")).concat();
+        let _ = writeln!(text, "{from_us},{}{counts}", from_us + width_us(from_us));
     }
     text
 }

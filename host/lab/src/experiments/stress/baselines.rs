@@ -12,12 +12,14 @@
 use std::fmt;
 
 use chaincell_kernel::Model;
+use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::trial::{Pose, Touch, Trial, stop_if_asked};
+use super::trial::{Pose, Touch, Trial};
 use crate::baseline::{Baseline, MassSpring, Movable, Xpbd};
 use crate::reference::Links;
 use chaincell_host::error::Result;
+use chaincell_host::interrupt;
 
 /// Steps a tick.
 const STEPS: u32 = 4;
@@ -174,7 +176,7 @@ fn run(
     let mut tool = Tool::new(trial, model);
     let (mut left, mut peak) = (0.0, 0.0_f64);
     for tick in 0..trial.ticks {
-        stop_if_asked()?;
+        interrupt::check()?;
         tool.put(&mut body, (trial.script)(tick));
         (0..STEPS).for_each(|_| body.step());
         let positions = wide(&body);
@@ -196,7 +198,7 @@ fn loaded(trial: &Trial<'_>, model: &Model<'_>, links: &Links, start: &[[f32; 3]
     let mut tool = Tool::new(trial, model);
     let mut most = links.energy(&wide(&body));
     for tick in 0..trial.ticks {
-        stop_if_asked()?;
+        interrupt::check()?;
         tool.put(&mut body, (trial.script)(tick));
         most = most.max(links.energy(&wide(&body)));
     }
@@ -245,15 +247,15 @@ fn wide(body: &impl Movable) -> Vec<[f64; 3]> {
 /// The tool on cells that others move [mean link lengths].
 struct Tool {
     unit_m: f32,
-    centre_m: [f32; 3],
+    centre_m: Vector3<f32>,
     /// Way that it may go in a tick.
     step: f32,
     probe: Option<f32>,
     /// Cells that it holds, or may push.
     cells: Vec<usize>,
-    origins: Vec<[f32; 3]>,
-    origin: [f32; 3],
-    applied: [f32; 3],
+    origins: Vec<Vector3<f32>>,
+    origin: Vector3<f32>,
+    applied: Vector3<f32>,
     engaged: bool,
 }
 
@@ -269,7 +271,7 @@ impl Tool {
         };
         Self {
             unit_m,
-            centre_m: model.centre_m(),
+            centre_m: model.centre_m().into(),
             step: if trial.leaps { f32::INFINITY } else { 1.0 },
             probe: match trial.touch {
                 Touch::Cells => None,
@@ -277,8 +279,8 @@ impl Tool {
             },
             cells: cells.into_iter().map(usize::from).collect(),
             origins: Vec::new(),
-            origin: [0.0; 3],
-            applied: [0.0; 3],
+            origin: Vector3::zeros(),
+            applied: Vector3::zeros(),
             engaged: false,
         }
     }
@@ -297,31 +299,27 @@ impl Tool {
             return self.push(body, radius, position_m);
         }
         if takes {
-            self.origins = self.cells.iter().map(|&cell| body.positions()[cell]).collect();
-            (self.origin, self.applied) = (position_m, [0.0; 3]);
+            let at = |&cell: &usize| Vector3::from(body.positions()[cell]);
+            self.origins = self.cells.iter().map(at).collect();
+            (self.origin, self.applied) = (position_m.into(), Vector3::zeros());
         }
-        let to: [f32; 3] =
-            std::array::from_fn(|axis| (position_m[axis] - self.origin[axis]) / self.unit_m);
-        let way: [f32; 3] = std::array::from_fn(|axis| to[axis] - self.applied[axis]);
-        let length = way.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let way = (Vector3::from(position_m) - self.origin) / self.unit_m - self.applied;
+        let length = way.norm();
         let part = if length > self.step { self.step / length } else { 1.0 };
-        self.applied = std::array::from_fn(|axis| self.applied[axis] + part * way[axis]);
+        self.applied += part * way;
         for (&cell, origin) in self.cells.iter().zip(&self.origins) {
-            body.hold(cell, std::array::from_fn(|axis| origin[axis] + self.applied[axis]));
+            body.hold(cell, (origin + self.applied).into());
         }
     }
 
     /// Pushes the cells inside the sphere onto it.
     fn push(&self, body: &mut impl Movable, radius: f32, position_m: [f32; 3]) {
-        let centre: [f32; 3] =
-            std::array::from_fn(|axis| (position_m[axis] - self.centre_m[axis]) / self.unit_m);
+        let centre = (Vector3::from(position_m) - self.centre_m) / self.unit_m;
         for &cell in &self.cells {
-            let at = body.positions()[cell];
-            let way: [f32; 3] = std::array::from_fn(|axis| at[axis] - centre[axis]);
-            let length = way.iter().map(|x| x * x).sum::<f32>().sqrt();
+            let way = Vector3::from(body.positions()[cell]) - centre;
+            let length = way.norm();
             if length > 0.0 && length < radius {
-                let out = radius / length;
-                body.hold(cell, std::array::from_fn(|axis| centre[axis] + out * way[axis]));
+                body.hold(cell, (centre + radius / length * way).into());
             }
         }
     }

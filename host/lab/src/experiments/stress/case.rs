@@ -69,20 +69,21 @@ pub struct Failed {
 }
 
 /// What a case has found so far.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Findings {
     /// How close all runs came to their bounds.
+    #[serde(skip)]
     pub worst: Worst,
-    /// Every run.
-    pub runs: Vec<Run>,
+    /// Figures by name, units in the names; ratios are of a bound.
+    pub figures: BTreeMap<String, f64>,
     /// Checks that failed.
     pub failures: Vec<Failed>,
     /// Bodies that number types do not take, with the reason.
     pub refused: Vec<String>,
     /// Worst verdict on each of the other methods.
     pub others: BTreeMap<BaselineKind, Verdict>,
-    /// Other figures.
-    pub figures: BTreeMap<String, f64>,
+    /// Every run.
+    pub runs: Vec<Run>,
 }
 
 impl Findings {
@@ -185,23 +186,16 @@ pub struct Outcome {
     pub ok: bool,
     /// What it does and checks.
     pub checks: &'static str,
-    /// Figures by name, units in the names; ratios are of a bound.
-    pub figures: BTreeMap<String, f64>,
-    /// Checks that failed.
-    pub failures: Vec<Failed>,
-    /// What number types refuse, with the reason.
-    pub refused: Vec<String>,
-    /// Mass-spring and position-based dynamics in the same case.
-    pub others: BTreeMap<BaselineKind, Verdict>,
-    /// Every run.
-    pub runs: Vec<Run>,
+    /// What was found.
+    #[serde(flatten)]
+    pub found: Findings,
 }
 
 impl Outcome {
     /// Of what a case has found.
     #[must_use]
-    pub fn new(case: &Case, found: Findings) -> Self {
-        let Findings { worst, runs, failures, refused, others, mut figures } = found;
+    pub fn new(case: &Case, mut found: Findings) -> Self {
+        let (worst, runs, figures) = (found.worst, &found.runs, &mut found.figures);
         if worst.ticks > 0 {
             let left = runs.iter().map(|run| run.energy_left).fold(0.0, f64::max);
             let of_worst = [
@@ -217,21 +211,12 @@ impl Outcome {
             ];
             figures.extend(of_worst.map(|(name, value)| (name.to_owned(), value)));
         }
-        figures.insert("refused".to_owned(), refused.len() as f64);
-        for (baseline, verdict) in &others {
+        figures.insert("refused".to_owned(), found.refused.len() as f64);
+        for (baseline, verdict) in &found.others {
             for (what, value) in verdict.figures() {
                 figures.insert(format!("{}_{what}", baseline.name()), value);
             }
         }
-        Self {
-            name: case.name,
-            ok: failures.is_empty(),
-            checks: case.checks,
-            figures,
-            failures,
-            refused,
-            others,
-            runs,
-        }
+        Self { name: case.name, ok: found.failures.is_empty(), checks: case.checks, found }
     }
 }

@@ -92,7 +92,7 @@ impl Suite {
     fn add(&mut self, outcome: Outcome) {
         self.done += 1;
         self.failed += usize::from(!outcome.ok);
-        self.runs += outcome.runs.len();
+        self.runs += outcome.found.runs.len();
         self.cases.push(outcome);
         self.ok = self.failed == 0;
     }

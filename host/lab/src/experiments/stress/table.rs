@@ -30,7 +30,7 @@ pub fn table(suite: &Suite) -> String {
     let mut text = format!("{}\n{}\n", table.trim_fmt(), notes.trim_fmt());
     for case in suite.cases.iter().filter(|case| !case.ok) {
         let _ = writeln!(text, "\n{} FAILED:", case.name);
-        for failed in case.failures.iter().take(SHOWN) {
+        for failed in case.found.failures.iter().take(SHOWN) {
             let failure = &failed.failure;
             let _ = writeln!(
                 text,
@@ -38,14 +38,14 @@ pub fn table(suite: &Suite) -> String {
                 failed.place, failure.tick, failure.check, failure.what
             );
         }
-        if let Some(more) = case.failures.len().checked_sub(SHOWN).filter(|&more| more > 0) {
+        if let Some(more) = case.found.failures.len().checked_sub(SHOWN).filter(|&more| more > 0) {
             let _ = writeln!(text, "  and {more} more");
         }
     }
     let mut refused = suite
         .cases
         .iter()
-        .flat_map(|case| case.refused.iter().map(|why| format!("  {}: {why}\n", case.name)));
+        .flat_map(|case| case.found.refused.iter().map(|why| format!("  {}: {why}\n", case.name)));
     if let Some(first) = refused.next() {
         text += "\nRefused, with the reason:\n";
         text += &first;
@@ -82,7 +82,7 @@ const NOTES: &str = "nearest: the figure nearest to its bound, which is 1: E of 
     into a body at a standstill. BLOWS UP @tick: not finite, over 10 E0, or beyond 1000 links.";
 
 fn row(case: &Outcome) -> [String; 6] {
-    let other = |baseline| case.others.get(&baseline).map(Verdict::to_string);
+    let other = |baseline| case.found.others.get(&baseline).map(Verdict::to_string);
     let usual = other(BaselineKind::MassSpring);
     let stable = other(BaselineKind::MassSpringStable);
     let springs = match (usual, stable) {
@@ -108,7 +108,7 @@ fn nearest(case: &Outcome) -> String {
         ("coordinate_over_k", "x"),
         ("rounding_over_allowance", "r"),
     ];
-    let figures = of.iter().filter_map(|(key, name)| Some((name, *case.figures.get(*key)?)));
+    let figures = of.iter().filter_map(|(key, name)| Some((name, *case.found.figures.get(*key)?)));
     match figures.max_by(|a, b| a.1.total_cmp(&b.1)) {
         Some((name, value)) => format!("{name} {value:.2}"),
         None => "-".to_owned(),

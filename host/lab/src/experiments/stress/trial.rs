@@ -72,14 +72,6 @@ pub enum Ended {
     },
 }
 
-/// Ends with [`Error::Interrupted`] where the user asked for it.
-///
-/// # Errors
-/// That one.
-pub fn stop_if_asked() -> Result<()> {
-    if interrupt::asked() { Err(Error::Interrupted) } else { Ok(()) }
-}
-
 /// A sample of a pose.
 #[must_use]
 pub fn sample((position_m, touches): Pose) -> ToolSample {
@@ -180,7 +172,7 @@ impl<'b> Trial<'b> {
         scalar.go_scalar();
         let mut monitor = Monitor::new(one, variant.scheme, variant.numbers);
         for tick in 0..self.ticks {
-            stop_if_asked()?;
+            interrupt::check()?;
             let sample = sample((self.script)(tick));
             let output = monitor.tick(one, &sample);
             for other in [&mut *again, &mut *scalar] {

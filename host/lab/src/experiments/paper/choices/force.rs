@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::measure::press;
 use crate::experiments::paper::body::{Body, Source, Tool};
+use crate::reference::vectors::dot;
 use chaincell_host::error::Result;
 
 /// Half the step of the differences, of the depth.
@@ -84,8 +85,7 @@ fn of_state(
     let model = body.model()?;
     let along = |cells: &[usize]| {
         let force = tool.links().force(at, cells);
-        let along: f64 = force.iter().zip(body.direction).map(|(f, x)| f * x).sum();
-        along * f64::from(model.force_unit_n())
+        dot(force, body.direction) * f64::from(model.force_unit_n())
     };
     let fixed: Vec<usize> = model.fixed().iter().map(|&cell| usize::from(cell)).collect();
     let inner = |&&cell: &&u16| {

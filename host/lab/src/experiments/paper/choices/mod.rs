@@ -11,8 +11,8 @@ use serde_json::json;
 
 use super::body::{Body, Source};
 use super::mechanics::ALPHAS;
-use super::section::{Context, Figure, Numbers, Section};
-use crate::charts::plot::{Axis, Chart, Style};
+use super::section::{Context, Numbers, Section};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::experiments::report::tables::csv;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;

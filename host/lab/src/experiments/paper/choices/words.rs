@@ -9,10 +9,15 @@ fn signed(fraction: f64) -> String {
     format!("{}{} %", if fraction > 0.0 { "+" } else { "" }, percent(fraction))
 }
 
-/// The row that a choice is compared with.
-fn chosen<'a>(found: &'a Results, row: &Tried) -> &'a Tried {
+/// How a choice changes force, profile and relaxation against the chosen one.
+fn changes(found: &Results, row: &Tried) -> [f64; 3] {
     let same = found.tried.iter().find(|other| other.choice == row.choice && other.chosen);
-    same.unwrap_or(&found.tried[0])
+    let (base, now) = (same.unwrap_or(&found.tried[0]).measures, row.measures);
+    [
+        change(base.force_n, now.force_n),
+        change(base.profile, now.profile),
+        change(base.relaxation_s, now.relaxation_s),
+    ]
 }
 
 fn hashes(ranges: &[Range]) -> usize {
@@ -38,13 +43,7 @@ fn sensitivity(found: &Results) -> String {
     let largest = |choice: &str| {
         let rows = found.tried.iter().filter(|row| row.choice == choice);
         rows.fold(0.0, |largest: f64, row| {
-            let base = chosen(found, row).measures;
-            let changes = [
-                change(base.force_n, row.measures.force_n),
-                change(base.profile, row.measures.profile),
-                change(base.relaxation_s, row.measures.relaxation_s),
-            ];
-            changes.iter().fold(largest, |largest, change| largest.max(change.abs()))
+            changes(found, row).iter().fold(largest, |largest, change| largest.max(change.abs()))
         })
     };
     let leaks: Vec<Range> =
@@ -148,95 +147,50 @@ pub fn tables(found: &Results) -> Vec<(String, Table)> {
 }
 
 fn tried(found: &Results) -> Table {
-    let mut table = Table::new(&[
-        "choice",
-        "value",
-        "force at the end [N]",
-        "profile off a straight line",
-        "relaxation to 1/e [s]",
-        "changes",
-    ]);
-    for row in &found.tried {
-        let (name, unit) =
-            if row.choice == "step" { ("step h", " of the bound") } else { ("alpha", "") };
-        let base = chosen(found, row).measures;
-        let changes = [
-            change(base.force_n, row.measures.force_n),
-            change(base.profile, row.measures.profile),
-            change(base.relaxation_s, row.measures.relaxation_s),
-        ];
-        let told = match row.chosen {
+    let is_step = |row: &Tried| row.choice == "step";
+    Table::of(&found.tried)
+        .column("choice", |row| if is_step(row) { "step h" } else { row.choice })
+        .column("value", |row| {
+            format!("{}{}", row.value, if is_step(row) { " of the bound" } else { "" })
+        })
+        .column("force at the end [N]", |row| format!("{:.4}", row.measures.force_n))
+        .column("profile off a straight line", |row| format!("{:.4}", row.measures.profile))
+        .column("relaxation to 1/e [s]", |row| format!("{:.4}", row.measures.relaxation_s))
+        .column("changes", |row| match row.chosen {
             true => "chosen".to_owned(),
-            false => changes.map(signed).join(", "),
-        };
-        table.row(vec![
-            name.into(),
-            format!("{}{unit}", row.value),
-            format!("{:.4}", row.measures.force_n),
-            format!("{:.4}", row.measures.profile),
-            format!("{:.4}", row.measures.relaxation_s),
-            told,
-        ]);
-    }
-    table
+            false => changes(found, row).map(signed).join(", "),
+        })
+        .table()
 }
 
 fn ranges(found: &Results) -> Table {
-    let mut table = Table::new(&[
-        "depth [mm]",
-        "K [of the largest coordinate]",
-        "R_x",
-        "force [N]",
-        "state hash",
-    ]);
-    for range in found.within.iter().chain(&found.beyond) {
-        table.row(vec![
-            format!("{:.0}", 1e3 * range.depth_m),
-            range.k_of_largest.to_string(),
-            range.r_x.to_string(),
-            format!("{:.5}", range.force_n),
-            range.state_hash.clone(),
-        ]);
-    }
-    table
+    Table::of(found.within.iter().chain(&found.beyond))
+        .column("depth [mm]", |range| format!("{:.0}", 1e3 * range.depth_m))
+        .column("K [of the largest coordinate]", |range| range.k_of_largest)
+        .column("R_x", |range| range.r_x)
+        .column("force [N]", |range| format!("{:.5}", range.force_n))
+        .column("state hash", |range| &range.state_hash)
+        .table()
 }
 
 fn readings(found: &Results) -> Table {
-    let mut table = Table::new(&[
-        "state",
-        "published: sum of k d",
-        "sum of mu (P_j - P_c), times 2 k",
-        "middle contact cell alone",
-        "reaction at the fixed cells",
-        "dE/dd by differences",
-    ]);
-    for row in &found.readings {
-        let forces =
-            [row.published_n, row.adjustments_n, row.one_cell_n, row.fixed_n, row.energy_slope_n];
-        let cells = forces.map(|force_n| format!("{force_n:.5}"));
-        table.row([row.state.clone()].into_iter().chain(cells).collect());
-    }
-    table
+    Table::of(&found.readings)
+        .column("state", |row| &row.state)
+        .column("published: sum of k d", |row| format!("{:.5}", row.published_n))
+        .column("sum of mu (P_j - P_c), times 2 k", |row| format!("{:.5}", row.adjustments_n))
+        .column("middle contact cell alone", |row| format!("{:.5}", row.one_cell_n))
+        .column("reaction at the fixed cells", |row| format!("{:.5}", row.fixed_n))
+        .column("dE/dd by differences", |row| format!("{:.5}", row.energy_slope_n))
+        .table()
 }
 
 fn yields(found: &Results) -> Table {
-    let mut table = Table::new(&[
-        "k [N/m]",
-        "alpha",
-        "input [mm]",
-        "as current: cell at [mm]",
-        "force [N]",
-        "as position: force [N]",
-    ]);
-    for at in &found.yields {
-        table.row(vec![
-            at.stiffness_n_per_m.to_string(),
-            at.alpha.to_string(),
-            format!("{:.0}", 1e3 * at.input_m),
-            format!("{:.1}", 1e3 * at.displacement_m),
-            format!("{:.4}", at.force_n),
-            format!("{:.2e}", at.prescribed_force_n),
-        ]);
-    }
-    table
+    Table::of(&found.yields)
+        .column("k [N/m]", |at| at.stiffness_n_per_m)
+        .column("alpha", |at| at.alpha)
+        .column("input [mm]", |at| format!("{:.0}", 1e3 * at.input_m))
+        .column("as current: cell at [mm]", |at| format!("{:.1}", 1e3 * at.displacement_m))
+        .column("force [N]", |at| format!("{:.4}", at.force_n))
+        .column("as position: force [N]", |at| format!("{:.2e}", at.prescribed_force_n))
+        .table()
 }

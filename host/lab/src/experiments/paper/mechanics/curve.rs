@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::experiments::paper::body::Felt;
+use crate::experiments::report::growth::slope;
 
 /// Part of the range over which the stiffness at its start and end is taken.
 const END: f64 = 0.2;
@@ -69,17 +70,6 @@ pub fn shape(curve: &[Felt], none_n: f64) -> Shape {
         snaps: falls.count(),
         residual: felt.map(|at| at.residual).fold(0.0, f64::max),
     }
-}
-
-/// Slope of the least-squares line through points; 0 for fewer than two.
-#[must_use]
-pub fn slope(points: &[[f64; 2]]) -> f64 {
-    let n = points.len() as f64;
-    let mean = |at: usize| points.iter().map(|p| p[at]).sum::<f64>() / n;
-    let (x, y) = (mean(0), mean(1));
-    let product = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
-    let square = points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
-    if square > 0.0 { product / square } else { 0.0 }
 }
 
 /// Work along a curve of displacement \[m\] and force \[N\], by trapezoids \[J\]; negative on the

@@ -10,7 +10,7 @@ mod words;
 use serde_json::{Value, json};
 
 pub use compression::{Compression, Loop, at_speed, compress, there_and_back};
-pub use curve::{Shape, slope};
+pub use curve::Shape;
 pub use prony::{Prony, fit};
 pub use relaxation::{Relaxation, exact, interpolate, jump_n, relax};
 

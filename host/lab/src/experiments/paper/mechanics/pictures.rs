@@ -1,9 +1,11 @@
 //! The charts of Fig. 5 and the numbers behind them.
 
+use serde_json::{Value, json};
+
 use super::words::mm as mm_of;
 use super::{Case, Results};
-use crate::charts::plot::{Axis, Chart, Style};
-use crate::experiments::paper::section::{Figure, Numbers};
+use crate::charts::plot::{Axis, Chart, Figure, Style};
+use crate::experiments::paper::section::Numbers;
 use crate::experiments::report::tables::csv;
 use chaincell_host::error::Result;
 
@@ -23,7 +25,7 @@ pub fn figures(bodies: &[Results]) -> Result<Vec<Figure>> {
         for body in bodies {
             let (name, caption, chart) = part(body);
             let name = format!("paper_{name}_{}", body.name);
-            all.push(Figure { name, caption, picture: chart.draw()? });
+            all.push(Figure::new(name, caption, chart.draw()?));
         }
     }
     Ok(all)
@@ -135,83 +137,52 @@ fn series(body: &Results) -> (&'static str, String, Chart) {
     ("fig5c_prony", caption, chart.series("model", Style::Markers, &sparse))
 }
 
-/// A point of a curve of force over displacement.
-#[derive(serde::Serialize)]
-struct Row {
-    alpha: f64,
-    way: &'static str,
-    depth_m: f64,
-    force_n: f64,
-    residual_of_force: Option<f64>,
-}
-
-/// A point of a relaxation.
-#[derive(serde::Serialize)]
-struct InTime {
-    alpha: f64,
-    time_s: f64,
-    force_n: f64,
-}
-
-/// A point of a loop at speed.
-#[derive(serde::Serialize)]
-struct AtSpeed {
-    press_s: f64,
-    depth_m: f64,
-    force_n: f64,
-}
-
 /// The curves as CSV.
 pub fn numbers(bodies: &[Results]) -> Vec<Numbers> {
     let mut all = Vec::new();
     for body in bodies {
-        let mut put = |name: &str, csv: String| {
-            all.push(Numbers { name: format!("paper_{name}_{}", body.name), csv });
+        let mut put = |name: &str, rows: Vec<Value>| {
+            all.push(Numbers { name: format!("paper_{name}_{}", body.name), csv: csv(&rows) });
         };
-        put("fig5a", csv(&body.cases.iter().flat_map(curve_rows).collect::<Vec<Row>>()));
-        put("fig5b", csv(&body.cases.iter().flat_map(turn_rows).collect::<Vec<Row>>()));
+        put("fig5a", body.cases.iter().flat_map(curve_rows).collect());
+        put("fig5b", body.cases.iter().flat_map(turn_rows).collect());
         let speeds = body.speeds.iter().flat_map(|speed| {
             let points = speed.turn.loading.iter().chain(&speed.turn.unloading).copied().collect();
-            let press_s = speed.press_s;
-            thin(points).into_iter().map(move |[depth_m, force_n]| AtSpeed {
-                press_s,
-                depth_m,
-                force_n,
-            })
+            let row = move |[depth_m, force_n]: [f64; 2]| {
+                json!({ "press_s": speed.press_s, "depth_m": depth_m, "force_n": force_n })
+            };
+            thin(points).into_iter().map(row)
         });
-        put("fig5b_speed", csv(&speeds.collect::<Vec<AtSpeed>>()));
+        put("fig5b_speed", speeds.collect());
         let times = body.cases.iter().flat_map(|case| {
-            let point =
-                |&[time_s, force_n]: &[f64; 2]| InTime { alpha: case.alpha, time_s, force_n };
-            case.relaxation.curve.iter().map(point).collect::<Vec<InTime>>()
+            let row = move |&[time_s, force_n]: &[f64; 2]| {
+                json!({ "alpha": case.alpha, "time_s": time_s, "force_n": force_n })
+            };
+            case.relaxation.curve.iter().map(row)
         });
-        put("fig5c", csv(&times.collect::<Vec<InTime>>()));
+        put("fig5c", times.collect());
     }
     all
 }
 
-fn curve_rows(case: &Case) -> Vec<Row> {
-    let row = |at: &crate::experiments::paper::body::Felt| Row {
-        alpha: case.alpha,
-        way: "loading",
-        depth_m: at.depth_m,
-        force_n: at.force_n,
-        residual_of_force: Some(at.residual),
-    };
-    case.compression.curve.iter().map(row).collect()
+/// A point of a curve of force over displacement.
+fn row(case: &Case, way: &str, [depth_m, force_n]: [f64; 2], residual: Option<f64>) -> Value {
+    json!({
+        "alpha": case.alpha,
+        "way": way,
+        "depth_m": depth_m,
+        "force_n": force_n,
+        "residual_of_force": residual,
+    })
 }
 
-fn turn_rows(case: &Case) -> Vec<Row> {
+fn curve_rows(case: &Case) -> impl Iterator<Item = Value> {
+    let curve = case.compression.curve.iter();
+    curve.map(|at| row(case, "loading", [at.depth_m, at.force_n], Some(at.residual)))
+}
+
+fn turn_rows(case: &Case) -> impl Iterator<Item = Value> {
     let ways = [("loading", &case.turn.loading), ("unloading", &case.turn.unloading)];
-    let rows = ways.into_iter().flat_map(|(way, points)| {
-        points.iter().map(move |&[depth_m, force_n]| (way, depth_m, force_n))
-    });
-    rows.map(|(way, depth_m, force_n)| Row {
-        alpha: case.alpha,
-        way,
-        depth_m,
-        force_n,
-        residual_of_force: None,
-    })
-    .collect()
+    ways.into_iter()
+        .flat_map(move |(way, points)| points.iter().map(move |&point| row(case, way, point, None)))
 }

@@ -1,6 +1,6 @@
 //! What the experiments of Fig. 5 say, in sentences and tables.
 
-use super::{Case, Results, TIME_CONSTANT_S};
+use super::{Case, Results, Shape, TIME_CONSTANT_S};
 use crate::experiments::paper::body::SETTLE_SWEEPS;
 use crate::experiments::report::tables::{Table, percent};
 
@@ -228,102 +228,73 @@ pub fn tables(bodies: &[Results]) -> Vec<(String, Table)> {
 }
 
 fn compressions(bodies: &[Results]) -> Table {
-    let mut table = Table::new(&[
-        "body",
-        "alpha",
-        "slack [mm]",
-        "largest force [N] at [mm]",
-        "exponent",
-        "beyond the slack",
-        "stiffness, first and last fifth [N/m]",
-        "snaps",
-        "residual of the force",
-    ]);
-    for (body, case) in bodies.iter().flat_map(|body| body.cases.iter().map(move |c| (body, c))) {
-        let shape = &case.compression.shape;
-        let felt = shape.force_max_n > 0.0;
-        let told = |text: String| if felt { text } else { "-".into() };
-        let of_max = format!("{} at {}", short(shape.force_max_n), mm(shape.depth_at_max_m));
-        let stiffness = [shape.stiffness_start_n_per_m, shape.stiffness_end_n_per_m].map(short);
-        table.row(vec![
-            body.name.into(),
-            case.alpha.to_string(),
-            mm(shape.slack_m),
-            if felt { of_max } else { "none".into() },
-            told(format!("{:.2}", shape.nonlinearity_exponent)),
-            told(format!("{:.2}", shape.exponent_beyond_slack)),
-            told(format!("{}, {}", stiffness[0], stiffness[1])),
-            shape.snaps.to_string(),
-            told(format!("{:.0e}", shape.residual)),
-        ]);
-    }
-    table
+    let cases = bodies.iter().flat_map(|body| body.cases.iter().map(move |case| (body, case)));
+    let rows = cases.map(|(body, case)| (body, case, &case.compression.shape));
+    type Row<'r> = (&'r Results, &'r Case, &'r Shape);
+    let told = |of: fn(&Shape) -> String, none: &'static str| {
+        move |(_, _, shape): Row<'_>| if shape.force_max_n > 0.0 { of(shape) } else { none.into() }
+    };
+    Table::of(rows)
+        .column("body", |(body, ..)| body.name)
+        .column("alpha", |(_, case, _)| case.alpha)
+        .column("slack [mm]", |(.., shape)| mm(shape.slack_m))
+        .column(
+            "largest force [N] at [mm]",
+            told(|of| format!("{} at {}", short(of.force_max_n), mm(of.depth_at_max_m)), "none"),
+        )
+        .column("exponent", told(|of| format!("{:.2}", of.nonlinearity_exponent), "-"))
+        .column("beyond the slack", told(|of| format!("{:.2}", of.exponent_beyond_slack), "-"))
+        .column(
+            "stiffness, first and last fifth [N/m]",
+            told(
+                |of| [of.stiffness_start_n_per_m, of.stiffness_end_n_per_m].map(short).join(", "),
+                "-",
+            ),
+        )
+        .column("snaps", |(.., shape)| shape.snaps)
+        .column("residual of the force", told(|of| format!("{:.0e}", of.residual), "-"))
+        .table()
 }
 
 fn loops(bodies: &[Results]) -> Table {
-    let mut table = Table::new(&[
-        "body",
-        "loop",
-        "depth [mm]",
-        "work given [J]",
-        "got back [J]",
-        "area [J]",
-        "of the work given",
-    ]);
+    let mut rows = Vec::new();
     for body in bodies {
-        let cases = body
-            .cases
-            .iter()
-            .map(|case| (format!("settled, alpha {}", case.alpha), body.loop_m, &case.turn));
-        let deep = [("settled, alpha 0, whole way".to_owned(), body.deepest_m, &body.deep)];
-        let speeds = body.speeds.iter().map(|speed| {
-            let name = format!("alpha 0, {} s each way", speed.press_s);
-            (name, body.loop_m, &speed.turn)
-        });
-        for (name, depth_m, turn) in cases.chain(deep).chain(speeds) {
-            let part = turn.relative().map(|part| format!("{} %", percent(part)));
-            table.row(vec![
-                body.name.into(),
-                name,
-                mm(depth_m),
-                short(turn.loading_work_j),
-                short(turn.returned_work_j),
-                short(turn.area_j()),
-                part.unwrap_or_else(|| "nothing given".into()),
-            ]);
+        let mut row = |name: String, depth_m: f64, turn| rows.push((body, name, depth_m, turn));
+        for case in &body.cases {
+            row(format!("settled, alpha {}", case.alpha), body.loop_m, &case.turn);
+        }
+        row("settled, alpha 0, whole way".to_owned(), body.deepest_m, &body.deep);
+        for speed in &body.speeds {
+            row(format!("alpha 0, {} s each way", speed.press_s), body.loop_m, &speed.turn);
         }
     }
-    table
+    Table::of(&rows)
+        .column("body", |(body, ..)| body.name)
+        .column("loop", |(_, name, ..)| name)
+        .column("depth [mm]", |(_, _, depth_m, _)| mm(*depth_m))
+        .column("work given [J]", |(.., turn)| short(turn.loading_work_j))
+        .column("got back [J]", |(.., turn)| short(turn.returned_work_j))
+        .column("area [J]", |(.., turn)| short(turn.area_j()))
+        .column("of the work given", |(.., turn)| match turn.relative() {
+            Some(part) => format!("{} %", percent(part)),
+            None => "nothing given".to_owned(),
+        })
+        .table()
 }
 
 fn prony(bodies: &[Results]) -> Table {
-    let mut table = Table::new(&[
-        "body",
-        "alpha",
-        "settled [N]",
-        "F_inf [N]",
-        "F_i [N]",
-        "tau_i [s]",
-        "residual [%]",
-        "window [s]",
-    ]);
-    for body in bodies {
-        for case in &body.cases {
-            for fit in &case.relaxation.series {
-                let list =
-                    |all: &[f64]| all.iter().map(|&x| short(x)).collect::<Vec<_>>().join(", ");
-                table.row(vec![
-                    body.name.into(),
-                    case.alpha.to_string(),
-                    short(case.relaxation.minimum_n),
-                    short(fit.f_inf_n),
-                    list(&fit.f_n),
-                    list(&fit.tau_s),
-                    percent(fit.residual),
-                    fit.window_s.map(short).join(" to "),
-                ]);
-            }
-        }
-    }
-    table
+    let cases = bodies.iter().flat_map(|body| body.cases.iter().map(move |case| (body, case)));
+    let fits = cases
+        .flat_map(|(body, case)| case.relaxation.series.iter().map(move |fit| (body, case, fit)));
+    let list = |all: &[f64]| all.iter().map(|&x| short(x)).collect::<Vec<_>>().join(", ");
+    Table::of(fits)
+        .column("body", |(body, ..)| body.name)
+        .column("alpha", |(_, case, _)| case.alpha)
+        .column("settled [N]", |(_, case, _)| short(case.relaxation.minimum_n))
+        .column("F_inf [N]", |(.., fit)| short(fit.f_inf_n))
+        .column("F_i [N]", |(.., fit)| list(&fit.f_n))
+        .column("tau_i [s]", |(.., fit)| list(&fit.tau_s))
+        .column("residual [%]", |(.., fit)| percent(fit.residual))
+        .column("window [s]", |(.., fit)| fit.window_s.map(short).join(" to "))
+        .table()
 }

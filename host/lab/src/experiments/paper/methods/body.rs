@@ -2,6 +2,7 @@
 
 use chaincell_kernel::Model;
 
+use crate::reference::vectors::{norm, plus};
 use crate::reference::{Links, Minimum, minimum};
 use chaincell_host::bake::{BakeOptions, ImageBytes, bake};
 use chaincell_host::error::{Error, Result};
@@ -114,8 +115,7 @@ impl Body {
     /// Where the contact node stands when it has been moved by `way_m` \[m\].
     #[must_use]
     pub fn contact_m(&self, way_m: [f64; 3]) -> [f64; 3] {
-        let rest = self.mesh.nodes_m[self.contact];
-        std::array::from_fn(|axis| rest[axis] + way_m[axis])
+        plus(self.mesh.nodes_m[self.contact], 1.0, way_m)
     }
 
     /// Force of the links on the contact node at given positions \[N\].
@@ -152,17 +152,4 @@ impl Body {
 pub fn turned(p: [f64; 3], degrees: f64) -> [f64; 3] {
     let (sin, cos) = (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()));
     [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1], p[2]]
-}
-
-/// Length of a vector.
-#[must_use]
-pub fn norm(p: [f64; 3]) -> f64 {
-    p.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Largest distance between two states of the same nodes.
-#[must_use]
-pub fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let apart = a.iter().zip(b).map(|(a, b)| norm(std::array::from_fn(|x| a[x] - b[x])));
-    apart.fold(0.0, f64::max)
 }

@@ -1,13 +1,12 @@
 //! A method through the press of a body: what comes out, and what it costs.
 
-use std::time::Instant;
-
 use serde::Serialize;
 
-use super::body::{Body, HOLD_TICKS, PRESS_TICKS, farthest, turned};
+use super::body::{Body, HOLD_TICKS, PRESS_TICKS, turned};
 use super::method::Kind;
 use crate::reference::profile::{middle_row, nonlinearity};
-use chaincell_host::error::{Error, Result};
+use crate::reference::vectors::farthest;
+use chaincell_host::error::Result;
 use chaincell_host::interrupt;
 use chaincell_host::session::timing::histogram::Latencies;
 
@@ -89,15 +88,13 @@ fn same_bits(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
 /// `rounds` presses, the methods in turn.
 ///
 /// # Errors
-/// As the methods; [`Error::Interrupted`].
+/// As the methods; the user asked to stop.
 pub fn rows(body: &Body, exact: &[[f64; 3]], rounds: usize) -> Result<Vec<Row>> {
     let other = body.turned(TURN_DEGREES)?;
     let depth_m = body.depth_m();
     let mut rows = Vec::new();
     for method in Kind::ALL {
-        if interrupt::asked() {
-            return Err(Error::Interrupted);
-        }
+        interrupt::check()?;
         let [once, again] = [run(body, method, PRESS_TICKS)?, run(body, method, PRESS_TICKS)?];
         let round = run(&other, method, PRESS_TICKS)?;
         let back: Vec<[f64; 3]> =
@@ -143,9 +140,7 @@ pub(super) fn time(body: &Body, rows: &mut [Row], rounds: usize) -> Result<()> {
             let mut method = row.method.start(body)?;
             for tick in 1..=PRESS_TICKS {
                 let way_m = body.way_m(tick, PRESS_TICKS);
-                let start = Instant::now();
-                method.tick(way_m)?;
-                times.record(start.elapsed().as_nanos() as u64);
+                times.time(|| method.tick(way_m))?;
             }
         }
     }

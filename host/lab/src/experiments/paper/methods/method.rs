@@ -1,14 +1,16 @@
 //! The methods behind one face: a tick moves the contact node, positions are in input order.
 
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, ToolSample};
 use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
 
-use super::body::{Body, norm};
+use super::body::Body;
 use crate::baseline::chainmail::{Chain, Graph, Lattice, Limits};
 use crate::baseline::{Baseline, MassSpring, Xpbd};
+use crate::bodies::Variant;
 use crate::reference::profile::in_input_order;
-use chaincell_host::engine::{Engine, Scheme, to_m};
+use crate::reference::vectors::norm;
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, to_m};
 use chaincell_host::error::{Error, Result};
 
 /// Link passes a tick of the methods that sweep.
@@ -123,13 +125,9 @@ impl<'b> Cells<'b> {
     fn new(body: &'b Body, scheme: Scheme) -> Result<Self> {
         let model = body.model()?;
         let contact = contact_cell(&model, body)? as u16;
-        let settings = Settings {
-            max_tool_step_m: 1e3 * model.unit_m(),
-            unloading: Unloading::Off,
-            ..scheme.settings(&model, SWEEPS)
-        };
-        let network = Network::new(model, settings).map_err(Error::check)?;
-        let mut engine = Engine::new(network, scheme, &[contact])?;
+        let (variant, contact) =
+            (Variant::plain(scheme, Arithmetic::F32), Contact::Cells(vec![contact]));
+        let mut engine = variant.unlimited(model, contact, SWEEPS, |settings| settings)?;
         // The tool takes hold at rest.
         engine.tick(&ToolSample { position_m: Vector3::zeros(), engaged: 1 });
         Ok(Self { engine, force_n: 0.0 })
@@ -140,8 +138,7 @@ impl Method for Cells<'_> {
     fn tick(&mut self, way_m: [f64; 3]) -> Result<usize> {
         let position_m = Vector3::from(way_m.map(|x| x as f32));
         let answer = self.engine.tick(&ToolSample { position_m, engaged: 1 });
-        let force_n: [f32; 3] = answer.force_n.into();
-        self.force_n = norm(force_n.map(f64::from));
+        self.force_n = norm(answer.force_n.map(f64::from).into());
         Ok(usize::from(SWEEPS) * self.engine.network().model().cells())
     }
 
@@ -226,6 +223,6 @@ impl<B: Baseline> Method for Plain<'_, B> {
 }
 
 fn contact_cell(model: &Model<'_>, body: &Body) -> Result<usize> {
-    let at = model.input_id().iter().position(|&id| id as usize == body.contact);
-    at.ok_or_else(|| Error::check(format!("the {} has no node {}", body.name, body.contact)))
+    let cell = model.cell_of_input(body.contact as u32).map(usize::from);
+    cell.ok_or_else(|| Error::check(format!("the {} has no node {}", body.name, body.contact)))
 }

@@ -8,7 +8,8 @@ mod words;
 
 use serde_json::json;
 
-use crate::experiments::paper::section::{Context, Figure, Numbers, Section};
+use crate::charts::plot::Figure;
+use crate::experiments::paper::section::{Context, Numbers, Section};
 use crate::experiments::report::tables::csv;
 use body::{Body, HOLD_TICKS, PRESS_TICKS};
 use chaincell_host::error::Result;

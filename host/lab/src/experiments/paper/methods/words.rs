@@ -16,36 +16,26 @@ const ENERGY_ROUNDING: f64 = 1e-6;
 
 /// The table of a body, with its caption.
 pub fn table(of: &Comparison) -> (String, Table) {
-    let mut table = Table::new(&[
-        "method",
-        "non-linearity of the profile",
-        "contact force [N]",
-        "off the energy minimum [% of depth]",
-        "elements looked at in a tick",
-        "each at most once",
-        "time a tick / track",
-        "largest rise of energy in a tick of the hold, after a sudden move [%]",
-        "turned with its move, off [% of depth]",
-        "same bits again",
-        "same bits on every target",
-    ]);
-    for row in &of.rows {
-        let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
-        let ratio = |ratio: f64| format!("{ratio:.2}");
-        table.row(vec![
-            row.method.name().into(),
-            row.nonlinearity.map_or("-".into(), short),
-            row.force_n.map_or("none".into(), |force| format!("{force:.4}")),
-            percent(row.off_minimum),
-            row.visited_per_tick.to_string(),
-            yes(row.at_most_once),
-            row.time_ratio.map_or("not measured".into(), ratio),
-            format!("{}, {}", percent(row.energy_rise), percent(row.energy_rise_sudden)),
-            percent(row.turned),
-            yes(row.repeats),
-            row.portable.into(),
-        ]);
-    }
+    let yes = |is: bool| if is { "yes" } else { "no" };
+    let table = Table::of(&of.rows)
+        .column("method", |row| row.method.name())
+        .column("non-linearity of the profile", |row| row.nonlinearity.map_or("-".into(), short))
+        .column("contact force [N]", |row| {
+            row.force_n.map_or("none".to_owned(), |force| format!("{force:.4}"))
+        })
+        .column("off the energy minimum [% of depth]", |row| percent(row.off_minimum))
+        .column("elements looked at in a tick", |row| row.visited_per_tick)
+        .column("each at most once", |row| yes(row.at_most_once))
+        .column("time a tick / track", |row| {
+            row.time_ratio.map_or("not measured".to_owned(), |ratio| format!("{ratio:.2}"))
+        })
+        .column("largest rise of energy in a tick of the hold, after a sudden move [%]", |row| {
+            format!("{}, {}", percent(row.energy_rise), percent(row.energy_rise_sudden))
+        })
+        .column("turned with its move, off [% of depth]", |row| percent(row.turned))
+        .column("same bits again", |row| yes(row.repeats))
+        .column("same bits on every target", |row| row.portable)
+        .table();
     let times = if of.rows.iter().any(|row| row.time_ratio.is_some()) {
         "times are medians of the ticks of the press, taken in turn"
     } else {

@@ -6,11 +6,13 @@ use crate::bodies::Body;
 use crate::bodies::Variant;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Failed, Findings, Scale};
-use crate::experiments::stress::trial::{Trial, sample, stop_if_asked};
+use crate::experiments::stress::trial::{Trial, sample};
 use crate::monitor::{Check, Monitor};
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Engine};
 use chaincell_host::error::Result;
+use chaincell_host::interrupt;
 
 pub const CASES: &[Case] = &[Case {
     name: "drift",
@@ -102,7 +104,7 @@ impl Rounds<'_, '_> {
         let mut worst = [0.0_f64; 2];
         let mut monitor = Monitor::new(&one, self.variant.scheme, self.variant.numbers);
         for round in 0..rounds {
-            stop_if_asked()?;
+            interrupt::check()?;
             let mut highest_j = 0.0_f64;
             for (tick, at) in path.iter().enumerate() {
                 let output = if tick + 1 < path.len() {
@@ -125,7 +127,7 @@ impl Rounds<'_, '_> {
                 level = level.max(highest_j);
             }
             let from = *centroid.get_or_insert(now);
-            let way = (0..3).map(|axis| (now[axis] - from[axis]).powi(2)).sum::<f64>().sqrt();
+            let way = norm(minus(now, from));
             let over = if level > 0.0 { highest_j / level } else { 0.0 };
             worst = [worst[0].max(over), worst[1].max(way)];
             if over > self.most.level || way > self.most.centroid {

@@ -7,11 +7,12 @@ use crate::bodies::Body;
 use crate::bodies::Variant;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::trial::{Touch, Trial, sample, stop_if_asked};
+use crate::experiments::stress::trial::{Touch, Trial, sample};
 use crate::monitor::Check;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::Engine;
 use chaincell_host::error::Result;
+use chaincell_host::interrupt;
 
 pub const CASES: &[Case] = &[
     Case {
@@ -121,7 +122,7 @@ fn each_engine(
     mut of: impl FnMut(Variant, &mut Engine<'_>) -> Result<()>,
 ) -> Result<()> {
     for variant in Variant::all() {
-        stop_if_asked()?;
+        interrupt::check()?;
         let Some(model) = body.model(variant.hats)? else { continue };
         if let Ok(mut engine) = Trial::new("", body, 0).engine(model, variant)? {
             of(variant, &mut engine)?;

@@ -4,11 +4,12 @@ use crate::bodies::Variant;
 use crate::bodies::shape::{cuboid, hub, spiral};
 use crate::bodies::{Body, Shape};
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::trial::{Trial, sample, stop_if_asked};
+use crate::experiments::stress::trial::{Trial, sample};
 use crate::monitor::Check;
 use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::engine::Arithmetic;
 use chaincell_host::error::Result;
+use chaincell_host::interrupt;
 
 pub const CASES: &[Case] = &[Case {
     name: "rest",
@@ -46,7 +47,7 @@ fn rest(scale: Scale, found: &mut Findings) -> Result<()> {
 fn still(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<()> {
     let ticks = scale.ticks(100);
     for variant in Variant::all() {
-        stop_if_asked()?;
+        interrupt::check()?;
         let Some(model) = body.model(variant.hats)? else { continue };
         let mut engine = match Trial::new(name, body, ticks).engine(model, variant)? {
             Ok(engine) => engine,

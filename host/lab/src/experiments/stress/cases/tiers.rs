@@ -5,11 +5,12 @@ use crate::bodies::Variant;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::cases::{PRESS_TICKS, pressing};
-use crate::experiments::stress::trial::{Trial, sample, stop_if_asked};
+use crate::experiments::stress::trial::{Trial, sample};
 use crate::monitor::Check;
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Scheme};
 use chaincell_host::error::Result;
+use chaincell_host::interrupt;
 
 pub const CASES: &[Case] = &[Case {
     name: "number-tiers",
@@ -28,7 +29,7 @@ fn tiers(scale: Scale, found: &mut Findings) -> Result<()> {
     for scheme in [Scheme::Track, Scheme::Euler] {
         let mut forces = Vec::new();
         for numbers in [Arithmetic::F64, Arithmetic::F32, Arithmetic::Fixed] {
-            stop_if_asked()?;
+            interrupt::check()?;
             let variant = Variant { scheme, numbers, hats: false };
             let Ok(mut engine) = trial.engine(body.plain()?, variant)? else {
                 found.fail(variant.to_string(), Check::Admission, "refused".to_owned());
