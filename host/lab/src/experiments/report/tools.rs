@@ -212,7 +212,7 @@ mod tests {
         for of_tool in rows.chunks(SWEEPS.len()) {
             let error = |at: usize| of_tool[at].largest.field;
             let tool = &of_tool[0].tool;
-            assert!(error(0) > error(2) && error(4) < 0.05, "{tool}: {} {}", error(0), error(4));
+            assert!(error(4) < error(0).min(0.05), "{tool}: {} {}", error(0), error(4));
             assert!(of_tool.iter().all(|row| row.largest.force.is_finite()), "{tool}");
         }
     }
