@@ -1,6 +1,6 @@
 //! Soft tissue as a cellular neural network with ChainMail links, for haptic firmware.
 //!
-//! Every mesh node is a cell; links between cells carry a band of admitted lengths; the network's
+//! Every mesh node is a cell; a link between two cells admits a band of lengths; the network's
 //! dynamics deform the body (J. Zhang, Y. Zhong, J. Smith, C. Gu, "ChainMail based neural dynamics
 //! modeling of soft tissue deformation for surgical simulation", 2017; equation numbers refer to
 //! it). No `std`, no heap, no panic in the tick, a constant number of link passes a tick, and the
@@ -74,6 +74,7 @@ pub use solver::coarse::{coarse_room, probe_room};
 pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;
+pub use terms::state::{TermState, TermStates};
 pub use tick::choice::Choice;
 pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};
 pub use tick::error::{ResetError, StateError};

@@ -70,7 +70,8 @@ fn apart(nodes_m: &[[f64; 3]]) -> bool {
     nodes_m.iter().enumerate().all(|(i, &a)| nodes_m[..i].iter().all(|&b| squared(a, b) > 1e-6))
 }
 
-/// A body of these nodes \[m\] and links, the lower end of each first; the tool holds the last node.
+/// A body of these nodes \[m\] and links, the lower end of each first; the tool holds the last
+/// node.
 #[must_use]
 pub fn shape(nodes_m: Vec<[f64; 3]>, links: Vec<[u32; 2]>, fixed: Vec<u32>) -> Shape {
     let last = nodes_m.len() as u32 - 1;
@@ -96,7 +97,8 @@ impl Case {
         self.shape.bake(&self.options()).unwrap()
     }
 
-    /// An engine whose tool holds the last node; an error where the numbers do not carry the body.
+    /// An engine whose tool holds the last node; an error where the body is outside the range of
+    /// the numbers.
     ///
     /// # Errors
     /// As [`Variant::engine`].

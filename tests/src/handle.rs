@@ -1,8 +1,8 @@
 //! A modelled haptic device in a hand: what closes the loop around a tissue.
 //!
-//! The handle is a mass with viscous damping, the hand a spring and a damper from the handle to where
-//! it wants to be. Both move continuously (semi-implicit steps of a twentieth of a tick, in double
-//! precision) under the force that the device holds for a tick; what is measured of them is
+//! The handle is a mass with viscous damping, the hand a spring and a damper from the handle to
+//! where it wants to be. Both move continuously (semi-implicit steps of a twentieth of a tick, in
+//! double precision) under the force that the device holds for a tick; what is measured of them is
 //! quantised. All energies are those of the continuous motion.
 
 use chaincell_kernel::ToolSample;
@@ -91,17 +91,17 @@ impl Moving {
         let force = self.queue.pop().unwrap_or_else(V::zeros);
         let step_s = TICK_S / f64::from(STEPS);
         for _ in 0..STEPS {
-            let pull = if hand.holds {
+            let grip = if hand.holds {
                 hand.stiffness_n_per_m * (hand.at - self.position)
                     - hand.damping_n_s_per_m * self.velocity
             } else {
                 V::zeros()
             };
             let drag = -self.handle.damping_n_s_per_m * self.velocity;
-            self.velocity += (force + pull + drag) * (step_s / self.handle.mass_kg);
+            self.velocity += (force + grip + drag) * (step_s / self.handle.mass_kg);
             let way = self.velocity * step_s;
             self.position += way;
-            self.hand_j += pull.dot(&way);
+            self.hand_j += grip.dot(&way);
             self.port_j += force.dot(&way);
             self.lost_j -= drag.dot(&way);
         }

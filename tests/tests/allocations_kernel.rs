@@ -11,8 +11,8 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
-    Euler, GaussSeidel, Model, Network, ResetError, Rkl1, Rkl2, Settings, Tissue, ToolSample,
-    Track, include_model,
+    Euler, GaussSeidel, Head, Model, Network, ResetError, Rkl1, Rkl2, Settings, TermState,
+    TermStates, Tissue, ToolSample, Track, include_model,
 };
 use nalgebra::Vector3;
 
@@ -97,6 +97,14 @@ fn euler_carries_no_momentum() {
     assert_eq!(arrays(Tissue::<81, Rkl1, 1>::RAM_BYTES - euler), 2);
     assert_eq!(arrays(Tissue::<81, Rkl2, 1>::RAM_BYTES - euler), 3);
     assert_eq!(arrays(euler - Tissue::<81, GaussSeidel, 1>::RAM_BYTES), 1);
+}
+
+/// Today's terms keep nothing of a cell.
+#[test]
+fn terms_that_keep_nothing_take_no_memory() {
+    assert_eq!((size_of::<TermState>(), size_of::<TermStates>()), (0, 0));
+    let whole = size_of::<Head<Track>>() + 81 * 64 + 16;
+    assert_eq!(Tissue::<81, Track, 1>::RAM_BYTES, whole.next_multiple_of(16));
 }
 
 #[test]

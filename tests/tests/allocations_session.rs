@@ -11,7 +11,7 @@ use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::files::recording::{Recording, TraceFile};
 use chaincell_host::session::ipc::names::unique_scene;
 use chaincell_host::session::ipc::payload::ToolPose;
-use chaincell_host::session::ipc::services::{Domain, Scene};
+use chaincell_host::session::ipc::services::{Domain, SceneServices};
 use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
@@ -144,7 +144,8 @@ fn served(viewed: bool) -> Counter {
         assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);
         counter
     });
-    let scene = Scene::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
+    let scene =
+        SceneServices::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
     let viewer = viewed.then(|| StateReader::open(&scene).unwrap());
     let poses: Vec<ToolPose> = (0..WARM_UP_TICKS + COUNTED_TICKS)
         .map(|tick| ToolPose { tick, ..ToolPose::default() })

@@ -2,7 +2,7 @@
 //!
 //! Each module uses only those above it:
 //!
-//! - [`reference`]: the static minimum in double precision, and published data.
+//! - [`mod@reference`]: the static minimum in double precision, and published data.
 //! - [`bodies`]: the bodies of experiments and tests, and the ways to compute them.
 //! - [`states`]: states that no tool brings a body to.
 //! - [`monitor`]: what must hold in every tick.

@@ -7,7 +7,7 @@ use chaincell_kernel::image::{HATS_MAX, NO_HAT, kind};
 use nalgebra::DMatrix;
 
 use super::image::Sections;
-use super::{Body, Link};
+use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
 /// Hats that a model gets at most unless asked for more: their product then takes about a quarter
@@ -113,7 +113,7 @@ struct Level {
 }
 
 impl Level {
-    fn new(body: &Body, mobility: &[f32], spacing: f64) -> Self {
+    fn new(body: &OrderedCells, mobility: &[f32], spacing: f64) -> Self {
         let grid = Grid::new(&body.rest, spacing);
         let mut by_box: Vec<(usize, u16, [usize; 3], [f64; 3])> = (body.rest.iter().enumerate())
             .filter(|&(cell, _)| mobility[cell] > 0.0)
@@ -205,7 +205,7 @@ impl Level {
 
 /// Links between the cell farthest from all fixed ones and the nearest of them; `None` where some
 /// cell is linked to no fixed one.
-fn rings(body: &Body) -> Option<usize> {
+fn rings(body: &OrderedCells) -> Option<usize> {
     let mut linked = vec![Vec::new(); body.rest.len()];
     for &([i, j], _) in &body.links {
         linked[usize::from(i)].push(j);
@@ -231,7 +231,7 @@ fn rings(body: &Body) -> Option<usize> {
 }
 
 /// How far apart the hats of a body stand by default; `None` for no hats.
-fn by_size(body: &Body, mobility: &[f32]) -> Option<f64> {
+fn by_size(body: &OrderedCells, mobility: &[f32]) -> Option<f64> {
     if rings(body).is_some_and(|rings| rings < RINGS_MIN) {
         return None;
     }
@@ -249,7 +249,7 @@ fn by_size(body: &Body, mobility: &[f32]) -> Option<f64> {
 /// Adds the sections of the coarse level, where the body gets one.
 pub(super) fn push(
     sections: &mut Sections,
-    body: &Body,
+    body: &OrderedCells,
     mobility: &[f32],
     weight: &[f32],
     spacing: BasisSpacing,

@@ -4,10 +4,10 @@ use chaincell_kernel::image::{FINE_CELLS, NO_CELL, kind};
 
 use super::image::Sections;
 use super::network::Plan;
-use super::{Body, internal};
+use super::{OrderedCells, internal};
 
 /// Rest positions, weights and elements of the mesh, where cells are groups of its nodes.
-pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &Body) {
+pub fn push(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells) {
     let Some(coarse) = plan.coarse() else { return };
     let mesh = plan.mesh();
     let embedding = &coarse.embedding;

@@ -6,7 +6,7 @@ use chaincell_kernel::image::{
     checksum, params,
 };
 
-use super::{BakeOptions, Body};
+use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
 
 /// An image in memory, at a multiple of 16 bytes as the kernel reads it.
@@ -75,7 +75,7 @@ impl Sections {
 /// A saturation below twice the largest coordinate, units out of range.
 pub(super) fn params(
     nodes: usize,
-    body: &Body,
+    body: &OrderedCells,
     options: &BakeOptions,
     weights: &[f32],
     alpha: f32,
@@ -106,7 +106,7 @@ pub(super) fn params(
     let degree_bound = body.links.iter().map(pair).fold(0.0, f32::max);
     let energy_max = match options.energy_max_j {
         Some(joule) => (joule / (2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m)) as f32,
-        // Eight cells of the largest weight, pulled at once by the body's width.
+        // Eight cells of the largest weight, each displaced by the width of the body.
         None => 8.0 * weights.iter().copied().fold(0.0, f32::max) * largest * largest,
     };
     let mut words = [0; params::WORDS];
@@ -131,13 +131,13 @@ pub(super) fn params(
 }
 
 /// Number of axes along which the rest shape has an extent.
-fn dimension(body: &Body) -> u32 {
+fn dimension(body: &OrderedCells) -> u32 {
     let extended = |axis: usize| body.rest.iter().any(|p| p[axis] != body.rest[0][axis]);
     (0..3).filter(|&axis| extended(axis)).count().max(1) as u32
 }
 
 /// Number of connected parts.
-fn parts(body: &Body) -> usize {
+fn parts(body: &OrderedCells) -> usize {
     let mut parent: Vec<usize> = (0..body.rest.len()).collect();
     let mut parts = parent.len();
     for &([i, j], _) in &body.links {

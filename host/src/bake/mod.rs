@@ -1,5 +1,16 @@
 //! From a mesh to a model image: cells in an order that keeps neighbours close, links with their
 //! bands and weights, the bounds that the kernel's proofs need.
+//!
+//! - `network`: the mesh itself, with links up to `--rings` edges long, or groups of its nodes.
+//! - `groups`: `--cells N` puts the nodes of a mesh of up to 2,000,000 nodes into N groups, a cell
+//!   each. A tick costs what N cells cost; every node follows the cells around it.
+//! - `embedded`: those nodes in the image; `--lean` leaves them out, with all that only pictures,
+//!   selectors and vector units need.
+//! - `order`, `slices`: the order of the cells, and their links for vector units.
+//! - `coarse_basis`: the coarse level of `track`, `--hats`.
+//! - `colours`: the order of `gauss-seidel`, `--colours`.
+//! - `notes`: node groups and border, for selectors.
+//! - `image`: the file.
 
 mod coarse_basis;
 mod colours;
@@ -91,7 +102,7 @@ impl Default for BakeOptions {
 type Link = ([u16; 2], usize);
 
 /// Cells in the model's order, with what the sections are made of.
-struct Body {
+struct OrderedCells {
     /// Node of the network's mesh of each cell.
     node: Vec<u32>,
     /// Cell of each of its nodes; `u16::MAX` for a node that is no cell.
@@ -174,7 +185,7 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
 }
 
 /// Chooses frame and order, and renumbers.
-fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
+fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<OrderedCells> {
     let mut used = vec![true; mesh.nodes_m.len()];
     for &node in &mesh.unused {
         used[node as usize] = false;
@@ -207,7 +218,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
     fixed_cells.dedup();
     let (centre_m, unit_m) = frame(mesh, &order);
     let rest = order.iter().map(|&node| internal(mesh.nodes_m[node as usize], centre_m, unit_m));
-    Ok(Body {
+    Ok(OrderedCells {
         rest: rest.collect(),
         node: order,
         cell_of,
@@ -220,7 +231,7 @@ fn lay_out(mesh: &Mesh, fixed: &[u32]) -> Result<Body> {
 
 /// A position in mean link lengths from the centre.
 fn internal(position_m: [f64; 3], centre_m: [f32; 3], unit_m: f32) -> [f32; 3] {
-    // Adding +0.0 turns -0.0 into +0.0: there is one zero in the state.
+    // Adding +0.0 turns -0.0 into +0.0.
     std::array::from_fn(|axis| {
         ((position_m[axis] - f64::from(centre_m[axis])) / f64::from(unit_m)) as f32 + 0.0
     })
@@ -288,7 +299,7 @@ fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) -> Vec<f32>
         .collect()
 }
 
-fn write(plan: &Plan<'_>, body: &Body, options: &BakeOptions) -> Result<ImageBytes> {
+fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<ImageBytes> {
     use chaincell_kernel::image::kind;
     let cells = body.rest.len();
     let links = &body.links;
@@ -351,7 +362,7 @@ fn write(plan: &Plan<'_>, body: &Body, options: &BakeOptions) -> Result<ImageByt
 }
 
 /// Surface cells with normals and, unless the image is lean, the elements for display.
-fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &Body, lean: bool) {
+fn surface(sections: &mut Sections, plan: &Plan<'_>, body: &OrderedCells, lean: bool) {
     use chaincell_kernel::image::kind;
     let mesh = plan.mesh();
     let normals = vertex_normals(&mesh.nodes_m, &mesh.triangles);

@@ -1,7 +1,7 @@
 //! The network to bake: the mesh itself, or one whose nodes are groups of the mesh's.
 
 use super::groups::{CoarseLinks, Embedding, Groups, couple, embed, partition, stiffening};
-use super::{BakeOptions, Body, Link, PerCell};
+use super::{BakeOptions, Link, OrderedCells, PerCell};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
@@ -26,7 +26,7 @@ pub struct Coarse {
     pub groups: Groups,
     /// Nodes are groups.
     pub net: Mesh,
-    /// How groups carry the nodes.
+    /// Weights of the groups at each node.
     pub embedding: Embedding,
     fixed: Vec<u32>,
     links: CoarseLinks,
@@ -72,7 +72,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Input id of every cell.
-    pub fn input_ids(&self, body: &Body) -> Vec<u32> {
+    pub fn input_ids(&self, body: &OrderedCells) -> Vec<u32> {
         match &self.coarse {
             None => body.node.clone(),
             Some(coarse) => {

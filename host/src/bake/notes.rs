@@ -25,7 +25,7 @@ impl Notes {
         serde_json::to_vec(self).unwrap_or_default()
     }
 
-    /// The notes of a model; empty where it carries none.
+    /// The notes of a model; empty where it has none.
     #[must_use]
     pub fn read(model: &Model<'_>) -> Self {
         serde_json::from_slice(model.notes()).unwrap_or_default()

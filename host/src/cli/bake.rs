@@ -78,12 +78,13 @@ pub struct BodyArgs {
     /// Cell capacitance C
     #[arg(long, default_value_t = 1.0, value_name = "C", allow_negative_numbers = true)]
     capacitance: f64,
-    /// Largest energy a tool may load into the body [J] [default: eight cells of the largest
-    /// valence pulled at once by the body's width]
+    /// Largest energy a tool may load into the body [J] [default: that of eight
+    /// cells of the largest valence, each displaced by the width of the body]
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     energy_max_j: Option<f64>,
-    /// Coarse level of `track`: distance of its hat functions in mean link lengths, none, or auto
-    /// (at most 400 hats at 2.5 or more; none where every cell is within four links of a fixed one)
+    /// Coarse level of `track`: distance of its basis functions (hats) in mean link lengths, none,
+    /// or auto (at most 400 at 2.5 or more; none where every cell is within four links of a fixed
+    /// one)
     #[arg(
         id = "coarse_basis",
         long = "hats",
@@ -95,8 +96,8 @@ pub struct BodyArgs {
     /// Add the colours of the cells, which gauss-seidel needs: two bytes a cell
     #[arg(long)]
     colours: bool,
-    /// Leave out what firmware has no use for: groups, triangles, tetrahedra, the nodes that
-    /// --cells carries along, and the links once more in slices for vector units
+    /// Leave out what firmware has no use for: groups, triangles, tetrahedra, the mesh
+    /// embedded by --cells, and the links once more in slices for vector units
     #[arg(long)]
     lean: bool,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may

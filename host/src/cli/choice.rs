@@ -30,8 +30,8 @@ impl Help for Scheme {
                  equilibrium"
             }
             Self::Rkl1 => {
-                "Runge-Kutta-Legendre of first order: fast, robust relaxation, its way only \
-                 roughly right"
+                "Deprecated, take rkl2 or track: Runge-Kutta-Legendre of first order, its trajectory \
+                 only roughly right"
             }
             Self::Rkl2 => {
                 "Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound"
@@ -51,10 +51,10 @@ impl Help for Arithmetic {
                 "Single precision, correctly rounded: every target with an FPU, all schemes"
             }
             Self::Fixed => {
-                "Fixed point, 8.24 bits: targets without an FPU; euler and track without hats"
+                "Fixed point, 8.24 bits: targets without an FPU; euler and track without the coarse level"
             }
             Self::F64 => {
-                "Double precision: for comparison on this machine; euler and track without hats"
+                "Double precision: for comparison on this machine; euler and track without the coarse level"
             }
         }
     }

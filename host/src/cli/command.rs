@@ -8,7 +8,7 @@ use crate::choice;
 use crate::error::{Error, Result};
 use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
-use crate::session::ipc::services::{Domain, Scene};
+use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::timing::clock::SECOND_NS;
 use crate::terminal;
 use crate::words::counted;
@@ -51,7 +51,7 @@ enum Action {
 
 /// What is printed.
 #[derive(Debug, Serialize)]
-struct Report {
+struct Printed {
     tick: u64,
     ticks_answered: u64,
     state_hash: String,
@@ -64,7 +64,7 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Resume => Command::Resume,
         Action::Set { assignment } => set(assignment)?,
     };
-    let scene = Scene::open(args.scene.as_deref(), &Domain::default())?;
+    let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
     let client = CommandClient::open(&scene)?;
     if !client.is_served() {
         return Err(Error::input(format!(
@@ -80,7 +80,7 @@ pub fn execute(args: &Args) -> Result<()> {
             refusal_text(reply.reason)
         )));
     }
-    let report = Report {
+    let report = Printed {
         tick: reply.tick,
         ticks_answered: reply.ticks_answered,
         state_hash: format!("{:016x}", reply.state_hash),

@@ -136,8 +136,8 @@ impl ModelReport {
 
 /// Nodes of the input that have a position.
 fn nodes(model: &Model<'_>) -> usize {
-    let carried = (0..model.fine_nodes()).filter(|&node| model.fine_rest(node).is_some()).count();
-    carried.max(model.cells())
+    let embedded = (0..model.fine_nodes()).filter(|&node| model.fine_rest(node).is_some()).count();
+    embedded.max(model.cells())
 }
 
 /// RAM of a tissue with room for a model's cells and the default number of contacts [bytes].

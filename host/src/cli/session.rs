@@ -13,7 +13,7 @@ use crate::engine::{Contact, Engine, rest_m};
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
-use crate::session::ipc::services::{Domain, Scene};
+use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::loops::floor::{self, Floor};
 use crate::session::loops::inject::{Faults, Plan};
 use crate::session::loops::serve::POSE_HZ;
@@ -54,7 +54,7 @@ pub struct LoopArgs {
 impl LoopArgs {
     /// Refuses a scene that cannot be served, before anything is measured or written.
     pub fn check(&self) -> Result<()> {
-        let scene = Scene::open(self.scene.as_deref(), &Domain::default())?;
+        let scene = SceneServices::open(self.scene.as_deref(), &Domain::default())?;
         scene.serve_ports(false).map(|_| ())
     }
 

@@ -10,7 +10,7 @@ use crate::files::output::cells_csv;
 use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
-use crate::session::ipc::services::{Domain, Scene};
+use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
 use crate::terminal;
@@ -46,7 +46,7 @@ type State = (StateHeader, Vec<NodePosition>);
 
 /// What is printed of a state.
 #[derive(Debug, Serialize)]
-struct Report {
+struct Printed {
     tick: u64,
     ticks_answered: u64,
     state_hash: String,
@@ -55,7 +55,7 @@ struct Report {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let scene = Scene::open(args.scene.as_deref(), &Domain::default())?;
+    let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
     let reader = StateReader::open(&scene)?;
     if !reader.is_served() {
         return Err(Error::input(format!(
@@ -108,7 +108,7 @@ fn watch(args: &Args, reader: &StateReader, last: &mut Option<State>) -> Result<
 }
 
 fn tell(args: &Args, header: &StateHeader) -> Result<()> {
-    let report = Report {
+    let report = Printed {
         tick: header.tick,
         ticks_answered: header.ticks_answered,
         state_hash: format!("{:016x}", header.state_hash),

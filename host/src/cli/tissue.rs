@@ -1,5 +1,10 @@
 //! Arguments that say how a model is run, shared by `run`, `serve`, `cosim` and `latency`.
 
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "help texts, which name units as [N] and are printed as they stand"
+)]
+
 use std::ffi::OsString;
 
 use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
@@ -21,7 +26,8 @@ pub struct TissueArgs {
     /// Cells that the tool holds while engaged: cells:SELECTOR (see `bake --help`), input ids, or
     /// auto: the free surface cell farthest from the fixed ones with its surface neighbours. Of a
     /// model baked with --cells, nodes: the cells are held of whose group they are half or more.
-    /// The tool's displacement counts from where it engages. Or probe:RADIUS: a sphere of that radius [m] around the tool pushes surface cells out
+    /// The tool's displacement counts from where it engages. Or probe:RADIUS: a sphere of that
+    /// radius [m] around the tool pushes surface cells out
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
     /// Most cells that a probe touches at a time
@@ -29,8 +35,8 @@ pub struct TissueArgs {
         value_parser = clap::value_parser!(u16).range(1..))]
     pub probe_capacity: u16,
     /// Scheme: track follows the equilibrium; euler is the paper's own, for relaxation in time;
-    /// rkl2 the same trajectory beyond euler's bound, rkl1 its robust form; gauss-seidel
-    /// needs the least RAM and a model baked with --colours
+    /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
+    /// least RAM and a model baked with --colours
     #[arg(long, value_parser = parser::<Scheme>(), default_value = Scheme::default().name())]
     pub dynamics: Scheme,
     /// Numbers that cells and links are computed in
@@ -41,15 +47,16 @@ pub struct TissueArgs {
     /// rkl1 and rkl2 advance a tick [default: what the sweeps cover]
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub step: Option<f32>,
-    /// Time constant of the body's relaxation [s]: a tick of 1 ms advances 1 ms / S of dimensionless
-    /// time, with euler, rkl1 or rkl2
+    /// Time constant of the body's relaxation [s]: a tick of 1 ms advances 1 ms / S of
+    /// dimensionless time, with euler, rkl1 or rkl2
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "step")]
     pub time_constant_s: Option<f32>,
     /// Sweeps a tick
     #[arg(long, default_value_t = 4, value_name = "N", allow_negative_numbers = true)]
     pub sweeps: u16,
-    /// What the tool's displacement does to the contact cells: it prescribes their positions, or it is
-    /// the current into each of them (the paper's drive), a load of 2 k times the displacement [N]
+    /// What the tool's displacement does to the contact cells: it prescribes their positions, or it
+    /// is the current into each of them (the paper's drive), a load of 2 k times the displacement
+    /// [N]
     #[arg(long, value_parser = parser::<Drive>(), default_value = Drive::default().name())]
     pub drive: Drive,
     /// Largest motion of the contact cells, or change of the current, a tick [m] [default: one mean

@@ -100,7 +100,8 @@ pub fn contact_cells(contact: &str, model: &Model<'_>) -> Result<Vec<u16>> {
     held(model, &nodes)
 }
 
-/// Input ids with their places at rest \[m\]: the cells', or those of the nodes that they carry.
+/// Input ids with their places at rest \[m\]: the cells', or those of the nodes of the embedded
+/// mesh.
 fn places_m<'m>(model: &Model<'m>) -> impl Iterator<Item = (u32, [f64; 3])> + use<'m> {
     let model = *model;
     let fine = (0..model.fine_nodes() as u32)

@@ -15,7 +15,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
-    Settings, TickOutput, TissueMut, ToolSample, Track,
+    Settings, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -55,6 +55,7 @@ struct Memory<D: Dynamics> {
     own: Vec<Cell<D::Number>>,
     room: Vec<[f32; 8]>,
     contacts: Vec<Slot<D::Number>>,
+    states: Vec<TermState>,
 }
 
 impl<D: Dynamics> Memory<D> {
@@ -71,6 +72,7 @@ impl<D: Dynamics> Memory<D> {
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
+            states: vec![TermState::REST; cells],
         }
     }
 
@@ -82,6 +84,7 @@ impl<D: Dynamics> Memory<D> {
             own: &mut self.own,
             room: &mut self.room,
             contacts: &mut self.contacts,
+            states: TermStates::new(&mut self.states),
         }
     }
 }
@@ -373,7 +376,7 @@ impl<'m> Engine<'m> {
     }
 
     /// Every node of the input with its published position: the cells in the model's order, or the
-    /// nodes that they carry along, in the input's.
+    /// nodes of the embedded mesh, in the input's.
     pub fn nodes(&mut self) -> Nodes {
         let model = *self.network.model();
         if model.fine_nodes() == 0 {
@@ -403,11 +406,11 @@ impl<'m> Engine<'m> {
     }
 }
 
-/// By ascending input id: all cells, or the nodes that they carry along.
+/// By ascending input id: all cells, or the nodes of the embedded mesh.
 fn shown(model: &Model<'_>) -> Vec<u32> {
     if model.fine_nodes() > 0 {
-        let carried = |&node: &u32| model.fine_rest(node as usize).is_some();
-        return (0..model.fine_nodes() as u32).filter(carried).collect();
+        let embedded = |&node: &u32| model.fine_rest(node as usize).is_some();
+        return (0..model.fine_nodes() as u32).filter(embedded).collect();
     }
     let ids = model.input_id();
     let mut cells: Vec<u32> = (0..model.cells() as u32).collect();

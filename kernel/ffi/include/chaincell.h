@@ -264,7 +264,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_RESET_CAPACITY = -60,
     /**
-     * The tissue has too little room for the model's hats: `needed`, `available` octets.
+     * Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
      */
     CHAINCELL_CODE_RESET_HATS = -61,
     /**
@@ -296,7 +296,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_FIXED = -82,
     /**
-     * The contact cell stands twice: `position` in the list of the second stand.
+     * The contact cell is named twice: `position` of the second one in the list.
      */
     CHAINCELL_CODE_CONTACT_REPEATED = -83,
     /**
@@ -304,11 +304,12 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_MODEL = -84,
     /**
-     * Too little room to hold that many cells against the hats: `needed`, `available` octets.
+     * Too little room to hold that many cells beside the coarse level: `needed`, `available`
+     * blocks of eight `float`.
      */
     CHAINCELL_CODE_CONTACT_HATS = -85,
     /**
-     * The tool is engaged: cells change hands only while it is not.
+     * The tool is engaged: other cells can be chosen only while it is released.
      */
     CHAINCELL_CODE_CONTACT_ENGAGED = -86,
     /**
@@ -320,8 +321,8 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_SURFACE = -88,
     /**
-     * Too little room for a probe and the model's hats: `needed`, `available` octets; 34 contact
-     * cells make enough for every model.
+     * Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
+     * `float`; room for 34 contact cells is enough for every model.
      */
     CHAINCELL_CODE_CONTACT_PROBE_HATS = -89,
     /**
@@ -665,8 +666,8 @@ typedef struct chaincell_stage_settings {
      */
     float max_force_n;
     /**
-     * Ticks in which the force rises after engaging and after a silence, and in which it falls when
-     * samples stop; 0 for none, at most 60,000.
+     * Ticks in which the force rises after engaging and after a silence, and in which it falls
+     * when samples stop; 0 for none, at most 60,000.
      */
     uint32_t ramp_ticks;
     /**
@@ -716,8 +717,8 @@ typedef struct chaincell_output {
      */
     float energy_j;
     /**
-     * What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an energy
-     * ledger [J].
+     * What the tool's motion of this tick did to the tissue, exactly: the tissue's side of an
+     * energy ledger [J].
      */
     float work_j;
     /**
@@ -848,8 +849,8 @@ chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
  * What the device is given for what the tissue has answered to the tool of
  * `chaincell_stage_sample`. `tissue` and `output` may be one output.
  *
- * Where a pointer is bad the stage stays as it is, and an `output` that can be written says force 0
- * with `CHAINCELL_FLAG_SAFE_STATE`.
+ * Where a pointer is bad the stage stays as it is, and an `output` that can be written says force
+ * 0 with `CHAINCELL_FLAG_SAFE_STATE`.
  *
  * Safety
  * `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,
@@ -885,8 +886,10 @@ size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, 
  * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
  *
  * `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
- * `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused. `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or null. Model and
- * settings are copied; the model's image is not. `detail` may be null. Cost: clears the storage.
+ * `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused.
+ * `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
+ * null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
+ * clears the storage.
  *
  * Safety
  * `storage` has `bytes` bytes which nobody else uses as long as the tissue is in use, nor do they
@@ -996,9 +999,9 @@ chaincell_code chaincell_position(const struct chaincell_tissue *tissue,
                                   float (*position_m)[3]);
 
 /**
- * Place of a node of the mesh, by input id, carried along by the published positions of the cells
- * around it, in the frame of the input mesh [m]. Only for a model baked with --cells, its fine
- * nodes kept; cost: the node's weights.
+ * Place of a node of the embedded mesh, by input id, from the published positions of the cells
+ * around it, in the frame of the input mesh [m]. Only for a model baked with --cells and
+ * without --lean. Cost: the node's weights.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is

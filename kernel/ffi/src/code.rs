@@ -69,7 +69,7 @@ pub enum Code {
     SettingsDrive = -46,
     /// The tissue has too few cells for the model: `needed`, `available`.
     ResetCapacity = -60,
-    /// The tissue has too little room for the model's hats: `needed`, `available` octets.
+    /// Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
     ResetHats = -61,
     /// The scheme goes by colours, and the model has none: bake it with `--colours`.
     ResetColours = -62,
@@ -85,20 +85,21 @@ pub enum Code {
     ContactUnknown = -81,
     /// The contact cell is fixed: `position` in the list.
     ContactFixed = -82,
-    /// The contact cell stands twice: `position` in the list of the second stand.
+    /// The contact cell is named twice: `position` of the second one in the list.
     ContactRepeated = -83,
     /// The tissue belongs to another model.
     ContactModel = -84,
-    /// Too little room to hold that many cells against the hats: `needed`, `available` octets.
+    /// Too little room to hold that many cells beside the coarse level: `needed`, `available`
+    /// blocks of eight `float`.
     ContactHats = -85,
-    /// The tool is engaged: cells change hands only while it is not.
+    /// The tool is engaged: other cells can be chosen only while it is released.
     ContactEngaged = -86,
     /// The probe's radius is not above 0 and at most `limit` \[m\].
     ContactRadius = -87,
     /// The model has no surface that a probe could touch.
     ContactSurface = -88,
-    /// Too little room for a probe and the model's hats: `needed`, `available` octets; 34 contact
-    /// cells make enough for every model.
+    /// Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
+    /// `float`; room for 34 contact cells is enough for every model.
     ContactProbeHats = -89,
     /// The tissue belongs to another model.
     StateModel = -100,

@@ -1,20 +1,23 @@
 //! What stands where in a tissue's storage:
 //!
 //! ```text
-//! Body<D>   tag, sizes, network, and the kernel's scalars
-//! state     one cell each
-//! residual  D::RESIDUALS cells each
-//! own       D::ARRAYS cells each
-//! room      octets for the model's hats
-//! contacts  one slot for each contact cell
-//! held      the cells of the contacts, ascending: room to sort them
+//! StoredHead<D>  tag, sizes, network, and the kernel's scalars
+//! state          one cell each
+//! residual       D::RESIDUALS cells each
+//! own            D::ARRAYS cells each
+//! room           blocks of eight `f32` for the coarse level
+//! contacts       one slot for each contact cell
+//! states         what the energy's terms keep of each cell
+//! held           the cells of the contacts, ascending: room to sort them
 //! ```
 //!
 //! Nothing in it points into it, so a tissue may be moved and copied byte by byte.
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
-use chaincell_kernel::{Dynamics, Head, I8F24, Network, NumberOf, TissueMut, array_bytes};
+use chaincell_kernel::{
+    Dynamics, Head, I8F24, Network, NumberOf, TermState, TermStates, TissueMut, array_bytes,
+};
 
 use crate::code::Code;
 use crate::memory;
@@ -86,15 +89,22 @@ pub enum Tissue {}
 pub(crate) struct Sizes {
     pub cells: usize,
     pub contacts: usize,
-    /// Octets of room.
+    /// Blocks of eight `f32` of room.
     pub room: usize,
 }
 
 impl Sizes {
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
-        let held = (self.contacts * size_of::<u16>()).next_multiple_of(ALIGN);
-        size_of::<Body<D>>() + array_bytes::<D>(self.cells, self.contacts, self.room) + held
+        let states = self.cells * size_of::<TermState>();
+        let held = self.contacts * size_of::<u16>();
+        (self.states_at::<D>() + states + held).next_multiple_of(ALIGN)
+    }
+
+    /// Bytes before the states of the terms.
+    const fn states_at<D: Dynamics>(&self) -> usize {
+        let arrays = array_bytes::<D>(self.cells, self.contacts, self.room);
+        size_of::<StoredHead<D>>() + arrays - self.cells * size_of::<TermState>()
     }
 }
 
@@ -110,15 +120,15 @@ pub(crate) struct Front {
 
 /// What stands before the arrays.
 #[repr(C, align(16))]
-pub(crate) struct Body<D> {
+pub(crate) struct StoredHead<D> {
     front: Front,
     head: Head<D>,
 }
 
 /// Whether what the header's macros say of a scheme holds.
 const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
-    align_of::<Body<D>>() == ALIGN
-        && size_of::<Body<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
+    align_of::<StoredHead<D>>() == ALIGN
+        && size_of::<StoredHead<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
         && array_bytes::<D>(1, 0, 0) == cell_bytes
 }
 
@@ -132,6 +142,8 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTE
 const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
+const _: () = assert!(align_of::<TermState>() <= align_of::<Contact>());
+const _: () = assert!(size_of::<TermState>().is_multiple_of(2));
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
@@ -151,11 +163,12 @@ pub(crate) unsafe fn create<D: Dynamics>(
     sizes: Sizes,
     network: Network<'static>,
 ) {
-    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, octets, contacts.
+    // SAFETY: all bytes of the tissue are the caller's; zeros are valid cells, blocks, contacts,
+    // and states of the terms.
     unsafe { storage.write_bytes(0, sizes.bytes::<D>()) };
     let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
     // SAFETY: the body stands first, and its alignment is that of the storage.
-    unsafe { storage.cast::<Body<D>>().write(Body { front, head: Head::NEW }) };
+    unsafe { storage.cast::<StoredHead<D>>().write(StoredHead { front, head: Head::NEW }) };
 }
 
 /// Bytes that [`clear`] needs.
@@ -192,16 +205,17 @@ pub(crate) unsafe fn front(tissue: *const Tissue) -> Result<(Scheme, Sizes), Cod
 /// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
 pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -> Parts<'a, D> {
     let Sizes { cells, contacts, room } = sizes;
-    let body = tissue.cast::<Body<D>>();
+    let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
     // alignment, with valid elements; they do not overlap.
     unsafe {
         let state = body.add(1).cast::<Cell<NumberOf<D>>>();
         let residual = state.add(cells);
         let own = residual.add(D::RESIDUALS * cells);
-        let octets = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
-        let slots = octets.add(room).cast::<Contact<NumberOf<D>>>();
-        let held = slots.add(contacts).cast::<u16>();
+        let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
+        let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
+        let states = slots.add(contacts).cast::<TermState>();
+        let held = states.add(cells).cast::<u16>();
         Parts {
             network: &mut (*body).front.network,
             tissue: TissueMut {
@@ -209,8 +223,9 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 state: core::slice::from_raw_parts_mut(state, cells),
                 residual: core::slice::from_raw_parts_mut(residual, D::RESIDUALS * cells),
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
-                room: core::slice::from_raw_parts_mut(octets, room),
+                room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
+                states: TermStates::new(core::slice::from_raw_parts_mut(states, cells)),
             },
             held: core::slice::from_raw_parts_mut(held, contacts),
         }
@@ -225,10 +240,25 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
     tissue: *const Tissue,
     sizes: Sizes,
 ) -> (&'a Network<'static>, &'a [Cell<NumberOf<D>>]) {
-    let body = tissue.cast::<Body<D>>();
+    let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: as in parts(); the states follow the body.
     unsafe {
         let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);
         (&(*body).front.network, state)
+    }
+}
+
+/// What the terms of the energy keep of the cells of a tissue, for reading.
+///
+/// # Safety
+/// As [`published`].
+pub(crate) unsafe fn term_states<'a, D: Dynamics>(
+    tissue: *const Tissue,
+    sizes: Sizes,
+) -> &'a [TermState] {
+    // SAFETY: as in parts(); the states stand behind the contacts.
+    unsafe {
+        let states = tissue.cast::<u8>().add(sizes.states_at::<D>());
+        core::slice::from_raw_parts(states.cast(), sizes.cells)
     }
 }

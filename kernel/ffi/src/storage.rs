@@ -185,9 +185,9 @@ fn choose<D: Dynamics>(parts: Parts<'_, D>, input_ids: &[u32]) -> Result<(), Ref
         if slot < at && held.get(slot) == Some(&cell) {
             return Err(Refusal::position(Code::ContactRepeated, at));
         }
-        let mut carried = cell;
+        let mut displaced = cell;
         for place in held.iter_mut().take(at + 1).skip(slot) {
-            core::mem::swap(place, &mut carried);
+            core::mem::swap(place, &mut displaced);
         }
     }
     Ok(body.choose_contacts(network, held.get(..needed).unwrap_or(&[]))?)

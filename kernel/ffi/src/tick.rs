@@ -152,7 +152,8 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
         let value = unsafe {
             by_scheme!(scheme, D => {
                 let (network, state) = layout::published::<D>(tissue, sizes);
-                state_hash(state, network.model().saturation())
+                let terms = layout::term_states::<D>(tissue, sizes);
+                state_hash(state, terms, network.model().saturation())
             })
         };
         // SAFETY: the caller's promises are handed on.
@@ -191,9 +192,9 @@ pub unsafe extern "C" fn chaincell_position(
     }))
 }
 
-/// Place of a node of the mesh, by input id, carried along by the published positions of the cells
-/// around it, in the frame of the input mesh \[m\]. Only for a model baked with --cells, its fine
-/// nodes kept; cost: the node's weights.
+/// Place of a node of the embedded mesh, by input id, from the published positions of the cells
+/// around it, in the frame of the input mesh \[m\]. Only for a model baked with --cells and
+/// without --lean. Cost: the node's weights.
 ///
 /// # Safety
 /// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `position_m` is

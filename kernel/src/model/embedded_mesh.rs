@@ -1,4 +1,5 @@
-//! Nodes of a mesh finer than the network: carried along by the cells around them.
+//! The embedded mesh: nodes of a mesh finer than the network, which move with the cells around
+//! them.
 //!
 //! A node stands at x = X + sum of w (y - Y) over its cells, X and Y at rest, y published: a tick
 //! does not compute it; asking for a node's position costs its weights.
@@ -8,7 +9,7 @@ use super::image::{FINE_CELLS, ModelError, NO_CELL, Sections, kind};
 
 /// Nodes with their weights, and the elements over them.
 #[derive(Clone, Copy)]
-pub(crate) struct Fine<'a> {
+pub(crate) struct EmbeddedMesh<'a> {
     /// Rest positions, by input id.
     pub rest: &'a [[f32; 3]],
     /// Cells of each node, its own first; [`NO_CELL`] for a node that is left out.
@@ -21,8 +22,8 @@ pub(crate) struct Fine<'a> {
     pub tetrahedra: &'a [[u32; 4]],
 }
 
-impl<'a> Fine<'a> {
-    /// The fine nodes of an image, where it has them: as many as its input's numbering.
+impl<'a> EmbeddedMesh<'a> {
+    /// The embedded mesh of an image, where it has one: as many nodes as its input numbers.
     pub fn read(sections: &Sections<'a>, nodes: usize) -> Result<Option<Self>, ModelError> {
         if sections.optional::<[f32; 3]>(kind::FINE_REST)?.is_none() {
             return Ok(None);
@@ -44,47 +45,47 @@ impl<'a> Fine<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Number of nodes of the mesh that the cells carry along, by input id; 0 for a model whose
+    /// Number of nodes of the embedded mesh, by input id; 0 for a model whose
     /// every node is a cell. Some may be left out: they have no position.
     #[must_use]
     pub fn fine_nodes(&self) -> usize {
-        self.fine.map_or(0, |fine| fine.rest.len())
+        self.embedded.map_or(0, |mesh| mesh.rest.len())
     }
 
-    /// Rest position of a fine node [mean link lengths from the centre].
+    /// Rest position of a node of the embedded mesh [mean link lengths from the centre].
     #[must_use]
     pub fn fine_rest(&self, node: usize) -> Option<[f32; 3]> {
-        let fine = self.fine?;
-        fine.own_cell(node)?;
-        fine.rest.get(node).copied()
+        let mesh = self.embedded?;
+        mesh.own_cell(node)?;
+        mesh.rest.get(node).copied()
     }
 
-    /// Cells that carry a fine node, with their weights; its own cell first. Empty for a node that
-    /// is left out.
+    /// Cells of a node of the embedded mesh, with their weights; its own cell first. Empty for a
+    /// node that is left out.
     pub fn fine_weights(&self, node: usize) -> impl Iterator<Item = (u16, f32)> + use<'a> {
-        let of = self.fine.and_then(|fine| {
-            fine.own_cell(node)?;
-            Some((fine.cells.get(node)?, fine.weights.get(node)?))
+        let of = self.embedded.and_then(|mesh| {
+            mesh.own_cell(node)?;
+            Some((mesh.cells.get(node)?, mesh.weights.get(node)?))
         });
         of.into_iter()
             .flat_map(|(cells, weights)| cells.iter().copied().zip(weights.iter().copied()))
     }
 
-    /// Surface triangles over the fine nodes, outward, for display.
+    /// Surface triangles of the embedded mesh, outward, for display.
     #[must_use]
     pub fn fine_triangles(&self) -> &'a [[u32; 3]] {
-        self.fine.map_or(&[], |fine| fine.triangles)
+        self.embedded.map_or(&[], |mesh| mesh.triangles)
     }
 
-    /// Tetrahedra over the fine nodes, for display.
+    /// Tetrahedra of the embedded mesh, for display.
     #[must_use]
     pub fn fine_tetrahedra(&self) -> &'a [[u32; 4]] {
-        self.fine.map_or(&[], |fine| fine.tetrahedra)
+        self.embedded.map_or(&[], |mesh| mesh.tetrahedra)
     }
 
-    /// Position of a fine node where the cells stand at `position_of` [mean link lengths from the
-    /// centre]; `None` beyond the last, for one that is left out, and in a model without fine
-    /// nodes. Cost: at most [`FINE_CELLS`] positions.
+    /// Position of a node of the embedded mesh where the cells stand at `position_of` [mean link
+    /// lengths from the centre]; `None` beyond the last, for one that is left out, and in a model
+    /// without an embedded mesh. Cost: at most [`FINE_CELLS`] positions.
     #[must_use]
     pub fn fine_position(
         &self,

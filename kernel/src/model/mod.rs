@@ -5,7 +5,7 @@
 //! - `query`: what a model tells of its body.
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
 //! - `terms`: what the terms of the energy beside the links store, the static list of them.
-//! - `embedded_mesh`: nodes of a finer mesh that the cells carry.
+//! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 pub(crate) mod coarse_basis;
 mod embedded_mesh;

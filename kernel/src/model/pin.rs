@@ -10,27 +10,36 @@ pub(crate) const PINS: u32 = 0x7e57_0001;
 /// The pins of a body, by ascending cell.
 ///
 /// A pin of weight w has the energy w d^2 / 4 as a link has, d = its cell's distance from its
-/// point. Its map is the cell's position, its set a point: L has w / 2 on the diagonal.
+/// anchor. Its map is the cell's position, its set a point: L has w / 2 on the diagonal.
 #[derive(Clone, Copy)]
-pub(crate) struct Pins<'a>(&'a [[u32; 5]]);
+pub(crate) struct Pins<'a>(&'a [[u32; 7]]);
 
-/// A pin: its cell, its point [mean link lengths from the body's centre], its weight k / `k_ref`.
+/// A pin: a spring from a cell to an anchor, which may slip and give way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pin {
     pub cell: usize,
+    /// Where the anchor is in the rest shape [mean link lengths from the body's centre].
     pub point: [f32; 3],
+    /// k / `k_ref`.
     pub weight: f32,
+    /// Longest distance of cell and anchor: beyond it the anchor follows, and stays where it gets
+    /// [mean link lengths].
+    pub slip_length: f32,
+    /// Share of a tick's first distance by which the anchor gives way in that tick, below 1.
+    pub give: f32,
 }
 
 impl Pin {
-    fn of(&[cell, x, y, z, weight]: &[u32; 5]) -> Self {
+    fn of(&[cell, x, y, z, weight, slip_length, give]: &[u32; 7]) -> Self {
         let point = [x, y, z].map(f32::from_bits);
-        Self { cell: cell as usize, point, weight: f32::from_bits(weight) }
+        let [weight, slip_length, give] = [weight, slip_length, give].map(f32::from_bits);
+        Self { cell: cell as usize, point, weight, slip_length, give }
     }
 
-    pub fn words(&self) -> [u32; 5] {
+    pub fn words(&self) -> [u32; 7] {
         let [x, y, z] = self.point.map(f32::to_bits);
-        [self.cell as u32, x, y, z, self.weight.to_bits()]
+        let [weight, slip, give] = [self.weight, self.slip_length, self.give].map(f32::to_bits);
+        [self.cell as u32, x, y, z, weight, slip, give]
     }
 }
 
@@ -62,7 +71,8 @@ impl<'a> TermData<'a> for Pins<'a> {
             }
             next = pin.cell + 1;
             let is_near = pin.point.iter().all(|x| x.abs() <= COORDINATE_MAX);
-            if !(is_near && pin.weight > 0.0 && pin.weight.is_finite()) {
+            let is_spring = pin.weight > 0.0 && pin.weight.is_finite();
+            if !(is_near && is_spring && pin.slip_length > 0.0 && (0.0..1.0).contains(&pin.give)) {
                 return Err(ModelError::Value(PINS, position));
             }
             // As a link to a fixed cell that has no other.

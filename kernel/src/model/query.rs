@@ -148,19 +148,19 @@ impl<'a> Model<'a> {
         self.notes
     }
 
-    /// Input id of each cell; in a model with fine nodes, the node that the cell stands at.
+    /// Input id of each cell; in a model with an embedded mesh, the node that the cell stands at.
     #[must_use]
     pub fn input_id(&self) -> &'a [u32] {
         self.input_id
     }
 
     /// The cell of an input id; `None` for a node that is no cell. Looks through all cells. In a
-    /// model with fine nodes, the cell whose group holds the node, at once: several ids may have
-    /// one cell.
+    /// model with an embedded mesh, the cell whose group holds the node, at once: several ids may
+    /// have one cell.
     #[must_use]
     pub fn cell_of_input(&self, id: u32) -> Option<u16> {
-        if let Some(fine) = self.fine {
-            return fine.own_cell(id as usize);
+        if let Some(mesh) = self.embedded {
+            return mesh.own_cell(id as usize);
         }
         let cell = self.input_id.iter().position(|&other| other == id)?;
         u16::try_from(cell).ok()

@@ -1,7 +1,7 @@
 //! The model: everything about a body that never changes, read in place from its image.
 
 use super::coarse_basis::CoarseBasis;
-use super::embedded_mesh::Fine;
+use super::embedded_mesh::EmbeddedMesh;
 use super::image::{ModelError, Sections, kind, params};
 use super::terms::{Others, TermData};
 use super::validate;
@@ -58,7 +58,7 @@ pub struct Model<'a> {
     pub(crate) triangles: &'a [[u16; 3]],
     pub(crate) tetrahedra: &'a [[u16; 4]],
     pub(crate) notes: &'a [u8],
-    pub(crate) fine: Option<Fine<'a>>,
+    pub(crate) embedded: Option<EmbeddedMesh<'a>>,
     /// Terms of the energy beside the links.
     pub(crate) others: Others<'a>,
     pub(crate) dimension: u32,
@@ -125,7 +125,7 @@ impl<'a> Model<'a> {
             triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
-            fine: Fine::read(&sections, word(params::INPUT_NODES) as usize)?,
+            embedded: EmbeddedMesh::read(&sections, word(params::INPUT_NODES) as usize)?,
             others: Others::read(&sections)?,
             dimension: word(params::DIMENSION),
             unit_m: real(params::UNIT_M),

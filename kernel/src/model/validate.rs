@@ -19,10 +19,10 @@ const CIRCUIT_RANGE: f32 = 1.0e12;
 const UNIT_RANGE: f32 = 1.0e18;
 /// Largest element of the inverse of the coarse level: far above what weights in their range give.
 const INVERSE_MAX: f32 = 1.0e24;
-/// Largest weight with which a cell carries a fine node, either way.
-const CARRY_MAX: f32 = 16.0;
+/// Largest weight of a cell at a node of the embedded mesh, of either sign.
+const EMBEDDING_WEIGHT_MAX: f32 = 16.0;
 /// How far the weights of a node may miss 1 in all.
-const CARRY_SUM: f32 = 1.0e-4;
+const EMBEDDING_SUM_TOLERANCE: f32 = 1.0e-4;
 /// Largest numbering of an input.
 const INPUT_NODES_MAX: u32 = 1 << 27;
 
@@ -50,7 +50,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     ascending(kind::SURFACE, model.surface, model.cells())?;
     normals(model)?;
     input_ids(model)?;
-    fine(model)?;
+    embedded_mesh(model)?;
     corners(kind::TRIANGLES, model.triangles.as_flattened(), model.cells())?;
     corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), model.cells())
 }
@@ -334,42 +334,42 @@ fn input_ids(model: &Model<'_>) -> Result<(), ModelError> {
     bad.map_or(Ok(()), |cell| Err(ModelError::Index(kind::INPUT_ID, at(cell))))
 }
 
-/// Every fine node is carried by cells there are, with weights of 1 in all, or is left out; each
-/// cell stands at a node of its own; elements join nodes that are carried.
-fn fine(model: &Model<'_>) -> Result<(), ModelError> {
-    let Some(fine) = model.fine else { return Ok(()) };
-    for (node, (cells, weights)) in fine.cells.iter().zip(fine.weights).enumerate() {
+/// Every node of the embedded mesh has cells that exist, with weights that sum to 1, or is left
+/// out. Each cell stands at a node of its own. Elements join nodes that are not left out.
+fn embedded_mesh(model: &Model<'_>) -> Result<(), ModelError> {
+    let Some(mesh) = model.embedded else { return Ok(()) };
+    for (node, (cells, weights)) in mesh.cells.iter().zip(mesh.weights).enumerate() {
         let left_out = cells.iter().all(|&cell| cell == NO_CELL);
         if !left_out && cells.iter().any(|&cell| usize::from(cell) >= model.cells()) {
             return Err(ModelError::Index(kind::FINE_CELLS, at(node)));
         }
         let total = weights.iter().fold(0.0, |sum, w| sum + w);
         let wanted = if left_out { 0.0 } else { 1.0 };
-        let bounded = weights.iter().all(|w| w.abs() <= CARRY_MAX);
-        let summed = (total - wanted).abs() <= CARRY_SUM;
+        let bounded = weights.iter().all(|w| w.abs() <= EMBEDDING_WEIGHT_MAX);
+        let summed = (total - wanted).abs() <= EMBEDDING_SUM_TOLERANCE;
         if !bounded || !summed {
             return Err(ModelError::Value(kind::FINE_WEIGHTS, at(node)));
         }
         let inside = |x: &f32| x.abs() <= model.saturation;
-        if !fine.rest.get(node).is_some_and(|rest| rest.iter().all(inside)) {
+        if !mesh.rest.get(node).is_some_and(|rest| rest.iter().all(inside)) {
             return Err(ModelError::Value(kind::FINE_REST, at(node)));
         }
     }
     for (cell, (&id, rest)) in model.input_id.iter().zip(model.rest).enumerate() {
-        if fine.own_cell(id as usize).map(usize::from) != Some(cell) {
+        if mesh.own_cell(id as usize).map(usize::from) != Some(cell) {
             return Err(ModelError::Index(kind::INPUT_ID, at(cell)));
         }
-        let there = fine.rest.get(id as usize);
+        let there = mesh.rest.get(id as usize);
         if there.is_none_or(|there| there.map(f32::to_bits) != rest.map(f32::to_bits)) {
             return Err(ModelError::Value(kind::FINE_REST, id));
         }
     }
     let joined = |kind: u32, ids: &[u32]| {
-        let bad = ids.iter().position(|&id| fine.own_cell(id as usize).is_none());
+        let bad = ids.iter().position(|&id| mesh.own_cell(id as usize).is_none());
         bad.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))
     };
-    joined(kind::FINE_TRIANGLES, fine.triangles.as_flattened())?;
-    joined(kind::FINE_TETRAHEDRA, fine.tetrahedra.as_flattened())
+    joined(kind::FINE_TRIANGLES, mesh.triangles.as_flattened())?;
+    joined(kind::FINE_TETRAHEDRA, mesh.tetrahedra.as_flattened())
 }
 
 fn corners(kind: u32, ids: &[u16], cells: usize) -> Result<(), ModelError> {

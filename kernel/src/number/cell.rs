@@ -4,7 +4,7 @@ use crate::number::Number;
 
 /// Four numbers: x, y, z and one more.
 ///
-/// Positions carry 0 in the fourth lane; the residual carries the cell's sum of w d^2, or with
+/// Positions have 0 in the fourth lane; the residual has the cell's sum of w d^2, or with
 /// fixed-point numbers a mark that is 0 only where that sum is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(16))]

@@ -2,14 +2,25 @@
 //!
 //! A network computes in one number type, chosen at compile time: one kernel source.
 //!
-//! | number | where |
-//! |---|---|
-//! | `f32` | default; targets with an FPU |
-//! | [`I8F24`](fixed::types::I8F24) | targets without |
-//! | `f64` | references and tests |
+//! | number | for | coordinates | schemes | loops |
+//! |---|---|---|---|---|
+//! | `f32` | default; targets with an FPU | K up to [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths | all, with the coarse level | vector units, the Cortex-M's FPU, cell by cell |
+//! | [`I8F24`](fixed::types::I8F24) | targets without an FPU: integer root and division | 8.24 bits: K up to 63 mean link lengths | `euler`, `track` without the coarse level | cell by cell |
+//! | `f64` | references and tests | as `f32` | `euler`, `track` without the coarse level | cell by cell |
 //!
-//! Cells, links and inner products are computed in the number; what a sweep has few of (the
-//! certified level, the factors of a step, tool and force) is in single precision everywhere.
+//! Fixed point takes weights from 1/64, and mean weights of two linked cells up to 60. A reset
+//! refuses other models and names the limit ([`RangeError`](crate::RangeError)).
+//!
+//! Cells, links and inner products are computed in the number. Everything that a sweep has few of
+//! (the certified level, the factors of a step, tool and force) is in single precision everywhere.
+//! Positions, samples and forces at the interface are `f32` under every number type.
+//!
+//! **The same bits.** One number type gives the same bits on every target: one order of operations,
+//! roots and divisions correctly rounded, no fused multiply-add, no approximate instruction, sums
+//! in a fixed tree. It needs rounding to nearest and denormals, which a reset checks
+//! ([`float_env`]). Two number types give different bits: the state hashes of `f32`, fixed point
+//! and `f64` differ. Their distance in field and force, their time of a tick and their instructions
+//! on microcontrollers stand in `kernel/README.md`, with the scenes.
 
 pub mod cell;
 mod double;

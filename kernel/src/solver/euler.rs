@@ -41,7 +41,7 @@ impl<N: Loops> Dynamics for Euler<N> {
 pub(super) fn saturated_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> (TwoFloat, bool) {
     let model = body.terms.model;
     body.awake.wake_all(model);
-    // The leak moves cells that no link pulls.
+    // The leak also moves cells without a link force.
     body.awake.postpone_sleep();
     let sum =
         body.terms.saturated_residual(&body.awake.set, body.state, body.residual, body.contacts);

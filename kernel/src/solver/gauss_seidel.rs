@@ -174,11 +174,12 @@ impl Scheme for GaussSeidel {
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
         let model = body.terms.model;
-        // The count goes on in sleep: it must not show in the bits who slept.
+        // The count goes on in sleep: the bits must not depend on which slices slept.
         self.sweeps = (self.sweeps + 1) % MEASURE;
         if body.awake.set.is_empty(model.slice_count()) {
             return false;
         }
+        body.terms.update(&body.awake.set, body.state);
         if body.level.forgotten || self.sweeps == 0 {
             let energy = measure(body);
             body.level.certify(body.terms.potential(energy, body.state, body.contacts));

@@ -1,4 +1,4 @@
-//! What the guarded schemes have in common: how far rounding may carry a computed energy.
+//! What the guarded schemes have in common: how far rounding may move a computed energy.
 
 use super::level::Level;
 use crate::number::sqrt::sqrt;

@@ -1,5 +1,34 @@
 //! The schemes that move the network's state, one file each.
 //!
+//! | scheme | question | order in time | a sweep costs | memory beside the state | take it for |
+//! |---|---|---|---|---|---|
+//! | [`Track`] | where does the body settle under this tool? | none: static | a link pass, a pass over the cells, the coarse level | residual, 2 arrays, the coarse level's room | forces that keep up with the hand; the default |
+//! | [`Euler`] | how does the body relax in time (the paper's Eq. 2)? | first | a link pass, a pass over the cells | residual | stress relaxation where the time of a tick lies below the bound |
+//! | [`Rkl2`] | the same | second | the same | residual, 3 arrays | stress relaxation beyond that bound; any motion that must be right in time |
+//! | [`Rkl1`] | the same | first | the same | residual, 2 arrays | **deprecated**: take `Rkl2` for the trajectory, `Track` for its end |
+//! | [`GaussSeidel`] | where does the body settle? | none: static | a link pass in which every link is computed at both ends | none | least RAM |
+//!
+//! An array has 16 bytes a cell in `f32`, and the state is one such array.
+//!
+//! - **Bound of a step.** `Euler` is stable up to 2 C / b, b being the largest mean weight of two
+//!   linked cells. [`Network::new`](crate::Network::new) refuses a larger step and names the bound.
+//! - **Time.** A step or a tick of dimensionless time h lasts h times the body's time constant.
+//!   [`Settings::step`](crate::Settings::step) is a sweep of `Euler`,
+//!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl1` and `Rkl2`. The static
+//!   schemes have no time.
+//! - **Guard.** `Track`, `Rkl1` and `Rkl2` compare the energy with the certified level and discard
+//!   a pass whose energy exceeds it (flag 64). The moves of `Euler` and `GaussSeidel` cannot raise
+//!   the energy, so these two need no guard.
+//! - **Number types.** All schemes run in `f32`; `Track` (without its coarse level) and `Euler`
+//!   also in fixed point and `f64`.
+//! - **Colours.** `GaussSeidel` needs a model baked with `--colours`.
+//!
+//! On the paper's plane with 8 neighbours `Rkl1` takes about as many passes for an error of 1e-2 of
+//! the depth as `Rkl2` for 1e-3. It keeps its name and its code, since traces and programs use
+//! them.
+//!
+//! The files:
+//!
 //! - [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`], [`GaussSeidel`]: the schemes.
 //! - `scheme`, [`Dynamics`], `arrays`: what a scheme does, its name and its memory.
 //! - `level`, `guard`: the certified level, and what rounding may do to a computed energy.

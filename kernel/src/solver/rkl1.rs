@@ -1,5 +1,8 @@
 //! `rkl1`: relaxation in time of first order, the robust form: no stage overshoots.
 //!
+//! Deprecated: take [`rkl2`](super::Rkl2) for the trajectory and [`track`](super::Track) for its
+//! end.
+//!
 //! As [`rkl2`](super::Rkl2), with the Legendre polynomials `P_s` themselves as stability
 //! polynomials:
 //!
@@ -14,8 +17,6 @@
 //! gives up is accuracy: on the paper's plane 1e-2 of the depth at t = 1, 10, 100 takes 13, 35, 100
 //! passes with 8 neighbours, and 1e-3 far more. The guard and the lengths are those of
 //! [`super_step`](super).
-//!
-//! Use: the fastest of the explicit schemes from a cold start, where the way does not matter.
 //!
 //! Cost: one link pass and one pass over the cells a stage, two arrays besides state and residual.
 //!

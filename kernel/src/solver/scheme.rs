@@ -124,7 +124,7 @@ pub trait Scheme {
         0
     }
 
-    /// A probe holds these cells from now on: the number of basis functions taken out for them,
+    /// A probe holds these cells from now on: the number of basis functions left out for them,
     /// `None` where that cannot be done.
     fn deflate(
         model: &Model<'_>,

@@ -57,7 +57,7 @@ pub struct Factors {
 
 /// One member of the family.
 pub trait Formula: Copy {
-    /// Fewest stages that are worth a super-step.
+    /// Fewest stages of a super-step.
     const STAGES_MIN: u16;
     /// Whether the first stage's residual is needed to the end.
     const KEEPS_FIRST: bool;
@@ -129,10 +129,10 @@ impl Work for Stage<'_, '_> {
             for (pair, (next, last)) in next.iter_mut().zip(&mut last).enumerate() {
                 let start = V::pair(published, pair);
                 let free = V::spread(&mobility, pair).above(zero);
-                let pull = V::pair(residual, pair).times(m).plus(V::pair(first, pair).times(g));
+                let driven = V::pair(residual, pair).times(m).plus(V::pair(first, pair).times(g));
                 *last = V::pair(at, pair);
                 let (one, two) = (last.minus(start), V::pair(before, pair).minus(start));
-                let way = one.times(mu).plus(two.times(nu)).plus(pull.keep(free)).positions();
+                let way = one.times(mu).plus(two.times(nu)).plus(driven.keep(free)).positions();
                 *next = start.plus(way);
                 changed = changed.larger_magnitude(next.minus(*last));
                 peak = peak.larger_magnitude(*next);
@@ -245,6 +245,7 @@ impl<F: Formula> SuperSteps<F> {
         let first = body.own.get_mut(2 * cells..).unwrap_or(&mut []);
         for slice in body.awake.set.iter(body.terms.model.slice_count()) {
             copy_slice(first, body.residual, slice);
+            body.terms.states.save_slice(slice);
         }
     }
 
@@ -265,7 +266,11 @@ impl<F: Formula> SuperSteps<F> {
         if moved.slices != crate::backend::slice_set::SliceSet::EMPTY {
             Self::wake(body, &moved);
         }
-        self.done == self.stages && moved.beyond && self.roll_back()
+        if self.done < self.stages || !moved.beyond {
+            return false;
+        }
+        body.terms.states.restore(&body.awake.set, model.slice_count());
+        self.roll_back()
     }
 
     /// Wakes the neighbours of slices that moved: they are where they were at the beginning.
@@ -280,6 +285,7 @@ impl<F: Formula> SuperSteps<F> {
             if !before.contains(slice) {
                 copy_slice(at, body.state, slice);
                 copy_slice(last, body.state, slice);
+                body.terms.states.save_slice(slice);
                 for r in first.iter_mut().skip(8 * slice).take(8) {
                     *r = Cell::ZERO;
                 }
@@ -322,6 +328,7 @@ impl<F: Formula> SuperSteps<F> {
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
         let potential = body.terms.potential(energy, at, body.contacts);
         if potential.exceeds(allowed(body.terms, body.level, energy)) {
+            body.terms.states.restore(&body.awake.set, model.slice_count());
             return self.roll_back();
         }
         body.level.certify(potential);

@@ -83,6 +83,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             copy(at, published);
             copy(before, published);
             self.last = Last::None;
+        } else {
+            body.terms.states.save(&body.awake.set, model.slice_count());
         }
         let points = &mut Points { published, at, before, residual };
         let sums = N::track_residual(body.terms, &body.awake.set, points, body.contacts);
@@ -90,6 +92,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let potential = body.terms.potential(energy, points.at, body.contacts);
         if self.going && potential.exceeds(allowed(body.terms, body.level, energy)) {
             self.going = false;
+            body.terms.states.restore(&body.awake.set, model.slice_count());
             return true;
         }
         self.going = true;
@@ -100,7 +103,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             }
             _ => TwoFloat::ZERO,
         };
-        // Only a product that bounds its move is worth that move.
+        // A product that is not finite bounds no move: such a move is left out.
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
         let level = *body.level;
         body.level.certify(potential.minus(decrease(fine, coarse)));

@@ -86,12 +86,12 @@ impl Proxy {
     pub(super) fn step(&mut self, of: &Coupling, tick_s: f32, device: [f32; 3], dx: [f32; 3]) {
         let damping = of.damping_n_s_per_m / tick_s;
         let spring = scale(of.stiffness_n_per_m, sub(device, self.at));
-        let pull = add(add(spring, self.force), scale(damping, dx));
+        let acting = add(add(spring, self.force), scale(damping, dx));
         // On its way out of a tissue that it has left there is nothing to be careful of.
-        let leaves = self.force == [0.0; 3] && dot(pull, self.out) > 0.0;
+        let leaves = self.force == [0.0; 3] && dot(acting, self.out) > 0.0;
         let tissue = if leaves { 0.0 } else { self.stiffness / THETA };
         let against = damping + of.stiffness_n_per_m + tissue;
-        let step = scale(1.0 / against, pull);
+        let step = scale(1.0 / against, acting);
         let goes_on = self.is_cut && dot(step, self.way) > 0.0;
         let to = if goes_on { self.at } else { add(self.at, step) };
         self.moved = sub(to, self.at);

@@ -16,7 +16,7 @@ pub(super) fn is_good(sample: &ToolSample) -> bool {
 }
 
 /// The sample as the tissue gets it: one that is bad here is bad there.
-pub(super) fn spoilt(sample: &ToolSample) -> ToolSample {
+pub(super) fn made_bad(sample: &ToolSample) -> ToolSample {
     ToolSample { engaged: u32::MAX, ..*sample }
 }
 
@@ -46,7 +46,7 @@ mod tests {
         assert!(is_good(&at(0.1)) && is_good(&at(-1.0e3)));
         for x in [f32::NAN, f32::INFINITY, 1.1e3, -f32::MAX] {
             assert!(!is_good(&at(x)));
-            assert!(!spoilt(&at(x)).is_good());
+            assert!(!made_bad(&at(x)).is_good());
         }
         assert!(!is_good(&ToolSample { engaged: 2, ..at(0.0) }));
     }

@@ -1,5 +1,20 @@
 //! Ramp: the share of the force that is given, from 0 to 1 and back in steps of a tick.
 
+use crate::number::cell::{add, scale, sub};
+
+/// The share of a ramp, 0 to 1, after so much of its length, in ticks or in any unit of time. A
+/// ramp of length 0 is at its end.
+#[must_use]
+pub fn ramp_share(done: f32, length: f32) -> f32 {
+    if done >= length { 1.0 } else { done / length }
+}
+
+/// What a share of a ramp from one force to another gives \[N\].
+#[must_use]
+pub fn on_ramp(from_n: [f32; 3], to_n: [f32; 3], share: f32) -> [f32; 3] {
+    add(from_n, scale(share, sub(to_n, from_n)))
+}
+
 /// Where the ramp stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ramp {
@@ -37,7 +52,7 @@ impl Ramp {
 
     /// The share, 0 to 1.
     pub(super) fn share(&self) -> f32 {
-        if self.taken >= self.of { 1.0 } else { f32::from(self.taken) / f32::from(self.of) }
+        ramp_share(self.taken.into(), self.of.into())
     }
 }
 

@@ -3,14 +3,16 @@
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
-/// `force` moved towards `target` by at most `most` \[N\], within the rounding of its coordinates.
-pub(super) fn limited(force: [f32; 3], target: [f32; 3], most: f32) -> [f32; 3] {
-    let way = sub(target, force);
+/// `force_n` moved towards `target_n` by at most `most_n`, within the rounding of its coordinates
+/// \[N\].
+#[must_use]
+pub fn slew_limited(force_n: [f32; 3], target_n: [f32; 3], most_n: f32) -> [f32; 3] {
+    let way = sub(target_n, force_n);
     let length = sqrt(dot(way, way));
-    if length <= most {
-        return target;
+    if length <= most_n {
+        return target_n;
     }
-    add(force, scale(super::ROUND_DOWN * most / length, way))
+    add(force_n, scale(super::ROUND_DOWN * most_n / length, way))
 }
 
 #[cfg(test)]
@@ -19,9 +21,9 @@ mod tests {
 
     #[test]
     fn a_step_is_as_long_as_it_may_be() {
-        assert_eq!(limited([1.0; 3], [1.5, 1.0, 1.0], 0.5), [1.5, 1.0, 1.0]);
-        assert_eq!(limited([0.0; 3], [9.0, 0.0, 0.0], f32::INFINITY), [9.0, 0.0, 0.0]);
-        let [x, y, z] = limited([0.0; 3], [0.0, 30.0, -40.0], 0.5);
+        assert_eq!(slew_limited([1.0; 3], [1.5, 1.0, 1.0], 0.5), [1.5, 1.0, 1.0]);
+        assert_eq!(slew_limited([0.0; 3], [9.0, 0.0, 0.0], f32::INFINITY), [9.0, 0.0, 0.0]);
+        let [x, y, z] = slew_limited([0.0; 3], [0.0, 30.0, -40.0], 0.5);
         assert!(x == 0.0 && (y - 0.3).abs() < 1e-6 && (z + 0.4).abs() < 1e-6);
         assert!(x * x + y * y + z * z <= 0.25);
     }

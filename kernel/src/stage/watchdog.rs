@@ -14,8 +14,8 @@ impl Watchdog {
         self.silent = 0;
     }
 
-    /// A tick without a sample; whether the force is to fall, `ticks` of silence being borne, 0 for
-    /// any.
+    /// A tick without a sample. Returns whether the force is to fall: after more than `ticks` such
+    /// ticks in a row, and never where `ticks` is 0.
     pub(super) fn miss(&mut self, ticks: u16) -> bool {
         self.silent = self.silent.saturating_add(1);
         ticks > 0 && self.silent > u32::from(ticks)
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn silence_is_borne_for_so_long() {
+    fn the_force_falls_after_so_many_ticks_without_a_sample() {
         let mut dog = Watchdog::NEW;
         assert_eq!([dog.miss(2), dog.miss(2), dog.miss(2)], [false, false, true]);
         dog.hear();

@@ -29,6 +29,9 @@
 //! from the old value meets it; a change that lowers X is never cut: the tool can always take its
 //! load back.
 //!
+//! Only chosen cells can be loaded, not a probe's contacts, and there is no output stage with
+//! coupling or passivity control: both rest on the work of a prescribed motion.
+//!
 //! Cost: 3 additions a contact cell and pass, W once a pass. It is summed in `f64`, so that the
 //! guard sees none of its rounding.
 

@@ -1,4 +1,22 @@
 //! Prescribed contact: the cells a tool holds, how far they may move, and what they feel.
+//!
+//! When the tool takes hold at p0, each contact cell is at its own c0. While it holds them, the
+//! tool at p wants every cell at c0 + (p - p0): all of them move alike, and engaging makes no
+//! force. Two limits shorten that move, and flag 1 says so:
+//!
+//! - the applied displacement changes by at most
+//!   [`Settings::max_tool_step_m`](crate::Settings::max_tool_step_m) a tick;
+//! - a move D that raises the energy E obeys |D| <= 2 (sqrt(`E_max`) - sqrt(E)) / sqrt(W), with W
+//!   the weight of the links between held and other cells. Then E stays at most `E_max`, the
+//!   model's largest energy. A move that lowers E is not shortened, so the tool can always come
+//!   back.
+//!
+//! The cells do not move during the sweeps. The force on the tool is the sum of the link forces on
+//! them; links between two held cells do not count. When the tool lets go, the cells are free in
+//! that tick and the force is 0.
+//!
+//! Cost a tick: the links of the held cells once for the force, and at most three times more while
+//! the tool moves.
 
 use super::links::number::LinkNumber;
 use super::residual::Terms;
@@ -169,7 +187,8 @@ pub(crate) fn touched<N: LinkNumber>(
             }
         }
     }
-    terms.model.others.touched(held, &|cell| links.published(v, cell), &mut sums);
+    let output = |cell| links.published(v, cell);
+    terms.model.others.touched(held, &output, &|cell| terms.states.at(cell), &mut sums);
     sums
 }
 
@@ -189,7 +208,8 @@ pub(crate) fn force<N: LinkNumber>(
     });
     for cell in held.iter().map(Contact::cell) {
         let here = links.published(v, cell);
-        terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+        let state = |cell| terms.states.at(cell);
+        terms.model.others.cell(cell, here, &state, &mut |of| sum = add(sum, of.residual));
     }
     sum
 }

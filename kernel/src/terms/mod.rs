@@ -6,6 +6,7 @@
 //!
 //! - [`links`]: the links' bands (Eq. 5 to 13).
 //! - `term`: what any other term does; the list of them is that of `model::terms`.
+//! - [`state`]: what terms keep of each cell.
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - `current`: a load, the current into the contact cells.
 //! - `probe`: which cells a sphere touches, and where it puts them.
@@ -19,25 +20,31 @@
 //! | its sections in the image, checked | `TermData::read`, `check` |
 //! | its part of the bound L at a cell, which is part of the cell's mobility | `add_bound` |
 //! | whether the rest shape is slack | `rests` |
-//! | residual and energy of awake slices, cell by cell and eight side by side | `Term::accumulate`, `slice` |
+//! | what it keeps of a cell: its state at rest, its words | `Term::State`, `CellState` |
+//! | a correction of residual and energy, held for a tick, and what it adds to the energy | `begin_tick` |
+//! | a first pass: the state of a cell from any cells' positions | `update` |
+//! | residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | residual, energy and rounding at one cell | `cell` |
 //! | energy that a move of held cells changes, and a bound of that change | `touched`, `add_move` |
 //!
 //! The bake adds the term's part of L to the mobilities, to the largest step and to the matrix of
 //! the coarse level; the kernel checks the first two. A slice sleeps where the term leaves the
-//! fourth lanes of its residuals 0. A term without a state of its own adds nothing to the state
-//! hash. The list is resolved when the kernel is compiled: there is no dynamic dispatch, and a term
-//! that is not in the list costs nothing. Pins, a term of the tests, are the example.
+//! fourth lanes of its residuals 0. What a term keeps of the cells lies in the tissue beside their
+//! positions; a reset clears it, a discarded pass takes its changes back, the state hash and a saved
+//! state contain its words. The list is resolved when the kernel is compiled: there is no dynamic
+//! dispatch, and a term that is not in the list, or that keeps nothing, takes no memory and no time.
+//! Pins, a term of the tests, are the example.
 
 pub(crate) mod current;
 pub mod held;
 pub mod links;
 pub(crate) mod number;
 #[cfg(test)]
-mod pin;
+pub(crate) mod pin;
 pub(crate) mod probe;
 pub(crate) mod residual;
 pub(crate) mod sliced;
+pub mod state;
 pub(crate) mod term;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -1,33 +1,107 @@
-//! Pins: half the squared distance of a cell to a point. A term of this crate's tests alone, which
+//! Pins: half the squared distance of a cell to an anchor. A term of this crate's tests alone, which
 //! shows what adding one takes: its two files, and the list in `model::terms`.
+//!
+//! The anchor is the pin's point and two displacements, the term's state. It slips: before a pass
+//! it follows a cell that is further away than the slip length, which lowers the energy. And it
+//! gives way: at the start of a tick by a share of the distance that the cell has from where it
+//! would be otherwise. That is a linear part of residual and energy, and what it adds to the energy
+//! is counted.
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
+use super::state::CellState;
 use super::term::{CellTerm, Term};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
+use crate::model::COORDINATE_MAX;
 use crate::model::pin::{Pin, Pins};
-use crate::number::cell::{Cell, dot, from_single, scale, single, sub};
+use crate::number::cell::{Cell, add, dot, from_single, scale, single, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
-/// The residual w (p - y) / 2 of a cell at y, and w d^2. In fixed point, w times twice K is to stay
-/// below the largest number.
+/// How far an anchor has slipped, and how far it gives way in this tick [mean link lengths].
+pub(crate) type Displaced = [[f32; 3]; 2];
+
+impl CellState for Displaced {
+    const REST: Self = [[0.0; 3]; 2];
+    type Words = core::array::IntoIter<u32, 6>;
+
+    fn words(self) -> Self::Words {
+        let [[a, b, c], [d, e, f]] = self;
+        [a, b, c, d, e, f].map(f32::to_bits).into_iter()
+    }
+
+    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let mut state = Self::REST;
+        for value in state.as_flattened_mut() {
+            *value = f32::from_bits(words.next()?) + 0.0;
+        }
+        // Twice the range of a coordinate is the farthest that an anchor can be from its point.
+        let is_near = state.as_flattened().iter().all(|x| x.abs() <= 2.0 * COORDINATE_MAX);
+        is_near.then_some(state)
+    }
+}
+
+impl Pin {
+    /// Where the pin acts from.
+    pub fn anchor(&self, [slipped, given]: Displaced) -> [f32; 3] {
+        add(add(self.point, slipped), given)
+    }
+
+    /// w d^2 / 4 where the cell is at `here`, in double precision.
+    fn energy(&self, state: Displaced, here: [f32; 3]) -> f64 {
+        let way = sub(self.anchor(state), here).map(f64::from);
+        f64::from(self.weight) * (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]) / 4.0
+    }
+}
+
+/// The residual w (a - y) / 2 of a cell at y with the anchor a, and w d^2. In fixed point, w times
+/// twice K is to stay below the largest number.
 #[inline(always)]
-fn pull<N: TermNumber>(pin: &Pin, here: [N; 3]) -> ([N; 3], N::Product) {
-    let way = sub(from_single(pin.point), here);
+fn pin_force<N: TermNumber>(pin: &Pin, state: Displaced, here: [N; 3]) -> ([N; 3], N::Product) {
+    let way = sub(from_single(pin.anchor(state)), here);
     let wd = scale(N::from_single(pin.weight), way);
     (scale(N::from_single(0.5), wd), N::inner(wd, way))
 }
 
 /// The residual of a cell with its pin's: at a pin the energy counts as at both ends of a link.
 #[inline(always)]
-fn pulled<N: TermNumber>(residual: Cell<N>, ([x, y, z], wd2): ([N; 3], N::Product)) -> Cell<N> {
+fn with_pin<N: TermNumber>(residual: Cell<N>, ([x, y, z], wd2): ([N; 3], N::Product)) -> Cell<N> {
     let mark = N::mark(wd2);
     residual.plus(Cell([x, y, z, N::ZERO])).plus(Cell([N::ZERO, N::ZERO, N::ZERO, mark.plus(mark)]))
 }
 
 impl Term for Pins<'_> {
+    type State = Displaced;
+
+    fn begin_tick(
+        self,
+        cell: usize,
+        state: Displaced,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> (Displaced, f64) {
+        let Some(pin) = self.at(cell) else { return (state, 0.0) };
+        let ([slipped, _], here) = (state, at(cell));
+        let way = sub(here, add(pin.point, slipped));
+        // -0.0 becomes +0.0.
+        let next = [slipped, scale(pin.give, way).map(|x| x + 0.0)];
+        (next, pin.energy(next, here) - pin.energy(state, here))
+    }
+
+    fn update(self, cell: usize, state: Displaced, at: &impl Fn(usize) -> [f32; 3]) -> Displaced {
+        let Some(pin) = self.at(cell) else { return state };
+        let ([slipped, given], here) = (state, at(cell));
+        let way = sub(here, pin.anchor(state));
+        let distance = sqrt(dot(way, way));
+        if distance <= pin.slip_length {
+            return state;
+        }
+        let share = (distance - pin.slip_length) / distance;
+        let next = [add(slipped, scale(share, way)).map(|x| x + 0.0), given];
+        // Rounding must not raise the energy.
+        if pin.energy(next, here) < pin.energy(state, here) { next } else { state }
+    }
+
     #[inline(always)]
     fn accumulate<N: TermNumber>(
         self,
@@ -36,13 +110,14 @@ impl Term for Pins<'_> {
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
+        state: &impl Fn(usize) -> Displaced,
     ) {
         for pin in self.iter().filter(|pin| awake.contains(pin.cell / LANES)) {
             if let (Some(v), Some(r)) = (v.get(pin.cell), residual.get_mut(pin.cell)) {
-                let pull = pull(&pin, output(v.xyz()));
-                if pull.0 != [N::ZERO; 3] {
-                    *r = pulled(*r, pull);
-                    N::count(tally, pull.1);
+                let force = pin_force(&pin, state(pin.cell), output(v.xyz()));
+                if force.0 != [N::ZERO; 3] {
+                    *r = with_pin(*r, force);
+                    N::count(tally, force.1);
                 }
             }
         }
@@ -50,7 +125,13 @@ impl Term for Pins<'_> {
 
     /// Lane by lane, since few slices have a pin.
     #[inline(always)]
-    fn slice<V: F32x8>(self, slice: usize, at: &[Cell], sum: &mut [V; 4]) {
+    fn slice<V: F32x8>(
+        self,
+        slice: usize,
+        at: &[Cell],
+        sum: &mut [V; 4],
+        state: &impl Fn(usize) -> Displaced,
+    ) {
         for cell in slice * LANES..at.len().min((slice + 1) * LANES) {
             if let (Some(pin), Some(v)) = (self.at(cell), at.get(cell)) {
                 let mut lanes = [[0.0; LANES]; 4];
@@ -58,9 +139,9 @@ impl Term for Pins<'_> {
                     sum.store(lanes);
                 }
                 let lane = cell % LANES;
-                let pull = pull(&pin, v.xyz());
-                if pull.0 != [0.0; 3] {
-                    let Cell(with) = pulled(Cell(lanes.map(|lanes| lanes[lane])), pull);
+                let force = pin_force(&pin, state(cell), v.xyz());
+                if force.0 != [0.0; 3] {
+                    let Cell(with) = with_pin(Cell(lanes.map(|lanes| lanes[lane])), force);
                     for ((sum, lanes), value) in sum.iter_mut().zip(&mut lanes).zip(with) {
                         lanes[lane] = value;
                         *sum = V::load(lanes);
@@ -70,9 +151,15 @@ impl Term for Pins<'_> {
         }
     }
 
-    fn cell<N: TermNumber>(self, cell: usize, here: [N; 3], add: &mut impl FnMut(CellTerm)) {
+    fn cell<N: TermNumber>(
+        self,
+        cell: usize,
+        here: [N; 3],
+        state: &impl Fn(usize) -> Displaced,
+        add: &mut impl FnMut(CellTerm),
+    ) {
         if let Some(pin) = self.at(cell) {
-            let (residual, wd2) = pull(&pin, single(here));
+            let (residual, wd2) = pin_force(&pin, state(cell), single(here));
             let length = residual.iter().fold(0.0, |sum, x| sum + 2.0 * x.abs());
             add(CellTerm { residual, wd2: 2.0 * wd2, length });
         }
@@ -82,13 +169,15 @@ impl Term for Pins<'_> {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
+        state: &impl Fn(usize) -> Displaced,
         sums: &mut Touched,
     ) {
         for pin in held.iter().filter_map(|contact| self.at(contact.cell())) {
-            let (residual, wd2) = pull(&pin, single(output(pin.cell)));
-            let wd = 2.0 * sqrt(dot(residual, residual));
+            let (state, here) = (state(pin.cell), single(output(pin.cell)));
+            let (residual, wd2) = pin_force(&pin, state, here);
+            let (wd, anchor) = (2.0 * sqrt(dot(residual, residual)), pin.anchor(state));
             sums.wd2 = sums.wd2.plus(wd2.into());
-            sums.scale += wd2 + wd * sqrt(dot(pin.point, pin.point));
+            sums.scale += wd2 + wd * sqrt(dot(anchor, anchor));
         }
     }
 

@@ -12,6 +12,9 @@
 //! and held there during the sweeps. Fixed cells and cells without links are left alone. Over the
 //! capacity the lowest ids are kept.
 //!
+//! A contact sticks where it touches: there is no sliding along the sphere. A cell that leaves the
+//! contact drops its tangential force within a tick.
+//!
 //! **No chatter.** A distance is known to its rounding only, [`GRAIN`]: a cell that near to the
 //! sphere is on it, neither inside nor beyond, and is not moved. So a tool at rest moves no cell,
 //! and a cell that was let go comes back only when it really goes in.
@@ -113,7 +116,8 @@ pub(crate) fn residual<N: LinkNumber>(
     });
     let mut sum = forces.fold([0.0; 3], add);
     let here = links.published(v, cell);
-    terms.model.others.cell(cell, here, &mut |of| sum = add(sum, of.residual));
+    let state = |cell| terms.states.at(cell);
+    terms.model.others.cell(cell, here, &state, &mut |of| sum = add(sum, of.residual));
     sum
 }
 

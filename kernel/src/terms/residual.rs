@@ -4,15 +4,17 @@
 //! (Eq. 12) with E = sum of w d^2 / 4. The fourth lane of a residual is the cell's sum of w d^2;
 //! adding it over all cells counts each link at both ends, so E is an eighth of that sum.
 
+use super::current::rounded_up;
 use super::held::Contact;
 use super::links::number::LinkNumber;
 use super::links::term::Links;
+use super::state::States;
 use super::term::{CellTerm, Term};
 use crate::backend::VectorUnit;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::Model;
-use crate::number::cell::{Cell, add, from_single, output};
+use crate::number::cell::{Cell, add, from_single, output, single};
 use crate::number::two_float::{LANES, TwoFloat};
 use crate::number::{Number, Sum};
 
@@ -26,6 +28,8 @@ pub(crate) struct Terms<'a, 'm> {
     pub vectors: Option<VectorUnit>,
     /// The current into each contact cell; `None` where the tool holds them.
     pub current: Option<[f32; 3]>,
+    /// What the terms keep of the cells.
+    pub states: States<'a>,
 }
 
 impl<'a, 'm> Terms<'a, 'm> {
@@ -33,6 +37,41 @@ impl<'a, 'm> Terms<'a, 'm> {
     #[inline(always)]
     pub fn links(&self) -> Links<'a, 'm> {
         Links { model: self.model, closed: self.closed }
+    }
+
+    /// Brings what the terms keep of the cells in awake slices up to the states v.
+    #[inline(always)]
+    pub fn update<N: Number>(self, awake: &SliceSet, v: &[Cell<N>]) {
+        if !States::ANY {
+            return;
+        }
+        let at = self.outputs(v);
+        for cell in awake.iter(self.model.slice_count()).flat_map(|s| cells_of(s, v.len())) {
+            self.states.put(cell, self.model.others.update(cell, self.states.at(cell), &at));
+        }
+    }
+
+    /// A tick begins: gives the terms their corrections and calls `changed` for each cell whose
+    /// state changed. What that adds to the energy, in internal units.
+    #[inline(always)]
+    pub fn begin_tick<N: Number>(self, v: &[Cell<N>], mut changed: impl FnMut(usize)) -> TwoFloat {
+        let (at, mut rise) = (self.outputs(v), 0.0);
+        for cell in 0..v.len() {
+            let before = self.states.at(cell);
+            let (state, more) = self.model.others.begin_tick(cell, before, &at);
+            if state != before {
+                self.states.put(cell, state);
+                rise += more;
+                changed(cell);
+            }
+        }
+        rounded_up(rise)
+    }
+
+    /// Outputs of the states v, in single precision.
+    fn outputs<N: Number>(self, v: &[Cell<N>]) -> impl Fn(usize) -> [f32; 3] {
+        let k = N::from_single(self.model.saturation());
+        move |cell| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
     }
 
     /// One pass cell by cell at states within K: residuals of awake slices, contact cells driven;
@@ -64,8 +103,10 @@ impl<'a, 'm> Terms<'a, 'm> {
         residual: &mut [Cell<N>],
         contacts: &[Contact<N>],
     ) -> N::Tally {
+        self.update(awake, v);
         let mut tally = N::accumulate(self.links(), awake, v, residual);
-        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v);
+        let state = |cell| self.states.at(cell);
+        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v, &state);
         self.drive(residual, contacts);
         tally
     }
@@ -80,8 +121,10 @@ impl<'a, 'm> Terms<'a, 'm> {
         contacts: &[Contact<N>],
     ) -> TwoFloat {
         let k = N::from_single(self.model.saturation());
+        self.update(awake, v);
         let mut tally = self.links().accumulate(awake, v, residual, |v| output(v, k));
-        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k));
+        let state = |cell| self.states.at(cell);
+        self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k), &state);
         self.drive(residual, contacts);
         let mut lanes = N::WideSum::default();
         for (cell, r) in residual.iter().enumerate() {
@@ -93,7 +136,7 @@ impl<'a, 'm> Terms<'a, 'm> {
     /// The terms at a cell whose output is `here`, contact cells as all others.
     pub fn cell(&self, v: &[Cell], cell: usize, here: [f32; 3]) -> CellTerm {
         let mut sum = self.links().cell(v, cell, here);
-        self.model.others.cell(cell, here, &mut |of| {
+        self.model.others.cell(cell, here, &|cell| self.states.at(cell), &mut |of| {
             sum.residual = add(sum.residual, of.residual);
             sum.wd2 += of.wd2;
             sum.length += of.length;

@@ -79,6 +79,7 @@ pub(crate) fn residual(
     let (Some(_), Some(links)) = (terms.vectors, SlicedLinks::of(terms.links(), at)) else {
         return false;
     };
+    terms.update(awake, at);
     let contacts = Contacts::new(contacts);
     run(terms.vectors, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
     true
@@ -118,7 +119,8 @@ impl<R: Reduce> SlicedResidual<'_, '_, R> {
         let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut buffer));
         let here = [x, y, z];
         let mut sum = self.links.residual::<V, VARIED>(slice, here);
-        self.terms.model.others.slice(slice, self.at, &mut sum);
+        let state = |cell| self.terms.states.at(cell);
+        self.terms.model.others.slice(slice, self.at, &mut sum, &state);
         if let Some(contacts) = self.contacts.of_slice(slice) {
             drive(&mut sum, self.terms.current, contacts);
         }

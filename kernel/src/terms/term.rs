@@ -1,10 +1,25 @@
-//! What a term beside the links does in a pass, and where the tool moves its cells.
+//! What a term beside the links does in a tick, in a pass, and where the tool moves its cells.
+//!
+//! **State.** A term may keep a state of each cell. The energy is then a function of positions and
+//! states. A tick changes states in two places, each cell from the positions of any cells and from
+//! its own state alone:
+//!
+//! - [`Term::begin_tick`], once before anything else: a correction, such as a linear part of
+//!   residual and energy, that is held through all sweeps. It may change the energy, which has to
+//!   stay at least 0, and says by how much.
+//! - [`Term::update`], before each pass over the residuals. It must never raise the energy, nor
+//!   change a state where the term's energy is 0: such a cell may sleep.
+//!
+//! So for fixed states the bound L holds as for any term, and the energy falls in every sweep. What
+//! the guard discards takes its updates with it: the states are then those of the published
+//! positions.
 //!
 //! The list of the terms is that of `model::terms`. All of it is resolved when the kernel is
 //! compiled: a term that is not in the list costs nothing.
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
+use super::state::{CellState, Nothing};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::terms::NoTerm;
@@ -22,8 +37,27 @@ pub(crate) struct CellTerm {
     pub length: f32,
 }
 
-/// A term beside the links. Positions are given as states and what makes outputs of them.
+/// A term beside the links. Positions are given as states v and what makes outputs of them;
+/// `state` gives what the term keeps of a cell.
 pub(crate) trait Term: Copy {
+    /// What the term keeps of a cell; [`Nothing`] if nothing.
+    type State: CellState;
+
+    /// The state of a cell at the start of a tick, where the outputs are `at`, and what that adds
+    /// to the energy, in internal units.
+    fn begin_tick(
+        self,
+        cell: usize,
+        state: Self::State,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> (Self::State, f64);
+    /// The state of a cell for a pass at the outputs `at`.
+    fn update(
+        self,
+        cell: usize,
+        state: Self::State,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> Self::State;
     /// Adds the term to the residuals of awake slices, cell by cell.
     fn accumulate<N: TermNumber>(
         self,
@@ -32,16 +66,30 @@ pub(crate) trait Term: Copy {
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
+        state: &impl Fn(usize) -> Self::State,
     );
-    /// Adds the term to the residuals of a slice whose states are within K; the same bits.
-    fn slice<V: F32x8>(self, slice: usize, at: &[Cell], sum: &mut [V; 4]);
+    /// Adds the term to the residuals of a slice whose states v are within K; the same bits.
+    fn slice<V: F32x8>(
+        self,
+        slice: usize,
+        at: &[Cell],
+        sum: &mut [V; 4],
+        state: &impl Fn(usize) -> Self::State,
+    );
     /// Adds the term at a cell whose output is `here`.
-    fn cell<N: TermNumber>(self, cell: usize, here: [N; 3], add: &mut impl FnMut(CellTerm));
+    fn cell<N: TermNumber>(
+        self,
+        cell: usize,
+        here: [N; 3],
+        state: &impl Fn(usize) -> Self::State,
+        add: &mut impl FnMut(CellTerm),
+    );
     /// Adds what the term stores at the held cells.
     fn touched<N: TermNumber>(
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
+        state: &impl Fn(usize) -> Self::State,
         sums: &mut Touched,
     );
     /// Adds w |D|^2, `squared` = |D|^2, for a cell that moves by D: the root of the energy rises by
@@ -50,6 +98,23 @@ pub(crate) trait Term: Copy {
 }
 
 impl Term for NoTerm {
+    type State = Nothing;
+
+    #[inline(always)]
+    fn begin_tick(
+        self,
+        _: usize,
+        state: Nothing,
+        _: &impl Fn(usize) -> [f32; 3],
+    ) -> (Nothing, f64) {
+        (state, 0.0)
+    }
+
+    #[inline(always)]
+    fn update(self, _: usize, state: Nothing, _: &impl Fn(usize) -> [f32; 3]) -> Nothing {
+        state
+    }
+
     #[inline(always)]
     fn accumulate<N: TermNumber>(
         self,
@@ -58,20 +123,29 @@ impl Term for NoTerm {
         _: &mut [Cell<N>],
         _: &mut N::Tally,
         _: &impl Fn([N; 3]) -> [N; 3],
+        _: &impl Fn(usize) -> Nothing,
     ) {
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [V; 4]) {}
+    fn slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [V; 4], _: &impl Fn(usize) -> Nothing) {}
 
     #[inline(always)]
-    fn cell<N: TermNumber>(self, _: usize, _: [N; 3], _: &mut impl FnMut(CellTerm)) {}
+    fn cell<N: TermNumber>(
+        self,
+        _: usize,
+        _: [N; 3],
+        _: &impl Fn(usize) -> Nothing,
+        _: &mut impl FnMut(CellTerm),
+    ) {
+    }
 
     #[inline(always)]
     fn touched<N: TermNumber>(
         self,
         _: &[Contact<N>],
         _: &impl Fn(usize) -> [N; 3],
+        _: &impl Fn(usize) -> Nothing,
         _: &mut Touched,
     ) {
     }
@@ -83,6 +157,30 @@ impl Term for NoTerm {
 }
 
 impl<A: Term, B: Term> Term for (A, B) {
+    type State = (A::State, B::State);
+
+    #[inline(always)]
+    fn begin_tick(
+        self,
+        cell: usize,
+        state: Self::State,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> (Self::State, f64) {
+        let (a, rise_a) = self.0.begin_tick(cell, state.0, at);
+        let (b, rise_b) = self.1.begin_tick(cell, state.1, at);
+        ((a, b), rise_a + rise_b)
+    }
+
+    #[inline(always)]
+    fn update(
+        self,
+        cell: usize,
+        state: Self::State,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> Self::State {
+        (self.0.update(cell, state.0, at), self.1.update(cell, state.1, at))
+    }
+
     #[inline(always)]
     fn accumulate<N: TermNumber>(
         self,
@@ -91,21 +189,34 @@ impl<A: Term, B: Term> Term for (A, B) {
         residual: &mut [Cell<N>],
         tally: &mut N::Tally,
         output: &impl Fn([N; 3]) -> [N; 3],
+        state: &impl Fn(usize) -> Self::State,
     ) {
-        self.0.accumulate(awake, v, residual, tally, output);
-        self.1.accumulate(awake, v, residual, tally, output);
+        self.0.accumulate(awake, v, residual, tally, output, &|cell| state(cell).0);
+        self.1.accumulate(awake, v, residual, tally, output, &|cell| state(cell).1);
     }
 
     #[inline(always)]
-    fn slice<V: F32x8>(self, slice: usize, at: &[Cell], sum: &mut [V; 4]) {
-        self.0.slice(slice, at, sum);
-        self.1.slice(slice, at, sum);
+    fn slice<V: F32x8>(
+        self,
+        slice: usize,
+        at: &[Cell],
+        sum: &mut [V; 4],
+        state: &impl Fn(usize) -> Self::State,
+    ) {
+        self.0.slice(slice, at, sum, &|cell| state(cell).0);
+        self.1.slice(slice, at, sum, &|cell| state(cell).1);
     }
 
     #[inline(always)]
-    fn cell<N: TermNumber>(self, cell: usize, here: [N; 3], add: &mut impl FnMut(CellTerm)) {
-        self.0.cell(cell, here, add);
-        self.1.cell(cell, here, add);
+    fn cell<N: TermNumber>(
+        self,
+        cell: usize,
+        here: [N; 3],
+        state: &impl Fn(usize) -> Self::State,
+        add: &mut impl FnMut(CellTerm),
+    ) {
+        self.0.cell(cell, here, &|cell| state(cell).0, add);
+        self.1.cell(cell, here, &|cell| state(cell).1, add);
     }
 
     #[inline(always)]
@@ -113,10 +224,11 @@ impl<A: Term, B: Term> Term for (A, B) {
         self,
         held: &[Contact<N>],
         output: &impl Fn(usize) -> [N; 3],
+        state: &impl Fn(usize) -> Self::State,
         sums: &mut Touched,
     ) {
-        self.0.touched(held, output, sums);
-        self.1.touched(held, output, sums);
+        self.0.touched(held, output, &|cell| state(cell).0, sums);
+        self.1.touched(held, output, &|cell| state(cell).1, sums);
     }
 
     #[inline(always)]

@@ -16,7 +16,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     pub(super) fn let_in(&mut self, wished: [f32; 3]) {
         let model = self.network.model();
         let from = self.head.applied;
-        // As the cells' numbers carry it: work and residual must mean the same current.
+        // Rounded to the number type of the cells: work and residual must mean the same current.
         let wished = single(from_single::<D::Number>(wished));
         let energy = self.head.level.energy();
         let energy = f64::from(energy.hi) + f64::from(energy.lo);

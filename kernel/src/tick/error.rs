@@ -30,7 +30,7 @@ pub enum ResetError {
     /// The scheme goes by colours, and the model has none: bake it with `--colours`.
     #[error("the model has no colours: bake it with `colours`")]
     Colours,
-    /// The number type does not carry the model.
+    /// The model is outside the range of the number type.
     #[error("{0}")]
     Range(RangeError),
     /// The thread's arithmetic is not what the bits rely on.

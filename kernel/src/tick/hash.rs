@@ -18,6 +18,11 @@
 
 use crate::number::Number;
 use crate::number::cell::{Cell, output};
+use crate::terms::state::{TermState, words};
+
+/// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same
+/// model, settings and samples; a change that alters any raises it. Traces name it.
+pub const REVISION: u32 = 1;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;
 const PRIME: u64 = 0x9E37_79B1_85EB_CA87;
@@ -28,14 +33,16 @@ fn absorb(lane: u64, word: u64) -> u64 {
     mixed ^ (mixed >> 32)
 }
 
-/// Hash of the output of the states `v` under the saturation bound `k` (see the module's text).
+/// Hash of the output of the states `v` under the saturation bound `k`, and of what the terms keep
+/// of the cells (see the module's text).
 #[must_use]
-pub fn state_hash<N: Number>(v: &[Cell<N>], k: f32) -> u64 {
+pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 {
     let mut lanes = [START, START + 1, START + 2, START + 3];
     let k = N::from_single(k);
     if size_of::<N>() != 4 {
-        let words = v.iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
-        return finish(absorb_all(lanes, words), v.len() as u64 * 6);
+        let positions = v.iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
+        let count = v.len() as u64 * 6 + count(terms);
+        return finish(absorb_all(lanes, positions.chain(words(terms))), count);
     }
     let word = |value: N| value.words().into_iter().next().map_or(0, u64::from);
     let mut blocks = v.chunks_exact(4);
@@ -50,7 +57,12 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], k: f32) -> u64 {
     }
     // Four cells are twelve words: what is left starts in lane 0 again.
     let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
-    finish(absorb_all(lanes, rest), v.len() as u64 * 3)
+    finish(absorb_all(lanes, rest.chain(words(terms))), v.len() as u64 * 3 + count(terms))
+}
+
+/// Words of what the terms keep.
+fn count(terms: &[TermState]) -> u64 {
+    words(terms).count() as u64
 }
 
 /// Absorbs words one after the other, the first into lane 0.
@@ -88,20 +100,29 @@ mod tests {
             let a = i as f32;
             Cell([a, -a * 0.3, a * a, 99.0])
         });
+        // The tests' own term keeps six numbers; those at the published positions do not count.
+        let states: [TermState; 11] = core::array::from_fn(|i| {
+            let a = 0.1 + i as f32;
+            TermState { now: ([[a, -a, 2.0 * a], [3.0 * a, 0.0, 1.0]], []), ..TermState::REST }
+        });
         for length in 0..=11 {
-            let mut words = [0.0; 33];
-            for (i, cell) in cells[..length].iter().enumerate() {
-                words[3 * i..3 * i + 3].copy_from_slice(&cell.xyz());
+            let mut words = std::vec::Vec::new();
+            for cell in &cells[..length] {
+                words.extend(cell.xyz().map(|word| word.clamp(-50.0, 50.0)));
             }
-            let clamped = words.map(|word: f32| word.clamp(-50.0, 50.0));
-            assert_eq!(state_hash(&cells[..length], 50.0), plainly(&clamped[..3 * length]));
+            assert_eq!(state_hash(&cells[..length], &[], 50.0), plainly(&words));
+            for state in &states[..length] {
+                words.extend_from_slice(state.now.0.as_flattened());
+            }
+            let hash = state_hash(&cells[..length], &states[..length], 50.0);
+            assert_eq!(hash, plainly(&words));
         }
     }
 
     #[test]
     fn one_bit_anywhere_changes_it() {
         let mut cells = [Cell([0.5_f32, 0.25, 1.0, 0.0]); 7];
-        let before = state_hash(&cells, 8.0);
+        let before = state_hash(&cells, &[], 8.0);
         for cell in 0..7 {
             for lane in 0..3 {
                 for bit in 0..31 {
@@ -111,7 +132,7 @@ mod tests {
                         continue;
                     }
                     cells[cell].0[lane] = flipped;
-                    assert_ne!(state_hash(&cells, 8.0), before, "cell {cell} {lane} {bit}");
+                    assert_ne!(state_hash(&cells, &[], 8.0), before, "cell {cell} {lane} {bit}");
                     cells[cell].0[lane] = kept;
                 }
             }

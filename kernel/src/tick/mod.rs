@@ -1,5 +1,22 @@
 //! The tick: what goes in, what comes out, and what happens in between.
 //!
+//! A caller resets a [`Tissue`](crate::Tissue) to a [`Network`](crate::Network), chooses contact
+//! cells or a probe while the tool is released, and then ticks once for each sample:
+//!
+//! | step of a tick | what it does | file |
+//! |---|---|---|
+//! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `order` |
+//! | contact | held cells follow the tool, a probe places its contacts, or a current loads the cells | `tool`, `probe`, `current` |
+//! | bands | unloading closes or reopens them | `unloading` |
+//! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | `order` |
+//! | output | force, energy, work, stiffness, contacts, flags | `output` |
+//!
+//! A tick cannot fail, panic or allocate, and makes no system call. The number of link passes does
+//! not depend on the input. The state hash is a call of its own, outside the tick. Between two
+//! ticks the settings may change. Contact cells can be chosen only while the tool is released, and
+//! another drive begins when the tool next takes hold. The rules of each step are those of "One
+//! tick" in `host/CONTRACT.md`.
+//!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
 //! - [`settings`], [`sample`]: a run's parameters, a tick's input and output.
 //! - [`tissue`], `error`: the state in RAM, and why it refuses a model or a state.

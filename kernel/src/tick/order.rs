@@ -1,4 +1,5 @@
-//! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs.
+//! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs. The terms'
+//! corrections come before the contact.
 
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
@@ -10,6 +11,7 @@ use crate::solver::coarse::Coarse;
 use crate::solver::scheme::{Body, Pace};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
+use crate::terms::state::States;
 
 /// Bad samples in a row that the last good one stands in for.
 pub const HELD_TICKS_MAX: u32 = 10;
@@ -41,7 +43,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         // A probe finds its cells by itself.
         let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
         let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
-        let room = &mut *self.room;
+        let (room, states) = (&mut *self.room, self.states.shared());
         let mut tick = Tick {
             network,
             head: self.head,
@@ -50,9 +52,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
             own,
             room,
             contacts,
+            states,
             work: TwoFloat::ZERO,
             flags,
         };
+        tick.begin_terms();
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
@@ -106,6 +110,7 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub own: &'a mut [Cell<D::Number>],
     pub room: &'a mut [Eight],
     pub contacts: &'a mut [Contact<D::Number>],
+    pub states: States<'a>,
     /// What the tool's motion did to E.
     pub work: TwoFloat,
     pub flags: Flags,
@@ -114,7 +119,26 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
 impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     pub fn terms(&self) -> Terms<'a, 'm> {
         let (model, current) = (self.network.model(), self.current());
-        Terms { model, closed: self.head.closed, vectors: self.head.vectors, current }
+        let (closed, vectors) = (self.head.closed, self.head.vectors);
+        Terms { model, closed, vectors, current, states: self.states }
+    }
+
+    /// The corrections of the terms for this tick, and what they do to the energy.
+    #[inline(always)]
+    fn begin_terms(&mut self) {
+        if !States::ANY {
+            return;
+        }
+        let (terms, awake) = (self.terms(), &mut self.head.awake);
+        let mut is_changed = false;
+        let rise = terms.begin_tick(self.state, |cell| {
+            awake.wake_around(terms.model, cell);
+            is_changed = true;
+        });
+        if is_changed {
+            self.head.level.shift(rise);
+            self.head.dynamics.pushed();
+        }
     }
 
     /// The bounded number of link passes.
@@ -135,6 +159,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
                 closed: self.head.closed,
                 vectors: self.head.vectors,
                 current,
+                states: self.states,
             },
             pace,
             contacts,

@@ -18,6 +18,7 @@ use crate::solver::level::Level;
 use crate::solver::{Blocks, CellArrays, Dynamics};
 use crate::terms::held::{self, Contact, ContactError};
 use crate::terms::links::number::LinkNumber;
+use crate::terms::state::{self, TermState, TermStates};
 
 /// Scalar state of a tissue: all of it but the arrays.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +31,8 @@ pub struct Head<D> {
     pub(crate) chosen: usize,
     /// Radius of the probe, where contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
-    /// Basis functions taken out for the probe's contacts; `None` where that cannot be done.
+    /// Number of basis functions left out for the probe's contacts; `None` where that cannot be
+    /// done.
     pub(crate) deflated: Option<u16>,
     /// Where the probe touched first, relative to where it was engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],
@@ -91,6 +93,7 @@ pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
     own: D::Arrays<CELLS>,
     room: D::Room,
     contacts: [Contact<D::Number>; CONTACTS],
+    states: [TermState; CELLS],
 }
 
 impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CONTACTS> {
@@ -109,6 +112,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
             room: <D::Room as Blocks>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
+            states: [TermState::REST; CELLS],
         }
     }
 
@@ -121,6 +125,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             own: self.own.flat(),
             room: self.room.flat(),
             contacts: &mut self.contacts,
+            states: TermStates::new(&mut self.states),
         }
     }
 
@@ -176,6 +181,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
     (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
         + contacts * size_of::<Contact<D::Number>>()
+        + cells * size_of::<TermState>()
         + room * size_of::<Eight>()
 }
 
@@ -196,6 +202,8 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub room: &'a mut [Eight],
     /// Room for contact cells.
     pub contacts: &'a mut [Contact<D::Number>],
+    /// What the terms of the energy keep, of as many cells as `state`.
+    pub states: TermStates<'a>,
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
@@ -210,7 +218,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let room =
             |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
         let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
-        let capacity = self.state.len().min(residual).min(own);
+        let capacity = self.state.len().min(residual).min(own).min(self.states.capacity());
         if cells > capacity {
             return Err(ResetError::Capacity { needed: cells, capacity });
         }
@@ -225,6 +233,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.model = Some(network.model().checksum());
         self.head.vectors = VectorUnit::find();
         self.residual.fill(Cell::ZERO);
+        self.states.reset();
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(from_single(*rest));
         }
@@ -244,7 +253,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Puts every cell, fixed ones too, at a position [mean link lengths from the body's centre],
     /// without motion and with the tool released; the contact cells stay chosen.
     ///
-    /// The certified level starts anew from the energy of that state.
+    /// The certified level starts anew from the energy of that state. What the terms keep is that of
+    /// the rest shape: [`Self::set_term_words`] gives back what they had.
     ///
     /// # Errors
     /// What is wrong with the positions; the state stays as it is.
@@ -272,6 +282,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
         self.head.level.forget();
         self.head.awake.wake_all(model);
+        self.states.reset();
         if kept.awake.is_sleepless() {
             self.head.awake.forbid_sleep(model);
         }
@@ -374,9 +385,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         ))
     }
 
-    /// Place of a fine node, by input id, in the frame of the input mesh \[m\]: carried along by
-    /// the published positions of the cells around it. `None` for a node that is left out, beyond
-    /// the last, and in a model without fine nodes. Cost: the node's weights.
+    /// Place of a node of the embedded mesh, by input id, in the frame of the input mesh \[m\],
+    /// from the published positions of the cells around it. `None` for a node that is left out,
+    /// beyond the last, and in a model without an embedded mesh. Cost: the node's weights.
     #[must_use]
     pub fn fine_position_m(&self, model: &Model<'_>, node: usize) -> Option<Vector3<f32>> {
         let at = |cell| Some(self.position(model, cell)?.map(Number::single));
@@ -395,9 +406,30 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(output(v.xyz(), D::Number::from_single(model.saturation())))
     }
 
+    /// What the terms keep of the cells, as words: together with the positions a saved state. Low
+    /// byte first in a file. None for models without such a term.
+    pub fn term_words(&self, model: &Model<'_>) -> impl Iterator<Item = u32> {
+        state::words(self.states.cells(model.cells()))
+    }
+
+    /// Gives back what [`Self::term_words`] gave, after [`Self::set_positions`]; the certified level
+    /// starts anew. Whether that could be: other words change nothing.
+    #[must_use]
+    pub fn set_term_words(&mut self, network: &Network<'_>, words: &[u32]) -> bool {
+        let model = network.model();
+        if self.head.model != Some(model.checksum()) || !self.states.read(model.cells(), words) {
+            return false;
+        }
+        self.head.level.forget();
+        self.head.dynamics.interrupt();
+        self.head.awake.wake_all(model);
+        true
+    }
+
     /// The state hash, see [`state_hash`].
     #[must_use]
     pub fn state_hash(&self, model: &Model<'_>) -> u64 {
-        state_hash(self.state.get(..model.cells()).unwrap_or(self.state), model.saturation())
+        let state = self.state.get(..model.cells()).unwrap_or(self.state);
+        state_hash(state, self.states.cells(model.cells()), model.saturation())
     }
 }

@@ -3,19 +3,23 @@
 use core::fmt;
 
 use super::stage::{self, STAGE_BYTES};
-use super::{CRC, HEADER_BYTES, MAGIC, NUMBERS, SCHEMES, VERSION_PLAIN, VERSION_STAGE, put};
+use super::version::Version;
+use super::{CRC, HEADER_BYTES, MAGIC, VERSION, put};
 use crate::model::Model;
 use crate::number::Number;
 use crate::solver::{Dynamics, NumberOf};
 use crate::stage::{Stage, StageError, StageSettings};
 use crate::tick::choice::Choice;
-use crate::tick::choices::{Drive, Unloading};
+use crate::tick::choices::{Arithmetic, Drive, Scheme, Unloading};
+use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings, SettingsError};
 
-/// Words of the fixed part.
-const WORDS: usize = HEADER_BYTES / 4;
+/// Words of the part that every version has.
+const WORDS: usize = COMMON_BYTES / 4;
+/// Bytes of the part that every version has, its checksum the last four.
+pub(super) const COMMON_BYTES: usize = 64;
 /// Where the header's checksum stands.
-const CHECKSUM_OFFSET: usize = HEADER_BYTES - 4;
+const CHECKSUM_OFFSET: usize = COMMON_BYTES - 4;
 /// Most contact cells: ids of cells are 16 bits wide.
 const CONTACTS_MAX: usize = crate::model::image::CELLS_MAX;
 
@@ -41,6 +45,8 @@ pub enum TraceError {
         /// Checksum of the model given.
         given: u32,
     },
+    /// The arithmetic of the release that wrote the trace gives other bits than this one's.
+    Revision(Origin),
     /// The settings do not fit the model.
     Settings(SettingsError),
     /// The output stage's settings are out of range.
@@ -66,8 +72,8 @@ impl fmt::Display for TraceError {
             }
             Self::Version(version) => write!(
                 f,
-                "format version {version} is not version {VERSION_PLAIN} or {VERSION_STAGE} that this \
-                 release reads: take the release that wrote it, or record again"
+                "format version {version} is not one of 1 to {VERSION} that this release reads: \
+                 take the release that wrote it, or record again"
             ),
             Self::Truncated => f.write_str("the trace stops within its header: copy it again"),
             Self::Checksum => {
@@ -83,6 +89,12 @@ impl fmt::Display for TraceError {
                 f,
                 "recorded with the model of checksum {recorded:08x}, this one has {given:08x}: \
                  give the model of the recording (`chaincell info` shows the checksum)"
+            ),
+            Self::Revision(Origin { revision, release: [major, minor, patch] }) => write!(
+                f,
+                "recorded with revision {revision} of the arithmetic, this release has revision \
+                 {REVISION}, whose ticks differ in their last bits: replay it with chaincell \
+                 {major}.{minor}.{patch}"
             ),
             Self::Settings(why) => write!(f, "its settings do not fit the model: {why}"),
             Self::Stage(why) => write!(f, "its output stage cannot be: {why}"),
@@ -102,16 +114,6 @@ impl fmt::Display for TraceError {
 }
 
 impl core::error::Error for TraceError {}
-
-/// Code of a name in a table.
-fn code(table: &[(&str, u16)], name: &str) -> Option<u16> {
-    table.iter().find(|(known, _)| *known == name).map(|&(_, code)| code)
-}
-
-/// Name of a code in a table.
-fn name(table: &[(&'static str, u16)], code: u16) -> Option<&'static str> {
-    table.iter().find(|&&(_, known)| known == code).map(|&(name, _)| name)
-}
 
 /// Bytes of the header of a trace with so many contact cells and no output stage; with one see
 /// [`Header::bytes`].
@@ -138,15 +140,46 @@ impl RecordedProbe {
     }
 }
 
+/// What wrote a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Origin {
+    /// Revision of its arithmetic, see [`REVISION`].
+    pub revision: u32,
+    /// Its release: major, minor, patch.
+    pub release: [u16; 3],
+}
+
+impl Origin {
+    /// This release.
+    pub const HERE: Self = Self {
+        revision: REVISION,
+        release: [
+            number(env!("CARGO_PKG_VERSION_MAJOR")),
+            number(env!("CARGO_PKG_VERSION_MINOR")),
+            number(env!("CARGO_PKG_VERSION_PATCH")),
+        ],
+    };
+}
+
+/// A number in decimal digits.
+const fn number(digits: &str) -> u16 {
+    match u16::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => u16::MAX,
+    }
+}
+
 /// What a trace was recorded with, but for the contact cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
+    /// What wrote it.
+    pub origin: Origin,
     /// Checksum of the model.
     pub model: u32,
-    /// Scheme, see [`SCHEMES`].
-    pub scheme: u16,
-    /// Number type, see [`NUMBERS`].
-    pub number: u16,
+    /// Scheme.
+    pub scheme: Scheme,
+    /// Number type.
+    pub number: Arithmetic,
     /// Settings in force.
     pub settings: Settings,
     /// The probe, where contact was by shape; then there are no contact cells.
@@ -175,21 +208,22 @@ impl Header {
     /// Of a network under the scheme `D`; `None` where that has no code in the format.
     #[must_use]
     pub fn of<D: Dynamics>(network: &Network<'_>) -> Option<Self> {
-        Self::named(network, D::NAME, NumberOf::<D>::NAME)
+        let number = Arithmetic::from_name(NumberOf::<D>::NAME)?;
+        Some(Self::new(network, Scheme::from_name(D::NAME)?, number))
     }
 
-    /// Of a network under a scheme and in numbers by their names; `None` where one has no code in
-    /// the format.
+    /// Of a network under a scheme and in numbers.
     #[must_use]
-    pub fn named(network: &Network<'_>, scheme: &str, number: &str) -> Option<Self> {
-        Some(Self {
+    pub fn new(network: &Network<'_>, scheme: Scheme, number: Arithmetic) -> Self {
+        Self {
+            origin: Origin::HERE,
             model: network.model().checksum(),
-            scheme: code(&SCHEMES, scheme)?,
-            number: code(&NUMBERS, number)?,
+            scheme,
+            number,
             settings: *network.settings(),
             probe: None,
             stage: None,
-        })
+        }
     }
 
     /// Writes the header with the input ids of the contact cells (in the order of the model's
@@ -204,14 +238,16 @@ impl Header {
         to.fill(0);
         let settings = &self.settings;
         let [low, high]: [u32; 2] = bytemuck::cast(MAGIC);
-        let words: [u32; WORDS] = [
+        let codes = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
+        let Origin { revision, release: [major, minor, patch] } = self.origin;
+        let words: [u32; HEADER_BYTES / 4] = [
             low,
             high,
-            if self.stage.is_some() { VERSION_STAGE } else { VERSION_PLAIN },
+            VERSION,
             bytes as u32,
             self.model,
-            u32::from(self.scheme) | u32::from(self.number) << 16,
-            u32::from(settings.unloading.code()) | u32::from(settings.drive.code()) << 16,
+            codes(self.scheme.code(), self.number.code()),
+            codes(settings.unloading.code(), settings.drive.code()),
             settings.sweeps.into(),
             settings.step.to_bits(),
             settings.tick_time.to_bits(),
@@ -221,6 +257,10 @@ impl Header {
             self.probe.map_or(0, |probe| probe.radius_m.to_bits()),
             self.probe.map_or(0, |probe| probe.capacity),
             0,
+            revision,
+            codes(major, minor),
+            codes(patch, self.stage.is_some().into()),
+            0,
         ];
         let stage = self.stage.as_ref().map(stage::words);
         let all = words.iter().chain(stage.iter().flatten()).chain(contacts);
@@ -228,35 +268,36 @@ impl Header {
             put(place, *word);
         }
         let crc = checksum(to);
-        put(to.get_mut(CHECKSUM_OFFSET..HEADER_BYTES)?, crc);
+        put(to.get_mut(CHECKSUM_OFFSET..COMMON_BYTES)?, crc);
         Some((bytes, crc))
     }
 
-    /// Reads the header: itself, the bytes of the contact cells, its length and checksum.
-    pub(super) fn read(trace: &[u8]) -> Result<(Self, &[u8], usize, u32), TraceError> {
+    /// Reads the header: itself, its version, the bytes of the contact cells, its length and
+    /// checksum.
+    pub(super) fn read(trace: &[u8]) -> Result<Read<'_>, TraceError> {
         let magic = trace.get(..MAGIC.len()).unwrap_or(trace);
         if !MAGIC.starts_with(magic) || magic.is_empty() {
             return Err(TraceError::Magic);
         }
-        let fixed: &[u8; HEADER_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
-        let words: [u32; WORDS] = bytemuck::cast(*fixed);
-        let [_, _, version, bytes, model, kind, unloading, sweeps, rest @ ..] = words;
+        let common: &[u8; COMMON_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
+        let words: [u32; WORDS] = bytemuck::cast(*common);
+        let [_, _, version, bytes, model, kind, codes, sweeps, rest @ ..] = words;
         let [step, tick_time, max_tool_step, max_force, contacts, radius, capacity, stored] = rest;
-        let front = match version {
-            VERSION_PLAIN => HEADER_BYTES,
-            VERSION_STAGE => HEADER_BYTES + STAGE_BYTES,
-            _ => return Err(TraceError::Version(version)),
-        };
+        let version = Version::of(version)?;
         // A damaged length must not be read as a cut.
         let (bytes, contacts) = (bytes as usize, contacts as usize);
-        if contacts > CONTACTS_MAX || bytes != front - HEADER_BYTES + header_bytes(contacts) {
+        if contacts > CONTACTS_MAX || !version.may_have(bytes, contacts) {
             return Err(TraceError::Checksum);
         }
         let header = trace.get(..bytes).ok_or(TraceError::Truncated)?;
         if checksum(header) != stored {
             return Err(TraceError::Checksum);
         }
-        let [unloading, drive]: [u16; 2] = bytemuck::cast(unloading);
+        let (origin, front) = version.extension(header)?;
+        if bytes != (front.end + 4 * contacts).next_multiple_of(8) {
+            return Err(TraceError::Layout);
+        }
+        let [unloading, drive]: [u16; 2] = bytemuck::cast(codes);
         let settings = Settings {
             sweeps: u16::try_from(sweeps).map_err(|_| TraceError::Layout)?,
             step: f32::from_bits(step),
@@ -271,44 +312,54 @@ impl Header {
             _ if contacts > 0 => return Err(TraceError::Layout),
             _ => Some(RecordedProbe::read(radius, capacity).ok_or(TraceError::Layout)?),
         };
-        let stage = stage::read(header.get(HEADER_BYTES..front).ok_or(TraceError::Layout)?)?;
-        let ids = header.get(front..front + 4 * contacts).ok_or(TraceError::Layout)?;
+        let ids = front.end..front.end + 4 * contacts;
+        let stage = stage::read(header.get(front).ok_or(TraceError::Layout)?)?;
+        let ids = header.get(ids).ok_or(TraceError::Layout)?;
         let [scheme, number]: [u16; 2] = bytemuck::cast(kind);
-        Ok((Self { model, scheme, number, settings, probe, stage }, ids, bytes, stored))
-    }
-
-    /// Names of the scheme and of the number type, [`Dynamics::NAME`] and [`Number::NAME`].
-    ///
-    /// # Errors
-    /// A scheme or a number type that is not known here.
-    pub fn names(&self) -> Result<(&'static str, &'static str), TraceError> {
-        let names = name(&SCHEMES, self.scheme).zip(name(&NUMBERS, self.number));
-        names.ok_or(TraceError::Scheme(self.scheme, self.number))
+        let unknown = TraceError::Scheme(scheme, number);
+        let scheme = version.scheme(scheme).ok_or(unknown)?;
+        let number = Arithmetic::from_code(number).ok_or(unknown)?;
+        let header = Self { origin, model, scheme, number, settings, probe, stage };
+        Ok(Read { header, version, contacts: ids, bytes, checksum: stored })
     }
 
     /// Whether the trace is one of the scheme `D`.
     #[must_use]
     pub fn is_of<D: Dynamics>(&self) -> bool {
-        self.names() == Ok((D::NAME, NumberOf::<D>::NAME))
+        (self.scheme.name(), self.number.name()) == (D::NAME, NumberOf::<D>::NAME)
     }
 
     /// The network of the recording.
     ///
     /// # Errors
-    /// Another model, or settings that do not fit it.
+    /// Another model, another revision of the arithmetic, or settings that do not fit the model.
     pub fn network<'m>(&self, model: Model<'m>) -> Result<Network<'m>, TraceError> {
         let (recorded, given) = (self.model, model.checksum());
         if recorded != given {
             return Err(TraceError::Model { recorded, given });
         }
+        if self.origin.revision != REVISION {
+            return Err(TraceError::Revision(self.origin));
+        }
         Network::new(model, self.settings).map_err(TraceError::Settings)
     }
+}
+
+/// A header that was read.
+pub(super) struct Read<'t> {
+    pub(super) header: Header,
+    pub(super) version: Version,
+    /// The bytes of the contact cells.
+    pub(super) contacts: &'t [u8],
+    /// Length of the header.
+    pub(super) bytes: usize,
+    pub(super) checksum: u32,
 }
 
 /// CRC-32 of a header, but for the checksum itself.
 fn checksum(header: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(header.get(..CHECKSUM_OFFSET).unwrap_or(header));
-    digest.update(header.get(HEADER_BYTES..).unwrap_or(&[]));
+    digest.update(header.get(COMMON_BYTES..).unwrap_or(&[]));
     digest.finalize()
 }

@@ -6,13 +6,13 @@
 //! ```text
 //! header
 //!      0      8  magic "CHAINTRC"
-//!      8      4  format version: 1, or 2 with an output stage
-//!     12      4  bytes of the header, 64 + 4 n rounded up to a multiple of 8; version 2: 40 more
+//!      8      4  format version: 3
+//!     12      4  bytes of the header: 80, 40 with an output stage, 4 n, up to a multiple of 8
 //!     16      4  checksum of the model image
-//!     20      2  scheme, see SCHEMES
-//!     22      2  number type, see NUMBERS
-//!     24      2  unloading: 0 off, 1 release, 2 retreat
-//!     26      2  drive: 0 position, 1 current
+//!     20      2  scheme, the code of `Scheme`
+//!     22      2  number type, the code of `Arithmetic`
+//!     24      2  unloading, the code of `Unloading`
+//!     26      2  drive, the code of `Drive`
 //!     28      4  sweeps a tick
 //!     32      4  step (f32 bits, as the next three)
 //!     36      4  time a tick
@@ -22,38 +22,84 @@
 //!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells
 //!     56      4  contacts that a probe has room for, 0 with contact cells
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
-//! version 2: the settings of the output stage
-//!     64      4  bit 0: a virtual coupling, bit 1: passivity; what is absent is zero below
-//!     68      4  time of a tick [s] (f32 bits)
-//!     72      4  stiffness of the coupling [N/m] (f32 bits)
-//!     76      4  damping of the coupling [N s/m] (f32 bits)
-//!     80      4  damping of the device [N s/m] (f32 bits)
-//!     84      4  ticks of delay
-//!     88      4  largest slew [N/s] (f32 bits)
-//!     92      4  largest force of the stage [N] (f32 bits)
-//!     96      2  ticks of the ramp
-//!     98      2  ticks of the watchdog
-//!    100      4  zero
-//! version 1 from 64, version 2 from 104
+//!     64      4  revision of the arithmetic, see REVISION
+//!     68      6  release that wrote the trace: major, minor, patch (u16 x 3)
+//!     74      2  bit 0: an output stage follows
+//!     76      4  zero
+//! with an output stage, its settings
+//!     80      4  bit 0: a virtual coupling, bit 1: passivity; what is absent is zero below
+//!     84      4  time of a tick [s] (f32 bits)
+//!     88      4  stiffness of the coupling [N/m] (f32 bits)
+//!     92      4  damping of the coupling [N s/m] (f32 bits)
+//!     96      4  damping of the device [N s/m] (f32 bits)
+//!    100      4  ticks of delay
+//!    104      4  largest slew [N/s] (f32 bits)
+//!    108      4  largest force of the stage [N] (f32 bits)
+//!    112      2  ticks of the ramp
+//!    114      2  ticks of the watchdog
+//!    116      4  zero
+//! from 80, with an output stage from 120
 //!      .    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
-//! record r = 0, 1, ... of 40 bytes
+//! record r = 0, 1, ... of 48 bytes
 //!      0      8  tick
 //!      8     12  tool position [m] (f32 bits x 3)
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
 //!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`]
 //!     34      2  bit 0: a hash was taken
-//!     36      4  CRC-32 of: the header's CRC, r (u32), the 36 bytes before
+//!     36      8  zero
+//!     44      4  CRC-32 of: the header's CRC, r (u32), the 44 bytes before
 //! ```
+//!
+//! Versions 1 and 2 are read too. Their header lacks the bytes from 64 to 80: version 1 has no
+//! output stage, version 2 has one. Their schemes are numbered in another order. Their records have
+//! 40 bytes, without the eight from 36 on. Their arithmetic is that of revision 1.
 //!
 //! A record is one executed tick or one command between two; numbers of ticks are those of the
 //! session, and need not be consecutive. With an output stage a sample is the device's, as
 //! received; ticks without a sample move no cell and leave no record. The trace ends with its
 //! bytes, with an incomplete record (it was cut), or where nothing but zeros follow (memory taken
-//! beforehand). Who writes a record's checksum last leaves an incomplete record too where he is
-//! stopped within one: its checksum is zero and nothing but zeros follow. A record's checksum holds
+//! beforehand). A writer that stores the checksum last leaves an incomplete record too where it
+//! is stopped within one: the checksum is zero and nothing but zeros follow. A record's checksum holds
 //! for its place in its own trace alone, so remains of an earlier trace in the same memory are not
-//! taken for records. Cost: [`Writer::record`] works over 44 bytes, table-driven; no memory.
+//! taken for records. Cost: [`Writer::record`] works over 52 bytes, table-driven; no memory.
+//!
+//! # Use
+//!
+//! On a workstation `run`, `serve` and `cosim` leave `session.trace` beside `model.chaincell` in
+//! the folder of `--out`, and `serve --record FILE` writes a trace alone. `chaincell replay` plays
+//! a folder or a file again. It ends with exit code 0 for the same bits, with 1 and the first tick
+//! that differs, or with 2 for a trace that is damaged, of an unknown version, or of another revision
+//! of the arithmetic: the message then names the release to take.
+//!
+//! A firmware writes and reads the same format without a heap. To record, take a [`Header`] with
+//! [`Header::of`] after the reset, begin with [`Writer::begin`], and store the bytes of
+//! [`Writer::record`] after each tick. To play a recording, open it with [`Reader::open`] and
+//! follow the example of [`Reader::play`], which names the first tick that differs. A trace with
+//! commands or an output stage is read with [`Reader::entries`] and [`Header::output_stage`].
+//!
+//! ```
+//! use chaincell_kernel::trace::{Header, RECORD_BYTES, Record, Writer};
+//! use chaincell_kernel::{Network, TissueMut, ToolSample, Track};
+//!
+//! /// Writes the header to the front of a log, and gives its length.
+//! fn begin(network: &Network<'_>, held_ids: &[u32], log: &mut [u8]) -> Option<(Writer, usize)> {
+//!     Writer::begin(&Header::of::<Track>(network)?, held_ids, log)
+//! }
+//!
+//! /// One tick, and the bytes of its record.
+//! fn recorded_tick(
+//!     tissue: &mut TissueMut<'_, Track>,
+//!     network: &Network<'_>,
+//!     (tick, sample): (u64, ToolSample),
+//!     writer: &mut Writer,
+//! ) -> [u8; RECORD_BYTES] {
+//!     tissue.tick(network, &sample);
+//!     let state_hash = Some(tissue.state_hash(network.model()));
+//!     writer.record(&Record { tick, sample, state_hash })
+//! }
+//! # let _ = (begin, recorded_tick);
+//! ```
 
 mod command;
 mod header;
@@ -61,9 +107,10 @@ mod record;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod version;
 
 pub use command::{Command, CommandError, CommandRecord, Entry};
-pub use header::{Header, RecordedProbe, TraceError, header_bytes};
+pub use header::{Header, Origin, RecordedProbe, TraceError, header_bytes};
 pub use record::{End, Played, Reader, Record, ReplayError, Writer};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
@@ -79,20 +126,13 @@ fn put(place: &mut [u8], word: u32) {
 
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"CHAINTRC";
-/// Version of the format of a trace without an output stage.
-pub const VERSION_PLAIN: u32 = 1;
-/// Version of the format of a trace with one.
-pub const VERSION_STAGE: u32 = 2;
-/// Bytes of the header before the contact cells.
-pub const HEADER_BYTES: usize = 64;
+/// Version of the format that is written; 1 and 2 are read too.
+pub const VERSION: u32 = 3;
+/// Bytes of the header before the output stage and the contact cells.
+pub const HEADER_BYTES: usize = 80;
 /// Bytes of a record.
-pub const RECORD_BYTES: usize = 40;
+pub const RECORD_BYTES: usize = 48;
 /// Kind of a record that holds a tool sample.
 pub const KIND_SAMPLE: u16 = 1;
 /// Kind of a record that holds a command; read by [`Reader::entries`] alone.
 pub const KIND_COMMAND: u16 = 2;
-/// Number types by the names of `--number`, with their codes.
-pub const NUMBERS: [(&str, u16); 3] = [("f32", 1), ("fixed", 2), ("f64", 3)];
-/// Schemes by the names of `--dynamics`, with their codes.
-pub const SCHEMES: [(&str, u16); 5] =
-    [("euler", 1), ("track", 2), ("rkl1", 3), ("rkl2", 4), ("gauss-seidel", 5)];

@@ -4,6 +4,8 @@ use core::fmt;
 
 use nalgebra::Vector3;
 
+use super::header::Read;
+use super::version::Version;
 use super::{
     CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, RECORD_BYTES,
     TraceError, put,
@@ -11,8 +13,8 @@ use super::{
 use crate::model::Model;
 use crate::tick::sample::ToolSample;
 
-/// Words of a record.
-const WORDS: usize = RECORD_BYTES / 4;
+/// Words of a record but for its checksum.
+const WORDS: usize = RECORD_BYTES / 4 - 1;
 /// A hash was taken.
 const WITH_HASH: u16 = 1;
 
@@ -51,12 +53,12 @@ pub(super) fn compare(
     }
 }
 
-/// CRC-32 of a record at its place in its trace.
-fn checksum(seed: u32, index: u32, words: &[u32; WORDS]) -> u32 {
+/// CRC-32 of a record at its place in its trace, `bytes` without their last four.
+fn checksum(seed: u32, index: u32, bytes: &[u8]) -> u32 {
     let mut digest = CRC.digest();
-    for word in [seed, index].iter().chain(words.iter().take(WORDS - 1)) {
-        digest.update(&word.to_le_bytes());
-    }
+    digest.update(&seed.to_le_bytes());
+    digest.update(&index.to_le_bytes());
+    digest.update(bytes);
     digest.finalize()
 }
 
@@ -101,13 +103,15 @@ impl Writer {
         let [tick, hash] = [low_high(tick), low_high(state_hash.unwrap_or(0))];
         let bits = if state_hash.is_some() { WITH_HASH } else { 0 };
         let kind = u32::from(kind) | u32::from(bits) << 16;
-        let mut words = [tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, 0];
-        words[WORDS - 1] = checksum(self.seed, self.next, &words);
-        self.next = self.next.wrapping_add(1);
+        let words = [tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind];
         let mut bytes = [0; RECORD_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
             put(place, word);
         }
+        if let Some((body, place)) = bytes.split_last_chunk_mut::<4>() {
+            *place = checksum(self.seed, self.next, body).to_le_bytes();
+        }
+        self.next = self.next.wrapping_add(1);
         bytes
     }
 }
@@ -138,7 +142,8 @@ impl fmt::Display for End {
             }
             Self::Kind(record, kind) => write!(
                 f,
-                "record {record} is of kind {kind}, unknown here: take the release that wrote it"
+                "record {record} of kind {kind} holds what is unknown here: take the release that \
+                 wrote it"
             ),
         }
     }
@@ -185,6 +190,7 @@ pub struct Played {
 #[derive(Debug, Clone, Copy)]
 pub struct Reader<'t> {
     header: Header,
+    version: Version,
     contacts: &'t [u8],
     records: &'t [u8],
     seed: u32,
@@ -196,9 +202,9 @@ impl<'t> Reader<'t> {
     /// # Errors
     /// What is wrong with it.
     pub fn open(trace: &'t [u8]) -> Result<Self, TraceError> {
-        let (header, contacts, bytes, seed) = Header::read(trace)?;
+        let Read { header, version, contacts, bytes, checksum: seed } = Header::read(trace)?;
         let records = trace.get(bytes..).unwrap_or(&[]);
-        Ok(Self { header, contacts, records, seed })
+        Ok(Self { header, version, contacts, records, seed })
     }
 
     /// What the trace was recorded with.
@@ -265,14 +271,14 @@ impl<'t> Reader<'t> {
 
     fn walk<E>(
         &self,
-        mut each: impl FnMut(u32, &[u8; RECORD_BYTES]) -> Result<Result<(), E>, End>,
+        mut each: impl FnMut(u32, &[u8]) -> Result<Result<(), E>, End>,
     ) -> Result<End, E> {
         let mut rest = self.records;
         for index in 0_u32.. {
             if rest.iter().all(|&byte| byte == 0) {
                 break;
             }
-            let Some((bytes, behind)) = rest.split_first_chunk::<RECORD_BYTES>() else {
+            let Some((bytes, behind)) = rest.split_at_checked(self.version.record_bytes()) else {
                 return Ok(End::Cut(index));
             };
             match each(index, bytes) {
@@ -288,18 +294,23 @@ impl<'t> Reader<'t> {
     }
 
     /// Kind and words of a record whose checksum holds.
-    fn sound(&self, index: u32, bytes: &[u8; RECORD_BYTES]) -> Result<(u16, [u32; WORDS]), End> {
-        let mut words = [0; WORDS];
-        for (word, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
-            *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
-        }
-        let [.., kind, stored] = words;
-        if checksum(self.seed, index, &words) != stored {
+    fn sound(&self, index: u32, bytes: &[u8]) -> Result<(u16, [u32; WORDS]), End> {
+        let (body, stored) = bytes.split_last_chunk().ok_or(End::Cut(index))?;
+        if checksum(self.seed, index, body) != u32::from_le_bytes(*stored) {
             return Err(End::Damaged(index));
         }
+        let mut words = [0; WORDS];
+        for (word, bytes) in words.iter_mut().zip(body.chunks_exact(4)) {
+            *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        }
+        let [.., kind, more, last] = words;
         let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        let known = matches!(kind, KIND_SAMPLE | KIND_COMMAND);
-        if known && bits <= WITH_HASH { Ok((kind, words)) } else { Err(End::Kind(index, kind)) }
+        let known = matches!(kind, KIND_SAMPLE | KIND_COMMAND) && bits <= WITH_HASH;
+        if known && (more, last) == (0, 0) {
+            Ok((kind, words))
+        } else {
+            Err(End::Kind(index, kind))
+        }
     }
 
     /// Plays the trace: `tick` plays each sample in a tissue that begins as the recording's did,
@@ -338,7 +349,7 @@ impl<'t> Reader<'t> {
 }
 
 /// Whether the writer was stopped within this record, the last one: its checksum comes last.
-fn is_unfinished(record: &[u8; RECORD_BYTES], behind: &[u8]) -> bool {
+fn is_unfinished(record: &[u8], behind: &[u8]) -> bool {
     record.ends_with(&[0; 4]) && behind.iter().all(|&byte| byte == 0)
 }
 
@@ -347,7 +358,7 @@ fn long(low: u32, high: u32) -> u64 {
     u64::from(low) | u64::from(high) << 32
 }
 
-fn state_hash([.., h0, h1, kind, _]: &[u32; WORDS]) -> Option<u64> {
+fn state_hash([.., h0, h1, kind, _, _]: &[u32; WORDS]) -> Option<u64> {
     (*kind >> 16 == u32::from(WITH_HASH)).then_some(long(*h0, *h1))
 }
 

@@ -12,7 +12,7 @@ use crate::graph::shape;
 static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
 /// 125 cells with colours.
 static BOX5: &[u8] = include_model!("../../data/box5_colours.chaincell");
-/// Cells that carry the nodes of a finer mesh.
+/// Cells with an embedded mesh.
 static GROUPS: &[u8] = include_model!("../../data/box5_cells.chaincell");
 
 fn grid(spec: &str, fixed: bool, options: BakeOptions) -> ImageBytes {

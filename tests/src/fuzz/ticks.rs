@@ -1,5 +1,5 @@
 //! A whole session: any body, scheme, number type, contact and settings, then samples, commands,
-//! other settings and spoilt states in any order.
+//! other settings and other states in any order.
 
 use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -105,7 +105,7 @@ impl Session<'_> {
             4 => self.tick(self.tool, bytes.int_in_range(1..=12)?),
             5 => self.command(bytes.arbitrary()?),
             6 => self.other_settings(bytes)?,
-            _ => self.spoil(bytes)?,
+            _ => self.displace(bytes)?,
         }
         Ok(())
     }
@@ -157,7 +157,7 @@ impl Session<'_> {
     }
 
     /// Every cell at once somewhere else, as far as three decades beyond the body.
-    fn spoil(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+    fn displace(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
         let model = *self.engine.network().model();
         let seed = bytes.arbitrary::<[i8; 4]>()?;
         let scale = 10_f32.powi(bytes.int_in_range(-6..=3)?);

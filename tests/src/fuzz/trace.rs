@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use chaincell_host::files::recording;
-use chaincell_kernel::trace::{
-    Command, End, Entry, HEADER_BYTES, RECORD_BYTES, Reader, Writer, header_bytes,
-};
+use chaincell_kernel::trace::{Command, End, Entry, HEADER_BYTES, RECORD_BYTES, Reader, Writer};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use super::bodies;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// Bytes of the header that every version has, its checksum the last four.
+const COMMON_BYTES: usize = 64;
+/// Bytes of an output stage's settings.
+const STAGE_BYTES: usize = 40;
 /// Most sweeps a tick, most contacts and most records of a trace that is played.
 const SWEEPS_MAX: u16 = 8;
 const CONTACTS_MAX: usize = 64;
@@ -37,24 +39,30 @@ fn mended(data: &[u8]) -> Vec<u8> {
     let mut trace = data.to_vec();
     let most = (data.len() - HEADER_BYTES) / 4;
     let contacts = (word(data, 48) as usize).min(most).min(CONTACTS_MAX);
-    let bytes = header_bytes(contacts);
+    let (front, record_bytes) = match word(data, 8) {
+        1 => (COMMON_BYTES, 40),
+        2 => (COMMON_BYTES + STAGE_BYTES, 40),
+        _ if data[74] & 1 != 0 => (HEADER_BYTES + STAGE_BYTES, RECORD_BYTES),
+        _ => (HEADER_BYTES, RECORD_BYTES),
+    };
+    let bytes = (front + 4 * contacts).next_multiple_of(8);
     trace.resize(trace.len().max(bytes), 0);
     put(&mut trace, 12, bytes as u32);
     put(&mut trace, 48, contacts as u32);
     put(&mut trace, 16, chosen(word(data, 16)).checksum());
     let seed = {
         let mut digest = CRC.digest();
-        digest.update(&trace[..HEADER_BYTES - 4]);
-        digest.update(&trace[HEADER_BYTES..bytes]);
+        digest.update(&trace[..COMMON_BYTES - 4]);
+        digest.update(&trace[COMMON_BYTES..bytes]);
         digest.finalize()
     };
-    put(&mut trace, HEADER_BYTES - 4, seed);
-    for (index, record) in (0_u32..).zip(trace[bytes..].chunks_exact_mut(RECORD_BYTES)) {
+    put(&mut trace, COMMON_BYTES - 4, seed);
+    for (index, record) in (0_u32..).zip(trace[bytes..].chunks_exact_mut(record_bytes)) {
         let mut digest = CRC.digest();
         digest.update(&seed.to_le_bytes());
         digest.update(&index.to_le_bytes());
-        digest.update(&record[..RECORD_BYTES - 4]);
-        put(record, RECORD_BYTES - 4, digest.finalize());
+        digest.update(&record[..record_bytes - 4]);
+        put(record, record_bytes - 4, digest.finalize());
     }
     trace
 }
@@ -95,7 +103,7 @@ struct Written {
 impl Written {
     fn of(trace: &Reader<'_>) -> Self {
         let ids: Vec<u32> = trace.contacts().collect();
-        let mut bytes = vec![0; header_bytes(ids.len())];
+        let mut bytes = vec![0; trace.header().bytes(ids.len())];
         let (mut writer, _) = Writer::begin(trace.header(), &ids, &mut bytes).unwrap();
         let (mut records, mut sweeps) = (0, trace.header().settings.sweeps);
         let end = trace.entries(|_, entry| {

@@ -9,6 +9,9 @@ use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
 use chaincell_tests::files::{Row, Table, bake, content, play, scratch, summary, text, write_path};
 use chaincell_tests::{Ended, run, turn};
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// A press with lost and bad samples and a release.
 fn press() -> Vec<Row> {
@@ -62,6 +65,18 @@ fn written(header: &Header, ids: &[u32], records: &[Record]) -> Vec<u8> {
     let mut bytes = vec![0; header_bytes(ids.len())];
     let (mut writer, _) = Writer::begin(header, ids, &mut bytes).unwrap();
     records.iter().for_each(|record| bytes.extend(writer.record(record)));
+    bytes
+}
+
+/// A trace with two bytes of its header changed and the header's checksum made right again.
+fn reworded(whole: &[u8], front: usize, at: usize, to: u16) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    bytes[at..at + 2].copy_from_slice(&to.to_le_bytes());
+    let mut digest = CRC.digest();
+    digest.update(&bytes[..60]);
+    digest.update(&bytes[64..front]);
+    let checksum = digest.finalize().to_le_bytes();
+    bytes[60..64].copy_from_slice(&checksum);
     bytes
 }
 
@@ -152,6 +167,24 @@ fn what_a_scene_dumps_is_replayed_to_the_same_bits() {
     }
 }
 
+/// Traces of earlier versions of the format, each with its model.
+#[test]
+fn traces_of_every_version_are_replayed_to_the_same_bits() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    for (trace, model, dynamics, number) in [
+        ("version1-track", "box7", "track", "f32"),
+        ("version1-euler-fixed-current", "plane8", "euler", "fixed"),
+        ("version2-falcon", "box7", "rkl2", "f32"),
+    ] {
+        let trace = data.join("traces").join(trace).with_extension("trace");
+        let model = data.join(model).with_extension("chaincell");
+        let found = replay(&trace, &model).with(0).json();
+        assert_eq!((&found["ticks"], &found["hashes_compared"]), (&40.into(), &40.into()));
+        assert_eq!((&found["dynamics"], &found["number"]), (&dynamics.into(), &number.into()));
+        assert_eq!(found["end"], "complete");
+    }
+}
+
 /// The trace knows its drive: played under the other one its ticks would differ.
 #[test]
 fn a_current_is_replayed_as_a_current() {
@@ -183,7 +216,7 @@ fn an_altered_tick_is_named() {
 fn a_cut_trace_is_replayed_as_far_as_it_goes() {
     let session = session(&[]);
     let whole = std::fs::read(&session.trace).unwrap();
-    std::fs::write(&session.trace, &whole[..whole.len() - 40 * 20 - 7]).unwrap();
+    std::fs::write(&session.trace, &whole[..whole.len() - 48 * 20 - 7]).unwrap();
     let ended = replay(&session.trace, &session.model).with(0);
     assert!(ended.err.contains("note: ") && ended.err.contains("cut within record 99"));
     assert_eq!(ended.json()["ticks"], 99);
@@ -219,22 +252,23 @@ fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
     for (bytes, reason, remedy) in [
         (b"tick,x_m,y_m\n".to_vec(), "not a chaincell trace", "run --trace"),
         (Vec::new(), "not a chaincell trace", "run --trace"),
-        (changed(8, 9), "format version 9 is not version 1 or 2", "take the release that wrote it"),
+        (changed(8, 9), "format version 9 is not one of 1 to 3", "take the release that wrote it"),
         (changed(30, 1), "the header is damaged", "copy it again"),
         (whole[..front - 1].to_vec(), "stops within its header", "copy it again"),
         (whole[..front].to_vec(), "holds no tick", "record again"),
-        (whole[..front + 39].to_vec(), "holds no tick", "record again"),
+        (whole[..front + 47].to_vec(), "holds no tick", "record again"),
         (
-            changed(front + 5 * 40 + 12, 77),
+            changed(front + 5 * 48 + 12, 77),
             "record 5 is damaged",
             "5 ticks before it replayed to the same bits",
         ),
+        (reworded(&whole, front, 20, 99), "scheme 99", "take the release"),
+        (reworded(&whole, front, 22, 9), "number type 9", "take the release"),
         (
-            written(&Header { scheme: 99, ..header }, &ids, &records),
-            "scheme 99",
-            "take the release",
+            reworded(&whole, front, 64, 7),
+            "revision 7 of the arithmetic",
+            "replay it with chaincell 0.1.0",
         ),
-        (written(&Header { number: 9, ..header }, &ids, &records), "number type 9", "take the"),
         (written(&header, &[0], &records), "--contact", "fixed"),
         (written(&header, &[4000], &records), "contact node 4000 is no cell", "record again"),
         (written(&header, &ids, &hashless), "no state hash", "--hash-every 1"),

@@ -21,7 +21,7 @@ fn chain(stiffness_n_per_m: &[f64], alpha: f64, floats: bool) -> ImageBytes {
     let options = BakeOptions {
         alpha: PerCell::Uniform(alpha),
         stiffness_n_per_m: PerCell::Each(stiffness_n_per_m.to_vec()),
-        // Twice the longest chain's stretch; fixed point carries up to 63 links.
+        // Twice the longest chain's stretch; fixed point reaches up to 63 links.
         saturation_m: Some(0.4),
         energy_max_j: Some(1e3),
         coarse_basis: BasisSpacing::None,
@@ -69,8 +69,8 @@ fn nodes_m(engine: &mut Engine<'_>) -> Vec<[f64; 3]> {
     nodes_m
 }
 
-/// u = `l_max` + 2 I / w for every link of a chain with a load at its end, and the links pull back
-/// with 2 k I.
+/// u = `l_max` + 2 I / w for every link of a chain with a load at its end, where the links
+/// exert 2 k I against it.
 #[test]
 fn a_loaded_chain_settles_at_the_hand_solution() {
     let current_m = 0.006_f32;
@@ -121,8 +121,8 @@ fn settled(links: &Links, loaded: &[usize], current: [f64; 3]) -> Vec<[f64; 3]> 
         for cell in (0..at.len()).filter(|&cell| !links.fixed()[cell]) {
             for axis in 0..3 {
                 let load = if loaded.contains(&cell) { current[axis] } else { 0.0 };
-                let pull = (residual[cell][axis] + load) / weights[cell];
-                way[cell][axis] = 0.95 * way[cell][axis] + pull;
+                let step = (residual[cell][axis] + load) / weights[cell];
+                way[cell][axis] = 0.95 * way[cell][axis] + step;
                 at[cell][axis] += way[cell][axis];
             }
         }

@@ -1,8 +1,8 @@
 //! From any state at all the certified level never rises by itself and bounds what is published:
 //! inverted, flattened, coincident and exploded bodies, in every scheme.
 //!
-//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test kernel hard_states` takes ten million
-//! sweeps instead of a hundred thousand.
+//! `CHAINCELL_SLOW=1 cargo test --release -p chaincell-tests --test kernel hard_states` takes ten
+//! million sweeps instead of a hundred thousand.
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::BakeOptions;
@@ -165,8 +165,8 @@ fn at_the_ends(numbers: Arithmetic, case: &Case, of: impl Fn(usize, [f32; 3]) ->
     }
 }
 
-/// Twelve links pull with 27 units each, six this way and six that: sums of some of them leave the
-/// range of fixed point, the sum of all does not.
+/// Twelve links exert 27 units each, six in one direction and six in the other: sums of some of
+/// them leave the range of fixed point, the sum of all does not.
 #[test]
 fn sums_that_leave_the_range_on_their_way() {
     let around = |at: usize| {

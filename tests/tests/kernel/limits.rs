@@ -13,7 +13,7 @@ fn plane(options: &BakeOptions) -> ImageBytes {
 }
 
 /// Moves the centre up by so many metres a tick, then holds it there, then goes back in one go.
-fn pull(
+fn moved(
     image: &ImageBytes,
     scheme: Scheme,
     settings: impl Fn(Settings) -> Settings,
@@ -40,7 +40,7 @@ fn the_energy_bound_never_locks_the_tool() {
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
     for &scheme in Scheme::ALL {
         let back = std::iter::repeat_n(0.0, 400);
-        let answers = pull(&image, scheme, |settings| settings, out.clone().chain(back));
+        let answers = moved(&image, scheme, |settings| settings, out.clone().chain(back));
         let bound = energy_max_j as f32 * 1.0001;
         assert!(answers.iter().all(|answer| answer.energy_j <= bound));
         assert!(answers[1999].flags.contains(Flags::MOTION_CLAMPED), "{:?}", answers[1999]);
@@ -61,9 +61,9 @@ fn euler_clamps_a_held_cell_beyond_saturation_at_every_step() {
     let rise = |_| (0..2000_u16).map(|i| 0.001 * f32::from(i.min(200)));
     let last = [0.25, 0.2499].map(|step| {
         let settings = |settings| Settings { step, ..settings };
-        *pull(&image, Scheme::Euler, settings, rise(())).last().unwrap()
+        *moved(&image, Scheme::Euler, settings, rise(())).last().unwrap()
     });
-    let track = *pull(&image, Scheme::Track, |settings| settings, rise(())).last().unwrap();
+    let track = *moved(&image, Scheme::Track, |settings| settings, rise(())).last().unwrap();
     for euler in last {
         let off = (euler.force_n.z - track.force_n.z).abs() / track.force_n.z.abs();
         assert!(off < 0.01, "euler {} N, track {} N", euler.force_n.z, track.force_n.z);
@@ -76,9 +76,9 @@ fn units_beyond_single_precision_are_refused() {
     let refused =
         |options: BakeOptions| bake(&mesh, &mesh.border, &options).unwrap_err().to_string();
     let stiff = BakeOptions { stiffness_n_per_m: PerCell::Uniform(1e35), ..BakeOptions::default() };
-    assert!(refused(stiff).starts_with("--stiffness-n-per-m"));
+    assert!(refused(stiff).starts_with("`stiffness_n_per_m`"));
     let slow = BakeOptions { capacitance: 3e38, ..BakeOptions::default() };
-    assert!(refused(slow).starts_with("--capacitance"));
+    assert!(refused(slow).starts_with("`capacitance`"));
     let leaky = BakeOptions { resistance: 1e-30, ..BakeOptions::default() };
-    assert!(refused(leaky).starts_with("--r-x"));
+    assert!(refused(leaky).starts_with("`resistance`"));
 }

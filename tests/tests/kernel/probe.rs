@@ -303,8 +303,8 @@ proptest! {
     }
 }
 
-/// A tool that leaves faster than the tissue follows draws nothing after it: no force that pulls at
-/// the tool, no energy from nowhere, and no contact that stays.
+/// A tool that leaves faster than the tissue follows draws nothing after it: no force on
+/// the tool, no energy that nobody put in, and no contact that stays.
 #[test]
 fn a_tool_that_leaves_at_once_draws_no_cell_along() {
     let image = image(BOX, BasisSpacing::Links(2.5));

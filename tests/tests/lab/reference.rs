@@ -91,14 +91,14 @@ fn box_minima() {
                 .map(|(p, r)| std::array::from_fn(|x| p[x] - r[x]))
                 .collect();
             let error = farthest(&field, u);
-            let pull = links.force(&found.positions, &contact);
+            let own = links.force(&found.positions, &contact);
             println!("{name} {depth_m}: {error:.1e} m, {} iterations", found.iterations);
             assert!(found.residual_max <= 1e-12, "{name}: residual {:e}", found.residual_max);
             assert!(error < 1e-9, "{name} {depth_m}: {error:e} m");
             for axis in 0..3 {
-                let difference = newtons * pull[axis] + force[step][axis];
+                let difference = newtons * own[axis] + force[step][axis];
                 let force_n = force[step][2].abs();
-                assert!(difference.abs() < 1e-6 * force_n, "{name} {depth_m}: {pull:?}");
+                assert!(difference.abs() < 1e-6 * force_n, "{name} {depth_m}: {own:?}");
             }
             start = found.positions;
         }

@@ -43,7 +43,7 @@ fn a_quick_report_has_its_figures_and_files() {
     for path in ["/sweep/scalar_ns", "/sweep/simd_ns", "/rest_ns", "/local_press_ns"] {
         assert!(real(&found, path) > 0.0, "{path}");
     }
-    // The worst case is one: every link pulls.
+    // The worst case is one: every link is outside its band.
     assert_eq!(real(&found, "/sweep/taut_links"), real(&found, "/sweep/links"));
     assert!((0.03..0.3).contains(&real(&found, "/local_press/moved")));
     for body in ["slab", "block"] {

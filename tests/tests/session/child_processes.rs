@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use std::process::{Child, Command, Stdio};
 
 use chaincell_host::session::ipc::payload::ToolPose;
-use chaincell_host::session::ipc::services::{Domain, Scene};
+use chaincell_host::session::ipc::services::{Domain, SceneServices};
 use chaincell_host::session::loops::control::control;
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server, serve};
@@ -29,7 +29,7 @@ impl Killed {
     /// The next program to open the scene clears up; the test's folder goes with its last files.
     fn for_good(self, options: &ServeOptions) {
         self.now();
-        drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
+        drop(SceneServices::open(options.scene.as_deref(), &options.domain).unwrap());
     }
 }
 
@@ -116,7 +116,7 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
     options.ticks = None;
     let server = start_child("child_serve", &options, 1_000_000);
     {
-        let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+        let watcher = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
         wait_until("the server", || watcher.is_served());
         let listener = watcher.force.subscriber_builder().create().unwrap();
         for _ in 0..4 {
@@ -136,7 +136,7 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
 fn a_service_with_other_limits_is_refused_with_the_remedy() {
     let _turn = turn();
     let (_root, options) = options();
-    drop(Scene::open(options.scene.as_deref(), &options.domain).unwrap());
+    drop(SceneServices::open(options.scene.as_deref(), &options.domain).unwrap());
     let mut config = Config::default();
     let root = options.domain.root.as_ref().unwrap();
     let root = Path::new(root.as_os_str().as_encoded_bytes()).unwrap();
@@ -189,14 +189,14 @@ fn child_cosim() {
 fn a_killed_cosim_leaves_no_process_behind() {
     let _turn = turn();
     let (_root, options) = options();
-    let watcher = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let watcher = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     let listener = watcher.force.subscriber_builder().create().unwrap();
     let parent = start_child("child_cosim", &options, 1_000_000);
     wait_until("answers", || listener.receive().unwrap().is_some());
     parent.now();
     // Opening the scene clears up after processes that are dead, and only after those.
     wait_until("both children's end", || {
-        let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+        let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
         scene.pose.dynamic_config().number_of_publishers() == 0 && !scene.is_served()
     });
 }

@@ -101,7 +101,7 @@ fn an_answer_that_is_seen_has_its_record_in_the_file() {
         let place = header_bytes(1) as u64 + tick * RECORD_BYTES as u64;
         file.read_exact_at(&mut bytes, place).unwrap();
         let hash = u64::from_le_bytes(*bytes[24..].first_chunk().unwrap());
-        let checksum = u32::from_le_bytes(*bytes[36..].first_chunk().unwrap());
+        let checksum = u32::from_le_bytes(*bytes[44..].first_chunk().unwrap());
         assert_eq!(
             (answer.tick, answer.state_hash),
             (tick, hash),

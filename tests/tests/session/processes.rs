@@ -1,4 +1,5 @@
-//! `serve` and `control` as processes of their own, and others who join, leave or intrude.
+//! `serve` and `control` as processes of their own, and other programs that join, leave or send
+//! poses uninvited.
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 

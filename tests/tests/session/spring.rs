@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::session::ipc::names::unique_scene;
 use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
-use chaincell_host::session::ipc::services::{Domain, Ports, Scene};
+use chaincell_host::session::ipc::services::{Domain, Ports, SceneServices};
 use chaincell_host::session::loops::control::{ControlOptions, ControlRun};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, ServeReport, Server};
@@ -99,13 +99,13 @@ pub fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
 
 /// A controller of another make, which may send whatever it likes.
 pub struct Sender {
-    pub scene: Scene,
+    pub scene: SceneServices,
     pub ports: Ports<ToolForce, ToolPose>,
 }
 
 impl Sender {
     pub fn new(options: &ServeOptions) -> Self {
-        let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+        let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
         let ports = scene.control_ports(false).unwrap();
         wait_until("a server", || scene.is_served());
         Self { scene, ports }

@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
-use chaincell_host::session::ipc::services::Scene;
+use chaincell_host::session::ipc::services::SceneServices;
 use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::floor;
@@ -164,7 +164,7 @@ fn a_second_server_is_refused_until_the_first_has_ended() {
     let refusal = Server::open(&options).unwrap_err();
     assert_eq!(refusal.exit_code(), 2);
     let text = refusal.to_string();
-    assert!(text.contains("running chaincell serve") && text.contains("--scene"), "{text}");
+    assert!(text.contains("running chaincell serve") && text.contains("`scene`"), "{text}");
     assert!(text.contains(&std::process::id().to_string()), "{text}");
     drop(first);
     Server::open(&options).unwrap();
@@ -180,7 +180,7 @@ fn a_second_controller_is_refused_until_the_first_has_ended() {
     assert_eq!(refusal.exit_code(), 2);
     assert!(refusal.to_string().contains("running chaincell control"), "{refusal}");
     drop(first);
-    let second = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let second = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     second.control_ports(false).unwrap();
 }
 
@@ -197,7 +197,7 @@ fn a_missing_server_is_an_error_that_names_the_remedy() {
     assert!(error.to_string().contains("tick 3 follows tick 3"), "{error}");
 }
 
-fn foreign_publisher(scene: &Scene) -> Publisher<ipc::Service, ToolPose, ()> {
+fn foreign_publisher(scene: &SceneServices) -> Publisher<ipc::Service, ToolPose, ()> {
     scene
         .pose
         .publisher_builder()
@@ -215,7 +215,7 @@ fn poses_of_a_second_live_publisher_are_not_executed() {
     let sender = Sender::new(&options);
     sender.send(&[10, 11]);
     assert_eq!(ticks_of(&sender.answers(2)), [10, 11]);
-    let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     let second = foreign_publisher(&scene);
     let third = sender.scene.pose.publisher_builder().create();
     assert!(third.is_err(), "two places only");
@@ -250,7 +250,7 @@ fn states_are_sent_no_more_often_than_asked() {
     let hz = 20;
     let begun = Instant::now();
     let server = Server::open(&options).unwrap().with_state(3, hz).unwrap();
-    let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     let reader = StateReader::open(&scene).unwrap();
     let served_options = ServeOptions { ticks: Some(300), ..options.clone() };
     drop(server);
@@ -275,7 +275,7 @@ fn states_are_sent_no_more_often_than_asked() {
 fn type_names_and_limits_are_those_of_the_contract() {
     let _turn = turn();
     let (_root, options) = options();
-    let scene = Scene::open(options.scene.as_deref(), &options.domain).unwrap();
+    let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     for (limits, name, bytes) in [
         (scene.pose.static_config(), "chaincell.ToolPose.v1", 24),
         (scene.force.static_config(), "chaincell.ToolForce.v1", 48),

@@ -57,9 +57,9 @@ impl Baseline for MassSpring {
             if outside == 0.0 || length == 0.0 {
                 continue;
             }
-            let pull = stiffness * outside / length;
-            self.force[i] = plus(self.force[i], pull, way);
-            self.force[j] = plus(self.force[j], -pull, way);
+            let force = stiffness * outside / length;
+            self.force[i] = plus(self.force[i], force, way);
+            self.force[j] = plus(self.force[j], -force, way);
         }
         let h = self.step_s;
         let cells = self.position.iter_mut().zip(&mut self.velocity);

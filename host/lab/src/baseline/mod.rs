@@ -1,8 +1,8 @@
 //! What others run, on the same links: single precision, one thread, plain loops; and, in double
 //! precision, traditional `ChainMail`.
 //!
-//! They are measured beside the kernel by `chaincell report` and `chaincell paper` and serve nothing
-//! else.
+//! They are measured beside the kernel by `chaincell report` and `chaincell paper` and serve
+//! nothing else.
 
 pub mod chainmail;
 mod mass_spring;
@@ -51,7 +51,7 @@ pub trait Movable: Baseline {
 /// them.
 struct Springs {
     ends: Vec<[u32; 2]>,
-    /// Shortest and longest length at which the link does not pull \[mean link lengths\].
+    /// Shortest and longest length at which the link exerts no force \[mean link lengths\].
     band: Vec<[f32; 2]>,
     stiffness_n_per_m: Vec<f32>,
     /// 0 for fixed and held cells [1/kg].
@@ -123,7 +123,7 @@ mod tests {
     use chaincell_host::bake::{BakeOptions, bake};
     use chaincell_host::mesh::{MeshOptions, load};
 
-    /// A small box whose top corner is pulled up by half a link: every method must find the
+    /// A small box whose top corner is displaced by half a link: every method must find the
     /// minimum of the same energy.
     fn settles<B: Baseline>(steps: usize, tolerance: f64) {
         let mesh = load("box:4x4x4x0.004", &MeshOptions::default()).unwrap();
@@ -164,8 +164,8 @@ mod tests {
         settles::<MassSpring>(2000, 1e-4);
     }
 
-    /// One iteration a step settles a little off the minimum: link after link, the pulls on a cell
-    /// are not those of one state.
+    /// One iteration a step settles a little off the minimum: the links move a cell one after
+    /// the other, so their corrections do not belong to one state.
     #[test]
     fn position_based_dynamics_settles_nearby() {
         settles::<Xpbd>(4000, 2e-2);

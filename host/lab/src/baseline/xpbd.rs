@@ -54,9 +54,9 @@ impl Baseline for Xpbd {
             if outside == 0.0 || length == 0.0 || wi + wj == 0.0 {
                 continue;
             }
-            let pull = outside / ((wi + wj + compliance) * length);
-            self.position[i] = plus(self.position[i], wi * pull, way);
-            self.position[j] = plus(self.position[j], -wj * pull, way);
+            let correction = outside / ((wi + wj + compliance) * length);
+            self.position[i] = plus(self.position[i], wi * correction, way);
+            self.position[j] = plus(self.position[j], -wj * correction, way);
         }
     }
 

@@ -92,7 +92,7 @@ pub struct Args {
 
 /// identified.json
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct IdentifiedFile<'a> {
     mesh: &'a str,
     model: String,
     cells: usize,
@@ -142,7 +142,7 @@ pub fn execute(args: &Args) -> Result<()> {
         figure.picture.write(&folder, &figure.name)?;
     }
     let contact_nodes = contacts.iter().map(|&cell| model.input_id()[usize::from(cell)]);
-    let report = Report {
+    let report = IdentifiedFile {
         mesh: &args.mesh,
         model: args.output.display().to_string(),
         cells: model.cells(),

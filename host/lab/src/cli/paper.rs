@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::experiments::paper::section::Context;
-use crate::experiments::paper::write::{Report, collect, pieces};
+use crate::experiments::paper::write::{PaperReport, collect, pieces};
 use crate::experiments::report::machine::Machine;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
@@ -51,7 +51,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let out = args.out.clone().or_else(|| (!args.json).then(|| FOLDER.into()));
     let folder = out.as_deref().map(|out| Folder::open(out, args.force)).transpose()?;
-    let mut report = Report {
+    let mut report = PaperReport {
         command: format!(
             "chaincell paper{}{}",
             if args.quick { " --quick" } else { "" },
@@ -61,7 +61,7 @@ pub fn execute(args: &Args) -> Result<()> {
         machine: Machine::read(),
         quick: args.quick,
         reference: reference.is_some(),
-        ..Report::default()
+        ..PaperReport::default()
     };
     let context = Context { reference, quick: args.quick };
     let bar = terminal::progress(pieces(), "computing");

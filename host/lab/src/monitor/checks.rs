@@ -31,7 +31,7 @@ impl Certificate {
     pub fn of(scheme: Scheme) -> Self {
         match scheme {
             Scheme::Euler => Self::Behind,
-            // Its level is carried over many sweeps from one measurement: each step rounds.
+            // Its level is updated over many sweeps after one measurement: each update rounds.
             Scheme::GaussSeidel => Self::Above(2.0),
             _ => Self::Above(1.0),
         }

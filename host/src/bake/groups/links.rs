@@ -1,12 +1,12 @@
 //! Links between groups, as stiff as what they stand for.
 //!
 //! A link of stiffness k, rest length l and direction n holds k l^2 (n e n)^2 / 2 in a body under
-//! the homogeneous strain e, and pulls its ends with k l (n e n) n. Summed over the links of a cell,
-//! half of each for the energy, these are a moment of fourth and one of third order; both are fitted
-//! to those of its group, the energy to be as stiff, the force because a cell that is pulled aside
-//! leaves the strain and yields. First the k l^2 of the cells are brought to those of their groups
-//! (iterative proportional fitting, Deming and Stephan 1940), starting from the number of edges
-//! between two groups; then least squares with a bound, a coordinate at a time.
+//! the homogeneous strain e, and acts on its ends with the force k l (n e n) n. Summed over the
+//! links of a cell, half of each for the energy, these are a moment of fourth and one of third
+//! order; both are fitted to those of its group, the energy to be as stiff, the force because a
+//! cell with a net force leaves the strain and yields. First the k l^2 of the cells are brought to
+//! those of their groups (iterative proportional fitting, Deming and Stephan 1940), starting from
+//! the number of edges between two groups; then least squares with a bound, a coordinate at a time.
 
 use super::moments::{Fourth, Third, add, dot, fourth, third};
 use super::{Groups, NONE, squared};
@@ -186,9 +186,9 @@ fn fit(links: &[[u32; 2]], geometry: &[([f64; 3], f64)], share: &mut [f64], targ
             let force =
                 p * dot(&excess.force[a], &column.force) - q * dot(&excess.force[b], &column.force);
             let tie = TIE * (p + q);
-            let pull = forces * column.per_length;
-            let slope = energy + pull * force + tie * (*x - start);
-            let curvature = (p + q) * (1.0 + pull * column.per_length) + tie;
+            let scaled = forces * column.per_length;
+            let slope = energy + scaled * force + tie * (*x - start);
+            let curvature = (p + q) * (1.0 + scaled * column.per_length) + tie;
             let now = (*x - slope / curvature).max(LEAST * start);
             excess.change(column, now - *x);
             *x = now;

@@ -2,7 +2,7 @@
 //!
 //! Under homogeneous stress the cells of an irregular network leave the homogeneous strain and
 //! yield more than their links would one by one. Forces that hold the mesh in a homogeneous strain,
-//! handed to the cells by the weights with which they carry the nodes, strain the network more: by
+//! put on the cells by the weights of the nodes, strain the network more: by
 //! the factor, over six strains, by which all its links are to be stiffened (a patch test).
 
 use super::embedding::Embedding;
@@ -50,11 +50,11 @@ impl<'a> Springs<'a> {
         let mut forces = vec![[0.0; 3]; moved.len()];
         for (&[i, j], &(k, n)) in self.links.iter().zip(&self.along) {
             let (i, j) = (i as usize, j as usize);
-            let pull: f64 =
+            let force: f64 =
                 k * (0..3).map(|axis| n[axis] * (moved[j][axis] - moved[i][axis])).sum::<f64>();
             for axis in 0..3 {
-                forces[i][axis] -= pull * n[axis];
-                forces[j][axis] += pull * n[axis];
+                forces[i][axis] -= force * n[axis];
+                forces[j][axis] += force * n[axis];
             }
         }
         forces
@@ -131,8 +131,8 @@ pub fn stiffening(
         let forces = fine.forces(&strained);
         let mut handed = vec![[0.0; 3]; cells_m.len()];
         for (node, force) in forces.iter().enumerate() {
-            let carriers = embedding.groups[node].iter().zip(&embedding.weights[node]);
-            for (&group, &w) in carriers.filter(|entry| *entry.0 != NO_CELL) {
+            let cells = embedding.groups[node].iter().zip(&embedding.weights[node]);
+            for (&group, &w) in cells.filter(|entry| *entry.0 != NO_CELL) {
                 let cell = &mut handed[usize::from(group)];
                 *cell = std::array::from_fn(|axis| cell[axis] + f64::from(w) * force[axis]);
             }

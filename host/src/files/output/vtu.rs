@@ -56,14 +56,14 @@ pub fn vtu(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> String {
     text
 }
 
-/// The best drawing that a model carries.
+/// The elements that show a model best.
 struct Elements {
     kind: u8,
     corners_each: usize,
     corners: Vec<u32>,
 }
 
-/// The same over the nodes that cells carry along; points where there are no elements.
+/// The same over the nodes of the embedded mesh; points where there are no elements.
 fn fine_elements(model: &Model<'_>, ids: &[u32]) -> Elements {
     // Every id is in the list, but for nodes that no element has.
     let point = |id: &u32| ids.binary_search(id).unwrap_or_default() as u32;

@@ -10,11 +10,11 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use chaincell_kernel::Model;
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, End, Entry, Header, Reader, Record, RecordedProbe, ReplayError, TraceError, Writer,
+    Command, End, Entry, Header, Reader, Record, RecordedProbe, ReplayError, Writer,
 };
-use chaincell_kernel::{Choice, Model};
 
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
@@ -45,7 +45,7 @@ impl Recording {
     /// output stage at rest where there is one.
     ///
     /// # Errors
-    /// A scheme or number type without a code in the format.
+    /// Contact cells that do not go into a header.
     pub fn begin(
         engine: &Engine<'_>,
         scheme: Scheme,
@@ -61,11 +61,10 @@ impl Recording {
                 Some(RecordedProbe { radius_m, capacity: capacity as u32 })
             }
         };
-        let header = Header::named(network, scheme.name(), numbers.name());
-        let header = header.map(|header| Header { probe, stage: stage.copied(), ..header });
-        header.and_then(|header| Self::of(&header, &ids)).ok_or_else(|| {
-            Error::check(format!("{scheme:?} in {numbers:?} has no code in the trace's format"))
-        })
+        let header = Header::new(network, scheme, numbers);
+        let header = Header { probe, stage: stage.copied(), ..header };
+        Self::of(&header, &ids)
+            .ok_or_else(|| Error::check("the contact cells do not go into a trace's header"))
     }
 
     /// Begins a trace with a header and the input ids of the contact cells, in the model's order;
@@ -192,12 +191,7 @@ pub fn tissue<'m>(
     model: Model<'m>,
 ) -> Result<(Staged<'m>, Scheme, Arithmetic)> {
     let refused = |why| Error::file("replay", path, why);
-    let (scheme, number) = trace.header().names().map_err(refused)?;
-    let names = Scheme::from_name(scheme).zip(Arithmetic::from_name(number));
-    let (scheme, numbers) = names.ok_or_else(|| {
-        let Header { scheme, number, .. } = *trace.header();
-        refused(TraceError::Scheme(scheme, number))
-    })?;
+    let Header { scheme, number: numbers, .. } = *trace.header();
     let network = trace.header().network(model).map_err(refused)?;
     trace.header().output_stage().map_err(refused)?;
     let contact = match trace.header().probe {

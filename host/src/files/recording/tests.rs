@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use chaincell_kernel::ToolSample;
 use chaincell_kernel::stage::{Coupling, Passivity, Stage};
-use chaincell_kernel::trace::{CommandRecord, header_bytes};
+use chaincell_kernel::trace::{CommandRecord, RECORD_BYTES, header_bytes};
 use nalgebra::Vector3;
 
 use super::*;
@@ -43,7 +43,7 @@ fn every_record_stands_in_the_file_at_once() {
         let found = fs::read(&path).unwrap();
         let (front, behind) = found.split_at(memory.bytes().len());
         assert_eq!(front, memory.bytes(), "tick {tick}");
-        assert_eq!(behind.len(), (9 - tick as usize) * 40);
+        assert_eq!(behind.len(), (9 - tick as usize) * RECORD_BYTES);
         assert!(behind.iter().all(|&byte| byte == 0));
     }
     file.finish().unwrap();
@@ -61,7 +61,7 @@ fn a_full_file_takes_nothing_and_keeps_all() {
     assert!(!file.add(&record(2)) && !file.add_command(&pause));
     assert_eq!(fs::read(&path).unwrap(), before);
     file.finish().unwrap();
-    assert_eq!(fs::read(&path).unwrap().len(), header_bytes(1) + 80);
+    assert_eq!(fs::read(&path).unwrap().len(), header_bytes(1) + 2 * RECORD_BYTES);
 }
 
 #[test]

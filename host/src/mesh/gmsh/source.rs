@@ -1,4 +1,4 @@
-//! What the ASCII and the binary files have in common for those who collect a body from them.
+//! What the ASCII and the binary files have in common for the code that collects a body from them.
 
 use crate::error::{Error, Result};
 

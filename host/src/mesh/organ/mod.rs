@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use super::Mesh;
 use super::geometry::distance;
 use crate::error::{Error, Result};
-use stuffing::Body;
+use stuffing::TetMesh;
 
 /// Nodes unless a size is given.
 const SIZE: usize = 5_762;
@@ -52,8 +52,8 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
 }
 
 /// The body whose number of nodes is close to `size`.
-fn sized(size: usize) -> Result<Body> {
-    let off = |body: &Body| body.nodes_m.len().abs_diff(size);
+fn sized(size: usize) -> Result<TetMesh> {
+    let off = |body: &TetMesh| body.nodes_m.len().abs_diff(size);
     let mut spacing_m = 0.02;
     let (mut best, mut best_m) = (stuffing::fill(spacing_m, 0.0), spacing_m);
     let mut latest = best.nodes_m.len();

@@ -3,7 +3,7 @@
 use super::super::geometry::{EDGES, corners, distance, edges, volume6};
 use super::super::surface::boundary;
 use super::shape::{between, project};
-use super::stuffing::Body;
+use super::stuffing::TetMesh;
 
 /// Rounds over all nodes.
 const PASSES: usize = 10;
@@ -21,7 +21,7 @@ const GOOD: f64 = 0.6;
 const SHORT: f64 = 0.6;
 
 /// Smooths the body in place; surface nodes stay on the surface.
-pub(super) fn smooth(body: &mut Body) {
+pub(super) fn smooth(body: &mut TetMesh) {
     let count = body.nodes_m.len();
     let mut skin: Vec<[u32; 2]> = boundary(&body.tetrahedra)
         .iter()

@@ -16,7 +16,7 @@ const NEAR_SHORT: f64 = 0.41189;
 const OFFSET: [f64; 3] = [0.137, 0.291, 0.413];
 
 /// Nodes `[node][axis]` in metres and tetrahedra of positive volume.
-pub(super) struct Body {
+pub(super) struct TetMesh {
     pub(super) nodes_m: Vec<[f64; 3]>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
 }
@@ -30,7 +30,7 @@ struct Lattice {
 }
 
 /// Fills the shape with a lattice of cubes of `spacing_m`, moved down by `shift` cubes (0 to 2).
-pub(super) fn fill(spacing_m: f64, shift: f64) -> Body {
+pub(super) fn fill(spacing_m: f64, shift: f64) -> TetMesh {
     let mut lattice = Lattice::new(spacing_m, shift);
     lattice.warp();
     let mut pieces = Vec::new();
@@ -143,7 +143,7 @@ impl Lattice {
     }
 
     /// Numbers the nodes in lattice order and turns every tetrahedron to positive volume.
-    fn number(&self, pieces: &[[[u32; 2]; 4]]) -> Body {
+    fn number(&self, pieces: &[[[u32; 2]; 4]]) -> TetMesh {
         let mut keys: Vec<[u32; 2]> = pieces.iter().flatten().copied().collect();
         keys.sort_unstable();
         keys.dedup();
@@ -161,7 +161,7 @@ impl Lattice {
             ids
         };
         let tetrahedra = pieces.iter().map(|piece| turned(piece.map(id))).collect();
-        Body { nodes_m, tetrahedra }
+        TetMesh { nodes_m, tetrahedra }
     }
 }
 

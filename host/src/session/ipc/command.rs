@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage};
-use crate::session::ipc::services::{NODES_MAX, Scene, port_error, service_error};
+use crate::session::ipc::services::{NODES_MAX, SceneServices, port_error, service_error};
 use crate::session::timing::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
 
 /// Shortest span between two commands \[ns\].
@@ -73,7 +73,7 @@ impl CommandMessage {
 
 type Service = request_response::PortFactory<ipc::Service, CommandMessage, (), ReplyMessage, ()>;
 
-fn service(scene: &Scene) -> Result<Service> {
+fn service(scene: &SceneServices) -> Result<Service> {
     scene
         .node
         .service_builder(&scene.command_name)
@@ -100,7 +100,7 @@ pub(crate) struct CommandServer {
 }
 
 impl CommandServer {
-    pub(crate) fn open(scene: &Scene) -> Result<Self> {
+    pub(crate) fn open(scene: &SceneServices) -> Result<Self> {
         let service = service(scene)?;
         let server = service
             .server_builder()
@@ -150,7 +150,7 @@ impl CommandClient {
     ///
     /// # Errors
     /// A service with other types or limits; too many clients.
-    pub fn open(scene: &Scene) -> Result<Self> {
+    pub fn open(scene: &SceneServices) -> Result<Self> {
         let service = service(scene)?;
         let client = service
             .client_builder()

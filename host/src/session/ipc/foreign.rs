@@ -9,8 +9,8 @@ use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Fou
 
 use crate::error::Error;
 
-/// Why a publish-subscribe service cannot be shared: it carries something else than `Payload`,
-/// whose name is `type_name`. `None` where it carries that, or is not there.
+/// Why a publish-subscribe service cannot be shared: its messages are of another type than
+/// `Payload`, whose name is `type_name`. `None` where they are of that type, or is not there.
 pub(crate) fn refusal<Payload>(
     config: &Config,
     name: &ServiceName,

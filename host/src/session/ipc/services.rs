@@ -1,15 +1,14 @@
 //! The scene's services in shared memory: opening them, their limits, and who may connect.
 //!
 //! **Who may connect**: programs of the user that runs the first one, and nobody else. iceoryx2
-//! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it makes
-//! is readable and writable by its owner alone, whatever the umask; the folder must be this user's
-//! and no other may write in it (its feature `dev_permissions`, which would open all of it, is
-//! not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes. It is
-//! mapped only while a program starts; a node's id holds the process and the time besides. Other
-//! users of the machine can hinder a start by breaking it, not a session, and see no message. Root
-//! may do anything.
-//! The configuration is iceoryx2's built-in one: no file in the working folder, in the home
-//! folder or in /etc changes it.
+//! keeps lists of services and nodes in `/tmp/iceoryx2`, messages in `/dev/shm`. Every file it
+//! makes is readable and writable by its owner alone, whatever the umask; the folder must be this
+//! user's and no other may write in it (its feature `dev_permissions`, which would open all of it,
+//! is not built in). One file is open to all: a word of 16 bytes in `/dev/shm` that counts nodes.
+//! It is mapped only while a program starts; a node's id holds the process and the time besides.
+//! Other users of the machine can hinder a start by breaking it, not a session, and see no message.
+//! Root may do anything. The configuration is iceoryx2's built-in one: no file in the working
+//! folder, in the home folder or in /etc changes it.
 //!
 //! **Sizes** are fixed by the types of [`super::payload`]. A service refuses a program whose
 //! message has another name, size, alignment, or is a slice where it is none; states are slices,
@@ -95,7 +94,7 @@ impl Domain {
 
 /// One scene's services, open in this process.
 #[derive(Debug)]
-pub struct Scene {
+pub struct SceneServices {
     pub(crate) node: Node<ipc::Service>,
     label: String,
     pub(crate) state_name: ServiceName,
@@ -143,7 +142,7 @@ impl Wake {
     }
 }
 
-impl Scene {
+impl SceneServices {
     /// Opens or creates the services, after clearing up what killed processes left behind.
     pub fn open(scene: Option<&str>, domain: &Domain) -> Result<Self> {
         // iceoryx2 writes its remarks to standard error unless IOX2_LOG_LEVEL asks for them.
@@ -229,7 +228,8 @@ impl Scene {
             && self.force.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Whether a program beside this controller could publish poses: a bridge, or a rival.
+    /// Whether a program beside this controller could publish poses: a bridge, or another
+    /// controller.
     #[must_use]
     pub fn has_other_pose_publisher(&self) -> bool {
         self.pose.dynamic_config().number_of_publishers() > 1
@@ -284,8 +284,8 @@ impl Scene {
     ) -> Result<()> {
         let mut other = None;
         topic.dynamic_config().list_publishers(|details| {
-            let is_rival = details.publisher_name == port && Some(details.publisher_id) != own;
-            if is_rival && self.is_alive(details.node_id) {
+            let is_other = details.publisher_name == port && Some(details.publisher_id) != own;
+            if is_other && self.is_alive(details.node_id) {
                 other = Some(details.node_id);
                 return CallbackProgression::Stop;
             }

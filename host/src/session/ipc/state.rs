@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::services::{
-    NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, Scene, port_error, service_error,
+    NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
 };
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
 use crate::session::timing::histogram::{Latencies, Summary};
@@ -28,7 +28,7 @@ const LOOK_NS: u64 = MILLISECOND_NS;
 
 type Topic = publish_subscribe::PortFactory<ipc::Service, [NodePosition], StateHeader>;
 
-fn topic(scene: &Scene) -> Result<Topic> {
+fn topic(scene: &SceneServices) -> Result<Topic> {
     scene
         .node
         .service_builder(&scene.state_name)
@@ -61,7 +61,7 @@ pub(crate) struct StatePublisher {
 
 impl StatePublisher {
     /// Room for `nodes` nodes, sent at most `hz` times a second.
-    pub(crate) fn open(scene: &Scene, nodes: usize, hz: u32) -> Result<Self> {
+    pub(crate) fn open(scene: &SceneServices, nodes: usize, hz: u32) -> Result<Self> {
         if !(1..=STATE_HZ_MAX).contains(&hz) {
             return Err(Error::input(format!(
                 "`state_hz` {hz}: must be from 0 (off) to {STATE_HZ_MAX}"
@@ -155,7 +155,7 @@ impl StateReader {
     ///
     /// # Errors
     /// A service with other types or limits; too many readers.
-    pub fn open(scene: &Scene) -> Result<Self> {
+    pub fn open(scene: &SceneServices) -> Result<Self> {
         let topic = topic(scene)?;
         let subscriber = topic.subscriber_builder().buffer_size(1).create();
         let subscriber = subscriber.map_err(|why| port_error(&scene.state_name, why))?;

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Domain, Ports, Scene};
+use crate::session::ipc::services::{Domain, Ports, SceneServices};
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
@@ -112,7 +112,7 @@ pub struct ControlReport {
     pub round_trip_ns: Summary,
     /// From the scheduled to the actual send \[ns\].
     pub send_late_ns: Summary,
-    /// Hash in the last answer that carried one, 16 lower-case hexadecimal digits, or empty.
+    /// Hash in the last answer that had one, 16 lower-case hexadecimal digits, or empty.
     pub state_hash: String,
     /// Whether the user asked to stop before the last pose.
     pub interrupted: bool,
@@ -154,7 +154,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     if options.ends_with_parent {
         realtime::end_with_parent()?;
     }
-    let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
+    let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
     let ports = scene.control_ports(options.wait == Wait::Event)?;
     if scene.has_other_pose_publisher() {
         log::warn!(
@@ -172,7 +172,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
 }
 
 fn wait_for_server(
-    scene: &Scene,
+    scene: &SceneServices,
     ports: &Ports<ToolForce, ToolPose>,
     at_most_s: f64,
 ) -> Result<()> {
@@ -358,7 +358,8 @@ impl<'a> Run<'a> {
     }
 
     fn linger(&mut self) {
-        // Who has asked for the end does not wait long, nor does who has started this process.
+        // After a wish to stop nobody should wait long, neither the user nor the process that
+        // started this.
         let linger_ns = if self.interrupted { LINGER_NS / 4 } else { LINGER_NS };
         let end_ns = now_ns() + linger_ns;
         self.receive_until(end_ns, |run| run.unanswered() == 0);

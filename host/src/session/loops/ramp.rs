@@ -1,5 +1,6 @@
 //! From one force to another without a jump.
 
+use chaincell_kernel::stage::{on_ramp, ramp_share, slew_limited};
 use nalgebra::Vector3;
 
 use crate::session::timing::clock::MILLISECOND_NS;
@@ -16,12 +17,12 @@ pub(crate) struct Ramp {
     length_ns: u64,
     /// Largest step of a ramp in a millisecond, infinite for none \[N\].
     step_max_n: f32,
-    from_n: Vector3<f32>,
+    from_n: [f32; 3],
     /// How much of the ramp is done \[ns\].
     done_ns: u64,
     /// Whether the force itself is shown.
     has_ended: bool,
-    shown_n: Vector3<f32>,
+    shown_n: [f32; 3],
     shown_at_ns: u64,
     largest_step_n: f32,
 }
@@ -33,10 +34,10 @@ impl Ramp {
         Self {
             length_ns,
             step_max_n: 1e-3 * max_slew_n_per_s,
-            from_n: Vector3::zeros(),
+            from_n: [0.0; 3],
             done_ns: length_ns,
             has_ended: true,
-            shown_n: Vector3::zeros(),
+            shown_n: [0.0; 3],
             shown_at_ns: 0,
             largest_step_n: 0.0,
         }
@@ -52,7 +53,7 @@ impl Ramp {
     /// As [`Self::begin`], towards force 0: nothing is left to do where 0 is shown already.
     pub(crate) fn begin_fall(&mut self) {
         self.begin();
-        self.has_ended |= self.shown_n == Vector3::zeros();
+        self.has_ended |= self.shown_n == [0.0; 3];
     }
 
     /// Whether the force itself is shown.
@@ -62,30 +63,25 @@ impl Ramp {
 
     /// What to show of a force at a moment. One that is not finite is shown as 0.
     pub(crate) fn show(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
-        let mut force_n = Vector3::from(force_n);
-        if !force_n.iter().all(|x| x.is_finite()) {
-            force_n = Vector3::zeros();
-        }
+        let is_finite = force_n.iter().all(|x| x.is_finite());
+        let force_n = if is_finite { force_n } else { [0.0; 3] };
         let since_ns = now_ns.saturating_sub(self.shown_at_ns).min(MILLISECOND_NS);
         self.done_ns = self.done_ns.saturating_add(since_ns).min(self.length_ns);
         let mut shown_n = force_n;
         if !self.has_ended {
-            let is_over = self.done_ns >= self.length_ns;
-            if !is_over {
-                let share = self.done_ns as f32 / self.length_ns as f32;
-                shown_n = self.from_n + (force_n - self.from_n) * share;
+            let share = ramp_share(self.done_ns as f32, self.length_ns as f32);
+            if share < 1.0 {
+                shown_n = on_ramp(self.from_n, force_n, share);
             }
-            let (step_n, most_n) = (shown_n - self.shown_n, self.step_max_n);
-            let is_held_back = step_n.norm() > most_n;
-            if is_held_back {
-                shown_n = self.shown_n + step_n * (most_n / step_n.norm());
-            }
-            self.has_ended = is_over && !is_held_back;
+            let limited_n = slew_limited(self.shown_n, shown_n, self.step_max_n);
+            self.has_ended = share >= 1.0 && limited_n == shown_n;
+            shown_n = limited_n;
         }
-        self.largest_step_n = self.largest_step_n.max((shown_n - self.shown_n).norm());
+        let step_n = (Vector3::from(shown_n) - Vector3::from(self.shown_n)).norm();
+        self.largest_step_n = self.largest_step_n.max(step_n);
         self.shown_n = shown_n;
         self.shown_at_ns = now_ns;
-        shown_n.into()
+        shown_n
     }
 
     /// Largest change between two forces shown one after the other \[N\].

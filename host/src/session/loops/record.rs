@@ -51,8 +51,9 @@ impl Recorder {
         Self { trace: Some(trace), ..self }
     }
 
-    /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: who has
-    /// it can count on the record. Allocates nothing, calls nothing of the system.
+    /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: a
+    /// controller that has the answer can count on the record. Allocates nothing, calls nothing of
+    /// the system.
     pub fn record(&mut self, pose: ToolPose, force: ToolForce) {
         if self.has_ended() || !self.trace(&pose, &force) {
             self.left_out_ticks += 1;

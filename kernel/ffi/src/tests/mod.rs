@@ -23,7 +23,7 @@ static BOX: &[u8] = include_model!("../../../../tests/data/box5_colours.chaincel
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats, no colours.
 static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
 
-/// `chaincell bake box:5x5x5x0.01 --cells 30 --hats none`: nodes carried by groups.
+/// `chaincell bake box:5x5x5x0.01 --cells 30 --hats none`: an embedded mesh.
 static CELLS: &[u8] = include_model!("../../../../tests/data/box5_cells.chaincell");
 
 /// Calls the interface with pointers that are good, null, or misaligned.

@@ -40,7 +40,7 @@ pub const CELLS_MAX: usize = 65_535;
 pub const HATS_MAX: usize = 1024;
 /// Corner without a hat, and cell without an entry.
 pub const NO_HAT: u16 = u16::MAX;
-/// Cells that carry a node of a mesh finer than the network.
+/// Cells of a node of the embedded mesh.
 pub const FINE_CELLS: usize = 8;
 /// Cell of a node that is left out.
 pub const NO_CELL: u16 = u16::MAX;
@@ -125,7 +125,7 @@ pub mod kind {
     /// Optional: rest positions of the nodes of a mesh finer than the network, by input id
     /// ([f32; 3], input nodes).
     pub const FINE_REST: u32 = 33;
-    /// With `FINE_REST`: the cells that carry each node, its own first; [`super::NO_CELL`] for a
+    /// With `FINE_REST`: the cells of each node, its own first; [`super::NO_CELL`] for a
     /// node that is left out ([u16; 8] a node).
     pub const FINE_CELLS: u32 = 34;
     /// With `FINE_REST`: the weights of those cells, 1 in all ([f32; 8] a node).

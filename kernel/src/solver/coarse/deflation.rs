@@ -14,7 +14,8 @@
 //! when the contacts change. With more than [`DEFLATED_MAX`] basis functions in H, or where
 //! rounding makes a pivot too small, there is no coarse level until they change again.
 //!
-//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (hats + k) a sweep.
+//! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) a sweep, n basis
+//! functions.
 
 use super::vector;
 use crate::backend::f32x8::F32x8;
@@ -24,18 +25,18 @@ use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
 use crate::terms::held::Contact;
 
-/// Most basis functions that are taken out.
+/// Most basis functions that are left out.
 pub(crate) const DEFLATED_MAX: usize = 64;
 /// Smallest pivot, in the diagonal element.
 const PIVOT_MIN: f32 = 1.0e-5;
-/// What may be left of c at the basis functions taken out, over what was there: above that the
-/// factor is no good.
+/// Largest part of c that may be left at the basis functions left out. Above it the factor is too
+/// inexact to use.
 const LEFT_MAX: f32 = 1.0e-2;
 
 /// Blocks of a row of the factor.
 const fn row_blocks(functions: usize) -> usize {
     let row = (if functions < DEFLATED_MAX { functions } else { DEFLATED_MAX }).div_ceil(LANES);
-    // A model has at least one hat; the compiler is to know it too.
+    // A model has at least one basis function; this tells the compiler so.
     if row == 0 { 1 } else { row }
 }
 
@@ -94,7 +95,7 @@ impl<'a> Deflated<'a> {
             };
             let Some(own) = above.get_mut(pivot * row..) else { return false };
             let own = own.as_flattened_mut();
-            let number = numbers.get(pivot).map_or(0, |&hat| hat as usize);
+            let number = numbers.get(pivot).map_or(0, |&function| function as usize);
             let left = own.get(pivot).copied().unwrap_or(0.0);
             if left.is_nan() || left <= PIVOT_MIN * of.inverse_at(number, number) {
                 return false;
@@ -157,8 +158,8 @@ pub(crate) fn deflate<N: Number>(
     let marks = vectors.get_mut(..blocks)?.as_flattened_mut();
     marks.fill(0.0);
     for contact in held {
-        for (hat, weight) in basis.row_of(contact.cell()) {
-            if let Some(mark) = marks.get_mut(hat)
+        for (function, weight) in basis.row_of(contact.cell()) {
+            if let Some(mark) = marks.get_mut(function)
                 && weight > 0.0
             {
                 *mark = 1.0;
@@ -168,8 +169,8 @@ pub(crate) fn deflate<N: Number>(
     let mut taken = Deflated::cut(basis, behind)?;
     let mut count = 0;
     let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);
-    for (hat, _) in marked {
-        *taken.functions.get_mut(count)? = hat as f32;
+    for (function, _) in marked {
+        *taken.functions.get_mut(count)? = function as f32;
         count += 1;
     }
     taken.factorise(basis, count).then_some(count as u16)
@@ -189,11 +190,12 @@ pub(crate) fn solve_deflated<V: F32x8>(
         return true;
     }
     let Some(mut taken) = Deflated::cut(basis, behind) else { return false };
-    let numbers =
-        |taken: &Deflated<'_>, at: usize| taken.functions.get(at).map_or(0, |&hat| hat as usize);
+    let numbers = |taken: &Deflated<'_>, at: usize| {
+        taken.functions.get(at).map_or(0, |&function| function as usize)
+    };
     let stride = blocks * LANES;
-    let value = |c: &[Eight], axis: usize, hat: usize| {
-        c.as_flattened().get(axis * stride + hat).copied().unwrap_or(0.0)
+    let value = |c: &[Eight], axis: usize, function: usize| {
+        c.as_flattened().get(axis * stride + function).copied().unwrap_or(0.0)
     };
     let mut highest = 0.0;
     for at in 0..count {
@@ -244,7 +246,8 @@ mod tests {
         cells.iter().copied().map(Contact::new).collect()
     }
 
-    /// Both sides of the solution without the basis functions of some contacts, by hat; and g . c.
+    /// Both sides of the solution without the basis functions of some contacts, by basis function;
+    /// and g . c.
     fn solved(
         model: &Model<'_>,
         held: &[Contact],
@@ -255,17 +258,18 @@ mod tests {
         let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
         let taken = deflate(&basis, &mut room, held).unwrap();
         for axis in 0..3 {
-            for hat in 0..basis.count {
-                let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
-                room[axis * blocks + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+            for function in 0..basis.count {
+                let seed = (7 * function + 3 * axis) as f32 * 0.618_034;
+                room[axis * blocks + function / LANES][function % LANES] = seed % 1.0 - 0.5;
             }
         }
         let solve = Solve { basis, room: &mut room, coarse: Coarse::Deflated(taken) };
         let product = run(vectors, solve);
         let side = |from: usize| {
-            let at =
-                |hat: usize, axis: usize| room[(from + axis) * blocks + hat / LANES][hat % LANES];
-            (0..basis.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+            let at = |function: usize, axis: usize| {
+                room[(from + axis) * blocks + function / LANES][function % LANES]
+            };
+            (0..basis.count).map(|function| [0, 1, 2].map(|axis| at(function, axis))).collect()
         };
         (side(0), side(3), product.hi)
     }
@@ -283,28 +287,29 @@ mod tests {
             assert_eq!(solved(&model, &held, None), (g.clone(), c.clone(), product));
             let mut is_out = vec![false; basis.count];
             for contact in &held {
-                for (hat, weight) in basis.row_of(contact.cell()) {
-                    is_out[hat] |= weight > 0.0;
+                for (function, weight) in basis.row_of(contact.cell()) {
+                    is_out[function] |= weight > 0.0;
                 }
             }
             let out = is_out.iter().filter(|&&out| out).count();
             assert!((out > 0) != cells.is_empty() && out < basis.count, "{out}");
             let (mut curved, mut exact) = (0.0, 0.0);
-            for hat in 0..basis.count {
+            for function in 0..basis.count {
                 for axis in 0..3 {
-                    let here = f64::from(c[hat][axis]);
-                    let room = ROUNDING_ROOM * (basis.count as f64).sqrt() * whole[hat][hat];
+                    let here = f64::from(c[function][axis]);
+                    let room =
+                        ROUNDING_ROOM * (basis.count as f64).sqrt() * whole[function][function];
                     let sum: f64 = (0..basis.count)
-                        .map(|other| whole[hat][other] * f64::from(c[other][axis]))
+                        .map(|other| whole[function][other] * f64::from(c[other][axis]))
                         .sum();
-                    if is_out[hat] {
+                    if is_out[function] {
                         assert_eq!(here, 0.0);
                     } else {
-                        let off = (sum + room * here - f64::from(g[hat][axis])).abs();
-                        assert!(off < 2e-3, "{out} out, hat {hat}: off by {off}");
+                        let off = (sum + room * here - f64::from(g[function][axis])).abs();
+                        assert!(off < 2e-3, "{out} out, function {function}: off by {off}");
                     }
                     curved += here * sum;
-                    exact += here * f64::from(g[hat][axis]);
+                    exact += here * f64::from(g[function][axis]);
                 }
             }
             // The bound behind the guard: c' A c <= g . c.
@@ -323,7 +328,7 @@ mod tests {
         assert_eq!(taken, (basis.count <= DEFLATED_MAX).then_some(basis.count));
         let short = room.len() - 1;
         assert_eq!(deflate(&basis, &mut room[..short], &held(&all[..1])), None);
-        // The same hat twice has no factor.
+        // The same basis function twice has no factor.
         let mut taken = Deflated::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
         (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
         assert!(taken.factorise(&basis, 1) && !taken.factorise(&basis, 2));

@@ -34,15 +34,15 @@ pub(crate) fn hold<N: Number>(
         let Some(row) = scratch.get_mut(..blocks) else { return };
         row.fill([0.0; LANES]);
         // a = l p - h, which is the neighbours' share of h.
-        let add = |to: &mut [Eight], hat: usize, term: f32| {
-            if let Some(slot) = to.as_flattened_mut().get_mut(hat) {
+        let add = |to: &mut [Eight], function: usize, term: f32| {
+            if let Some(slot) = to.as_flattened_mut().get_mut(function) {
                 *slot += term;
             }
         };
         for (link, other) in model.neighbours(cell) {
             let zeroed = held.iter().take(index).any(|contact| contact.cell() == other);
-            for (hat, weight) in basis.row_of(other).filter(|_| !zeroed) {
-                add(row, hat, 0.5 * model.link_weight(link) * weight);
+            for (function, weight) in basis.row_of(other).filter(|_| !zeroed) {
+                add(row, function, 0.5 * model.link_weight(link) * weight);
             }
         }
         apply(basis, earlier, row, adding);
@@ -51,8 +51,8 @@ pub(crate) fn hold<N: Number>(
         for slot in row.as_flattened_mut() {
             *slot = -*slot;
         }
-        for (hat, weight) in basis.row_of(cell) {
-            add(row, hat, diagonal * weight);
+        for (function, weight) in basis.row_of(cell) {
+            add(row, function, diagonal * weight);
         }
         apply(basis, earlier, row, taking);
         let share = -dot(adding, row) as f32;

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! which is the step that lowers the bound of the energy most among all moves of the basis
-//! functions, and reaches at once what sweeps over links carry one ring of cells at a time.
+//! functions, and moves the whole body at once, while sweeps over links spread a motion by one ring
+//! of cells at a time.
 //!
 //! Cells held at run time must not move: their rows of P become zero. One held cell i, with p its
 //! row of P, h its row of L P and l its diagonal of L, changes A by two matrices of rank one,
@@ -22,6 +23,14 @@
 //! and B by the Sherman-Morrison-Woodbury formula: B - va va' + vh vh'. Both vectors are worked
 //! out when the cells are chosen, never in a tick, first the one that adds, so every matrix on the
 //! way is positive definite.
+//!
+//! The bake chooses the spacing of the grid (`--hats SPACING|none|auto`). `auto` takes at most 400
+//! basis functions, at least 2.5 mean link lengths apart. It takes none where every cell is within
+//! four links of a fixed one, or where they would stand more than 8 mean link lengths apart.
+//!
+//! Memory with n basis functions: 4 n^2 bytes of the image for B and about 38 bytes a free cell for
+//! P; in RAM 24 bytes a basis function, and 8 bytes a basis function for each held cell
+//! ([`coarse_room`], [`probe_room`]). Only [`Track`](crate::Track) in `f32` uses it.
 //!
 //! Cost of a sweep: restriction and prolongation, 8 multiplications a cell and axis each; the
 //! product, n^2 for each axis with n basis functions; 4 basis functions a held cell and axis.

@@ -48,12 +48,12 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
         let weights = basis.weights.get(pairs).unwrap_or(&[]);
         let first = sums(cells, weights, false, residual);
         let second = sums(cells, weights, true, residual);
-        for ((&hat, a), b) in corners.iter().zip(first).zip(second) {
-            if hat == NO_HAT {
+        for ((&function, a), b) in corners.iter().zip(first).zip(second) {
+            if function == NO_HAT {
                 continue;
             }
             for (axis, term) in add(a, b).into_iter().enumerate() {
-                if let Some(slot) = flat.get_mut(axis * stride + usize::from(hat)) {
+                if let Some(slot) = flat.get_mut(axis * stride + usize::from(function)) {
                     *slot += term;
                 }
             }
@@ -66,11 +66,12 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
 fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
     let stride = basis.stride();
     let c = room.get(3 * basis.blocks()..6 * basis.blocks()).unwrap_or(&[]).as_flattened();
-    let value = |axis: usize, hat: usize| c.get(axis * stride + hat).copied().unwrap_or(0.0);
+    let value =
+        |axis: usize, function: usize| c.get(axis * stride + function).copied().unwrap_or(0.0);
     match basis.corners.get(at_box) {
-        Some(corners) => corners.map(|hat| match hat {
+        Some(corners) => corners.map(|function| match function {
             NO_HAT => [0.0; 3],
-            hat => [0, 1, 2].map(|axis| value(axis, usize::from(hat))),
+            function => [0, 1, 2].map(|axis| value(axis, usize::from(function))),
         }),
         None => [[0.0; 3]; LANES],
     }

@@ -59,12 +59,13 @@ impl Work for Restrict<'_, '_> {
                 ];
             }
             let flat = sums.as_flattened_mut();
-            for (&hat, sum) in corners.iter().zip(sum) {
-                if hat == NO_HAT {
+            for (&function, sum) in corners.iter().zip(sum) {
+                if function == NO_HAT {
                     continue;
                 }
                 for (axis, term) in sum.folded().xyz().into_iter().enumerate() {
-                    if let Some(slot) = flat.get_mut(axis * blocks * LANES + usize::from(hat)) {
+                    if let Some(slot) = flat.get_mut(axis * blocks * LANES + usize::from(function))
+                    {
                         *slot += term;
                     }
                 }
@@ -139,12 +140,12 @@ fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> 
     let c = room.get(3 * blocks..6 * blocks).unwrap_or(&[]).as_flattened();
     let mut twice = [V::splat(0.0); LANES];
     if let Some(corners) = basis.corners.get(at_box) {
-        for (twice, &hat) in twice.iter_mut().zip(corners) {
-            if hat != NO_HAT {
-                let hat = usize::from(hat);
-                let x = c.get(hat).copied().unwrap_or(0.0);
-                let y = c.get(stride + hat).copied().unwrap_or(0.0);
-                let z = c.get(2 * stride + hat).copied().unwrap_or(0.0);
+        for (twice, &function) in twice.iter_mut().zip(corners) {
+            if function != NO_HAT {
+                let function = usize::from(function);
+                let x = c.get(function).copied().unwrap_or(0.0);
+                let y = c.get(stride + function).copied().unwrap_or(0.0);
+                let z = c.get(2 * stride + function).copied().unwrap_or(0.0);
                 *twice = V::twice(Cell::at([x, y, z]));
             }
         }

@@ -21,18 +21,18 @@ fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>,
     let mut room = vec![[0.0_f32; LANES]; coarse_room(basis.count, held.len())];
     hold(model, &basis, &mut room, held);
     for axis in 0..3 {
-        for hat in 0..basis.count {
-            let seed = (7 * hat + 3 * axis) as f32 * 0.618_034;
-            room[axis * blocks + hat / LANES][hat % LANES] = seed % 1.0 - 0.5;
+        for function in 0..basis.count {
+            let seed = (7 * function + 3 * axis) as f32 * 0.618_034;
+            room[axis * blocks + function / LANES][function % LANES] = seed % 1.0 - 0.5;
         }
     }
     let solve = Solve { basis, room: &mut room, coarse: Coarse::Corrected(held.len()) };
     let product = run(VectorUnit::find(), solve);
     let side = |from: usize| -> Vec<[f64; 3]> {
-        let at = |hat: usize, axis: usize| {
-            f64::from(room[(from + axis) * blocks + hat / LANES][hat % LANES])
+        let at = |function: usize, axis: usize| {
+            f64::from(room[(from + axis) * blocks + function / LANES][function % LANES])
         };
-        (0..basis.count).map(|hat| [0, 1, 2].map(|axis| at(hat, axis))).collect()
+        (0..basis.count).map(|function| [0, 1, 2].map(|axis| at(function, axis))).collect()
     };
     (side(0), side(3), f64::from(product.hi))
 }
@@ -45,7 +45,7 @@ fn held_cells_are_corrected_for_exactly() {
 /// Another term has its part in the bound, and in what a held cell takes out of it.
 #[test]
 fn held_cells_with_pins_are_corrected_for_exactly() {
-    let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0 };
+    let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0, slip_length: 1.0, give: 0.5 };
     let pins = [60, 61, 130, 200].map(pin);
     corrected_for_exactly(&Model::from_bytes(pinned(CUBE, &pins, false)).unwrap());
 }
@@ -65,20 +65,20 @@ fn corrected_for_exactly(model: &Model<'_>) {
         let (g, c, product) = solved(model, &held);
         let masked = matrix(model, model.others.0.iter(), &basis, &held);
         let mut exact = 0.0;
-        for hat in 0..basis.count {
+        for function in 0..basis.count {
             for axis in 0..3 {
                 let room = ROUNDING_ROOM * (basis.count as f64).sqrt();
-                let own = room * whole[hat][hat] * c[hat][axis];
+                let own = room * whole[function][function] * c[function][axis];
                 let sum: f64 =
-                    (0..basis.count).map(|other| masked[hat][other] * c[other][axis]).sum();
+                    (0..basis.count).map(|other| masked[function][other] * c[other][axis]).sum();
                 assert!(
-                    (sum + own - g[hat][axis]).abs() < 2e-3,
-                    "{count} held, hat {hat}: {sum} and {own} for {}",
-                    g[hat][axis]
+                    (sum + own - g[function][axis]).abs() < 2e-3,
+                    "{count} held, function {function}: {sum} and {own} for {}",
+                    g[function][axis]
                 );
-                exact += g[hat][axis] * c[hat][axis];
+                exact += g[function][axis] * c[function][axis];
                 // The bound behind the guard: c' A c <= g . c.
-                assert!(own * c[hat][axis] >= 0.0);
+                assert!(own * c[function][axis] >= 0.0);
             }
         }
         let curved: f64 = (0..basis.count * basis.count)

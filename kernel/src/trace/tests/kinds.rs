@@ -42,18 +42,19 @@ fn a_stage_is_read_as_written() {
 fn the_bytes_of_a_stage_are_those_of_the_table() {
     let trace = staged(stage());
     let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
-    assert_eq!([8, 12, 48].map(word), [2, 120, 3]);
-    assert_eq!([64, 84, 96, 100].map(word), [3, 1, 200 | 20 << 16, 0]);
+    assert_eq!([8, 12, 48].map(word), [3, 136, 3]);
+    assert_eq!([80, 100, 112, 116].map(word), [3, 1, 200 | 20 << 16, 0]);
+    assert_eq!(trace[74..76], [1, 0]);
     let floats = [0.5e-3, 900.0, 0.75, 0.125, 300.0, 3.25_f32].map(f32::to_bits);
-    assert_eq!([68, 72, 76, 80, 88, 92].map(word), floats);
-    assert_eq!([104, 108, 112, 116].map(word), [held().0[0], held().0[1], held().0[2], 0]);
-    assert_eq!(trace.len(), 120 + 4 * 40);
+    assert_eq!([84, 88, 92, 96, 104, 108].map(word), floats);
+    assert_eq!([120, 124, 128, 132].map(word), [held().0[0], held().0[1], held().0[2], 0]);
+    assert_eq!(trace.len(), 136 + 4 * 48);
 }
 
 #[test]
 fn no_changed_byte_of_a_stage_goes_unseen_and_no_cut() {
     let mut trace = staged(stage());
-    for at in 0..120 {
+    for at in 0..136 {
         assert!(matches!(read(&trace[..at]), Err(TraceError::Truncated | TraceError::Magic)));
         for flip in 1..=255 {
             trace[at] ^= flip;
@@ -68,14 +69,14 @@ fn no_changed_byte_of_a_stage_goes_unseen_and_no_cut() {
 /// Sound checksums do not make up for what means nothing.
 #[test]
 fn a_stage_that_contradicts_itself_is_refused() {
-    for (at, word) in [(64, 4), (64, 1), (64, 2), (72, 1), (84, 256), (100, 1)] {
-        let none = matches!((at, word), (72 | 84, 1..)).then_some(StageSettings::NONE);
+    for (at, word) in [(80, 4), (80, 1), (80, 2), (88, 1), (100, 256), (116, 1)] {
+        let none = matches!((at, word), (88 | 100, 1..)).then_some(StageSettings::NONE);
         let mut trace = staged(none.unwrap_or(stage()));
         trace[at..at + 4].copy_from_slice(&u32::to_le_bytes(word));
         let crc = {
             let mut digest = CRC.digest();
             digest.update(&trace[..60]);
-            digest.update(&trace[64..120]);
+            digest.update(&trace[64..136]);
             digest.finalize()
         };
         trace[60..64].copy_from_slice(&crc.to_le_bytes());
@@ -90,8 +91,8 @@ fn a_record_that_was_not_finished_is_a_cut() {
     let at = whole.len() - RECORD_BYTES;
     let all: Vec<_> = session().iter().map(bits).collect();
     for behind in [0, 1, RECORD_BYTES, 3 * RECORD_BYTES] {
-        for stored in 0..36 {
-            for (from, to) in [(0, stored), (stored, 36)] {
+        for stored in 0..44 {
+            for (from, to) in [(0, stored), (stored, 44)] {
                 let mut trace = whole.clone();
                 trace[at..].fill(0);
                 trace[at + from..at + to].copy_from_slice(&whole[at + from..at + to]);

@@ -74,8 +74,8 @@ fn network(sweeps: u16) -> Option<Network<'static>> {
     Network::new(model, settings(&model, sweeps)).ok()
 }
 
-/// The tool pulling slowly: every tick moves the cells it holds.
-fn pull(tick: u32) -> ToolSample {
+/// The tool in slow motion: every tick moves the cells it holds.
+fn moving(tick: u32) -> ToolSample {
     let way_m = 0.01 * SCENE.reach_m * tick as f32;
     ToolSample { position_m: Vector3::new(way_m, 0.0, way_m), engaged: 1 }
 }
@@ -86,7 +86,7 @@ fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)>
     put(tissue, state, &network)?;
     let mut counts = [0; WORST_TICKS as usize];
     for (tick, slot) in (0..).zip(&mut counts) {
-        *slot = count(tissue, &network, &pull(tick));
+        *slot = count(tissue, &network, &moving(tick));
     }
     Some((counts.iter().copied().max()?, *counts.first()?))
 }
@@ -115,7 +115,7 @@ fn deep(tissue: &mut Tissue, state: &[u8]) -> Option<()> {
     put(tissue, state, &network)?;
     board::interrupt_every(DENSE_PERIOD);
     for tick in 0..WORST_TICKS {
-        board::apply(tissue.tick(&network, &pull(tick)).force_n.into());
+        board::apply(tissue.tick(&network, &moving(tick)).force_n.into());
     }
     board::interrupt_every(PERIOD);
     Some(())

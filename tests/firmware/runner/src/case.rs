@@ -75,7 +75,7 @@ pub const CASES: [Case; 6] = [
         needs_fpu: true,
         ..OF_SIZE
     },
-    // As many cells as 1 MB of RAM carry.
+    // As many cells as fit into 1 MB of RAM.
     Case {
         name: "organ16000_track",
         bake: &["organ:16000", "--hats=none", "--lean"],

@@ -5,11 +5,15 @@
 //! instruction set and WebAssembly, `.ci/emulated` NEON and the FPU of Thumb-2.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use chaincell_kernel::tick::hash::REVISION;
 use chaincell_kernel::{Dynamics, Flags, TissueMut};
 use chaincell_scenes::{
     Act, Difference, GOLDENS, Run, SCENES, Scene, Stepper, TICKS, Tier, first_difference, golden,
     stage,
 };
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// All scenes in all their number types.
 fn played() -> impl Iterator<Item = (&'static Scene, Tier)> {
@@ -174,4 +178,12 @@ fn scenes_press_clamp_close_and_reach_the_safe_state() {
     }
     let must = Flags::BAND_CLOSED.0 | Flags::FORCE_CLAMPED.0 | Flags::ROLLED_BACK.0;
     assert_eq!(all & must, must);
+}
+
+/// Traces name the revision: a change of any golden raises it, and both numbers here.
+#[test]
+fn the_goldens_are_those_of_the_revision() {
+    let mut digest = CRC.digest();
+    GOLDENS.iter().for_each(|golden| digest.update(&golden.digest.to_le_bytes()));
+    assert_eq!((REVISION, digest.finalize()), (1, 0xc574_8243));
 }

@@ -61,6 +61,6 @@ fn the_trace_of_every_scene_is_played_to_the_same_bits() {
 fn a_trace_needs_room_for_its_header() {
     let mut tissue = box7_track::Body::new();
     let run = Run::new(&box7_track::SCENE, tissue.view()).unwrap();
-    assert!(run.begin_trace(&mut [0; 71]).is_none());
-    assert!(run.begin_trace(&mut [0; 72]).is_some());
+    assert!(run.begin_trace(&mut [0; 87]).is_none());
+    assert!(run.begin_trace(&mut [0; 88]).is_some());
 }

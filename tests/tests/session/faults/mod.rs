@@ -125,7 +125,7 @@ fn assert_gentle(seen: &[Force]) {
         assert!(force.flags & SAFE == 0 || force.force_n == [0.0; 3], "{force:?}");
     }
     let (step_n, most_n) = (largest_step_n(seen), largest_n(seen));
-    assert!(most_n > 0.1, "no force worth the name: {most_n} N");
+    assert!(most_n > 0.1, "almost no force: {most_n} N");
     assert!(step_n <= STEP_PART * most_n, "a step of {step_n} N, the largest force {most_n} N");
 }
 

@@ -6,41 +6,41 @@ use rustix::process::Signal;
 
 use super::*;
 
-/// First tick of the rival's.
-const RIVAL: u64 = 1_000_000;
+/// First tick of the second publisher.
+const SECOND: u64 = 1_000_000;
 
 #[test]
 fn a_second_publisher_is_not_heard_until_the_first_is_gone_and_then_without_a_jump() {
     let _turn = turn();
-    let place = place("rivals");
+    let place = place("two-publishers");
     let serve = place.serve(&["--json"]);
     let outsider = Outsider::join(&place.scene, true);
     let control = holding_control(&place, 60_000);
     let mut seen = until(&outsider, |force| force.tick >= 300);
-    // The rival's tool is somewhere else.
-    let mut tick = RIVAL;
+    // The second publisher's tool is somewhere else.
+    let mut tick = SECOND;
     let mut send = || {
         outsider.send(Pose { tick, position_m: [0.004, 0.0, -0.005], engaged: 1 });
         tick += 1;
         std::thread::sleep(Duration::from_millis(1));
         tick
     };
-    while send() < RIVAL + 300 {
+    while send() < SECOND + 300 {
         seen.extend(std::iter::from_fn(|| outsider.try_receive()));
     }
-    assert!(seen.iter().all(|force| force.tick < RIVAL), "the rival was answered");
+    assert!(seen.iter().all(|force| force.tick < SECOND), "the second publisher was answered");
     control.signal(Signal::KILL);
     let mut sent = 0;
-    while seen.iter().filter(|force| force.tick >= RIVAL && force.flags & STALE == 0).count() < 100
+    while seen.iter().filter(|force| force.tick >= SECOND && force.flags & STALE == 0).count() < 100
     {
         sent = send();
         seen.extend(std::iter::from_fn(|| outsider.try_receive()));
-        assert!(sent < RIVAL + 20_000, "the rival is never heard");
+        assert!(sent < SECOND + 20_000, "the second publisher is never heard");
     }
     assert_gentle(&seen);
     let served = serve.interrupt().with(130).json();
     assert_eq!(count(&served, "publishers"), 2);
     let refused = count(&served, "poses_refused");
-    assert!(refused >= 200, "{refused} of the rival's {} poses refused", sent - RIVAL);
+    assert!(refused >= 200, "{refused} of the second publisher's {} poses refused", sent - SECOND);
     tell_seen("two publishers at once, one killed", count(&served, "ticks_executed"), 0, &seen);
 }

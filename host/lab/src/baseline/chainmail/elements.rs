@@ -13,7 +13,7 @@ pub struct Cost {
     pub moved: usize,
 }
 
-/// Positions of a chain, with what is held and who led whom.
+/// Positions of a chain, with what is held and which element moved which.
 #[derive(Debug, Clone)]
 pub struct Elements {
     pub(super) rest_m: Vec<[f64; 3]>,

@@ -222,7 +222,7 @@ fn a_move_back_is_not_the_inverse() {
     chain.move_to(&[(40, [0.0, 0.0, 0.75 * SPACING_M])]).unwrap();
     chain.move_to(&[(40, [0.0; 3])]).unwrap();
     assert_eq!(chain.elements().positions_m()[40], [0.0; 3]);
-    // A neighbour came up by 0.75 - 0.25 and only goes back to what its link bears.
+    // A neighbour came up by 0.75 - 0.25 and only goes back to what its link admits.
     assert_eq!(chain.elements().positions_m()[41][2], 0.25 * SPACING_M);
 }
 

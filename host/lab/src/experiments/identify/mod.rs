@@ -2,6 +2,21 @@
 //! body's time constant, fitted to force-displacement curves, relaxation curves and displacement
 //! fields.
 //!
+//! A target is a CSV file; its header says what it is:
+//!
+//! | header | what was measured |
+//! |---|---|
+//! | `displacement_m,force_n` | equilibrium forces of a growing press |
+//! | `time_s,force_n` | the force after a step of `--displacement-m`: the only one that shows the time constant |
+//! | `node,ux_m,uy_m,uz_m` | the displacement field at `--displacement-m`: alone it shows ratios of stiffness only, with `--force-n` their size |
+//!
+//! A fifth of the rows of each target is held out and only judges the result. `identified.json` has
+//! each parameter with its 95 % interval, or says that the data leaves it open. `residuals.csv` has
+//! a line a measured number (three a node of a field): measured, fit, fit less measured, held out
+//! or not. The charts show the same, two a target: a good fit has residuals without a pattern, as
+//! large in the rows held out as in the others. A fit bakes and presses the body some hundred
+//! times: take a coarse mesh.
+//!
 //! The forward problem is the engine itself ([`forward`]); the fit is weighted least squares by
 //! Levenberg and Marquardt from several starts ([`fit`]); what the data says of each parameter
 //! comes from the singular values of the Jacobian at the end ([`uncertainty`]). A model of this

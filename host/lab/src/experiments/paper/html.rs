@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::overview;
 use super::section::Section;
-use super::write::{Report, file_name};
+use super::write::{PaperReport, file_name};
 use crate::charts::plot::Figure;
 use crate::experiments::report::tables::{Table, duration};
 use chaincell_host::words::counted;
@@ -12,7 +12,7 @@ use chaincell_host::words::counted;
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
-pub(super) fn page(report: &Report) -> String {
+pub(super) fn page(report: &PaperReport) -> String {
     let title = "The paper's results, computed anew";
     let mut text = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -37,7 +37,7 @@ pub(super) fn page(report: &Report) -> String {
     text + "</main>\n</body>\n</html>\n"
 }
 
-fn head(report: &Report) -> String {
+fn head(report: &PaperReport) -> String {
     let machine = &report.machine;
     let mut text = paragraph(
         "J. Zhang, Y. Zhong, J. Smith, C. Gu: ChainMail based neural dynamics modeling of soft \
@@ -188,7 +188,7 @@ mod tests {
             numbers: vec![],
             json: serde_json::Value::Null,
         };
-        let report = Report { sections: vec![section], ..Report::default() };
+        let report = PaperReport { sections: vec![section], ..PaperReport::default() };
         let page = page(&report);
         assert!(page.contains("<h2>One &lt;script&gt;</h2>") && page.contains("if a &lt; b"));
         assert!(

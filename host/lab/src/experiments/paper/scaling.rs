@@ -1,5 +1,5 @@
 //! Many chain elements to one neural cell, the paper's first open problem: one press of one body as
-//! a network of all its nodes, and as networks of ever fewer cells that carry the nodes along.
+//! a network of all its nodes, and as networks of ever fewer cells with the nodes embedded in them.
 
 use chaincell_kernel::{Model, ToolSample};
 use nalgebra::Vector3;

@@ -15,7 +15,7 @@ use chaincell_host::interrupt;
 
 /// All sections so far, with what they were computed on.
 #[derive(Debug, Clone, Default)]
-pub struct Report {
+pub struct PaperReport {
     /// The command line that gives them again.
     pub command: String,
     /// Version of the program.
@@ -44,7 +44,7 @@ pub fn pieces() -> u64 {
 ///
 /// # Errors
 /// What an experiment says; the user's wish to stop.
-pub fn collect(context: &Context, report: &mut Report, bar: &ProgressBar) -> Result<()> {
+pub fn collect(context: &Context, report: &mut PaperReport, bar: &ProgressBar) -> Result<()> {
     for experiment in EXPERIMENTS {
         let start = Instant::now();
         // Sections are missing, whatever the reason of an error.
@@ -58,7 +58,7 @@ pub fn collect(context: &Context, report: &mut Report, bar: &ProgressBar) -> Res
     Ok(())
 }
 
-impl Report {
+impl PaperReport {
     /// What `paper.json` holds: the figures of every section by its key, and where they come from.
     #[must_use]
     pub fn json(&self) -> Value {

@@ -1,4 +1,23 @@
 //! `chaincell report`: speed against error, measured and written down.
+//!
+//! Every figure comes with the body and the tool that it was measured on. Times depend on the
+//! machine and its load: compare ratios within one report. Sweeps and errors do not.
+//!
+//! | section of REPORT.md | question | numbers |
+//! |---|---|---|
+//! | Which setting for which budget | which sweeps and coarse level to take for a time budget: the least error among the settings that fit | `report_press.csv`, `report_time.csv` |
+//! | Held cells, a moving probe, a load | error and time for each way in which a tool acts | `report_tools.csv` |
+//! | The sweep | time of one sweep in its worst state, at rest, and in a local press, beside a plain loop | `report_summary.json` |
+//! | Time to equilibrium | sweeps and time until a pressed cell is settled, beside mass-spring and position-based dynamics | `report_settle.csv` |
+//! | A press by 3 mean link lengths | error of every scheme against the exact path of energy minima | `report_press.csv` |
+//! | The relaxation in time | error of `euler`, `rkl1` and `rkl2` against the exact trajectory of the plane | `report_flow.csv` |
+//! | Number types | distance of `f32` and fixed point from `f64`, and their cost | `report_numbers.csv` |
+//! | Cost over size | cost and sweeps over the size of the body | `report_growth.csv` |
+//!
+//! An error of the field is |u - `u_exact`| over |`u_exact`|, L2 over the cells; an error of the
+//! force is relative to the exact force. The largest errors count from tick 30 of a press on. Where
+//! the body snaps from one equilibrium to another every setting lags for some ticks: those ticks
+//! are counted apart. `report_summary.json` has every figure, the CSV files the rows of the tables.
 
 pub mod collect;
 pub mod exact;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::rivals::{Measure, Rival, Verdict, play};
+use super::baselines::{BaselineKind, Measure, Verdict, play};
 use super::trial::{Ended, Trial};
 use crate::bodies::Variant;
 use crate::monitor::{Check, Failure, Worst};
@@ -81,7 +81,7 @@ pub struct Findings {
     /// Bodies that number types do not take, with the reason.
     pub refused: Vec<String>,
     /// Worst verdict on each of the other methods.
-    pub others: BTreeMap<Rival, Verdict>,
+    pub others: BTreeMap<BaselineKind, Verdict>,
     /// Every run.
     pub runs: Vec<Run>,
 }
@@ -101,9 +101,9 @@ impl Findings {
             }
         }
         if let Some(measure) = measure.filter(|_| trial.compared) {
-            for rival in Rival::ALL {
-                if let Some(verdict) = play(trial, rival, measure)? {
-                    self.judge(rival, verdict);
+            for baseline in BaselineKind::ALL {
+                if let Some(verdict) = play(trial, baseline, measure)? {
+                    self.judge(baseline, verdict);
                 }
             }
         }
@@ -144,8 +144,8 @@ impl Findings {
         }
     }
 
-    fn judge(&mut self, rival: Rival, verdict: Verdict) {
-        let known = self.others.entry(rival).or_insert(verdict);
+    fn judge(&mut self, baseline: BaselineKind, verdict: Verdict) {
+        let known = self.others.entry(baseline).or_insert(verdict);
         // Within a kind the later figures decide.
         if verdict.is_worse(known) {
             *known = verdict;
@@ -212,9 +212,9 @@ impl Outcome {
             figures.extend(of_worst.map(|(name, value)| (name.to_owned(), value)));
         }
         figures.insert("refused".to_owned(), found.refused.len() as f64);
-        for (rival, verdict) in &found.others {
+        for (baseline, verdict) in &found.others {
             for (what, value) in verdict.figures() {
-                figures.insert(format!("{}_{what}", rival.name()), value);
+                figures.insert(format!("{}_{what}", baseline.name()), value);
             }
         }
         Self { name: case.name, ok: found.failures.is_empty(), checks: case.checks, found }

@@ -6,8 +6,8 @@ use comfy_table::presets::{ASCII_HORIZONTAL_ONLY, NOTHING};
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width};
 
 use super::Suite;
+use super::baselines::{BaselineKind, Verdict};
 use super::case::Outcome;
-use super::rivals::{Rival, Verdict};
 use chaincell_host::words::counted;
 
 /// Columns of the terminal.
@@ -82,9 +82,9 @@ const NOTES: &str = "nearest: the figure nearest to its bound, which is 1: E of 
     into a body at a standstill. BLOWS UP @tick: not finite, over 10 E0, or beyond 1000 links.";
 
 fn row(case: &Outcome) -> [String; 6] {
-    let other = |rival| case.found.others.get(&rival).map(Verdict::to_string);
-    let usual = other(Rival::MassSpring);
-    let stable = other(Rival::MassSpringStable);
+    let other = |baseline| case.found.others.get(&baseline).map(Verdict::to_string);
+    let usual = other(BaselineKind::MassSpring);
+    let stable = other(BaselineKind::MassSpringStable);
     let springs = match (usual, stable) {
         (Some(usual), Some(stable)) if usual == stable => usual,
         (Some(usual), Some(stable)) => format!("{usual} /\n{stable}"),
@@ -96,7 +96,7 @@ fn row(case: &Outcome) -> [String; 6] {
         if case.ok { "ok" } else { "FAILED" }.to_owned(),
         nearest(case),
         springs,
-        other(Rival::PositionBased).unwrap_or_else(|| "-".to_owned()),
+        other(BaselineKind::PositionBased).unwrap_or_else(|| "-".to_owned()),
     ]
 }
 

@@ -23,7 +23,7 @@ use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Ports, Scene};
+use crate::session::ipc::services::{Ports, SceneServices};
 use crate::session::ipc::state::StatePublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
@@ -49,7 +49,7 @@ const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
 #[derive(Debug)]
 pub struct Server {
     options: ServeOptions,
-    scene: Scene,
+    scene: SceneServices,
     ports: Ports<ToolPose, ToolForce>,
     length_ns: u64,
     rate: PoseRate,
@@ -79,7 +79,7 @@ impl Server {
         if options.ends_with_parent {
             realtime::end_with_parent()?;
         }
-        let scene = Scene::open(options.scene.as_deref(), &options.domain)?;
+        let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
         let ports = scene.serve_ports(options.wait == Wait::Event)?;
         let options = options.clone();
         Ok(Self { options, scene, ports, length_ns, rate, state: None, commands: None })

@@ -5,7 +5,7 @@
 //! queue holds poses: whatever a controller catches up after a stall fits in. It fills at
 //! `--max-pose-hz`, by default twice the schedule of 1 kHz: a controller at 1 kHz never meets the
 //! limit, whatever its jitter; one at 10 kHz has 1,024 poses at once and then two of ten executed,
-//! the others counted. Who wants 10 ticks a millisecond says so: `--max-pose-hz 10000`, or 0 for no
+//! the others counted. For 10 ticks a millisecond give `--max-pose-hz 10000`, or 0 for no
 //! limit.
 
 use crate::error::{Error, Result};

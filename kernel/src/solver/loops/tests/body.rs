@@ -129,7 +129,7 @@ impl Body {
             triangles: &[],
             tetrahedra: &[],
             notes: &[],
-            fine: None,
+            embedded: None,
             others: (Pins::NONE, NoTerm),
             dimension: 3,
             unit_m: 1.0,

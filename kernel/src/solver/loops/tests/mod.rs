@@ -20,6 +20,7 @@ use crate::terms::held::Contact;
 use crate::terms::links::sliced::SlicedLinks;
 use crate::terms::residual::Terms;
 use crate::terms::sliced::{Contacts, SlicedResidual};
+use crate::terms::state::States;
 use body::{Body, Link, Varied};
 
 /// Everything that a pass and the updates after it compute, as bits.
@@ -70,27 +71,19 @@ impl Case {
         body.model(self.alpha, self.varied)
     }
 
+    fn terms<'a, 'm>(&self, model: &'a Model<'m>) -> Terms<'a, 'm> {
+        let (closed, states) = (self.closed, States::NONE);
+        Terms { model, closed, vectors: None, current: None, states }
+    }
+
     /// Pass and updates cell by cell.
     fn scalar(&self, model: &Model<'_>) -> Outcome {
         self.outcome(
             model,
             &|terms, awake, points, held| scalar::track::residual(terms, &awake.set, points, held),
-            &|awake, points| {
-                f32::track_step(
-                    Terms { model, closed: self.closed, vectors: None, current: None },
-                    awake,
-                    points,
-                    FACTORS,
-                )
-            },
+            &|awake, points| f32::track_step(self.terms(model), awake, points, FACTORS),
             &|awake, state, residual| {
-                f32::euler_step(
-                    Terms { model, closed: self.closed, vectors: None, current: None },
-                    awake,
-                    state,
-                    residual,
-                    0.2,
-                )
+                f32::euler_step(self.terms(model), awake, state, residual, 0.2)
             },
         )
     }
@@ -123,7 +116,7 @@ impl Case {
         step: &Step<'_>,
         euler: &EulerStep<'_>,
     ) -> Outcome {
-        let terms = Terms { model, closed: self.closed, vectors: None, current: None };
+        let terms = self.terms(model);
         let (mut at, held) = self.arrays();
         let mut residual = vec![Cell([9.0; 4]); at.len()];
         // Some cells stand still, some do not.

@@ -14,14 +14,24 @@ pub const CASES: &[Case] = &[
         name: "needles",
         checks: "tetrahedra 1000 times longer than wide: pressed, inverted, in one point",
         run: |scale, found| {
-            suffer(scale, found, "needles", cuboid(scale.nodes())?.stretched([1000.0, 1.0, 1.0]))
+            press_and_disturb_shape(
+                scale,
+                found,
+                "needles",
+                cuboid(scale.nodes())?.stretched([1000.0, 1.0, 1.0]),
+            )
         },
     },
     Case {
         name: "slivers",
         checks: "tetrahedra 1000 times wider than thick: pressed, inverted, in one point",
         run: |scale, found| {
-            suffer(scale, found, "slivers", cuboid(scale.nodes())?.stretched([1.0, 1.0, 1e-3]))
+            press_and_disturb_shape(
+                scale,
+                found,
+                "slivers",
+                cuboid(scale.nodes())?.stretched([1.0, 1.0, 1e-3]),
+            )
         },
     },
     Case {
@@ -29,30 +39,40 @@ pub const CASES: &[Case] = &[
         checks: "hubs of 3, 8, 30, 100, 200 links: pressed, inverted, in one point",
         run: |scale, found| {
             [3, 8, 30, 100, 200].into_iter().try_for_each(|spokes| {
-                suffer(scale, found, &format!("valence {spokes}"), hub(spokes))
+                press_and_disturb_shape(scale, found, &format!("valence {spokes}"), hub(spokes))
             })
         },
     },
     Case {
         name: "lengths-6-decades",
         checks: "links from 1e-6 of the longest on: pressed, inverted, in one point",
-        run: |scale, found| suffer(scale, found, "spiral", spiral()),
+        run: |scale, found| press_and_disturb_shape(scale, found, "spiral", spiral()),
     },
 ];
 
 /// Presses a body by two mean link lengths and lets it go; inverts it; puts it into one point.
-fn suffer(scale: Scale, found: &mut Findings, name: &str, shape: Shape) -> Result<()> {
+fn press_and_disturb_shape(
+    scale: Scale,
+    found: &mut Findings,
+    name: &str,
+    shape: Shape,
+) -> Result<()> {
     let body = Body::new(shape, &BakeOptions::default())?;
-    press_and_spoil(scale, found, name, &body)
+    press_and_disturb(scale, found, name, &body)
 }
 
 /// The same for a baked body.
-pub fn press_and_spoil(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<()> {
-    spoil(scale, found, name, body, true)
+pub fn press_and_disturb(
+    scale: Scale,
+    found: &mut Findings,
+    name: &str,
+    body: &Body,
+) -> Result<()> {
+    disturb(scale, found, name, body, true)
 }
 
 /// The same, beside the other methods or not.
-pub fn spoil(
+pub fn disturb(
     scale: Scale,
     found: &mut Findings,
     name: &str,
@@ -64,14 +84,14 @@ pub fn spoil(
     let pressed = Trial::new(format!("{name}, pressed"), body, ticks).under(pressing(depth_m));
     found.play(&Trial { compared, ..pressed })?;
     let ticks = scale.ticks(60);
-    let spoilt = |label: &str| {
+    let disturbed = |label: &str| {
         let trial = Trial::new(format!("{name}, {label}"), body, ticks);
         Trial { compared, ..trial.under(touching_once(ticks)) }
     };
     for (label, state) in
         [("inverted", State::Inverted), ("in one point", State::Coincident([0.0; 3]))]
     {
-        found.play(&spoilt(label).from(move |model| state.of_free_cells(model, 0)))?;
+        found.play(&disturbed(label).from(move |model| state.of_free_cells(model, 0)))?;
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use chaincell_kernel::Unloading;
 use crate::bodies::Body;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::cases::elements::{press_and_spoil, spoil};
+use crate::experiments::stress::cases::elements::{disturb, press_and_disturb};
 use crate::experiments::stress::cases::{PRESS_TICKS, pressing};
 use crate::experiments::stress::trial::Trial;
 use crate::monitor::Check;
@@ -57,7 +57,7 @@ fn release(scale: Scale, found: &mut Findings, body: &Body) -> Result<()> {
 fn slack(scale: Scale, found: &mut Findings, alpha: f64) -> Result<()> {
     let options = BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() };
     let body = Body::new(cuboid(scale.nodes())?, &options)?;
-    press_and_spoil(scale, found, &format!("alpha {alpha}"), &body)?;
+    press_and_disturb(scale, found, &format!("alpha {alpha}"), &body)?;
     let depth_m = 2.5 * body.plain()?.unit_m();
     let ticks = PRESS_TICKS + scale.ticks(60);
     for unloading in [Unloading::Release, Unloading::Retreat] {
@@ -86,7 +86,7 @@ fn nine_decades(scale: Scale, found: &mut Findings) -> Result<()> {
     };
     for (label, up) in [("stiff on soft", 1.0), ("soft on stiff", -1.0)] {
         let body = of_stiffness(scale, &each(up))?;
-        press_and_spoil(scale, found, label, &body)?;
+        press_and_disturb(scale, found, label, &body)?;
     }
     Ok(())
 }
@@ -104,7 +104,7 @@ fn ends(scale: Scale, found: &mut Findings) -> Result<()> {
     for (label, n_per_m, beyond) in
         [("softest", softest, 0.5 * softest), ("stiffest", stiffest, 2.0 * stiffest)]
     {
-        spoil(scale, found, label, &of_stiffness(scale, &[n_per_m])?, false)?;
+        disturb(scale, found, label, &of_stiffness(scale, &[n_per_m])?, false)?;
         let taken = of_stiffness(scale, &[beyond]).is_ok();
         found.hold(!taken, label, Check::Admission, || format!("{beyond:e} N/m is taken"));
     }
@@ -126,9 +126,9 @@ fn ends(scale: Scale, found: &mut Findings) -> Result<()> {
         if weight(middle)? < 1.0 / 64.0 { low = middle } else { high = middle }
     }
     found.figure("fixed_weight_min", weight(high)?);
-    spoil(scale, found, "widest contrast of fixed point", &contrast(high)?, false)?;
+    disturb(scale, found, "widest contrast of fixed point", &contrast(high)?, false)?;
     let refused = found.refused.len();
-    spoil(scale, found, "twice that contrast", &contrast(0.5 * high)?, false)?;
+    disturb(scale, found, "twice that contrast", &contrast(0.5 * high)?, false)?;
     let says = found.refused.len() > refused;
     found.hold(says, "twice that contrast", Check::Admission, || "is taken".to_owned());
     Ok(())

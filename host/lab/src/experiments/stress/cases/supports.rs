@@ -3,7 +3,7 @@
 use crate::bodies::Body;
 use crate::bodies::shape::cuboid;
 use crate::experiments::stress::case::{Case, Findings, Scale};
-use crate::experiments::stress::cases::elements::press_and_spoil;
+use crate::experiments::stress::cases::elements::press_and_disturb;
 use crate::experiments::stress::trial::{Touch, Trial};
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::error::Result;
@@ -14,7 +14,7 @@ pub const CASES: &[Case] = &[
         checks: "nothing fixed: pressed, inverted, in one point; pushed by a probe",
         run: |scale, found| {
             let body = Body::new(cuboid(scale.nodes())?.floating(), &BakeOptions::default())?;
-            press_and_spoil(scale, found, "floating", &body)?;
+            press_and_disturb(scale, found, "floating", &body)?;
             probe(scale, found, &body)
         },
     },
@@ -23,7 +23,7 @@ pub const CASES: &[Case] = &[
         checks: "two parts, one of them floating, ten widths apart: the same",
         run: |scale, found| {
             let body = Body::new(cuboid(scale.nodes())?.twice(), &BakeOptions::default())?;
-            press_and_spoil(scale, found, "two parts", &body)?;
+            press_and_disturb(scale, found, "two parts", &body)?;
             probe(scale, found, &body)
         },
     },
@@ -32,7 +32,7 @@ pub const CASES: &[Case] = &[
         checks: "nothing can move: a tool that holds no cell, a probe in its middle",
         run: |scale, found| {
             let body = Body::new(cuboid(scale.nodes())?.all_fixed(), &BakeOptions::default())?;
-            press_and_spoil(scale, found, "fixed", &body)?;
+            press_and_disturb(scale, found, "fixed", &body)?;
             probe(scale, found, &body)
         },
     },

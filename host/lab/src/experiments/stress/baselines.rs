@@ -5,9 +5,9 @@
 //! small steps of 1 ms with one iteration each, compliance 1 / k. Both lose a tenth of a velocity a
 //! step. The tool is the same: it holds the same cells, goes as far a tick, and a probe projects
 //! the same surface cells onto its sphere. A body with inertia that is pulled stores more than one
-//! that settles; so energies are parts of E0, the largest of what the body starts with, what `track`
-//! had and what the tool could load into cells that stand still. Beyond ten times that it counts as
-//! blown up.
+//! that settles; so energies are parts of E0, the largest of what the body starts with, what
+//! `track` had and what the tool could load into cells that stand still. Beyond ten times that it
+//! counts as blown up.
 
 use std::fmt;
 
@@ -30,7 +30,7 @@ const GROWTH: f64 = 10.0;
 /// Largest coordinate before a body counts as blown up [mean link lengths], or so many times the
 /// largest at the start.
 const FAR: [f64; 2] = [1e3, 4.0];
-/// Least energy worth a comparison [k u^2 of the mean link].
+/// Least energy that is compared [k u^2 of the mean link].
 const ENERGY_MIN: f64 = 1e-6;
 /// Part of the energy that counts as stalled, where the network has left less than half of it.
 const STALLED: f64 = 0.05;
@@ -40,7 +40,7 @@ const RISEN: f64 = 1.01;
 /// A method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Rival {
+pub enum BaselineKind {
     /// Explicit mass-spring dynamics at 1 ms.
     MassSpring,
     /// The same at its largest stable step.
@@ -49,7 +49,7 @@ pub enum Rival {
     PositionBased,
 }
 
-impl Rival {
+impl BaselineKind {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::MassSpring, Self::MassSpringStable, Self::PositionBased];
 
@@ -137,18 +137,22 @@ pub struct Measure {
 ///
 /// # Errors
 /// [`Error::Interrupted`](chaincell_host::error::Error::Interrupted).
-pub fn play(trial: &Trial<'_>, rival: Rival, measure: Measure) -> Result<Option<Verdict>> {
+pub fn play(
+    trial: &Trial<'_>,
+    baseline: BaselineKind,
+    measure: Measure,
+) -> Result<Option<Verdict>> {
     let model = trial.body.plain()?;
     let least_j = ENERGY_MIN * f64::from(model.energy_unit_j());
     if measure.peak_j <= least_j || model.fixed().len() == model.cells() {
         return Ok(None);
     }
-    let verdict = match rival {
-        Rival::MassSpring => {
+    let verdict = match baseline {
+        BaselineKind::MassSpring => {
             run(trial, &model, MassSpring::new(&model).with_step(USUAL_STEP_S), measure)
         }
-        Rival::MassSpringStable => run(trial, &model, MassSpring::new(&model), measure),
-        Rival::PositionBased => run(trial, &model, Xpbd::new(&model), measure),
+        BaselineKind::MassSpringStable => run(trial, &model, MassSpring::new(&model), measure),
+        BaselineKind::PositionBased => run(trial, &model, Xpbd::new(&model), measure),
     };
     verdict.map(Some)
 }

@@ -1,0 +1,197 @@
+//! What the terms keep of each cell from one pass to the next.
+//!
+//! The state of a cell is that of all terms in the list, and has no size where none of them keeps
+//! any. A tissue holds it twice: as it is now, and as it was at the published positions while a
+//! scheme looks at others, for a pass that the guard discards.
+
+use bytemuck::Zeroable;
+
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::terms::Others;
+use crate::terms::term::Term;
+
+/// What a term keeps of one cell. Never -0.0, so that equal states have equal words.
+pub(crate) trait CellState: Copy + PartialEq + Zeroable + 'static {
+    /// The state in the rest shape.
+    const REST: Self;
+    /// 32-bit words of a state.
+    type Words: Iterator<Item = u32>;
+    /// The words that enter the state hash and a saved state, always as many.
+    fn words(self) -> Self::Words;
+    /// The state with the next of these words; `None` where there is none.
+    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self>;
+}
+
+/// What a term without a state keeps.
+pub(crate) type Nothing = [u32; 0];
+
+impl CellState for Nothing {
+    const REST: Self = [];
+    type Words = core::iter::Empty<u32>;
+
+    fn words(self) -> Self::Words {
+        core::iter::empty()
+    }
+
+    fn from_words(_: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        Some([])
+    }
+}
+
+impl<A: CellState, B: CellState> CellState for (A, B) {
+    const REST: Self = (A::REST, B::REST);
+    type Words = core::iter::Chain<A::Words, B::Words>;
+
+    fn words(self) -> Self::Words {
+        self.0.words().chain(self.1.words())
+    }
+
+    fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        Some((A::from_words(words)?, B::from_words(words)?))
+    }
+}
+
+/// The state of a cell under all terms.
+pub(crate) type State = <Others<'static> as Term>::State;
+
+/// Memory for what the terms keep of one cell. All zeros are valid.
+#[derive(Clone, Copy)]
+pub struct TermState {
+    pub(crate) now: State,
+    /// The state at the published position.
+    pub(crate) saved: State,
+}
+
+impl TermState {
+    /// In the rest shape.
+    pub const REST: Self = Self::published(State::REST);
+
+    /// A state at a published position.
+    pub(crate) const fn published(state: State) -> Self {
+        Self { now: state, saved: state }
+    }
+}
+
+/// 0 where no term keeps any state, so that arrays of this length have no size.
+const KEPT: usize = (size_of::<TermState>() > 0) as usize;
+
+/// Words that the states in `cells` give to the state hash and to a saved state, cell by cell.
+pub(crate) fn words(cells: &[TermState]) -> impl Iterator<Item = u32> {
+    let kept = cells.iter().take(cells.len() * KEPT);
+    kept.flat_map(|cell| cell.now.words())
+}
+
+/// The terms' states of all cells, in memory of the caller; without size where no term has any.
+pub struct TermStates<'a>([&'a mut [TermState]; KEPT]);
+
+impl<'a> TermStates<'a> {
+    /// States in this memory, one a cell.
+    #[must_use]
+    #[inline(always)]
+    pub fn new(cells: &'a mut [TermState]) -> Self {
+        let mut cells = Some(cells);
+        Self([(); KEPT].map(|()| cells.take().unwrap_or_default()))
+    }
+
+    /// Cells that there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.0.first().map_or(usize::MAX, |cells| cells.len())
+    }
+
+    /// The memory of the first `count` cells.
+    pub(crate) fn cells(&self, count: usize) -> &[TermState] {
+        self.0.first().and_then(|cells| cells.get(..count)).unwrap_or(&[])
+    }
+
+    /// Puts all cells to rest.
+    pub(crate) fn reset(&mut self) {
+        for cells in &mut self.0 {
+            cells.fill(TermState::REST);
+        }
+    }
+
+    /// Takes in the words of so many cells; whether they are states, else nothing changes.
+    pub(crate) fn read(&mut self, count: usize, words: &[u32]) -> bool {
+        let cells = self.0.iter_mut().flat_map(|cells| cells.iter_mut().take(count));
+        let (mut ahead, mut words) = (words.iter().copied(), words.iter().copied());
+        let mut state = || State::from_words(&mut ahead);
+        let is_whole = (0..count * KEPT).all(|_| state().is_some()) && ahead.next().is_none();
+        if is_whole {
+            for cell in cells {
+                *cell = State::from_words(&mut words).map_or(*cell, TermState::published);
+            }
+        }
+        is_whole
+    }
+
+    /// The same for a tick.
+    #[inline(always)]
+    pub(crate) fn shared(&mut self) -> States<'_> {
+        let shared = |cells| core::cell::Cell::from_mut(cells).as_slice_of_cells();
+        States(self.0.each_mut().map(|cells| shared(&mut **cells)))
+    }
+}
+
+/// The terms' states during a tick.
+#[derive(Clone, Copy)]
+pub(crate) struct States<'a>([&'a [core::cell::Cell<TermState>]; KEPT]);
+
+impl States<'_> {
+    /// No memory: every cell is at rest.
+    #[cfg(test)]
+    pub const NONE: Self = Self([&[]; KEPT]);
+    /// Whether some term keeps a state.
+    pub const ANY: bool = KEPT != 0;
+
+    #[inline(always)]
+    fn slot(&self, cell: usize) -> Option<&core::cell::Cell<TermState>> {
+        self.0.first()?.get(cell)
+    }
+
+    /// The state of a cell.
+    #[inline(always)]
+    pub fn at(&self, cell: usize) -> State {
+        self.slot(cell).map_or(TermState::REST, core::cell::Cell::get).now
+    }
+
+    /// Gives a cell another state.
+    #[inline(always)]
+    pub fn put(&self, cell: usize, state: State) {
+        if let Some(slot) = self.slot(cell) {
+            slot.set(TermState { now: state, ..slot.get() });
+        }
+    }
+
+    /// Saves the states of a slice: its cells are at their published positions.
+    #[inline(always)]
+    pub fn save_slice(&self, slice: usize) {
+        for slot in self.slice(slice) {
+            slot.set(TermState::published(slot.get().now));
+        }
+    }
+
+    /// Saves the states of these slices, of so many in all.
+    #[inline(always)]
+    pub fn save(&self, set: &SliceSet, slices: usize) {
+        if Self::ANY {
+            set.iter(slices).for_each(|slice| self.save_slice(slice));
+        }
+    }
+
+    /// The saved states of these slices, of so many in all, hold again.
+    #[inline(always)]
+    pub fn restore(&self, set: &SliceSet, slices: usize) {
+        if Self::ANY {
+            for slot in set.iter(slices).flat_map(|slice| self.slice(slice)) {
+                slot.set(TermState::published(slot.get().saved));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn slice(&self, slice: usize) -> &[core::cell::Cell<TermState>] {
+        let cells = self.0.first().copied().unwrap_or(&[]);
+        cells.get(cells_of(slice, cells.len())).unwrap_or(&[])
+    }
+}
