@@ -4,7 +4,9 @@ use anyhow::{Result, bail};
 use chaincell_kernel::Cell;
 use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
-use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TermState, TermStates, TissueMut, Track,
+};
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
@@ -85,6 +87,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],
         room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
+        states: TermStates::new(&mut vec![TermState::REST; cells]),
     };
     act.act(ready.scene, tissue)
 }
