@@ -80,6 +80,7 @@ fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
 
 fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
     let (cells, held) = (ready.model.cells(), ready.scene.held.len());
+    let mut states = vec![TermState::REST; cells];
     let tissue = TissueMut {
         head: &mut { Head::<D>::NEW },
         state: &mut vec![Cell::ZERO; cells],
@@ -87,7 +88,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],
         room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
-        states: TermStates::new(&mut vec![TermState::REST; cells]),
+        states: TermStates::new(&mut states),
     };
     act.act(ready.scene, tissue)
 }
