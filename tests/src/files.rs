@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::run;
+use crate::{Ended, run};
 
 /// A folder that goes away with the test.
 #[must_use]
@@ -52,6 +52,13 @@ pub fn bake(folder: &Path, spec: &str, options: &[&str]) -> PathBuf {
     let model = folder.join("model.chaincell");
     run([&["bake", spec, "-o", text(&model)], options].concat()).with(0);
     model
+}
+
+/// Plays a path with a model, results into `out`.
+#[track_caller]
+pub fn play(model: &Path, path: &Path, out: &Path, options: &[&str]) -> Ended {
+    let args = ["run", text(model), "--path", text(path), "--out", text(out)];
+    run([&args, options].concat())
 }
 
 /// One row of a path: tick, position \[m\], engaged.

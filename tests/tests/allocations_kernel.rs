@@ -49,15 +49,20 @@ fn sample(tick: u16) -> ToolSample {
     ToolSample { position_m, engaged: u32::from(tick % 100 < 80) }
 }
 
-fn centre(model: &Model<'_>) -> u16 {
-    model.input_id().iter().position(|&id| id == 40).unwrap() as u16
+fn network(image: &[u8]) -> Network<'_> {
+    let model = Model::from_bytes(image).unwrap();
+    Network::new(model, Settings::for_model(&model)).unwrap()
+}
+
+/// The middle of the linked model.
+fn centre() -> u16 {
+    network(IMAGE).model().cell_of_input(40).unwrap()
 }
 
 #[test]
 fn a_static_tissue_gives_the_bits_of_the_heap_and_allocates_nothing() {
-    let model = Model::from_bytes(IMAGE).unwrap();
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
-    let contact = [centre(&model)];
+    let network = network(IMAGE);
+    let contact = [centre()];
     let mut engine = Engine::new(network, Scheme::Track, &contact).unwrap();
     let mut tissue = TISSUE.lock().unwrap();
     tissue.reset(&network).unwrap();
@@ -65,7 +70,7 @@ fn a_static_tissue_gives_the_bits_of_the_heap_and_allocates_nothing() {
     for tick in 0..500 {
         let before = ALLOCATIONS.get();
         let own = tissue.tick(&network, &sample(tick));
-        let hash = tissue.view().state_hash(&model);
+        let hash = tissue.view().state_hash(network.model());
         let host = engine.tick(&sample(tick));
         assert_eq!(ALLOCATIONS.get(), before, "tick {tick} allocates");
         assert_eq!((own, hash), (host, engine.state_hash()), "tick {tick}");
@@ -104,16 +109,14 @@ fn terms_that_keep_nothing_take_no_memory() {
 
 #[test]
 fn a_tissue_that_is_too_small_says_so() {
-    let model = Model::from_bytes(IMAGE).unwrap();
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let network = network(IMAGE);
     let refused = Tissue::<80, Track>::new().reset(&network);
     assert_eq!(refused, Err(ResetError::Capacity { needed: 81, capacity: 80 }));
 }
 
 #[test]
 fn a_model_without_colours_is_not_for_gauss_seidel() {
-    let model = Model::from_bytes(IMAGE).unwrap();
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let network = network(IMAGE);
     let refused = Tissue::<81, GaussSeidel>::new().reset(&network);
     assert_eq!(refused, Err(ResetError::Colours));
 }
@@ -121,10 +124,9 @@ fn a_model_without_colours_is_not_for_gauss_seidel() {
 /// Cells are chosen from the body that the tissue has, and found by their input ids.
 #[test]
 fn contacts_of_a_body_that_is_not_there_are_refused() {
-    let model = Model::from_bytes(IMAGE).unwrap();
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let network = network(IMAGE);
     let mut tissue = Tissue::<81, Track>::new();
-    let cell = model.cell_of_input(40).unwrap();
+    let (model, cell) = (network.model(), centre());
     assert_eq!(model.input_id()[usize::from(cell)], 40);
     assert_eq!(model.cell_of_input(81), None);
     assert_eq!(tissue.choose_contacts(&network, &[cell]), Err(ContactError::Model));
@@ -135,23 +137,21 @@ fn contacts_of_a_body_that_is_not_there_are_refused() {
 /// A network that the tissue was not reset for is answered by the safe state, not by nonsense.
 #[test]
 fn another_model_than_that_of_the_reset_is_safe() {
-    let model = Model::from_bytes(IMAGE).unwrap();
-    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let network = network(IMAGE);
     let mut tissue = Tissue::<81, Euler>::new();
     let output = tissue.tick(&network, &sample(1));
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
     // A smaller body, for which there would be room.
     let mesh = load("plane:5x5x0.01", &Default::default()).unwrap();
     let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
-    let other = Model::from_bytes(image.as_bytes()).unwrap();
-    let other = Network::new(other, Settings::for_model(&other)).unwrap();
+    let other = self::network(image.as_bytes());
     tissue.reset(&network).unwrap();
-    tissue.choose_contacts(&network, &[centre(&model)]).unwrap();
+    tissue.choose_contacts(&network, &[centre()]).unwrap();
     tissue.tick(&network, &sample(1));
     assert!(tissue.tick(&network, &sample(9)).force_n.norm() > 0.0);
-    let hash = tissue.view().state_hash(&model);
+    let hash = tissue.view().state_hash(network.model());
     let output = tissue.tick(&other, &sample(20));
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
-    assert_eq!(tissue.view().state_hash(&model), hash);
+    assert_eq!(tissue.view().state_hash(network.model()), hash);
     assert_eq!(tissue.tick(&network, &sample(20)).flags.0 & 16, 0);
 }

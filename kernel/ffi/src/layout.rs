@@ -215,7 +215,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
         let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
         let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
         let states = slots.add(contacts).cast::<TermState>();
-        let held = states.add(cells).cast::<u16>();
+        let held = states.byte_add(cells * size_of::<TermState>()).cast::<u16>();
         Parts {
             network: &mut (*body).front.network,
             tissue: TissueMut {

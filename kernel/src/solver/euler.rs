@@ -17,7 +17,7 @@ use super::scheme::{Body, Scheme};
 use crate::number::cell::{Cell, add, output, peak, scale, sub};
 use crate::number::two_float::Eight;
 use crate::number::two_float::TwoFloat;
-use crate::solver::loops::Loops;
+use crate::solver::loops::{Loops, Moved};
 
 /// State of the scheme: whether any state is beyond K.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +67,8 @@ pub(super) fn linear_step<N: Loops>(body: &mut Body<'_, '_, N>, step: f32) -> bo
     let model = body.terms.model;
     let step = step / model.capacitance();
     let (awake, residual) = (&*body.awake, &*body.residual);
-    let moved = N::euler_step(body.terms, awake, body.state, residual, step);
+    let mut moved = Moved::NOTHING;
+    N::euler_step(body.terms, awake, body.state, residual, step, &mut moved);
     let has_moved = |cell: usize| residual.get(cell).is_some_and(|r| r.xyz() != [N::ZERO; 3]);
     body.awake.wake_neighbours(model, &moved.slices, has_moved);
     body.restore_held() | moved.beyond

@@ -40,7 +40,7 @@ use super::coarse::deflation::{deflate, probe_room};
 use super::coarse::held::{self, coarse_room};
 use super::conjugate::{Last, Products};
 use super::guard::allowed;
-use super::loops::{Loops, Points, coarse_basis};
+use super::loops::{Loops, Moved, Points, coarse_basis};
 use super::scheme::{Body, Scheme};
 use crate::backend::slices::copy;
 use crate::model::Model;
@@ -113,7 +113,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             body.awake.wake_all(model);
             N::coarse_step(body.terms, body.room, points, factors)
         } else {
-            let moved = N::track_step(body.terms, body.awake, points, factors);
+            let mut moved = Moved::NOTHING;
+            N::track_step(body.terms, body.awake, points, factors, &mut moved);
             let Points { published, at, before, .. } = points;
             let has_moved = |cell: usize| {
                 let last = before.get(cell);

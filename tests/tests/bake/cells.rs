@@ -13,7 +13,7 @@ use chaincell_kernel::image::{
 use chaincell_kernel::{
     Model, ModelError, Network, Settings, Tissue, ToolSample, Track, coarse_room,
 };
-use chaincell_tests::files::{Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::files::{Table, bake, play, scratch, summary, text, write_path};
 use chaincell_tests::run;
 
 /// Nodes of the box, its top ones have ids 5, 11, ..
@@ -42,9 +42,8 @@ fn a_run_lists_every_node() {
     write_path(&path, rows);
     let out = folder.path().join("out");
     let contact = "cells:box:-0.021,0.021,-0.021,0.021,0.049,0.051";
-    let args = ["run", text(&model), "--path", text(&path), "--out", text(&out)];
-    let more = ["--contact", contact, "--snapshot-ticks", "0,39"];
-    run([&args[..], &more].concat()).with(0);
+    let options = ["--contact", contact, "--snapshot-ticks", "0,39"];
+    play(&model, &path, &out, &options).with(0);
     let rest = load("box:9x7x6x0.01", &Default::default()).unwrap();
     let first = Table::read(&out.join("cells_0.csv"));
     assert!(first.whole("node").into_iter().eq(0..NODES as u64));

@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 
 use chaincell_lab::reference::vectors::{farthest, norm};
 use chaincell_tests::files::{
-    Row, Table, bake, is_hash, names, scratch, summary, text, write_path,
+    Row, Table, bake, is_hash, names, play, scratch, summary, write_path,
 };
 use chaincell_tests::lattice::positions;
-use chaincell_tests::run;
 
 /// Spacing of the bodies: the mean link length too [m].
 const D: f32 = 0.01;
@@ -41,9 +40,8 @@ impl Place {
         let path = self.folder.path().join(format!("{name}.csv"));
         write_path(&path, rows.iter().copied());
         let out = self.folder.path().join(name);
-        let args = ["run", text(&self.model), "--path", text(&path), "--out", text(&out)];
-        let contact = ["--contact", "cells:nodes:40"];
-        run([&args[..], &contact, options].concat()).with(0);
+        let options = [&["--contact", "cells:nodes:40"], options].concat();
+        play(&self.model, &path, &out, &options).with(0);
         let force = Table::read(&out.join("force.csv"));
         Results { out, force }
     }
@@ -227,8 +225,7 @@ fn final_vtu_is_well_formed() {
         let path = folder.path().join("path.csv");
         write_path(&path, press(5, 0.005));
         let out = folder.path().join("out");
-        let args = ["run", text(&model), "--path", text(&path), "--out", text(&out), "--force"];
-        run(args).with(0);
+        play(&model, &path, &out, &["--force"]).with(0);
         check_vtu(&out.join("final.vtu"), elements, corners);
         let at = positions(&out.join("cells_final.csv"));
         let vtu = array(&std::fs::read_to_string(out.join("final.vtu")).unwrap(), "position_m");

@@ -8,7 +8,7 @@ use std::time::Duration;
 use chaincell_kernel::trace::{Header, Reader, Record, Writer, header_bytes};
 use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
-use chaincell_tests::files::{Row, Table, bake, content, scratch, summary, text, write_path};
+use chaincell_tests::files::{Row, Table, bake, content, play, scratch, summary, text, write_path};
 use chaincell_tests::{Ended, Running, run, turn};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use rustix::process::Signal;
@@ -41,8 +41,8 @@ fn session(how: &[&str]) -> Session {
     let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
     let trace = folder.path().join("a.trace");
     write_path(&path, press());
-    let args = ["run", text(&model), "--recorded", "--path", text(&path), "--out", text(&out)];
-    run([&args[..], &["--trace", text(&trace)], how].concat()).with(0);
+    let options = [&["--recorded", "--trace", text(&trace)], how].concat();
+    play(&model, &path, &out, &options).with(0);
     let state_hash = summary(&out)["state_hash"].as_str().unwrap().to_owned();
     Session { folder, model, trace, state_hash }
 }
@@ -315,9 +315,8 @@ fn a_place_that_cannot_be_written_is_told_before_the_run() {
     let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
     write_path(&path, [(0, [0.0; 3], 1)]);
     let nowhere = folder.path().join("no/such/a.trace");
-    let args = ["run", text(&model), "--path", text(&path), "--out", text(&out)];
     let how = ["--snapshot-ticks", "0", "--trace", text(&nowhere)];
-    let ended = run([&args[..], &how].concat()).with(2);
+    let ended = play(&model, &path, &out, &how).with(2);
     assert!(ended.err.contains("no/such/a.trace"), "{}", ended.err);
     assert!(!out.join("cells_0.csv").exists(), "the run began");
 }
@@ -330,8 +329,7 @@ fn a_trace_takes_no_others_place_and_costs_no_earlier_results() {
     write_path(&path, [(0, [0.0; 3], 1)]);
     let trace = out.join("a.trace");
     let traced = |trace: &Path, how: &[&str]| {
-        let args = ["run", text(&model), "--path", text(&path), "--out", text(&out)];
-        run([&args[..], &["--trace", text(trace)], how].concat())
+        play(&model, &path, &out, &[&["--trace", text(trace)], how].concat())
     };
     traced(&trace, &[]).with(0);
     let before = content(folder.path());

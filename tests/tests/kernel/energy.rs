@@ -8,9 +8,8 @@ use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
 use chaincell_lab::reference::vectors::{minus, norm};
-use chaincell_tests::files::{Row, Table, bake, scratch, text, write_path};
+use chaincell_tests::files::{Row, Table, bake, play, scratch, write_path};
 use chaincell_tests::lattice::{Lattice, positions};
-use chaincell_tests::run;
 
 /// Body, contact nodes and stiffness [N/m] of the runs.
 struct Case {
@@ -63,10 +62,8 @@ impl Played {
         let contact = format!("cells:nodes:{}", ids.join(","));
         let ticks: Vec<String> =
             (0..HELD_TICKS + FREE_TICKS).map(|tick| tick.to_string()).collect();
-        let (model, file) = (text(&model), text(&file));
-        let args = ["run", model, "--path", file, "--out", text(&out), "--contact", &contact];
-        let snapshots = ["--snapshot-ticks", &ticks.join(",")];
-        run([&args[..], &snapshots, options].concat()).with(0);
+        let always = ["--contact", &contact, "--snapshot-ticks", &ticks.join(",")];
+        play(&model, &file, &out, &[&always, options].concat()).with(0);
         let rest = positions(&out.join("cells_0.csv"));
         let alpha = alpha.parse().unwrap();
         let lattice = Lattice::new(case.spec, &rest, case.stiffness_n_per_m, alpha);
@@ -271,8 +268,7 @@ fn the_band_reopens_when_the_tool_goes_deeper_and_when_it_takes_hold_again() {
         rows.map(|((tenths, engaged), tick)| (tick, [0.0, 0.0, -0.001 * tenths], engaged)),
     );
     let out = folder.path().join("out");
-    let args = ["run", text(&model), "--path", text(&file), "--out", text(&out)];
-    run([&args[..], &["--contact", "40", "--unloading", "retreat"]].concat()).with(0);
+    play(&model, &file, &out, &["--contact", "40", "--unloading", "retreat"]).with(0);
     let flags = Table::read(&out.join("force.csv")).whole("flags");
     let closed: Vec<bool> = flags.iter().map(|flags| flags & 32 != 0).collect();
     let expected = [false, false, false, true, true, true, true, false, false, true, false, false];

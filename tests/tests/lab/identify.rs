@@ -5,14 +5,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use chaincell_tests::{Ended, files, run};
-use serde_json::Value;
+
+use super::quick::real;
 
 const MESH: &str = "box:5x5x4x0.01";
 const CONTACT: &str = "cells:box:-0.011,0.011,-0.011,0.011,0.029,0.031";
-
-fn real(value: &Value, path: &str) -> f64 {
-    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path} in {value}"))
-}
 
 /// A curve of `run` itself: the tool goes up in small steps and rests at each.
 fn curve(place: &Path) -> String {

@@ -2,6 +2,7 @@
 
 mod identify;
 mod paper;
+mod quick;
 mod reference;
 mod report;
 mod stress;

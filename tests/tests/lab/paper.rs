@@ -2,23 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
 
 use std::path::Path;
-use std::time::Duration;
 
-use chaincell_tests::{Ended, Running, chaincell, files, run};
+use chaincell_tests::{files, run};
 use serde_json::Value;
 
-/// A build with checks on a busy machine takes its time.
-const LONG: Duration = Duration::from_secs(600);
-
-/// A report on generated bodies, whatever reference data the tests have.
-fn paper(out: &Path) -> Ended {
-    let arguments = ["paper", "--quick", "--json", "--out", files::text(out)];
-    Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments)).end(LONG)
-}
-
-fn real(value: &Value, path: &str) -> f64 {
-    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path} in {value}"))
-}
+use super::quick::{interrupted, quick, real};
 
 /// Nothing is missing: what is not finite would stand as null.
 fn no_nulls(value: &Value, place: &str) {
@@ -76,7 +64,7 @@ fn asks_for_nothing(out: &Path) {
 fn a_quick_paper_is_whole_and_its_files_agree() {
     let place = files::scratch();
     let out = place.path().join("paper");
-    let found = paper(&out).with(0).json();
+    let found = quick("paper", &out).with(0).json();
     let written: Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("paper.json")).unwrap()).unwrap();
     assert_eq!(found, written);
@@ -105,7 +93,7 @@ fn a_quick_paper_is_whole_and_its_files_agree() {
     plane(&found, &out);
     liver(&found, &out);
     // Refused with content, taken with --force.
-    let again = paper(&out).with(2);
+    let again = quick("paper", &out).with(2);
     assert!(again.err.contains("--force"), "{}", again.err);
 }
 
@@ -174,12 +162,7 @@ fn liver(found: &Value, out: &Path) {
 fn an_interrupted_paper_is_written_as_far_as_it_got() {
     let place = files::scratch();
     let out = place.path().join("paper");
-    let arguments = ["paper", "--quick", "--json", "--out", files::text(&out)];
-    let running = Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments));
-    while !out.is_dir() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    let ended = running.interrupt().with(130);
+    let ended = interrupted("paper", &out);
     assert_eq!(ended.json()["interrupted"], true);
     assert!(ended.json().get("liver").is_none(), "{}", ended.out);
     assert!(out.join("paper.html").is_file() && out.join("paper.json").is_file());

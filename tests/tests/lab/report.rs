@@ -1,23 +1,10 @@
 //! The report command, on generated bodies.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
 
-use std::time::Duration;
-
-use chaincell_tests::{Ended, Running, chaincell, files, run, turn};
+use chaincell_tests::{files, run, turn};
 use serde_json::Value;
 
-fn real(value: &Value, path: &str) -> f64 {
-    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path} in {value}"))
-}
-
-/// A build with checks on a busy machine takes its time.
-const LONG: Duration = Duration::from_secs(600);
-
-/// A report on generated bodies, whatever reference data the tests have.
-fn report(out: &std::path::Path) -> Ended {
-    let arguments = ["report", "--quick", "--json", "--out", files::text(out)];
-    Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments)).end(LONG)
-}
+use super::quick::{interrupted, quick, real};
 
 /// No figure of the report is beyond what a measurement can give.
 fn finite(value: &Value, place: &str) {
@@ -39,7 +26,7 @@ fn a_quick_report_has_its_figures_and_files() {
     let place = files::scratch();
     let out = place.path().join("report");
     let _turn = turn();
-    let found = report(&out).with(0).json();
+    let found = quick("report", &out).with(0).json();
     for path in ["/sweep/scalar_ns", "/sweep/simd_ns", "/rest_ns", "/local_press_ns"] {
         assert!(real(&found, path) > 0.0, "{path}");
     }
@@ -99,7 +86,7 @@ fn a_quick_report_has_its_figures_and_files() {
     ] {
         assert!(std::fs::metadata(out.join(format!("report_{name}"))).unwrap().len() > 100);
     }
-    let again = report(&out).with(2);
+    let again = quick("report", &out).with(2);
     assert!(again.err.contains("--force"), "{}", again.err);
 }
 
@@ -108,12 +95,7 @@ fn a_quick_report_has_its_figures_and_files() {
 fn an_interrupted_report_is_written_as_far_as_it_got() {
     let place = files::scratch();
     let out = place.path().join("report");
-    let arguments = ["report", "--quick", "--json", "--out", files::text(&out)];
-    let running = Running::start(chaincell().env_remove("CHAINCELL_REFERENCE").args(arguments));
-    while !out.is_dir() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    let ended = running.interrupt().with(130);
+    let ended = interrupted("report", &out);
     assert!(ended.json().get("press").is_some() && out.join("REPORT.md").is_file());
     assert!(ended.json()["growth"].is_null(), "{}", ended.out);
 }

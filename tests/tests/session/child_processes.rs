@@ -5,12 +5,13 @@
 use std::ffi::OsString;
 use std::process::{Child, Command, Stdio};
 
+use chaincell_host::error::Result;
 use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::services::{Domain, SceneServices};
 use chaincell_host::session::loops::control::control;
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server, serve};
-use chaincell_host::session::supervise::{CosimOptions, cosim};
+use chaincell_host::session::supervise::{CosimOptions, CosimReports, cosim};
 use chaincell_host::terminal;
 use chaincell_tests::turn;
 use iceoryx2::prelude::{Config, NodeBuilder, Path, PortFactory, SemanticString, ipc};
@@ -154,18 +155,22 @@ fn a_service_with_other_limits_is_refused_with_the_remedy() {
     assert!(error.to_string().contains("start chaincell serve first"), "{error}");
 }
 
+/// Both sides as children of this test, so many ticks long.
+fn both(options: &ServeOptions, ticks: u64) -> Result<CosimReports> {
+    cosim(&CosimOptions {
+        program: std::env::current_exe().unwrap(),
+        serve_args: child_args("child_serve", options, ticks),
+        control_args: child_args("child_control", options, ticks),
+        motion_ms: ticks,
+        ready_s: LIMIT.as_secs(),
+    })
+}
+
 #[test]
 fn cosim_collects_both_reports_and_leaves_no_child() {
     let _turn = turn();
     let (_root, options) = options();
-    let reports = cosim(&CosimOptions {
-        program: std::env::current_exe().unwrap(),
-        serve_args: child_args("child_serve", &options, 200),
-        control_args: child_args("child_control", &options, 200),
-        motion_ms: 200,
-        ready_s: LIMIT.as_secs(),
-    })
-    .unwrap();
+    let reports = both(&options, 200).unwrap();
     assert_eq!(reports.control.ticks_answered, 200);
     assert_eq!(reports.serve.ticks_executed, 200);
     assert_eq!(reports.serve.state_hash, reports.control.state_hash);
@@ -175,13 +180,7 @@ fn cosim_collects_both_reports_and_leaves_no_child() {
 #[test]
 fn child_cosim() {
     let Some((options, ticks)) = child_options() else { return };
-    let reports = cosim(&CosimOptions {
-        program: std::env::current_exe().unwrap(),
-        serve_args: child_args("child_serve", &options, ticks),
-        control_args: child_args("child_control", &options, ticks),
-        motion_ms: ticks,
-        ready_s: LIMIT.as_secs(),
-    });
+    let reports = both(&options, ticks);
     panic!("a cosim that should have been killed has ended: {reports:?}");
 }
 
@@ -206,13 +205,6 @@ fn cosim_says_which_side_failed() {
     let _turn = turn();
     let (_root, options) = options();
     let _other = Server::open(&options).unwrap();
-    let error = cosim(&CosimOptions {
-        program: std::env::current_exe().unwrap(),
-        serve_args: child_args("child_serve", &options, 200),
-        control_args: child_args("child_control", &options, 200),
-        motion_ms: 200,
-        ready_s: LIMIT.as_secs(),
-    })
-    .unwrap_err();
+    let error = both(&options, 200).unwrap_err();
     assert!(error.to_string().contains("chaincell serve ended"), "{error}");
 }

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, summary, text, write_path};
+use chaincell_tests::files::{Table, play, summary, text, write_path};
 use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Row, Viewer};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, run, turn};
@@ -59,8 +59,7 @@ fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
     let path = place.folder.path().join("path.csv");
     write_path(&path, (0..60).map(|tick| (tick, pose(tick).position_m, 1)));
     let offline = place.folder.path().join("offline");
-    let args = ["run", text(&place.model), "--path", text(&path), "--contact", "40", "--out"];
-    run([&args[..], &[text(&offline)]].concat()).with(0);
+    play(&place.model, &path, &offline, &["--contact", "40"]).with(0);
     let cells = Table::read(&offline.join("cells_final.csv"));
     for viewer in &viewers {
         let (stamp, rows) = viewer.after(60);

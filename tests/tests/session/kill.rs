@@ -182,7 +182,11 @@ fn a_killed_session_keeps_its_place_and_a_new_one_begins_by_force() {
     outsider.send(pose(0));
     serve.end(SHORT).with(0);
     let trace = out.join("session.trace");
-    assert_eq!(std::fs::metadata(&trace).unwrap().len(), 64 + 8 + 40, "not cut to its length");
+    assert_eq!(
+        std::fs::metadata(&trace).unwrap().len() as usize,
+        header_bytes(1) + RECORD_BYTES,
+        "not cut to its length"
+    );
 }
 
 #[test]

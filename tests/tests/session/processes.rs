@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, is_hash, summary, text, write_path};
+use chaincell_tests::files::{Table, is_hash, play, summary, text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, run, turn};
@@ -40,8 +40,7 @@ fn every_pose_of_a_path_is_answered() {
     assert_eq!(summary(&out)["state_hash"], served["state_hash"]);
     // Offline the same path gives the same, bit for bit.
     let offline = place.folder.path().join("offline");
-    let args = ["run", text(&place.model), "--path", text(&path), "--contact", "40", "--out"];
-    run([&args[..], &[text(&offline)]].concat()).with(0);
+    play(&place.model, &path, &offline, &["--contact", "40"]).with(0);
     let force = |folder: &PathBuf| std::fs::read(folder.join("force.csv")).unwrap();
     assert!(force(&out) == force(&offline));
     assert_eq!(summary(&offline)["state_hash"], served["state_hash"]);
@@ -194,9 +193,8 @@ fn poses_of_another_program_drive_the_tissue() {
     assert_eq!(served["state_hash"], format!("{:016x}", next.state_hash));
     // What was recorded replays to the same bits.
     let again = place.folder.path().join("again");
-    let path = out.join("path.csv");
-    let args = ["run", text(&place.model), "--recorded", "--path", text(&path), "--contact", "40"];
-    run([&args[..], &["--out", text(&again)]].concat()).with(0);
+    let options = ["--recorded", "--contact", "40"];
+    play(&place.model, &out.join("path.csv"), &again, &options).with(0);
     assert_eq!(summary(&again)["state_hash"], served["state_hash"]);
 }
 

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use chaincell_tests::files::{Table, bake, scratch, summary, text, write_path};
+use chaincell_tests::files::{Table, bake, play, scratch, summary, text, write_path};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, run, scene, turn};
 
@@ -87,9 +87,9 @@ fn pauses_and_resets_are_replayed_behind_a_stage() {
 fn a_stage_that_goes_by_positions_is_refused_with_a_current() {
     let (place, path) = place("staged-current", 10);
     let out = place.folder.path().join("out");
-    let args = ["run", text(&place.model), "--path", text(&path), "--out", text(&out)];
-    let refused = run([&args[..], &["--drive", "current", "--device", "touch"]].concat()).with(2);
+    let options = ["--drive", "current", "--device", "touch"];
+    let refused = play(&place.model, &path, &out, &options).with(2);
     assert!(refused.err.contains("--drive current") && refused.err.contains("--coupling none"));
     let limits = ["--drive", "current", "--max-device-force-n", "2"];
-    run([&args[..], &limits].concat()).with(0);
+    play(&place.model, &path, &out, &limits).with(0);
 }

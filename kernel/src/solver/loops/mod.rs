@@ -41,7 +41,7 @@ pub struct Points<'a, N> {
     pub residual: &'a mut [Cell<N>],
 }
 
-/// What an update did.
+/// What an update did. It is a kilobyte, so updates write it in place.
 pub(crate) struct Moved {
     /// Slices whose cells moved and whose neighbours may be asleep.
     pub slices: SliceSet,
@@ -88,14 +88,15 @@ pub trait Loops: LinkNumber {
         scalar::track::residual(terms, awake, points, contacts)
     }
 
-    /// The update of `track` without a coarse level.
+    /// The update of `track` without a coarse level; notes in `moved` what it did.
     fn track_step(
         terms: Terms<'_, '_>,
         awake: &Awake,
         points: &mut Points<'_, Self>,
         factors: [f32; 2],
-    ) -> Moved {
-        scalar::track::step(terms.model, awake, points, factors)
+        moved: &mut Moved,
+    ) {
+        scalar::track::step(terms.model, awake, points, factors, moved);
     }
 
     /// The coarse part of the direction, into the room; gives its inner product with the
@@ -122,15 +123,16 @@ pub trait Loops: LinkNumber {
         false
     }
 
-    /// v += step r of the free cells in awake slices.
+    /// v += step r of the free cells in awake slices; notes in `moved` what it did.
     fn euler_step(
         terms: Terms<'_, '_>,
         awake: &Awake,
         state: &mut [Cell<Self>],
         residual: &[Cell<Self>],
         step: f32,
-    ) -> Moved {
-        scalar::euler::step(terms.model, awake, state, residual, step)
+        moved: &mut Moved,
+    ) {
+        scalar::euler::step(terms.model, awake, state, residual, step, moved);
     }
 }
 

@@ -52,16 +52,17 @@ impl Loops for f32 {
         awake: &Awake,
         points: &mut Points<'_, f32>,
         factors: [f32; 2],
-    ) -> Moved {
+        moved: &mut Moved,
+    ) {
+        let model = terms.model;
         match terms.vectors {
-            Some(_) => run(
-                terms.vectors,
-                sliced::track::Step { model: terms.model, awake, points, factors },
-            ),
+            Some(_) => {
+                run(terms.vectors, sliced::track::Step { model, awake, points, factors, moved });
+            }
             #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-            None => vfp::track(terms.model, awake, points, factors),
+            None => vfp::track(model, awake, points, factors, moved),
             #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
-            None => scalar::track::step(terms.model, awake, points, factors),
+            None => scalar::track::step(model, awake, points, factors, moved),
         }
     }
 
@@ -102,16 +103,18 @@ impl Loops for f32 {
         state: &mut [Cell],
         residual: &[Cell],
         step: f32,
-    ) -> Moved {
+        moved: &mut Moved,
+    ) {
         let model = terms.model;
         match terms.vectors {
             Some(_) => {
-                run(terms.vectors, sliced::euler::Step { model, awake, state, residual, step })
+                let step = sliced::euler::Step { model, awake, state, residual, step, moved };
+                run(terms.vectors, step);
             }
             #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-            None => vfp::euler(model, awake, state, residual, step),
+            None => vfp::euler(model, awake, state, residual, step, moved),
             #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
-            None => scalar::euler::step(model, awake, state, residual, step),
+            None => scalar::euler::step(model, awake, state, residual, step, moved),
         }
     }
 }

@@ -20,9 +20,10 @@ use crate::solver::loops::{Moved, Points};
 fn by_runs(
     model: &Model<'_>,
     awake: &Awake,
+    moved: &mut Moved,
     mut update: impl FnMut(bool, Range<usize>, &mut bool) -> bool,
-) -> Moved {
-    let (mut moved, cells) = (Moved::NOTHING, model.cells());
+) {
+    let cells = model.cells();
     let mut slices = awake.set.iter(model.slice_count()).peekable();
     while let Some(first) = slices.next() {
         if !awake.spread.contains(first) {
@@ -37,7 +38,6 @@ fn by_runs(
         }
         update(false, first * LANES..cells.min(end * LANES), &mut moved.beyond);
     }
-    moved
 }
 
 /// See `Loops::track_step`.
@@ -46,8 +46,9 @@ pub(crate) fn track(
     awake: &Awake,
     points: &mut Points<'_, f32>,
     factors: [f32; 2],
-) -> Moved {
-    by_runs(model, awake, |watched, cells, beyond| {
+    moved: &mut Moved,
+) {
+    by_runs(model, awake, moved, |watched, cells, beyond| {
         if watched {
             return scalar::track::update::<f32, true>(model, &cells, points, factors, beyond);
         }
@@ -63,8 +64,9 @@ pub(crate) fn euler(
     state: &mut [Cell],
     residual: &[Cell],
     step: f32,
-) -> Moved {
-    by_runs(model, awake, |watched, cells, beyond| {
+    moved: &mut Moved,
+) {
+    by_runs(model, awake, moved, |watched, cells, beyond| {
         if watched {
             return scalar::euler::update(model, &cells, state, residual, step, beyond);
         }

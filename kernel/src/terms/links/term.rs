@@ -29,8 +29,11 @@ impl Links<'_, '_> {
         self.model.link_weights.is_some() || !self.closed && self.model.link_alphas.is_some()
     }
 
-    #[inline(always)]
-    fn rest_difference(&self, i: usize, j: usize) -> [f32; 3] {
+    /// `P_j` - `P_i` of the rest shape. A function of its own: ends hardly ever coincide, and the
+    /// loop over the links has no registers to spare for the rest shape.
+    #[cold]
+    #[inline(never)]
+    fn rest_difference(self, i: usize, j: usize) -> [f32; 3] {
         sub(self.model.rest_position(j), self.model.rest_position(i))
     }
 

@@ -1,11 +1,12 @@
 //! Lines for the runner through semihosting, put together without `core::fmt`.
 
+use chaincell_kernel::trace::RECORD_BYTES;
 use heapless::Vec;
 use log::{LevelFilter, Log, Metadata, Record};
 use semihosting::io::{Write, stdout};
 
-/// Longest line; what does not fit is cut.
-type Line = Vec<u8, 96>;
+/// Longest line: a name of 15 bytes and a record of a trace in digits. What does not fit is cut.
+type Line = Vec<u8, { 17 + 2 * RECORD_BYTES }>;
 
 fn put(line: &mut Line, text: &[u8]) {
     for &byte in text {

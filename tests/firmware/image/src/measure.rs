@@ -31,6 +31,7 @@ pub fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
         own: tissue.own,
         room: tissue.room,
         contacts: tissue.contacts,
+        states: tissue.states.reborrow(),
     }
 }
 

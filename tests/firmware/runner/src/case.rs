@@ -64,11 +64,7 @@ pub const CASES: [Case; 6] = [
         golden: Some("organ500_track"),
         ..PLAIN
     },
-    Case {
-        name: "organ1000_track",
-        bake: &["organ:1010", "--hats=4.5", "--lean"],
-        ..OF_SIZE
-    },
+    Case { name: "organ1000_track", bake: &["organ:1010", "--hats=4.5", "--lean"], ..OF_SIZE },
     Case {
         name: "organ1000_bare",
         bake: &["organ:1010", "--hats=none", "--lean"],

@@ -4,7 +4,9 @@ use anyhow::{Result, bail};
 use chaincell_kernel::Cell;
 use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
-use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TissueMut, Track};
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TermState, TermStates, TissueMut, Track,
+};
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
@@ -78,6 +80,7 @@ fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
 
 fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
     let (cells, held) = (ready.model.cells(), ready.scene.held.len());
+    let mut states = vec![TermState::REST; cells];
     let tissue = TissueMut {
         head: &mut { Head::<D>::NEW },
         state: &mut vec![Cell::ZERO; cells],
@@ -85,6 +88,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],
         room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
+        states: TermStates::new(&mut states),
     };
     act.act(ready.scene, tissue)
 }

@@ -37,11 +37,7 @@ fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
     let control_args = ["control", "--scene", &place.scene, "--json", "--path", text(&path)];
     let control = jumping(chaincell().args(control_args).args(["--wait", "event"]));
     let (ended, seen) = until_end(control, &outsider);
-    let report = ended.with(0).json();
-    assert_eq!((count(&report, "ticks_answered"), count(&report, "ticks_unanswered")), (800, 0));
-    assert_gentle(&seen);
-    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), 800);
-    tell_seen("wall clock jumps by 400 days at every look", 800, 0, &seen);
+    assert_undisturbed("wall clock jumps by 400 days at every look", ended, serve, &seen, 800);
 }
 
 #[test]
@@ -53,17 +49,11 @@ fn clocks_a_day_apart_are_no_matter() {
         println!("SKIPPED clocks_a_day_apart_are_no_matter: `unshare --time` is not permitted");
         return;
     }
-    let place = place("apart");
-    let serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
+    let (place, serve, outsider) = served("apart");
     let path = hold(&place, 800);
     let control_args = ["control", "--scene", &place.scene, "--json", "--path", text(&path)];
     let mut command = Command::new("unshare");
     command.args(apart).arg(chaincell().get_program()).args(control_args);
     let (ended, seen) = until_end(Running::start(&mut command), &outsider);
-    let report = ended.with(0).json();
-    assert_eq!((count(&report, "ticks_answered"), count(&report, "ticks_unanswered")), (800, 0));
-    assert_gentle(&seen);
-    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), 800);
-    tell_seen("monotonic clocks a day apart", 800, 0, &seen);
+    assert_undisturbed("monotonic clocks a day apart", ended, serve, &seen, 800);
 }

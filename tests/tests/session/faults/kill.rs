@@ -12,9 +12,7 @@ use super::*;
 #[test]
 fn a_killed_control_leaves_a_force_that_falls_and_rises_with_the_next_one() {
     let _turn = turn();
-    let place = place("killed-control");
-    let mut serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
+    let (place, mut serve, outsider) = served("killed-control");
     let first = holding_control(&place, 60_000);
     let mut seen = until(&outsider, |force| force.tick >= 400);
     first.signal(Signal::KILL);

@@ -42,6 +42,14 @@ fn place(test: &str) -> Place {
     Place { folder, model, scene: scene(test) }
 }
 
+/// A place with its server, which tells its figures, and a reader of the answers.
+fn served(test: &str) -> (Place, Running, Outsider) {
+    let place = place(test);
+    let serve = place.serve(&["--json"]);
+    let outsider = Outsider::join(&place.scene, false);
+    (place, serve, outsider)
+}
+
 /// Depth of the tool at a tick of [`hold`] \[m\].
 fn depth_m(tick: u64) -> f32 {
     let share = (tick as f32 / PRESS_TICKS as f32).min(1.0);
@@ -127,6 +135,17 @@ fn assert_gentle(seen: &[Force]) {
     let (step_n, most_n) = (largest_step_n(seen), largest_n(seen));
     assert!(most_n > 0.1, "almost no force: {most_n} N");
     assert!(step_n <= STEP_PART * most_n, "a step of {step_n} N, the largest force {most_n} N");
+}
+
+/// All ticks were answered, none late by a jump of the force; told as a row of the table.
+#[track_caller]
+fn assert_undisturbed(fault: &str, ended: Ended, serve: Running, seen: &[Force], ticks: u64) {
+    let report = ended.with(0).json();
+    let found = ["ticks_answered", "ticks_unanswered", "foreign_answers"];
+    assert_eq!(found.map(|name| count(&report, name)), [ticks, 0, 0]);
+    assert_gentle(seen);
+    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), ticks);
+    tell_seen(fault, ticks, 0, seen);
 }
 
 /// A row of the table: what was done, ticks answered and lost, largest step and largest force.

@@ -11,9 +11,7 @@ const POSES: u64 = 1000;
 /// What both sides say of a press with faults, and what an outside program has seen of it.
 #[track_caller]
 fn press(faults: &str) -> (Value, Value, Vec<Force>) {
-    let place = place("poses");
-    let serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
+    let (place, serve, outsider) = served("poses");
     let path = hold(&place, POSES);
     let control = control(&place, &["--path", text(&path), "--inject", faults, "--inject-seed=7"]);
     let (ended, seen) = until_end(control, &outsider);

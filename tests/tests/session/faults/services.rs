@@ -1,6 +1,6 @@
 //! Programs that use the scene's names for messages of another release or make.
 
-use chaincell_tests::outsider::{OtherPose, OtherService, Outsider, PoseOfAnotherRelease};
+use chaincell_tests::outsider::{OtherPose, OtherService, PoseOfAnotherRelease};
 use chaincell_tests::{Running, run, turn};
 
 use super::*;
@@ -37,9 +37,7 @@ fn a_service_of_another_release_or_layout_is_refused_by_name() {
 #[test]
 fn a_program_of_another_release_or_layout_cannot_join_and_disturbs_nobody() {
     let _turn = turn();
-    let place = place("other-joins");
-    let serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
+    let (place, serve, outsider) = served("other-joins");
     let control: Running = holding_control(&place, 800);
     let mut seen = until(&outsider, |force| force.tick >= 250);
     assert!(OtherService::<PoseOfAnotherRelease>::create(&place.scene, "pose").is_err());
@@ -47,9 +45,5 @@ fn a_program_of_another_release_or_layout_cannot_join_and_disturbs_nobody() {
     assert!(OtherService::<OtherPose>::create(&place.scene, "force").is_err());
     let (ended, more) = until_end(control, &outsider);
     seen.extend(more);
-    let report = ended.with(0).json();
-    assert_eq!((count(&report, "ticks_answered"), count(&report, "foreign_answers")), (800, 0));
-    assert_gentle(&seen);
-    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), 800);
-    tell_seen("programs with another layout or release", 800, 0, &seen);
+    assert_undisturbed("programs with another layout or release", ended, serve, &seen, 800);
 }

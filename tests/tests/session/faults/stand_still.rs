@@ -18,9 +18,7 @@ fn stop(process: &Running) {
 #[test]
 fn a_server_that_stood_still_answers_all_and_no_hand_is_thrown() {
     let _turn = turn();
-    let place = place("stopped-server");
-    let serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
+    let (place, serve, outsider) = served("stopped-server");
     let control = holding_control(&place, POSES);
     let mut seen = until(&outsider, |force| force.tick >= 400);
     stop(&serve);
@@ -40,9 +38,7 @@ fn a_server_that_stood_still_answers_all_and_no_hand_is_thrown() {
 #[test]
 fn a_control_that_stood_still_sends_all_and_the_force_falls_meanwhile() {
     let _turn = turn();
-    let place = place("stopped-control");
-    let serve = place.serve(&["--json"]);
-    let outsider = Outsider::join(&place.scene, false);
+    let (place, serve, outsider) = served("stopped-control");
     let control = holding_control(&place, POSES);
     let mut seen = until(&outsider, |force| force.tick >= 400);
     stop(&control);

@@ -71,16 +71,13 @@ pub fn section(_context: &Context) -> Result<Section> {
     }];
     let mut numbers = Vec::new();
     for plane in &planes {
-        figures.push(Figure {
-            name: format!("paper_profile_{}", plane.neighbours),
-            caption: format!(
-                "Profiles along the middle row, {} neighbours: the network at equilibrium and on its \
-                 way there, and ChainMail.",
-                plane.neighbours
-            ),
-            picture: plane.chart()?.draw()?,
-        });
+        let caption = format!(
+            "Profiles along the middle row, {} neighbours: the network at equilibrium and on its way \
+             there, and ChainMail.",
+            plane.neighbours
+        );
         let name = format!("paper_profile_{}", plane.neighbours);
+        figures.push(Figure::new(name.as_str(), caption, plane.chart()?.draw()?));
         numbers.push(Numbers { name, csv: plane.csv()? });
     }
     Ok(Section {

@@ -375,7 +375,7 @@ fn figures(rows: &[Row]) -> Result<Vec<Figure>> {
         time = time.series(&format!("track, {}", full.site), Style::MarkedLine, &times);
     }
     let figure = |name: &str, caption: &str, chart: &Chart| -> Result<Figure> {
-        Ok(Figure { name: name.to_owned(), caption: caption.to_owned(), picture: chart.draw()? })
+        Ok(Figure::new(name, caption, chart.draw()?))
     };
     Ok(vec![
         figure(

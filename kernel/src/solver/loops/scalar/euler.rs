@@ -17,8 +17,8 @@ pub(crate) fn step<N: Number>(
     state: &mut [Cell<N>],
     residual: &[Cell<N>],
     step: f32,
-) -> Moved {
-    let mut moved = Moved::NOTHING;
+    moved: &mut Moved,
+) {
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
         let changed = update(model, &cells, state, residual, step, &mut moved.beyond);
@@ -26,7 +26,6 @@ pub(crate) fn step<N: Number>(
             moved.slices.insert(slice);
         }
     }
-    moved
 }
 
 /// The update of some cells; whether one of them moved.

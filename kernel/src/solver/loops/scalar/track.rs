@@ -50,8 +50,8 @@ pub(crate) fn step<N: Loops>(
     awake: &Awake,
     points: &mut Points<'_, N>,
     factors: [f32; 2],
-) -> Moved {
-    let mut moved = Moved::NOTHING;
+    moved: &mut Moved,
+) {
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
         // The neighbours of cells that moved before are awake.
@@ -64,7 +64,6 @@ pub(crate) fn step<N: Loops>(
             moved.slices.insert(slice);
         }
     }
-    moved
 }
 
 /// The update of some cells; with `WATCHED` whether one of them started to move.

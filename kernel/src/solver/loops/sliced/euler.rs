@@ -15,14 +15,14 @@ pub(crate) struct Step<'a, 'm> {
     pub state: &'a mut [Cell],
     pub residual: &'a [Cell],
     pub step: f32,
+    pub moved: &'a mut Moved,
 }
 
 impl Work for Step<'_, '_> {
-    type Output = Moved;
+    type Output = ();
 
     #[inline(always)]
-    fn run<V: F32x8>(self) -> Moved {
-        let mut moved = Moved::NOTHING;
+    fn run<V: F32x8>(self) {
         let (step, zero) = (V::splat(self.step), V::splat(0.0));
         let mut peak = zero;
         for slice in self.awake.set.iter(self.model.slice_count()) {
@@ -42,10 +42,9 @@ impl Work for Step<'_, '_> {
             }
             put_pairs(self.state, slice, pairs);
             if !self.awake.spread.contains(slice) && V::any(changed.above(zero)) {
-                moved.slices.insert(slice);
+                self.moved.slices.insert(slice);
             }
         }
-        moved.reach(peak, self.model.saturation());
-        moved
+        self.moved.reach(peak, self.model.saturation());
     }
 }

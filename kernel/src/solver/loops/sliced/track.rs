@@ -60,14 +60,14 @@ pub(crate) struct Step<'a, 'b, 'm> {
     pub awake: &'a Awake,
     pub points: &'a mut Points<'b, f32>,
     pub factors: [f32; 2],
+    pub moved: &'a mut Moved,
 }
 
 impl Work for Step<'_, '_, '_> {
-    type Output = Moved;
+    type Output = ();
 
     #[inline(always)]
-    fn run<V: F32x8>(self) -> Moved {
-        let mut moved = Moved::NOTHING;
+    fn run<V: F32x8>(self) {
         let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
         let points = self.points;
         let (zero, least) = (V::splat(0.0), V::splat(f32::from_bits(1)));
@@ -99,10 +99,9 @@ impl Work for Step<'_, '_, '_> {
             put_pairs(points.before, slice, last);
             put_pairs(points.at, slice, ahead);
             if V::any(started.above(zero)) && !self.awake.spread.contains(slice) {
-                moved.slices.insert(slice);
+                self.moved.slices.insert(slice);
             }
         }
-        moved.reach(peak, self.model.saturation());
-        moved
+        self.moved.reach(peak, self.model.saturation());
     }
 }

@@ -52,8 +52,8 @@ const FACTORS: [f32; 2] = [2.25, 0.625];
 
 type Pass<'a> =
     dyn Fn(Terms<'_, '_>, &Awake, &mut Points<'_, f32>, &[Contact]) -> [TwoFloat; 4] + 'a;
-type Step<'a> = dyn Fn(&Awake, &mut Points<'_, f32>) -> Moved + 'a;
-type EulerStep<'a> = dyn Fn(&Awake, &mut [Cell], &[Cell]) -> Moved + 'a;
+type Step<'a> = dyn Fn(&Awake, &mut Points<'_, f32>, &mut Moved) + 'a;
+type EulerStep<'a> = dyn Fn(&Awake, &mut [Cell], &[Cell], &mut Moved) + 'a;
 
 #[derive(Debug, Clone)]
 struct Case {
@@ -81,9 +81,11 @@ impl Case {
         self.outcome(
             model,
             &|terms, awake, points, held| scalar::track::residual(terms, &awake.set, points, held),
-            &|awake, points| f32::track_step(self.terms(model), awake, points, FACTORS),
-            &|awake, state, residual| {
-                f32::euler_step(self.terms(model), awake, state, residual, 0.2)
+            &|awake, points, moved| {
+                f32::track_step(self.terms(model), awake, points, FACTORS, moved);
+            },
+            &|awake, state, residual, moved| {
+                f32::euler_step(self.terms(model), awake, state, residual, 0.2, moved);
             },
         )
     }
@@ -100,11 +102,12 @@ impl Case {
                 run(unit, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
                 sums.totals()
             },
-            &|awake, points| {
-                run(unit, sliced::track::Step { model, awake, points, factors: FACTORS })
+            &|awake, points, moved| {
+                run(unit, sliced::track::Step { model, awake, points, factors: FACTORS, moved });
             },
-            &|awake, state, residual| {
-                run(unit, sliced::euler::Step { model, awake, state, residual, step: 0.2 })
+            &|awake, state, residual, moved| {
+                let step = 0.2;
+                run(unit, sliced::euler::Step { model, awake, state, residual, step, moved });
             },
         )
     }
@@ -141,9 +144,13 @@ impl Case {
         outcome.sums(pass(terms, &awake, &mut points, &held));
         outcome.residual = bits(points.residual);
         let mut state = points.at.to_vec();
-        outcome.moved(&euler(&awake, &mut state, points.residual));
+        let mut moved = Moved::NOTHING;
+        euler(&awake, &mut state, points.residual, &mut moved);
+        outcome.moved(&moved);
         outcome.euler = bits(&state);
-        outcome.moved(&step(&awake, &mut points));
+        let mut moved = Moved::NOTHING;
+        step(&awake, &mut points, &mut moved);
+        outcome.moved(&moved);
         outcome.points = [bits(points.published), bits(points.at), bits(points.before)];
         outcome
     }

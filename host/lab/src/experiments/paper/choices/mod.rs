@@ -175,21 +175,18 @@ fn figures(found: &Results) -> Result<Vec<Figure>> {
     let same = [1.0, 100.0].map(|mm| [mm, mm]);
     let current = current.series("prescribed", Style::Dashed, &same);
     Ok(vec![
-        Figure {
-            name: "paper_choices_softness".into(),
-            caption:
-                "The stiffness of links without a band that gives the same settled force as a \
-                      band of alpha, over the stiffness in use: another curve for every depth."
-                    .into(),
-            picture: map.draw()?,
-        },
-        Figure {
-            name: "paper_choices_current".into(),
-            caption: "Where the contact cell settles when the input displacement is its current \
-                      source, beside the prescribed position."
-                .into(),
-            picture: current.draw()?,
-        },
+        Figure::new(
+            "paper_choices_softness",
+            "The stiffness of links without a band that gives the same settled force as a band of \
+             alpha, over the stiffness in use: another curve for every depth.",
+            map.draw()?,
+        ),
+        Figure::new(
+            "paper_choices_current",
+            "Where the contact cell settles when the input displacement is its current source, \
+             beside the prescribed position.",
+            current.draw()?,
+        ),
     ])
 }
 

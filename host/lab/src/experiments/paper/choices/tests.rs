@@ -1,12 +1,5 @@
 use super::*;
 
-fn hashes<'a>(ranges: impl Iterator<Item = &'a Range>) -> Vec<&'a str> {
-    let mut all: Vec<&str> = ranges.map(|range| range.state_hash.as_str()).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
-}
-
 #[test]
 fn the_section_holds_in_the_quick_context() {
     let section = section(&Context { quick: true, reference: None }).unwrap();
@@ -19,7 +12,7 @@ fn the_section_holds_in_the_quick_context() {
 #[test]
 fn saturation_acts_only_when_it_is_reached() {
     let found = Results::run().unwrap();
-    assert_eq!(hashes(found.within.iter()).len(), 1, "{:?}", found.within);
+    assert_eq!(words::hashes(&found.within), 1, "{:?}", found.within);
     let at = |k: f64| found.beyond.iter().find(|range| range.k_of_largest == k).unwrap();
     assert!(at(2.0).force_n < 0.9 * at(8.0).force_n, "{:?}", found.beyond);
     assert_eq!(at(4.0).state_hash, at(8.0).state_hash);

@@ -20,7 +20,8 @@ fn changes(found: &Results, row: &Tried) -> [f64; 3] {
     ]
 }
 
-fn hashes(ranges: &[Range]) -> usize {
+/// How many states a set of runs ends in.
+pub fn hashes(ranges: &[Range]) -> usize {
     let mut all: Vec<&str> = ranges.iter().map(|range| range.state_hash.as_str()).collect();
     all.sort_unstable();
     all.dedup();

@@ -56,11 +56,8 @@ pub fn section(context: &Context) -> Result<Section> {
     let rounds = if context.quick { 2 } else { 40 };
     let plane = Comparison::new(Body::plane()?, rounds)?;
     let cuboid = Comparison::new(Body::cuboid()?, rounds)?;
-    let figure = Figure {
-        name: "paper_methods_profiles".into(),
-        caption: words::caption(&plane),
-        picture: words::profiles(&plane)?.draw()?,
-    };
+    let profiles = words::profiles(&plane)?.draw()?;
+    let figure = Figure::new("paper_methods_profiles", words::caption(&plane), profiles);
     let numbers = [&plane, &cuboid].map(|comparison| Numbers {
         name: format!("paper_methods_{}", comparison.body.name),
         csv: csv(&comparison.rows),
