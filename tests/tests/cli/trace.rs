@@ -294,7 +294,7 @@ fn ctrl_c_ends_a_replay_within_a_long_tick() {
     let model = bake(folder.path(), "plane:120x120x0.01", &[]);
     let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
     write_path(&path, [(0, [0.0; 3], 1), (1, [0.0, 0.0, -0.01], 1)]);
-    run(["run", text(&model), "--path", text(&path), "--out", text(&out)]).with(0);
+    play(&model, &path, &out, &[]).with(0);
     // Its second tick then takes tens of seconds.
     let trace = out.join("session.trace");
     let (mut header, ids, records) = parts(&std::fs::read(&trace).unwrap());
