@@ -1,4 +1,5 @@
-//! Ctrl-C and termination: a flag that long work looks at, so that results so far are written.
+//! Ctrl-C and termination: a flag that long work looks at, so that results so far are written. Work
+//! that writes nothing ends at once.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::terminal;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
+static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
 
 /// A repeat within this span is the same wish: signals reach a process and its group at once.
 const SAME_WISH: Duration = Duration::from_millis(500);
@@ -17,6 +19,10 @@ pub fn install() -> Result<()> {
     let mut first = None;
     ctrlc::set_handler(move || {
         ASKED.store(true, Ordering::SeqCst);
+        if ENDS_AT_ONCE.load(Ordering::SeqCst) {
+            terminal::note(format_args!("chaincell: {}", Error::Interrupted));
+            std::process::exit(Error::Interrupted.exit_code().into());
+        }
         let since = first.get_or_insert_with(Instant::now).elapsed();
         if since > SAME_WISH {
             terminal::note("chaincell: interrupted twice; results are lost");
@@ -24,6 +30,15 @@ pub fn install() -> Result<()> {
         }
     })
     .map_err(|why| Error::check(format!("cannot catch Ctrl-C: {why}")))
+}
+
+/// From here on asking to stop ends the process at once: for work that writes nothing.
+///
+/// # Errors
+/// [`Error::Interrupted`] where the user asked before.
+pub fn end_at_once() -> Result<()> {
+    ENDS_AT_ONCE.store(true, Ordering::SeqCst);
+    if ASKED.load(Ordering::SeqCst) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
 thread_local! {

@@ -4,6 +4,7 @@
 //!
 //! - [`words`], [`error`], [`terminal`], [`interrupt`]: counts in words, errors with exit codes,
 //!   printing, Ctrl-C.
+//! - [`text`]: reads text files that users write.
 //! - [`choice`]: the kernel's choices in JSON and in sentences.
 //! - [`mesh`]: reads, generates and checks meshes.
 //! - [`mod@bake`]: turns a mesh into a model image.
@@ -22,4 +23,5 @@ pub mod interrupt;
 pub mod mesh;
 pub mod session;
 pub mod terminal;
+pub mod text;
 pub mod words;

@@ -12,6 +12,10 @@ use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions};
 use crate::terminal;
+use crate::text;
+
+/// Largest file of values, one a node \[B\].
+const VALUES_BYTES_MAX: u64 = 64 << 20;
 
 /// Bake a mesh into a model image that the kernel reads in place.
 #[derive(Debug, clap::Args)]
@@ -200,16 +204,16 @@ fn per_cell(option: &str, text: &str) -> Result<PerCell> {
             Error::input(format!("{option}{place}: `{token}` is no number; give one, or file:PATH"))
         })
     };
-    let Some(path) = text.strip_prefix("file:") else {
+    let Some(path) = text.strip_prefix("file:").map(Path::new) else {
         return number(text, "").map(PerCell::Uniform);
     };
-    let content = std::fs::read_to_string(path)
-        .map_err(|why| Error::file(&format!("read {option}"), Path::new(path), why))?;
+    let content = text::read(path, VALUES_BYTES_MAX)
+        .map_err(|why| Error::file(&format!("read {option}"), path, why))?;
     let tokens = content
         .split(|c: char| c.is_whitespace() || matches!(c, ',' | '[' | ']'))
         .filter(|token| !token.is_empty());
     let values: Result<Vec<f64>> = (tokens.enumerate())
-        .map(|(at, token)| number(token, &format!(" {path}, value {at}")))
+        .map(|(at, token)| number(token, &format!(" {}, value {at}", path.display())))
         .collect();
     values.map(PerCell::Each)
 }

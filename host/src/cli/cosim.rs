@@ -153,13 +153,10 @@ fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<String> {
 fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<String> {
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
-    let played = interrupt::ignoring(|| recording::play(&trace, tissue, &mut Played::default()));
-    match played {
+    match recording::play(&trace, tissue, &mut Played::default()) {
         Ok(_) => Ok(format!("{:016x}", tissue.state_hash())),
         Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
-        Err(why @ (Stop::Command(_) | Stop::Interrupted)) => {
-            Err(Error::check(format!("{}: {why:?}", path.display())))
-        }
+        Err(why @ Stop::Command(_)) => Err(Error::check(format!("{}: {why:?}", path.display()))),
     }
 }
 

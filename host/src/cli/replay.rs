@@ -11,6 +11,7 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use crate::files::recording::{self, Played, Stop};
+use crate::interrupt;
 use crate::terminal;
 use crate::words::counted;
 
@@ -60,6 +61,8 @@ struct Difference {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    // Nothing is written, and a single tick may take long.
+    interrupt::end_at_once()?;
     let path = &place(&args.trace);
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
@@ -71,7 +74,6 @@ pub fn execute(args: &Args) -> Result<()> {
     let (end, differs) = match recording::play(&trace, &mut tissue, &mut played) {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
-        Err(Stop::Interrupted) => return Err(Error::Interrupted),
         Err(Stop::Command(record)) => {
             let why = format_args!(
                 "the command of record {record} does not fit the model: take the model and the \

@@ -13,6 +13,7 @@ use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
+use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
@@ -177,7 +178,7 @@ pub struct Played {
     pub flag_ticks: FlagTicks,
     /// Time of each tick.
     pub step: Latencies,
-    /// Poses whose tick was not above the last one: not executed.
+    /// Poses whose tick was not above the last one, or was bad: not executed.
     pub poses_repeated: u64,
 }
 
@@ -197,17 +198,16 @@ pub fn play(
     };
     let progress = terminal::progress(poses as u64, "run");
     'session: for poses in sequences {
-        let mut last = None;
+        let mut order = TickOrder::default();
         for pose in poses {
             if interrupt::asked() {
                 break 'session;
             }
             progress.inc(1);
-            if last.is_some_and(|last| pose.tick <= last) {
+            if order.take(pose.tick) != TickPlace::Next {
                 played.poses_repeated += 1;
                 continue;
             }
-            last = Some(pose.tick);
             played.tick(tissue, pose);
             after(pose, tissue)?;
         }

@@ -5,6 +5,7 @@ pub mod contact;
 pub(crate) mod fixture;
 pub mod flag_ticks;
 pub mod motion;
+pub mod order;
 pub mod staged;
 pub mod tissue;
 

@@ -2,16 +2,20 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use crate::engine::motion::Pose;
+use crate::engine::order::follows;
 use crate::error::{Error, Result};
+use crate::text::{BYTE_ORDER_MARK, gzip};
 
 /// First line of every path file.
 pub const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
 /// Largest number of rows that is read: a day and a quarter at 1 kHz.
 const ROWS_MAX: u64 = 100_000_000;
+/// Longest line that is read, its end included: a row of five numbers is far shorter.
+const LINE_BYTES_MAX: u64 = 4096;
 
 /// What a path may hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,17 +46,27 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
     let mut bytes = Vec::new();
     for line in 1_u64.. {
         bytes.clear();
-        let read = text
+        let read = Read::by_ref(&mut text)
+            .take(LINE_BYTES_MAX + 1)
             .read_until(b'\n', &mut bytes)
             .map_err(|why| Error::input(format!("{name}:{line}: cannot read: {why}")))?;
         if read == 0 {
             break;
         }
+        if let (1, Some(why)) = (line, gzip(&bytes)) {
+            return Err(Error::input(format!("{name}: {why}")));
+        }
+        if read as u64 > LINE_BYTES_MAX {
+            return Err(Error::input(format!(
+                "{name}:{line}: the line has more than {LINE_BYTES_MAX} bytes: save it as CSV, one \
+                 row a line"
+            )));
+        }
         let row = std::str::from_utf8(&bytes)
             .map_err(|_| Error::input(format!("{name}:{line}: not text: save it as CSV")))?
             .trim_end_matches(['\n', '\r']);
         if line == 1 {
-            if row.trim_start_matches('\u{feff}') != HEADER {
+            if row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row) != HEADER {
                 return Err(Error::input(format!(
                     "{name}:1: the header is `{}`; it must be `{HEADER}`",
                     row.escape_debug().take(60).collect::<String>()
@@ -67,7 +81,7 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
         } else {
             let pose =
                 pose(row, rules).map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
-            follows(poses.last(), &pose, rules)
+            in_order(poses.last(), &pose, rules)
                 .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
             poses.push(pose);
         }
@@ -108,7 +122,7 @@ fn pose(row: &str, rules: Rules) -> std::result::Result<Pose, String> {
 }
 
 /// Whether a row may stand behind the last.
-fn follows(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Result<(), String> {
+fn in_order(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Result<(), String> {
     match last {
         Some(last) if rules == Rules::Strict && Some(pose.tick) != last.tick.checked_add(1) => {
             Err(format!(
@@ -123,13 +137,13 @@ fn follows(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Resul
 }
 
 /// The text of a path file; decimals that read back as the same single-precision numbers. Where a
-/// tick is not above the one before, another controller took over: the header stands once more.
+/// tick does not continue the count, a new one begins: the header stands once more.
 #[must_use]
 pub fn to_text(poses: impl IntoIterator<Item = Pose>) -> String {
     let mut text = format!("{HEADER}\n");
     let mut last = None;
     for pose in poses {
-        if last.is_some_and(|last| pose.tick <= last) {
+        if last.is_some_and(|last| !follows(last, pose.tick)) {
             let _ = writeln!(text, "{HEADER}");
         }
         last = Some(pose.tick);

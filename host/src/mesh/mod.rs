@@ -24,6 +24,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::text::{BYTE_ORDER_MARK, gzip};
 
 pub use selector::{select, select_among};
 pub use surface::{boundary, vertex_normals};
@@ -224,6 +225,10 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
 /// # Errors
 /// Place and remedy of the first thing that cannot be read.
 pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+    if let Some(why) = gzip(bytes) {
+        return Err(Error::file("read mesh", path, why));
+    }
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
     let head = &bytes[..bytes.len().min(256)];
     if bytes.is_empty() {
         return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
+use crate::text;
 
 /// Largest file of ids, in bytes.
 const FILE_BYTES_MAX: u64 = 64 << 20;
@@ -170,18 +171,8 @@ impl Selector<'_> {
     }
 
     fn content(&self, path: &str) -> Result<String> {
-        use std::io::Read;
-        let mut text = String::new();
-        let taken = std::fs::File::open(path)
-            .and_then(|file| file.take(FILE_BYTES_MAX + 1).read_to_string(&mut text));
-        match taken {
-            Ok(length) if length as u64 > FILE_BYTES_MAX => {
-                let limit = FILE_BYTES_MAX >> 20;
-                Err(self.refuse(format!("{path} has more than {limit} MiB, the limit")))
-            }
-            Ok(_) => Ok(text),
-            Err(why) => Err(self.refuse(format!("cannot read {path}: {why}"))),
-        }
+        text::read(Path::new(path), FILE_BYTES_MAX)
+            .map_err(|why| self.refuse(format!("cannot read {path}: {why}")))
     }
 
     fn array(&self, path: &str, key: Option<&str>, json: &Value) -> Result<Vec<u32>> {

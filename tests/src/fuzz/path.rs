@@ -1,6 +1,7 @@
 //! Path files, strict and recorded, played by the rules of `serve`.
 
 use chaincell_host::engine::motion::Pose;
+use chaincell_host::engine::order::{TickOrder, TickPlace};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::files::path::{Rules, parse, to_text};
 use chaincell_kernel::{Network, Settings, ToolSample};
@@ -37,12 +38,11 @@ fn play(sequences: &[Vec<Pose>]) {
     let mut monitor = Monitor::new(&engine, Scheme::Track, Arithmetic::F32);
     let mut left = PLAYED_MAX;
     for poses in sequences {
-        let mut last = None;
+        let mut order = TickOrder::default();
         for pose in poses.iter().take(left) {
-            if last.is_none_or(|last| pose.tick > last) {
+            if order.take(pose.tick) == TickPlace::Next {
                 tick(&mut monitor, &mut engine, &ToolSample::from(*pose));
             }
-            last = last.max(Some(pose.tick));
         }
         left = left.saturating_sub(poses.len());
     }

@@ -102,6 +102,16 @@ fn formats_that_are_not_read_name_the_way_out() {
     let file = folder.path().join("body.stl");
     std::fs::write(&file, "solid body\nendsolid\n").unwrap();
     refused(folder.path(), &file, &[], &["unknown format", "Gmsh"]);
+    for name in ["body.msh", "body.vtk", "body.msh.gz"] {
+        let packed = folder.path().join(name);
+        std::fs::write(&packed, b"\x1f\x8b\x08\0\0").unwrap();
+        refused(
+            folder.path(),
+            &packed,
+            &[],
+            &["it is gzip-compressed: unpack it first with gunzip"],
+        );
+    }
 }
 
 #[test]

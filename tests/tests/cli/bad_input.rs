@@ -90,6 +90,15 @@ fn paths_that_break_the_rules() {
     let binary = place.file("bad.csv", [HEADER.as_bytes(), b"\n\xff\xfe,0\n"].concat());
     let args = ["run", text(&place.model), "--path", text(&binary), "--out", text(&out)];
     place.refuses(&args, &["bad.csv:2: not text"]);
+    for (bytes, part) in [
+        (&b"\x1f\x8b\x08\0\0"[..], "bad.csv: it is gzip-compressed: unpack it first with gunzip"),
+        (&[b'0'; 5000], "bad.csv:1: the line has more than 4096 bytes"),
+    ] {
+        place.file("bad.csv", bytes);
+        place.refuses(&args, &[part]);
+    }
+    let endless = ["run", text(&place.model), "--path", "/dev/zero", "--out", text(&out)];
+    place.refuses(&endless, &["/dev/zero:1: the line has more than 4096 bytes"]);
 }
 
 #[test]
@@ -178,6 +187,7 @@ fn body_parameters_out_of_range() {
     let word = format!("file:{}", place.file("word", "0.1 soft").display());
     place.refuses_bake(&["--alpha", &word], &["--alpha", "value 1", "soft"]);
     place.refuses_bake(&["--alpha", "file:/none/none"], &["--alpha", "/none/none"]);
+    place.refuses_bake(&["--alpha", "file:/dev/zero"], &["--alpha", "/dev/zero", "the limit"]);
 }
 
 #[test]

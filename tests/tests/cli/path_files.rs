@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::io::{BufReader, Read};
+
 use chaincell_host::engine::motion::Pose;
+use chaincell_host::engine::order::TICK_JUMP_MAX;
 use chaincell_host::error::Result;
 use chaincell_host::files::path::{HEADER, Rules, parse, to_text};
 use proptest::prelude::*;
@@ -43,6 +46,31 @@ fn errors_name_line_and_field() {
 #[test]
 fn line_ends_of_either_kind_are_read() {
     assert_eq!(strict(&format!("{HEADER}\r\n3,1,2,3,1\r\n")).unwrap()[0][0].tick, 3);
+}
+
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    assert_eq!(strict(&format!("\u{feff}{HEADER}\n3,1,2,3,1\n")).unwrap()[0][0].tick, 3);
+}
+
+#[test]
+fn a_line_without_end_is_read_no_further_than_the_longest_line() {
+    let row = |bytes: usize| format!("{HEADER}\n3,1,2,3,{:0>1$}\n", 1, bytes - 9);
+    assert_eq!(strict(&row(4096)).unwrap()[0][0].engaged, 1);
+    assert!(error(&row(4097)).starts_with("p.csv:2: the line has more than 4096 bytes: save"));
+    let front = format!("{HEADER}\n");
+    let endless = front.as_bytes().chain(BufReader::new(std::io::repeat(b'1')));
+    let why = parse(endless, "p.csv", Rules::Recorded).unwrap_err().to_string();
+    assert!(why.starts_with("p.csv:2: the line has more than 4096 bytes"), "{why}");
+}
+
+#[test]
+fn a_count_that_goes_on_far_ahead_begins_a_sequence() {
+    let pose = |tick| Pose { tick, ..Pose::default() };
+    let end = 5 + TICK_JUMP_MAX;
+    let back = parse(to_text([5, end, 2 * end].map(pose)).as_bytes(), "p.csv", Rules::Recorded);
+    let lengths: Vec<usize> = back.unwrap().iter().map(Vec::len).collect();
+    assert_eq!(lengths, [2, 1]);
 }
 
 #[test]

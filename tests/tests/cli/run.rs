@@ -353,7 +353,7 @@ fn bad_samples_are_held_for_ten_ticks_then_the_force_is_zero() {
 }
 
 #[test]
-fn lost_ticks_are_executed_once_and_repeated_ones_not_at_all() {
+fn lost_ticks_are_executed_once_and_repeated_and_bad_ones_not_at_all() {
     let place = Place::plane(&[]);
     let rows = press(20, D);
     let lost: Vec<Row> =
@@ -361,13 +361,14 @@ fn lost_ticks_are_executed_once_and_repeated_ones_not_at_all() {
     let mut repeated = rows.clone();
     repeated.insert(8, (7, [9.0; 3], 1));
     repeated.insert(12, (3, [f32::NAN; 3], 7));
+    repeated.insert(15, (u64::MAX, [9.0; 3], 1));
     let strict = place.run("strict", &rows, &[]);
     let lost = place.run("lost", &lost, &["--recorded"]);
     let repeated = place.run("repeated", &repeated, &["--recorded"]);
     assert_eq!(lost.force.rows.len(), 20);
     assert_eq!(lost.force.whole("tick")[9..12], [9, 15, 16]);
     assert_eq!(repeated.bytes("force.csv"), strict.bytes("force.csv"));
-    assert_eq!(summary(&repeated.out)["poses_repeated"], 2);
+    assert_eq!(summary(&repeated.out)["poses_repeated"], 3);
     assert_eq!(summary(&repeated.out)["ticks"], 20);
     for other in [&lost, &repeated] {
         assert_eq!(other.hash(), strict.hash());

@@ -3,13 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a failing helper fails its test")]
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use chaincell_kernel::trace::{Header, Reader, Record, Writer, header_bytes};
 use chaincell_kernel::{Choice, Dynamics, TissueMut};
 use chaincell_scenes::{Act, Run, SCENES, Scene, stage};
 use chaincell_tests::files::{Row, Table, bake, content, play, scratch, summary, text, write_path};
-use chaincell_tests::{Ended, run, turn};
+use chaincell_tests::{Ended, Running, run, turn};
 use crc::{CRC_32_ISO_HDLC, Crc};
+use rustix::process::Signal;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -281,6 +283,29 @@ fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
     }
     let missing = session.folder.path().join("missing.trace");
     assert!(replay(&missing, &session.model).with(2).err.contains("cannot read trace"));
+    // Refused by its first bytes: it has no end.
+    let endless = replay(Path::new("/dev/zero"), &session.model).with(2);
+    assert!(endless.err.contains("not a chaincell trace"), "{}", endless.err);
+}
+
+#[test]
+fn ctrl_c_ends_a_replay_within_a_long_tick() {
+    let folder = scratch();
+    let model = bake(folder.path(), "plane:120x120x0.01", &[]);
+    let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
+    write_path(&path, [(0, [0.0; 3], 1), (1, [0.0, 0.0, -0.01], 1)]);
+    play(&model, &path, &out, &[]).with(0);
+    // Its second tick then takes tens of seconds.
+    let trace = out.join("session.trace");
+    let (mut header, ids, records) = parts(&std::fs::read(&trace).unwrap());
+    header.settings.sweeps = u16::MAX;
+    std::fs::write(&trace, written(&header, &ids, &records)).unwrap();
+    let mut replay = Running::chaincell(["replay", text(&out)]);
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(replay.is_running(), "the tick is too short for this test");
+    replay.signal(Signal::INT);
+    let ended = replay.end(Duration::from_secs(2)).with(130);
+    assert!(ended.err.contains("interrupted") && ended.out.is_empty(), "{ended:?}");
 }
 
 #[test]

@@ -67,6 +67,26 @@ fn repeated_and_backward_ticks_are_counted_and_not_executed() {
 }
 
 #[test]
+fn a_bad_tick_is_counted_and_locks_nobody_out() {
+    let _turn = turn();
+    for (sent, executed) in [
+        (&[5, u64::MAX, 6, u64::MAX, u64::MAX, 7][..], [5, 6, 7]),
+        (&[u64::MAX, 0, 1, 2], [u64::MAX, 1, 2]),
+        (&[5, 1 << 40, (1 << 40) + 1, (1 << 40) + 2], [5, (1 << 40) + 1, (1 << 40) + 2]),
+    ] {
+        let (_root, mut options) = options();
+        options.ticks = Some(3);
+        let server = start_server(&options);
+        let sender = Sender::new(&options);
+        sender.send(sent);
+        assert_eq!(ticks_of(&sender.answers(3)), executed);
+        let (report, _) = server.join().unwrap();
+        let refused = sent.len() as u64 - 3;
+        assert_eq!((report.poses_refused, report.poses_repeated), (refused, 0), "{sent:?}");
+    }
+}
+
+#[test]
 fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
     let _turn = turn();
     let (_root, mut options) = options();

@@ -13,7 +13,8 @@ use std::path::Path;
 use chaincell_kernel::Model;
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, End, Entry, Header, Reader, Record, RecordedProbe, ReplayError, Writer,
+    Command, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError, TraceError,
+    Writer,
 };
 
 use crate::engine::staged::Staged;
@@ -21,7 +22,6 @@ use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::files::whole::folder_of;
-use crate::interrupt;
 
 pub use file::{TraceFile, check_idle};
 pub use room::{check as check_room, taken};
@@ -95,8 +95,6 @@ pub enum Stop {
     Differs(ReplayError),
     /// The command of this record cannot be carried out.
     Command(u32),
-    /// The user asked to stop.
-    Interrupted,
 }
 
 /// What was played.
@@ -122,9 +120,6 @@ pub fn play(
 ) -> std::result::Result<End, Stop> {
     let mut paused = false;
     trace.entries(|index, entry| {
-        if interrupt::asked() {
-            return Err(Stop::Interrupted);
-        }
         match entry {
             Entry::Tick(record) => {
                 if !paused {
@@ -163,18 +158,20 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
     check_idle("`trace`", path)
 }
 
-/// The bytes of a trace file.
+/// The bytes of a trace file. One that does not begin as a trace is read no further.
 ///
 /// # Errors
-/// What the system says, with the path.
+/// What the system says, or that it is no trace, with the path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let failed = |why: std::io::Error| Error::file("read trace", path, why);
+    let file = File::open(path).map_err(failed)?;
     let mut bytes = Vec::new();
-    File::open(path)
-        .map_err(failed)?
-        .take(BYTES_MAX + 1)
-        .read_to_end(&mut bytes)
-        .map_err(failed)?;
+    let magic_bytes = MAGIC.len() as u64;
+    (&file).take(magic_bytes).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.is_empty() || !MAGIC.starts_with(&bytes) {
+        return Err(Error::file("read trace", path, TraceError::Magic));
+    }
+    (&file).take(BYTES_MAX + 1 - magic_bytes).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > BYTES_MAX {
         return Err(Error::file("read trace", path, format_args!("more than {BYTES_MAX} bytes")));
     }

@@ -49,3 +49,15 @@ fn load(name: &str) -> RawMesh {
     let path = data(name);
     parse(&path, &std::fs::read(&path).unwrap(), 1.0).unwrap()
 }
+
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    for (name, text) in [("a.msh", gmsh::NEW), ("a.vtk", vtk::TEXT)] {
+        // The format is told by the first bytes too.
+        for name in [name, "a"] {
+            let read = |text: &str| parse(Path::new(name), text.as_bytes(), 1.0);
+            assert_eq!(read(&format!("\u{feff}{text}")), read(text));
+            assert!(read(text).is_ok(), "{:?}", read(text));
+        }
+    }
+}

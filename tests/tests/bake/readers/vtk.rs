@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 
 /// Two tetrahedra over one face, a triangle and a vertex, with data behind.
-const TEXT: &str = "# vtk DataFile Version 3.0
+pub(super) const TEXT: &str = "# vtk DataFile Version 3.0
 a title of any kind: \u{fc}
 ASCII
 DATASET UNSTRUCTURED_GRID

@@ -117,13 +117,8 @@ pub struct Holding {
 /// # Errors
 /// File and line of the first thing that cannot be used, and the remedy.
 pub fn read(path: &Path, holding: &Holding) -> Result<Vec<Target>> {
-    let failed = |why: std::io::Error| Error::file("read --target", path, why);
-    let size = std::fs::metadata(path).map_err(failed)?.len();
-    if size > BYTES_MAX {
-        let limit = BYTES_MAX >> 20;
-        return Err(Error::file("read --target", path, format_args!("more than {limit} MiB")));
-    }
-    let text = std::fs::read_to_string(path).map_err(failed)?;
+    let text = chaincell_host::text::read(path, BYTES_MAX)
+        .map_err(|why| Error::file("read --target", path, why))?;
     parse(&text, &path.display().to_string(), holding)
 }
 

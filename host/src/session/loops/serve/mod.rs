@@ -17,6 +17,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use chaincell_kernel::ToolSample;
 
 use crate::engine::flag_ticks::FlagTicks;
+use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::interrupt;
@@ -130,7 +131,7 @@ impl Server {
 #[derive(Debug, Clone, Copy)]
 struct InCharge {
     id: UniquePublisherId,
-    last_tick: u64,
+    order: TickOrder,
 }
 
 struct Run<'a> {
@@ -273,13 +274,8 @@ impl<'a> Run<'a> {
     fn accepts(&mut self, pose: ToolPose, publisher: UniquePublisherId) -> bool {
         let arrival_ns = now_ns();
         let in_charge = self.in_charge;
-        match in_charge {
-            Some(known) if known.id == publisher => {
-                if pose.tick <= known.last_tick {
-                    complain(&mut self.repeated, "tick not above the last one", pose.tick);
-                    return false;
-                }
-            }
+        let mut order = match in_charge {
+            Some(known) if known.id == publisher => known.order,
             Some(known) if self.is_in_charge(known.id, arrival_ns) => {
                 complain(&mut self.refused, "a second publisher sends poses", publisher.value());
                 return false;
@@ -287,9 +283,22 @@ impl<'a> Run<'a> {
             _ => {
                 self.publishers += 1;
                 self.shaper.begin_ramp();
+                TickOrder::default()
+            }
+        };
+        let place = order.take(pose.tick);
+        self.in_charge = Some(InCharge { id: publisher, order });
+        match place {
+            TickPlace::Next => {}
+            TickPlace::Repeated => {
+                complain(&mut self.repeated, "tick not above the last one", pose.tick);
+                return false;
+            }
+            TickPlace::Bad => {
+                complain(&mut self.refused, "bad tick, far from the last one", pose.tick);
+                return false;
             }
         }
-        self.in_charge = Some(InCharge { id: publisher, last_tick: pose.tick });
         if !self.rate.takes(arrival_ns) {
             complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
             return false;

@@ -80,7 +80,8 @@ pub struct ServeReport {
     pub ticks_executed: u64,
     /// Poses whose tick was not above the publisher's last one: not executed.
     pub poses_repeated: u64,
-    /// Poses of a second publisher while the first was alive: not executed.
+    /// Poses of a second publisher while the first was alive, and poses with a bad tick: not
+    /// executed.
     pub poses_refused: u64,
     /// Poses beyond `--max-pose-hz`: not executed.
     pub poses_throttled: u64,
