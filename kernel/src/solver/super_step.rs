@@ -273,7 +273,9 @@ impl<F: Formula> SuperSteps<F> {
         self.roll_back()
     }
 
-    /// Wakes the neighbours of slices that moved: they are where they were at the beginning.
+    /// Wakes the neighbours of slices that moved: they are where they were at the beginning. Not
+    /// inlined: rare, and large.
+    #[inline(never)]
     fn wake(body: &mut Body<'_, '_>, moved: &Moved) {
         let (model, before) = (body.terms.model, body.awake.set);
         let cells = body.state.len();
@@ -293,7 +295,8 @@ impl<F: Formula> SuperSteps<F> {
         }
     }
 
-    /// The next point is the published state.
+    /// The next point is the published state. Not inlined: called from two places.
+    #[inline(never)]
     fn note(body: &mut Body<'_, '_>) {
         let Some(at) = body.own.get_mut(..body.state.len()) else { return };
         for slice in body.awake.set.iter(body.terms.model.slice_count()) {
