@@ -9,6 +9,12 @@ use chaincell_kernel::image::{
 use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
 
+/// First value beyond the kernel's range of K [mean link lengths].
+const SATURATION_END: f64 = 9.99e5;
+/// The kernel's range of the largest energy [internal units].
+const ENERGY_MIN: f64 = 1e-30;
+const ENERGY_END: f64 = 9.99e17;
+
 /// An image in memory, at a multiple of 16 bytes as the kernel reads it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ImageBytes {
@@ -92,12 +98,15 @@ pub(super) fn params(
     let largest = body.rest.as_flattened().iter().fold(0.0_f32, |a, &x| a.max(x.abs()));
     let saturation = match options.saturation_m {
         None => 4.0 * largest,
-        Some(k_m) if k_m / unit_m >= 2.0 * f64::from(largest) => (k_m / unit_m) as f32,
+        Some(k_m) if (2.0 * f64::from(largest)..SATURATION_END).contains(&(k_m / unit_m)) => {
+            (k_m / unit_m) as f32
+        }
         Some(k_m) => {
             return Err(Error::input(format!(
                 "`saturation_m` {k_m}: must be at least twice the largest coordinate from the body's \
-                 centre, {}",
-                2.0 * f64::from(largest) * unit_m
+                 centre, {}, and below {} ({SATURATION_END:e} mean link lengths)",
+                2.0 * f64::from(largest) * unit_m,
+                SATURATION_END * unit_m
             )));
         }
     };
@@ -105,7 +114,17 @@ pub(super) fn params(
         |&([i, j], _): &super::Link| 0.5 * (weights[usize::from(i)] + weights[usize::from(j)]);
     let degree_bound = body.links.iter().map(pair).fold(0.0, f32::max);
     let energy_max = match options.energy_max_j {
-        Some(joule) => (joule / (2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m)) as f32,
+        Some(joule) => {
+            let unit_j = 2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m;
+            if !(ENERGY_MIN..ENERGY_END).contains(&(joule / unit_j)) {
+                return Err(Error::input(format!(
+                    "`energy_max_j` {joule:e}: must be from {:e} to {:e} for this body",
+                    ENERGY_MIN * unit_j,
+                    ENERGY_END * unit_j
+                )));
+            }
+            (joule / unit_j) as f32
+        }
         // Eight cells of the largest weight, each displaced by the width of the body.
         None => 8.0 * weights.iter().copied().fold(0.0, f32::max) * largest * largest,
     };

@@ -72,7 +72,7 @@ pub struct Args {
     /// Overwrite the results of an earlier run in --out, or an earlier trace in --record
     #[arg(long)]
     force: bool,
-    /// Ticks that --out and --record have room for, 40 bytes of the disk each
+    /// Ticks that --out and --record have room for, 48 bytes of the disk each
     /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
@@ -169,7 +169,7 @@ fn recorder(
     begun: Recording,
     image: &ImageBytes,
 ) -> Result<(Option<Folder>, Recorder)> {
-    let ticks = record_ticks(args);
+    let ticks = record_ticks(args)?;
     let records = Recorder::trace_records(ticks);
     if let Some(path) = &args.record {
         let trace = TraceFile::create("--record", path, args.force, begun, records)?;
@@ -186,11 +186,14 @@ fn recorder(
 }
 
 /// Ticks that there is room for.
-fn record_ticks(args: &Args) -> usize {
+fn record_ticks(args: &Args) -> Result<usize> {
+    if let Some(asked) = args.record_ticks {
+        let remedy = format!("--record-ticks {asked}: must be at most {RECORD_TICKS_MAX}");
+        return if asked <= RECORD_TICKS_MAX { Ok(asked) } else { Err(Error::input(remedy)) };
+    }
     let seconds = args.seconds.map(|seconds| (seconds * 1e3).ceil() as usize);
     let ticks = args.ticks.map(|ticks| usize::try_from(ticks).unwrap_or(usize::MAX));
-    let known = ticks.or(seconds).unwrap_or(RECORD_TICKS).min(KNOWN_TICKS_MAX);
-    args.record_ticks.unwrap_or(known).min(RECORD_TICKS_MAX)
+    Ok(ticks.or(seconds).unwrap_or(RECORD_TICKS).min(KNOWN_TICKS_MAX))
 }
 
 fn tell_unrecorded(report: &ServeReport) {

@@ -55,6 +55,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let start = Instant::now();
     let ended = collect(&options, &mut report, &bar);
     report.seconds = start.elapsed().as_secs_f64();
+    report.interrupted = ended == Err(Error::Interrupted);
     bar.finish_and_clear();
     if !matches!(ended, Ok(()) | Err(Error::Interrupted)) {
         return ended;

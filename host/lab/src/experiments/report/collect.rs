@@ -91,6 +91,8 @@ pub struct SceneFigures {
 pub struct Report {
     /// Fewer scenes, sizes and rounds.
     pub quick: bool,
+    /// Whether the user ended it early: sections are missing.
+    pub interrupted: bool,
     /// How long the measurements took \[s\].
     pub seconds: f64,
     /// Whether reference data was at hand.

@@ -35,17 +35,24 @@ const OTHERS: &str = "## Figures of other commands
 /// Files that cannot be written.
 pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     let pictures = pictures::write(report, folder)?;
-    folder.write("report_press.csv", csv(&report.rows).as_bytes())?;
-    folder.write("report_tools.csv", csv(&report.tools).as_bytes())?;
-    folder.write("report_settle.csv", csv(&report.settled).as_bytes())?;
-    folder.write("report_numbers.csv", csv(&report.numbers).as_bytes())?;
-    folder.write("report_flow.csv", csv(&report.flow).as_bytes())?;
     let growth = report.growth.as_ref().map_or(&[][..], |growth| &growth.rows);
-    folder.write("report_growth.csv", csv(growth).as_bytes())?;
     let path: Vec<Value> = (report.budget_path.iter())
         .map(|(tick, of)| json!({ "tick": tick, "field": of.field, "force": of.force }))
         .collect();
-    folder.write("report_time.csv", csv(&path).as_bytes())?;
+    for (name, rows) in [
+        ("report_press.csv", csv(&report.rows)),
+        ("report_tools.csv", csv(&report.tools)),
+        ("report_settle.csv", csv(&report.settled)),
+        ("report_numbers.csv", csv(&report.numbers)),
+        ("report_flow.csv", csv(&report.flow)),
+        ("report_growth.csv", csv(growth)),
+        ("report_time.csv", csv(&path)),
+    ] {
+        // What was not measured leaves no file.
+        if !rows.is_empty() {
+            folder.write(name, rows.as_bytes())?;
+        }
+    }
     folder.write_json("report_summary.json", report)?;
     folder.write("REPORT.md", markdown(report, &pictures, command).as_bytes())
 }
@@ -92,9 +99,10 @@ fn head(report: &Report, command: &str) -> String {
         "No reference data was given (--reference, CHAINCELL_REFERENCE): the generated organ stands \
          for the liver, and generated boxes of about the same size for the slab and the block."
     };
+    let stopped = if report.interrupted { "**Interrupted: sections are missing.** " } else { "" };
     format!(
         "# Speed against error\n\n`{command}`, one thread, numbers in f32.{build} {bodies}\n\n\
-         Machine: {}, {} for this process, {}, AVX2 {}, load {} at the start. Measured in {}. Noise: \
+         {stopped}Machine: {}, {} for this process, {}, AVX2 {}, load {} at the start. Measured in {}. Noise: \
          {noise}. Compare ratios within one report, not times of two.\n\n",
         machine.processor,
         counted(machine.cores, "core"),

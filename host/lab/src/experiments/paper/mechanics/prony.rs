@@ -17,6 +17,8 @@ use chaincell_host::error::{Error, Result};
 
 /// Most exponential terms: with the constant they fill the matrices.
 pub const TERMS_MAX: usize = 3;
+/// Time constants on the grid that the search begins with.
+const GRID: usize = 12;
 /// Step of a time's logarithm for differences.
 const STEP: f64 = 1e-4;
 
@@ -132,6 +134,23 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Search<'_> {
     }
 }
 
+/// Where the search begins: the best of the ascending time constants on a grid of the window, since
+/// from evenly spaced ones alone it may end at a local minimum.
+fn start(samples: &Samples<'_>, [from, to]: [f64; 2], terms: usize) -> DVector<f64> {
+    let grid = |at: usize| from + (to - from) * at as f64 / GRID as f64;
+    let mut best = (f64::INFINITY, DVector::zeros(terms));
+    for chosen in (0_u32..1 << GRID).filter(|chosen| chosen.count_ones() as usize == terms) {
+        let ln_tau = (0..GRID).filter(|at| chosen >> at & 1 == 1).map(|at| grid(at + 1));
+        let ln_tau = DVector::from_iterator(terms, ln_tau);
+        let tau_s: Vec<f64> = ln_tau.iter().map(|ln| ln.exp()).collect();
+        let square = samples.amplitudes(&tau_s).1.iter().map(|residual| residual * residual).sum();
+        if square < best.0 {
+            best = (square, ln_tau);
+        }
+    }
+    best.1
+}
+
 /// Fits a series of `terms` exponentials (1 to `TERMS_MAX`) to `samples` \[s, N\], ascending in
 /// time, forces positive.
 ///
@@ -148,11 +167,9 @@ pub fn fit(samples: &[[f64; 2]], terms: usize) -> Result<Prony> {
             samples.len()
         )));
     };
-    let [from, to] = window_s.map(f64::ln);
-    let spread = (to - from) / (terms + 1) as f64;
-    let start = (1..=terms).map(|term| from + spread * term as f64);
-    let search = Search { samples: Samples(samples), ln_tau: DVector::from_iterator(terms, start) };
-    let (found, _) = LevenbergMarquardt::new().minimize(search);
+    let start = start(&Samples(samples), window_s.map(f64::ln), terms);
+    let (found, _) =
+        LevenbergMarquardt::new().minimize(Search { samples: Samples(samples), ln_tau: start });
     let mut tau_s: Vec<f64> = found.ln_tau.iter().map(|ln| ln.exp()).collect();
     tau_s.sort_by(f64::total_cmp);
     let (f, residuals) = Samples(samples).amplitudes(&tau_s);
@@ -191,6 +208,20 @@ mod tests {
                 prop_assert!((found / tau - 1.0).abs() < 1e-3, "{found} {tau}");
             }
         }
+    }
+
+    #[test]
+    fn a_series_whose_search_has_a_local_minimum_is_found_again() {
+        let made = Prony {
+            f_inf_n: 0.355,
+            f_n: vec![1.817, 1.127],
+            tau_s: vec![4.4977e-3, 2.9788e-2],
+            residual: 0.0,
+            window_s: [0.0; 2],
+        };
+        let samples: Vec<[f64; 2]> = times().map(|t| [t, made.at(t)]).collect();
+        let found = fit(&samples, 2).unwrap();
+        assert!(found.residual < 1e-6, "{found:?}");
     }
 
     #[test]
