@@ -147,6 +147,28 @@ fn hats_of_a_floating_body_of_contrasts() {
     check(&case, start).unwrap();
 }
 
+/// A link is shorter than ten steps of fixed point are wide: its direction is off by per cents, and
+/// with it the force.
+#[test]
+fn a_link_of_next_to_no_length_in_fixed_point() {
+    let nodes_m = vec![[0.0; 3], [0.0, 0.0, -0.02], [0.0, 0.0, 0.02], [0.01, 0.02, 0.0]];
+    let case = Case {
+        shape: shape(nodes_m, vec![[0, 1], [0, 2], [0, 3]], Vec::new()),
+        alpha: 0.0,
+        stiffness_n_per_m: vec![1.0; 4],
+        hats: None,
+        sweeps: 1,
+        tick_time: 0.5,
+    };
+    let variant = Variant::plain(Scheme::Track, Arithmetic::Fixed);
+    for seed in 0..200 {
+        for decades in [-6.0_f32, -5.5, -5.0, -4.5] {
+            let state = State::Scattered(10.0_f32.powf(decades));
+            check(&case, Start { state, seed, variant, wide: false, held: true }).unwrap();
+        }
+    }
+}
+
 /// In fixed point as far as its range goes.
 fn at_the_ends(numbers: Arithmetic, case: &Case, of: impl Fn(usize, [f32; 3]) -> [f32; 3]) {
     let unit_m = {

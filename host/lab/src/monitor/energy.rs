@@ -13,13 +13,16 @@ pub struct Energy {
     pub energy: f64,
     /// How far rounding may move the energy of the same state in single precision.
     pub allowance: f64,
+    /// How far rounding may move a force, in the unit of w d / 2: the direction of a link is as
+    /// exact as its length.
+    pub force_allowance: f64,
 }
 
 impl Energy {
-    /// Both, times `unit`.
+    /// The energies, times `unit`.
     #[must_use]
     pub fn times(self, unit: f64) -> Self {
-        Self { energy: unit * self.energy, allowance: unit * self.allowance }
+        Self { energy: unit * self.energy, allowance: unit * self.allowance, ..self }
     }
 }
 
@@ -28,6 +31,7 @@ impl Energy {
 /// `error` gives how far a stored position may be off along a link. With u the length of a link, d
 /// its part outside the band and r the errors of its two ends, the allowance is the sum of
 /// 4 eps (w d^2 / 4 + w u d / 2) for the kernel's sum and w r (d + r / 2) / 2 for the positions.
+/// For a force it is w d r / u, twice what an error r of the length does, at most w d / 2.
 ///
 /// Cost: one root a link.
 #[must_use]
@@ -48,6 +52,7 @@ pub fn energy(
         let r = errors[i] + errors[j];
         let own = 0.25 * w * d * d;
         sum.energy += own;
+        sum.force_allowance += 0.5 * w * d * (2.0 * r / u).min(1.0);
         sum.allowance += 4.0 * EPS * (own + 0.5 * w * u * d) + 0.5 * w * r * (d + 0.5 * r);
     }
     sum

@@ -119,7 +119,7 @@ impl<'m> Monitor<'m> {
             acts: self.acts(sample, &output),
             force_n: force_n.map(f64::from),
             force_bound_n: f64::from(self.model.force_unit_n())
-                * (contacts * self.weight * stored).sqrt(),
+                * ((contacts * self.weight * stored).sqrt() + self.last.force_allowance),
             positions: &positions,
         });
         let TickOutput { contacts, flags, .. } = output;
