@@ -151,9 +151,10 @@ fn hats_of_a_floating_body_of_contrasts() {
 /// with it the force.
 #[test]
 fn a_link_of_next_to_no_length_in_fixed_point() {
-    let nodes_m = vec![[0.0; 3], [0.0, 0.0, -0.02], [0.0, 0.0, 0.02], [0.01, 0.02, 0.0]];
+    let nodes_m = [0.0, -0.02078909951488514, 0.03553161576337957, -0.0877758683337419];
+    let nodes_m = nodes_m.map(|z| [0.0, 0.0, z]).to_vec();
     let case = Case {
-        shape: shape(nodes_m, vec![[0, 1], [0, 2], [0, 3]], Vec::new()),
+        shape: shape(nodes_m, vec![[0, 1], [0, 2], [0, 3]], vec![0]),
         alpha: 0.0,
         stiffness_n_per_m: vec![1.0; 4],
         hats: None,
@@ -161,11 +162,9 @@ fn a_link_of_next_to_no_length_in_fixed_point() {
         tick_time: 0.5,
     };
     let variant = Variant::plain(Scheme::Track, Arithmetic::Fixed);
-    for seed in 0..200 {
-        for decades in [-6.0_f32, -5.5, -5.0, -4.5] {
-            let state = State::Scattered(10.0_f32.powf(decades));
-            check(&case, Start { state, seed, variant, wide: false, held: true }).unwrap();
-        }
+    let state = State::Scattered(5.4409516e-6);
+    for seed in [78_426_888_867_826].into_iter().chain(0..200) {
+        check(&case, Start { state, seed, variant, wide: false, held: true }).unwrap();
     }
 }
 
