@@ -236,10 +236,10 @@ fn a_disk_without_room_is_told_before_the_run() {
     let out = ["--out", "disk/out", "--force"];
     let serve = ["serve", model, "--scene", scene];
     let commands = [
-        ([&serve[..], &["--record", "disk/a.trace"]].concat(), "--record disk/a.trace: ", "24.2"),
-        ([&serve[..], &out].concat(), "--out disk/out/session.trace: ", "24.2"),
-        ([&["run", model, "--path", path][..], &out].concat(), "--out disk/out/session", "1.2"),
-        ([&["cosim", model, "--seconds", "30"][..], &out].concat(), "--out disk/out/se", "1.4"),
+        ([&serve[..], &["--record", "disk/a.trace"]].concat(), "--record disk/a.trace: ", "29.0"),
+        ([&serve[..], &out].concat(), "--out disk/out/session.trace: ", "29.0"),
+        ([&["run", model, "--path", path][..], &out].concat(), "--out disk/out/session", "1.4"),
+        ([&["cosim", model, "--seconds", "30"][..], &out].concat(), "--out disk/out/se", "1.6"),
     ];
     for (arguments, option, room_mb) in commands {
         let Some(ended) = on_a_small_disk(&place, &arguments) else {

@@ -279,10 +279,12 @@ fn hostile_session(scene: &str) {
     let _ = commander.order(Order { kind: 3, ..Order::default() });
     let bits = f32::from_bits(path);
     for (tick, z, engaged) in
-        [(1, f32::NAN, 1), (2, f32::MAX, 1), (3, bits, path), (4, 0.0, 7), (u64::MAX, 1e30, 1)]
+        [(1, f32::NAN, 1), (2, f32::MAX, 1), (3, bits, path), (4, 0.0, 7), (5, 1e30, 1)]
     {
         outsider.send(Pose { tick, position_m: [z, bits, z], engaged });
         assert_eq!(outsider.receive().tick, tick);
+        // Refused: its tick is far beyond the last one.
+        outsider.send(Pose { tick: u64::MAX, position_m: [z, bits, z], engaged });
     }
 }
 
