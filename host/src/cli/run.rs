@@ -116,7 +116,8 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write(recording::MODEL, image.as_bytes())?;
     let played = play(&mut tissue, &poses, |pose, tissue| {
         let (tick, sample) = (pose.tick, ToolSample::from(*pose));
-        trace.add(&Record { tick, sample, state_hash: Some(tissue.state_hash()) });
+        let (sweeps, state_hash) = (pose.sweeps, Some(tissue.state_hash()));
+        trace.add(&Record { sweeps, state_hash, ..Record::of(tick, sample) });
         if args.snapshot_ticks.contains(&tick) {
             let text = cells_csv(&tissue.engine_mut().nodes());
             folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
@@ -221,7 +222,7 @@ impl Played {
     fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose) {
         let sample = ToolSample::from(*pose);
         let start = Instant::now();
-        let output = tissue.tick(&sample);
+        let output = tissue.tick_again(&sample, pose.sweeps);
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::words::counted;
 
 /// Names of the flags, in the order of their bits.
-const NAMES: [(&str, Flags); 8] = [
+const NAMES: [(&str, Flags); 10] = [
     ("motion_clamped", Flags::MOTION_CLAMPED),
     ("bad_sample", Flags::BAD_SAMPLE),
     ("stale", Flags::STALE),
@@ -18,6 +18,8 @@ const NAMES: [(&str, Flags); 8] = [
     ("band_closed", Flags::BAND_CLOSED),
     ("rolled_back", Flags::ROLLED_BACK),
     ("contact_capacity", Flags::CONTACT_CAPACITY),
+    ("late", Flags::LATE),
+    ("release_first", Flags::RELEASE_FIRST),
 ];
 
 /// Counts the ticks on which each flag was set. As JSON an object that has the flags seen, each

@@ -22,7 +22,7 @@ use chaincell_kernel::{
 pub use chaincell_kernel::{Arithmetic, Scheme};
 
 use crate::error::{Error, Result};
-use tissue::{Node, Refusal};
+use tissue::{Node, Refusal, Sweeps};
 
 /// What the tool touches while engaged.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +98,13 @@ trait AnyTissue {
         network: &Network<'_>,
         contact: &Contact,
     ) -> std::result::Result<(), ContactError>;
-    fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput;
+    fn tick_by(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        sweeps: Sweeps<'_>,
+    ) -> TickOutput;
+    fn is_anytime(&self) -> bool;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
@@ -127,8 +133,21 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         }
     }
 
-    fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.view().tick(network, sample)
+    fn tick_by(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        sweeps: Sweeps<'_>,
+    ) -> TickOutput {
+        match sweeps {
+            Sweeps::All => self.view().tick(network, sample),
+            Sweeps::While(more) => self.view().tick_while(network, sample, more),
+            Sweeps::Late => self.view().tick_late(network, sample),
+        }
+    }
+
+    fn is_anytime(&self) -> bool {
+        D::IS_ANYTIME
     }
 
     fn state_hash(&mut self, model: &Model<'_>) -> u64 {
@@ -288,7 +307,18 @@ impl<'m> Engine<'m> {
 
     /// One tick, see [`TissueMut::tick`].
     pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
-        self.tissue.tick(&self.network, sample)
+        self.tick_by(sample, Sweeps::All)
+    }
+
+    /// One tick with these sweeps, see [`TissueMut::tick_while`] and [`TissueMut::tick_late`].
+    pub fn tick_by(&mut self, sample: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
+        self.tissue.tick_by(&self.network, sample, sweeps)
+    }
+
+    /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].
+    #[must_use]
+    pub fn is_anytime(&self) -> bool {
+        self.tissue.is_anytime()
     }
 
     /// Carries out a command other than pause and resume, which are the loop's own. Allocates

@@ -26,6 +26,8 @@ pub struct Pose {
     pub position_m: [f32; 3],
     /// 1 while the tool holds the contact cells, else 0.
     pub engaged: u32,
+    /// Sweeps of the tick: 0 for a late one, `None` for those of the settings.
+    pub sweeps: Option<u16>,
 }
 
 impl From<Pose> for ToolSample {
@@ -82,6 +84,7 @@ impl Press {
             tick,
             position_m: position_m.map(|coordinate| coordinate as f32).into(),
             engaged: u32::from((press..end).contains(&tick)),
+            sweeps: None,
         }
     }
 

@@ -24,6 +24,12 @@ pub struct TickOrder {
 }
 
 impl TickOrder {
+    /// The last tick taken.
+    #[must_use]
+    pub fn last(&self) -> Option<u64> {
+        self.last
+    }
+
     /// Judges the next pose's tick, and notes it.
     pub fn take(&mut self, tick: u64) -> TickPlace {
         let is_next = |before: u64| follows(before, tick);

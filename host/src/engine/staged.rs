@@ -5,7 +5,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Drive, TickOutput, ToolSample};
 
 use crate::engine::Engine;
-use crate::engine::tissue::{Node, Refusal, TissueEngine};
+use crate::engine::tissue::{Node, Refusal, Sweeps, TissueEngine};
 use crate::error::{Error, Result};
 
 /// An engine with the stage between it and the device, or without one.
@@ -47,6 +47,16 @@ impl<'m> Staged<'m> {
         &mut self.engine
     }
 
+    /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
+    /// settings' count.
+    pub fn tick_again(&mut self, device: &ToolSample, sweeps: Option<u16>) -> TickOutput {
+        match sweeps {
+            None => self.tick(device),
+            Some(0) => self.tick_by(device, Sweeps::Late),
+            Some(sweeps) => self.tick_by(device, Sweeps::While(&mut |done| done < sweeps)),
+        }
+    }
+
     /// The stage's settings, `None` without one.
     #[must_use]
     pub fn settings(&self) -> Option<&StageSettings> {
@@ -56,13 +66,27 @@ impl<'m> Staged<'m> {
 
 impl TissueEngine for Staged<'_> {
     fn tick(&mut self, device: &ToolSample) -> TickOutput {
+        self.tick_by(device, Sweeps::All)
+    }
+
+    fn is_anytime(&self) -> bool {
+        self.engine.is_anytime()
+    }
+
+    fn tick_by(&mut self, device: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
         match &mut self.stage {
-            None => self.engine.tick(device),
+            None => self.engine.tick_by(device, sweeps),
             Some(stage) => {
                 let tool = stage.sample(device);
-                let output = self.engine.tick(&tool);
+                let output = self.engine.tick_by(&tool, sweeps);
                 stage.output(&output)
             }
+        }
+    }
+
+    fn restart_ramp(&mut self) {
+        if let Some(stage) = &mut self.stage {
+            stage.restart_ramp();
         }
     }
 

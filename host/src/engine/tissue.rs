@@ -43,10 +43,33 @@ impl From<CommandError> for Refusal {
     }
 }
 
+/// Which sweeps a tick makes.
+pub enum Sweeps<'a> {
+    /// Those of the settings.
+    All,
+    /// At least one, then as long as this says so, told how many are done.
+    While(&'a mut dyn FnMut(u16) -> bool),
+    /// None: newer samples wait.
+    Late,
+}
+
 /// A tissue that is advanced one tick at a time.
 pub trait TissueEngine {
     /// Advances the tissue by one tick. Allocates nothing and never blocks.
     fn tick(&mut self, sample: &ToolSample) -> TickOutput;
+
+    /// Whether a tick may end after any sweep. Without it every tick makes all its sweeps.
+    fn is_anytime(&self) -> bool {
+        false
+    }
+
+    /// As [`Self::tick`], with these sweeps where [`Self::is_anytime`].
+    fn tick_by(&mut self, sample: &ToolSample, _sweeps: Sweeps<'_>) -> TickOutput {
+        self.tick(sample)
+    }
+
+    /// The ramp of an output stage begins anew: the device had no force for a while.
+    fn restart_ramp(&mut self) {}
 
     /// Hash of the state after the last tick.
     fn state_hash(&mut self) -> u64;

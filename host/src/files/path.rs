@@ -1,4 +1,5 @@
-//! Path files: one tool pose a row, `tick,x_m,y_m,z_m,engaged`.
+//! Path files: one tool pose a row, `tick,x_m,y_m,z_m,engaged`, and where they were counted the
+//! sweeps of its tick.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -12,6 +13,8 @@ use crate::text::{BYTE_ORDER_MARK, gzip};
 
 /// First line of every path file.
 pub const HEADER: &str = "tick,x_m,y_m,z_m,engaged";
+/// The same where the sweeps of each tick were counted.
+pub const HEADER_WITH_SWEEPS: &str = "tick,x_m,y_m,z_m,engaged,sweeps";
 /// Largest number of rows that is read: a day and a quarter at 1 kHz.
 const ROWS_MAX: u64 = 100_000_000;
 /// Longest line that is read, its end included: a row of five numbers is far shorter.
@@ -44,6 +47,7 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
     let mut sequences = Vec::new();
     let mut poses: Vec<Pose> = Vec::new();
     let mut bytes = Vec::new();
+    let mut header = String::new();
     for line in 1_u64.. {
         bytes.clear();
         let read = Read::by_ref(&mut text)
@@ -66,21 +70,23 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
             .map_err(|_| Error::input(format!("{name}:{line}: not text: save it as CSV")))?
             .trim_end_matches(['\n', '\r']);
         if line == 1 {
-            if row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row) != HEADER {
+            header = row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row).to_owned();
+            if header != HEADER && header != HEADER_WITH_SWEEPS {
                 return Err(Error::input(format!(
-                    "{name}:1: the header is `{}`; it must be `{HEADER}`",
+                    "{name}:1: the header is `{}`; it must be `{HEADER}`, with `,sweeps` behind it \
+                     where the sweeps are given",
                     row.escape_debug().take(60).collect::<String>()
                 )));
             }
-        } else if row == HEADER && rules == Rules::Recorded {
+        } else if row == header && rules == Rules::Recorded {
             sequences.push(std::mem::take(&mut poses));
         } else if line > ROWS_MAX {
             return Err(Error::input(format!(
                 "{name}:{line}: more than {ROWS_MAX} rows: split it"
             )));
         } else {
-            let pose =
-                pose(row, rules).map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
+            let pose = pose(row, &header, rules)
+                .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
             in_order(poses.last(), &pose, rules)
                 .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
             poses.push(pose);
@@ -94,10 +100,13 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
 }
 
 /// One row.
-fn pose(row: &str, rules: Rules) -> std::result::Result<Pose, String> {
+fn pose(row: &str, header: &str, rules: Rules) -> std::result::Result<Pose, String> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-    let &[tick, x, y, z, engaged] = fields.as_slice() else {
-        return Err(format!("{} fields; a row has 5: {HEADER}", fields.len()));
+    let wanted = header.split(',').count();
+    let (&[tick, x, y, z, engaged, ref sweeps @ ..], true) =
+        (fields.as_slice(), fields.len() == wanted)
+    else {
+        return Err(format!("{} fields; a row has {wanted}: {header}", fields.len()));
     };
     let tick =
         tick.parse().map_err(|_| format!("field tick `{tick}`: must be a whole number from 0"))?;
@@ -118,7 +127,13 @@ fn pose(row: &str, rules: Rules) -> std::result::Result<Pose, String> {
     if rules == Rules::Strict && engaged_number > 1 {
         return Err(format!("field engaged `{engaged}`: must be 0 or 1"));
     }
-    Ok(Pose { tick, position_m, engaged: engaged_number })
+    let sweeps = match sweeps {
+        [] | [""] => None,
+        [text, ..] => Some(text.parse().map_err(|_| {
+            format!("field sweeps `{text}`: must be from 0 to 65535, or empty for `--sweeps`")
+        })?),
+    };
+    Ok(Pose { tick, position_m, engaged: engaged_number, sweeps })
 }
 
 /// Whether a row may stand behind the last.
@@ -137,18 +152,27 @@ fn in_order(last: Option<&Pose>, pose: &Pose, rules: Rules) -> std::result::Resu
 }
 
 /// The text of a path file; decimals that read back as the same single-precision numbers. Where a
-/// tick does not continue the count, a new one begins: the header stands once more.
+/// tick does not continue the count, a new one begins: the header stands once more. The column
+/// `sweeps` is there where they were counted in a tick.
 #[must_use]
-pub fn to_text(poses: impl IntoIterator<Item = Pose>) -> String {
-    let mut text = format!("{HEADER}\n");
+pub fn to_text(poses: impl IntoIterator<Item = Pose, IntoIter: Clone>) -> String {
+    let poses = poses.into_iter();
+    let counted = poses.clone().any(|pose| pose.sweeps.is_some());
+    let header = if counted { HEADER_WITH_SWEEPS } else { HEADER };
+    let mut text = format!("{header}\n");
     let mut last = None;
     for pose in poses {
         if last.is_some_and(|last| !follows(last, pose.tick)) {
-            let _ = writeln!(text, "{HEADER}");
+            let _ = writeln!(text, "{header}");
         }
         last = Some(pose.tick);
         let [x, y, z] = pose.position_m;
-        let _ = writeln!(text, "{},{x:?},{y:?},{z:?},{}", pose.tick, pose.engaged);
+        let _ = write!(text, "{},{x:?},{y:?},{z:?},{}", pose.tick, pose.engaged);
+        let _ = match pose.sweeps {
+            _ if !counted => writeln!(text),
+            None => writeln!(text, ","),
+            Some(sweeps) => writeln!(text, ",{sweeps}"),
+        };
     }
     text
 }

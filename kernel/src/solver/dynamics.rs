@@ -13,6 +13,9 @@ pub trait Dynamics: Scheme + Copy {
     const NAME: &'static str;
     /// The scheme at rest.
     const REST: Self;
+    /// Whether a tick may end after any sweep: the published state is certified after each, and the
+    /// number of sweeps is no time of the tissue.
+    const IS_ANYTIME: bool = false;
     /// Arrays for the residual: one, or none for a scheme that moves cells in place.
     const RESIDUALS: usize = 1;
     /// Arrays of cells the scheme needs besides state and residual.

@@ -62,6 +62,7 @@ impl Dynamics for GaussSeidel {
     const NAME: &'static str = "gauss-seidel";
     const REST: Self = Self { sweeps: 0 };
     const RESIDUALS: usize = 0;
+    const IS_ANYTIME: bool = true;
     const ARRAYS: usize = 0;
     type Residual<const CELLS: usize> = [[Cell; CELLS]; 0];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 0];

@@ -66,6 +66,11 @@ impl Level {
         self.forgotten = true;
     }
 
+    /// Whether the energy has to be found anew.
+    pub(crate) fn is_forgotten(&self) -> bool {
+        self.forgotten
+    }
+
     /// The tool moved cells, which changed the energy by at most `change`.
     pub(crate) fn shift(&mut self, change: TwoFloat) {
         self.put(self.value.plus(change));

@@ -22,7 +22,7 @@ pub(super) fn made_bad(sample: &ToolSample) -> ToolSample {
 
 /// What of a tissue's answer the stage may act on, and whether that is all of it.
 pub(super) fn checked(tissue: &TickOutput) -> (TickOutput, bool) {
-    let TickOutput { force_n, energy_j, work_j, stiffness_n_per_m, contacts, flags } = *tissue;
+    let TickOutput { force_n, energy_j, work_j, stiffness_n_per_m, contacts, sweeps, flags } = *tissue;
     let is_sound = force_n.iter().all(|f| f.abs() <= MOST)
         && work_j.abs() <= MOST
         && (0.0..=MOST).contains(&stiffness_n_per_m)
@@ -30,7 +30,7 @@ pub(super) fn checked(tissue: &TickOutput) -> (TickOutput, bool) {
     if is_sound {
         return (*tissue, true);
     }
-    let mut sound = TickOutput { contacts, flags, ..TickOutput::NONE };
+    let mut sound = TickOutput { contacts, sweeps, flags, ..TickOutput::NONE };
     sound.flags.insert(Flags::BAD_SAMPLE);
     (sound, false)
 }

@@ -200,7 +200,8 @@ impl Stage {
 
     /// What the device is given for what the tissue has answered to [`Self::sample`].
     ///
-    /// Energy, work, stiffness and contacts are the tissue's. After a bad sample, and without one
+    /// Energy, work, stiffness and contacts are the tissue's. To a late answer
+    /// ([`Flags::LATE`]) the device is given the force that it has. After a bad sample, and without one
     /// since the last answer, it is that of [`Self::missed`], with the tissue's flags.
     pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
         let (mut answer, is_sound) = finite::checked(tissue);
@@ -226,10 +227,12 @@ impl Stage {
             answer.flags.contains(Flags::MOTION_CLAMPED),
         );
         self.observe(&answer);
-        let acts = self.engaged && !is_safe;
-        if acts {
-            self.asked = self.wanted(&answer);
-            self.go_on_ramp(&mut answer);
+        if self.engaged && !is_safe {
+            // The force of a late answer is an old one: what is given stays.
+            if !answer.flags.contains(Flags::LATE) {
+                self.asked = self.wanted(&answer);
+                self.go_on_ramp(&mut answer);
+            }
         } else {
             self.asked = Asked::NONE;
             self.ramp.fall();
@@ -252,6 +255,13 @@ impl Stage {
         } else if push <= self.observer.reserve_j(passivity) {
             self.ramp.up();
         }
+    }
+
+    /// The ramp begins anew: the process around has seen that the device had no force for a while.
+    /// Called before [`Self::sample`].
+    pub fn restart_ramp(&mut self) {
+        self.has_gap = true;
+        self.ramp.fall();
     }
 
     /// What the device is given in a tick without a sample; the tissue has no tick then. Flags

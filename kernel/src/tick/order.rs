@@ -24,6 +24,65 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
     /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
     pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.run(network, sample, Some(|_| true))
+    }
+
+    /// As [`Self::tick`], but it ends after the first sweep for which `more` says no: `more` is
+    /// asked after each sweep but the last, and told how many are done. At least one sweep is made,
+    /// at most [`Settings::sweeps`](crate::Settings::sweeps); [`TickOutput::sweeps`] says how many.
+    ///
+    /// The published state is certified after every sweep of `track` and `gauss-seidel`. The sweeps
+    /// of the other schemes are the tissue's time: there `more` is not asked, see
+    /// [`Dynamics::IS_ANYTIME`].
+    pub fn tick_while(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        more: impl FnMut(u16) -> bool,
+    ) -> TickOutput {
+        self.run(network, sample, Some(more))
+    }
+
+    /// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, by the
+    /// step limit and the energy limit as ever, and the level is charged. The answer repeats the
+    /// force of the last tick with [`Flags::LATE`], 0 where the tool lets go. Bands stay as they
+    /// are until a tick with a sweep.
+    ///
+    /// A scheme that is not [`Dynamics::IS_ANYTIME`] makes all its sweeps. Where the level is not
+    /// known (positions were set, or bands changed) there is one sweep.
+    pub fn tick_late(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        if !D::IS_ANYTIME {
+            return self.tick(network, sample);
+        }
+        if self.head.level.is_forgotten() {
+            return self.tick_while(network, sample, |_| false);
+        }
+        self.run(network, sample, None::<fn(u16) -> bool>)
+    }
+
+    /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
+    /// settings' count.
+    pub fn tick_again(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        sweeps: Option<u16>,
+    ) -> TickOutput {
+        match sweeps {
+            None => self.tick(network, sample),
+            Some(0) => self.tick_late(network, sample),
+            Some(sweeps) => self.tick_while(network, sample, |done| done < sweeps),
+        }
+    }
+
+    /// A tick with sweeps while `more` says so, or without any.
+    #[inline(always)]
+    fn run<M: FnMut(u16) -> bool>(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        more: Option<M>,
+    ) -> TickOutput {
         let mut flags = Flags::default();
         let cells = network.model().cells();
         if self.head.model != Some(network.model().checksum()) {
@@ -54,17 +113,21 @@ impl<D: Dynamics> TissueMut<'_, D> {
             contacts,
             states,
             work: TwoFloat::ZERO,
+            sweeps: 0,
             flags,
         };
-        tick.begin_terms();
+        if more.is_some() {
+            tick.begin_terms();
+        }
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
             Some(radius) => tick.touch(&sample, radius),
             None => tick.follow(&sample),
         }
+        let Some(more) = more else { return tick.late_output() };
         tick.unload();
-        tick.sweep();
+        tick.sweep(more);
         tick.book();
         tick.settle();
         tick.output()
@@ -95,6 +158,7 @@ impl<D> Head<D> {
         flags.insert(Flags::BAD_SAMPLE);
         self.bad_ticks = self.bad_ticks.saturating_add(1);
         if self.bad_ticks == HELD_TICKS_MAX + 1 {
+            self.force_n = [0.0; 3];
             log::warn!("tool samples stay bad: safe state");
         }
         (self.bad_ticks <= HELD_TICKS_MAX).then_some(self.last_good)
@@ -113,6 +177,8 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub states: States<'a>,
     /// What the tool's motion did to E.
     pub work: TwoFloat,
+    /// Sweeps made.
+    pub sweeps: u16,
     pub flags: Flags,
 }
 
@@ -142,7 +208,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     }
 
     /// The bounded number of link passes.
-    fn sweep(&mut self) {
+    fn sweep(&mut self, mut more: impl FnMut(u16) -> bool) {
         let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let held = if current.is_none() { contacts } else { &[] };
@@ -174,9 +240,13 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
             level: &mut self.head.level,
         };
         self.head.dynamics.begin(self.network.model(), pace);
-        for _ in 0..sweeps {
+        for done in 1..=sweeps {
             if self.head.dynamics.sweep(&mut body) {
                 self.flags.insert(Flags::ROLLED_BACK);
+            }
+            self.sweeps = done;
+            if D::IS_ANYTIME && done < sweeps && !more(done) {
+                break;
             }
         }
     }

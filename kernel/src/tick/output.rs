@@ -37,12 +37,32 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 self.flags.insert(Flags::FORCE_CLAMPED);
             }
         }
+        self.head.force_n = force_n;
+        self.answer(force_n)
+    }
+
+    /// The force of the last tick, while the tool still holds on, with the energy of the state now.
+    pub(super) fn late_output(mut self) -> TickOutput {
+        self.flags.insert(Flags::LATE);
+        if self.head.closed {
+            self.flags.insert(Flags::BAND_CLOSED);
+        }
+        if !self.head.engaged {
+            self.head.force_n = [0.0; 3];
+        }
+        let force_n = self.head.force_n;
+        self.answer(force_n)
+    }
+
+    fn answer(&self, force_n: [f32; 3]) -> TickOutput {
+        let model = self.network.model();
         TickOutput {
             force_n: force_n.into(),
             energy_j: self.head.level.published() * model.energy_unit_j(),
             work_j: self.work.hi * model.energy_unit_j(),
             stiffness_n_per_m: self.stiffness(),
             contacts: if self.head.engaged { self.contacts.len() as u32 } else { 0 },
+            sweeps: self.sweeps,
             flags: self.flags,
         }
     }

@@ -42,6 +42,8 @@ pub struct TickOutput {
     pub stiffness_n_per_m: f32,
     /// Number of cells the tool acts on.
     pub contacts: u32,
+    /// Sweeps made: 0 where the sample was late, and in the safe state.
+    pub sweeps: u16,
     /// What bit during this tick.
     pub flags: Flags,
 }
@@ -54,6 +56,7 @@ impl TickOutput {
         work_j: 0.0,
         stiffness_n_per_m: 0.0,
         contacts: 0,
+        sweeps: 0,
         flags: Flags(0),
     };
 }
@@ -82,6 +85,11 @@ impl Flags {
     pub const ROLLED_BACK: Self = Self(64);
     /// More cells in the probe than the tissue has room for: those with the highest ids are free.
     pub const CONTACT_CAPACITY: Self = Self(128);
+    /// The sample was late, newer ones waiting: it was executed without a sweep, and the force is
+    /// that of an earlier tick.
+    pub const LATE: Self = Self(256);
+    /// The tool counts as not engaged until it has been released once (set by the process around).
+    pub const RELEASE_FIRST: Self = Self(512);
 
     /// Sets every bit of `other`.
     pub const fn insert(&mut self, other: Self) {

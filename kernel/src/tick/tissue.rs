@@ -56,6 +56,8 @@ pub struct Head<D> {
     pub(crate) vectors: Option<VectorUnit>,
     pub(crate) last_good: ToolSample,
     pub(crate) bad_ticks: u32,
+    /// The force of the last tick with a sweep, which a late one repeats \[N\].
+    pub(crate) force_n: [f32; 3],
 }
 
 impl<D: Dynamics> Head<D> {
@@ -79,6 +81,7 @@ impl<D: Dynamics> Head<D> {
         vectors: None,
         last_good: ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 },
         bad_ticks: 0,
+        force_n: [0.0; 3],
     };
 }
 
@@ -164,6 +167,31 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
     /// See [`TissueMut::tick`].
     pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
         self.view().tick(network, sample)
+    }
+
+    /// See [`TissueMut::tick_while`].
+    pub fn tick_while(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        more: impl FnMut(u16) -> bool,
+    ) -> TickOutput {
+        self.view().tick_while(network, sample, more)
+    }
+
+    /// See [`TissueMut::tick_again`].
+    pub fn tick_again(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        sweeps: Option<u16>,
+    ) -> TickOutput {
+        self.view().tick_again(network, sample, sweeps)
+    }
+
+    /// See [`TissueMut::tick_late`].
+    pub fn tick_late(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.view().tick_late(network, sample)
     }
 }
 

@@ -46,14 +46,18 @@
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
 //!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`]
-//!     34      2  bit 0: a hash was taken
-//!     36      8  zero
+//!     34      2  bit 0: a hash was taken; bit 1: the sweeps were counted; bit 2: the output
+//!                stage's ramp began anew before the tick
+//!     36      2  sweeps of the tick where they were counted: 0 = it was late
+//!     38      6  zero
 //!     44      4  CRC-32 of: the header's CRC, r (u32), the 44 bytes before
 //! ```
 //!
 //! Versions 1 and 2 are read too. Their header lacks the bytes from 64 to 80: version 1 has no
 //! output stage, version 2 has one. Their schemes are numbered in another order. Their records have
 //! 40 bytes, without the eight from 36 on. Their arithmetic is that of revision 1.
+//!
+//! Where the sweeps were not counted, and in versions 1 and 2, a tick has those of the settings.
 //!
 //! A record is one executed tick or one command between two; numbers of ticks are those of the
 //! session, and need not be consecutive. With an output stage a sample is the device's, as
@@ -96,7 +100,7 @@
 //! ) -> [u8; RECORD_BYTES] {
 //!     tissue.tick(network, &sample);
 //!     let state_hash = Some(tissue.state_hash(network.model()));
-//!     writer.record(&Record { tick, sample, state_hash })
+//!     writer.record(&Record { state_hash, ..Record::of(tick, sample) })
 //! }
 //! # let _ = (begin, recorded_tick);
 //! ```

@@ -17,6 +17,10 @@ use crate::tick::sample::ToolSample;
 const WORDS: usize = RECORD_BYTES / 4 - 1;
 /// A hash was taken.
 const WITH_HASH: u16 = 1;
+/// The sweeps were counted.
+const WITH_SWEEPS: u16 = 2;
+/// The output stage's ramp began anew.
+const RAMP_RESTARTED: u16 = 4;
 
 /// One executed tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,11 +29,21 @@ pub struct Record {
     pub tick: u64,
     /// The tool sample as received, bit by bit.
     pub sample: ToolSample,
+    /// Its sweeps, 0 for a late tick; `None` for those of the settings.
+    pub sweeps: Option<u16>,
+    /// Whether the output stage's ramp began anew before it.
+    pub ramp_restarted: bool,
     /// Hash of the state after it, where one was taken.
     pub state_hash: Option<u64>,
 }
 
 impl Record {
+    /// A tick with the sweeps of the settings, without a hash.
+    #[must_use]
+    pub const fn of(tick: u64, sample: ToolSample) -> Self {
+        Self { tick, sample, sweeps: None, ramp_restarted: false, state_hash: None }
+    }
+
     /// Compares with the hash of the state after the tick `here`; whether there was one to compare
     /// with. `index` is the record's place.
     ///
@@ -81,15 +95,18 @@ impl Writer {
 
     /// The bytes of the next record.
     pub fn record(&mut self, record: &Record) -> [u8; RECORD_BYTES] {
-        let Record { tick, sample, state_hash } = record;
+        let Record { tick, sample, sweeps, ramp_restarted, state_hash } = record;
         let [x, y, z] = sample.position_m.data.0[0].map(f32::to_bits);
-        self.encode(*tick, [x, y, z, sample.engaged], *state_hash, KIND_SAMPLE)
+        let mut bits = if sweeps.is_some() { WITH_SWEEPS } else { 0 };
+        bits |= if *ramp_restarted { RAMP_RESTARTED } else { 0 };
+        let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0)];
+        self.encode(*tick, [x, y, z, sample.engaged], *state_hash, of_kind)
     }
 
     /// The bytes of the next record, for a command.
     pub fn command(&mut self, record: &CommandRecord) -> [u8; RECORD_BYTES] {
         let [command, parameter, value] = record.command.words();
-        self.encode(record.tick, [command, parameter, value, 0], record.state_hash, KIND_COMMAND)
+        self.encode(record.tick, [command, parameter, value, 0], record.state_hash, [KIND_COMMAND, 0, 0])
     }
 
     fn encode(
@@ -97,13 +114,13 @@ impl Writer {
         tick: u64,
         [a, b, c, d]: [u32; 4],
         state_hash: Option<u64>,
-        kind: u16,
+        [kind, bits, sweeps]: [u16; 3],
     ) -> [u8; RECORD_BYTES] {
         let low_high = |value: u64| [value as u32, (value >> 32) as u32];
         let [tick, hash] = [low_high(tick), low_high(state_hash.unwrap_or(0))];
-        let bits = if state_hash.is_some() { WITH_HASH } else { 0 };
+        let bits = bits | if state_hash.is_some() { WITH_HASH } else { 0 };
         let kind = u32::from(kind) | u32::from(bits) << 16;
-        let words = [tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind];
+        let words = [tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, sweeps.into()];
         let mut bytes = [0; RECORD_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
             put(place, word);
@@ -305,15 +322,21 @@ impl<'t> Reader<'t> {
         }
         let [.., kind, more, last] = words;
         let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        let known = matches!(kind, KIND_SAMPLE | KIND_COMMAND) && bits <= WITH_HASH;
-        if known && (more, last) == (0, 0) {
+        let [sweeps, zero]: [u16; 2] = bytemuck::cast(more);
+        let known = match kind {
+            KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED,
+            KIND_COMMAND => WITH_HASH,
+            _ => return Err(End::Kind(index, kind)),
+        };
+        let counted = sweeps == 0 || bits & WITH_SWEEPS != 0;
+        if bits & !known == 0 && counted && (zero, last) == (0, 0) {
             Ok((kind, words))
         } else {
             Err(End::Kind(index, kind))
         }
     }
 
-    /// Plays the trace: `tick` plays each sample in a tissue that begins as the recording's did,
+    /// Plays the trace: `tick` plays each record in a tissue that begins as the recording's did,
     /// reset and with its contact cells or its probe chosen, and gives the hash of the state after
     /// it.
     ///
@@ -325,8 +348,8 @@ impl<'t> Reader<'t> {
     /// let (mut tissue, mut room) = (Tissue::<512, Track>::new(), [0; 64]);
     /// tissue.reset(&network).ok()?;
     /// tissue.choose_contacts(&network, trace.contact_cells(&model, &mut room).ok()?).ok()?;
-    /// let played = trace.play(|sample| {
-    ///     tissue.tick(&network, sample);
+    /// let played = trace.play(|record| {
+    ///     tissue.tick_again(&network, &record.sample, record.sweeps);
     ///     tissue.view().state_hash(&model)
     /// });
     /// # played.ok().map(|_| ())
@@ -336,10 +359,10 @@ impl<'t> Reader<'t> {
     ///
     /// # Errors
     /// The first tick that came out otherwise.
-    pub fn play(&self, mut tick: impl FnMut(&ToolSample) -> u64) -> Result<Played, ReplayError> {
+    pub fn play(&self, mut tick: impl FnMut(&Record) -> u64) -> Result<Played, ReplayError> {
         let (mut ticks, mut compared) = (0, 0);
         let end = self.records(|record, of| {
-            let here = tick(&of.sample);
+            let here = tick(of);
             ticks += 1;
             compared += u32::from(of.compare(record, here)?);
             Ok(())
@@ -358,15 +381,27 @@ fn long(low: u32, high: u32) -> u64 {
     u64::from(low) | u64::from(high) << 32
 }
 
-fn state_hash([.., h0, h1, kind, _, _]: &[u32; WORDS]) -> Option<u64> {
-    (*kind >> 16 == u32::from(WITH_HASH)).then_some(long(*h0, *h1))
+fn has(words: &[u32; WORDS], bit: u16) -> bool {
+    let [.., kind, _, _] = *words;
+    kind >> 16 & u32::from(bit) != 0
+}
+
+fn state_hash(words: &[u32; WORDS]) -> Option<u64> {
+    let [.., h0, h1, _, _, _] = *words;
+    has(words, WITH_HASH).then_some(long(h0, h1))
 }
 
 fn sample(words: &[u32; WORDS]) -> Record {
     let [t0, t1, x, y, z, engaged, ..] = *words;
     let position_m = Vector3::from([x, y, z].map(f32::from_bits));
-    let sample = ToolSample { position_m, engaged };
-    Record { tick: long(t0, t1), sample, state_hash: state_hash(words) }
+    let [.., sweeps, _] = *words;
+    Record {
+        tick: long(t0, t1),
+        sample: ToolSample { position_m, engaged },
+        sweeps: has(words, WITH_SWEEPS).then_some(sweeps as u16),
+        ramp_restarted: has(words, RAMP_RESTARTED),
+        state_hash: state_hash(words),
+    }
 }
 
 /// `None` where the words mean no command.

@@ -69,7 +69,7 @@ fn session() -> Vec<Record> {
             tissue.tick(&network, &sample);
             let hash = tissue.view().state_hash(&model());
             let state_hash = (tick % 3 != 2).then_some(hash);
-            Record { tick: 1000 + 7 * tick as u64, sample, state_hash }
+            Record { state_hash, ..Record::of(1000 + 7 * tick as u64, sample) }
         })
         .collect()
 }
@@ -88,11 +88,12 @@ fn trace() -> Vec<u8> {
 }
 
 /// All bits of a record.
-type Bits = (u64, [u32; 3], u32, Option<u64>);
+type Bits = (u64, [u32; 3], u32, Option<u16>, bool, Option<u64>);
 
 fn bits(record: &Record) -> Bits {
     let position = record.sample.position_m.data.0[0].map(f32::to_bits);
-    (record.tick, position, record.sample.engaged, record.state_hash)
+    let Record { tick, sample, sweeps, ramp_restarted, state_hash } = *record;
+    (tick, position, sample.engaged, sweeps, ramp_restarted, state_hash)
 }
 
 /// What a reader finds.
@@ -111,8 +112,8 @@ fn play(trace: &[u8]) -> Result<Played, ReplayError> {
     let network = trace.header().network(model()).unwrap();
     let mut room = [0; 4];
     let mut tissue = begin(&network, trace.contact_cells(&model(), &mut room).unwrap());
-    trace.play(|sample| {
-        tissue.tick(&network, sample);
+    trace.play(|record| {
+        tissue.tick_again(&network, &record.sample, record.sweeps);
         tissue.view().state_hash(&model())
     })
 }
@@ -391,13 +392,14 @@ fn a_header_needs_its_room() {
 proptest! {
     #[test]
     fn every_bit_of_a_record_comes_back(
-        words in prop::collection::vec((any::<u64>(), any::<[u32; 4]>(), prop::option::of(prop_oneof![any::<u64>(), Just(0), Just(1 << 32)])), 0..9),
+        words in prop::collection::vec((any::<u64>(), any::<[u32; 4]>(), prop::option::of(prop_oneof![any::<u64>(), Just(0), Just(1 << 32)]), prop::option::of(any::<u16>()), any::<bool>()), 0..9),
     ) {
         let records: Vec<Record> = words
             .iter()
-            .map(|&(tick, [x, y, z, engaged], state_hash)| {
+            .map(|&(tick, [x, y, z, engaged], state_hash, sweeps, ramp_restarted)| {
                 let position_m = Vector3::from([x, y, z].map(f32::from_bits));
-                Record { tick, sample: ToolSample { position_m, engaged }, state_hash }
+                let sample = ToolSample { position_m, engaged };
+                Record { tick, sample, sweeps, ramp_restarted, state_hash }
             })
             .collect();
         let (found, end) = read(&written(&header(), &HELD, &records)).unwrap();

@@ -124,7 +124,7 @@ impl<'t, D: Dynamics> Run<'t, D> {
         let tick = self.next;
         let (_, state_hash) = self.tick();
         let sample = sample(self.scene.reach_m, tick);
-        Record { tick: tick.into(), sample, state_hash: Some(state_hash) }
+        Record { state_hash: Some(state_hash), ..Record::of(tick.into(), sample) }
     }
 
     /// Digest of the ticks so far.

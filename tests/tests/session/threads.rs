@@ -42,9 +42,9 @@ fn every_pose_is_answered_in_order_in_every_wait_mode() {
         assert_eq!(report.ticks_executed, 300);
         assert_eq!(report.ended_by, Ending::Ticks);
         assert_eq!((report.publishers, report.sends_failed), (1, 0));
-        let kept: Vec<ToolPose> = recorder.rows().iter().map(|(pose, _)| *pose).collect();
+        let kept: Vec<ToolPose> = recorder.rows().iter().map(|row| row.pose).collect();
         assert_eq!(kept, sent);
-        let answers: Vec<ToolForce> = recorder.rows().iter().map(|(_, force)| *force).collect();
+        let answers: Vec<ToolForce> = recorder.rows().iter().map(|row| row.force).collect();
         assert_eq!(answers, run.forces);
     }
 }
@@ -96,7 +96,7 @@ fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
     let bad = ToolPose { tick: 3, position_m: [f32::NAN, 0.0, f32::INFINITY], engaged: 77 };
     sender.ports.publisher.send_copy(bad).unwrap();
     let (_, recorder) = server.join().unwrap();
-    let kept = recorder.rows()[0].0;
+    let kept = recorder.rows()[0].pose;
     let bits = |pose: ToolPose| (pose.position_m.map(f32::to_bits), pose.engaged);
     assert_eq!(bits(kept), bits(bad));
 }
@@ -171,7 +171,7 @@ fn the_watchdog_lets_the_force_fall_and_rise_and_never_ticks() {
     assert_eq!((report.watchdog_fired, report.ticks_executed), (1, 83));
     assert!(report.largest_force_step_n >= size(&last) / 2.0, "the first answer is no ramp");
     // What is kept is the tissue's own.
-    for (pose, force) in recorder.rows() {
+    for Row { pose, force, .. } in recorder.rows() {
         assert_eq!(Vector3::from(force.force_n), -SPRING_N_PER_M * Vector3::from(pose.position_m));
     }
 }

@@ -123,7 +123,10 @@ pub fn play(
         match entry {
             Entry::Tick(record) => {
                 if !paused {
-                    tissue.tick(&record.sample);
+                    if record.ramp_restarted {
+                        tissue.restart_ramp();
+                    }
+                    tissue.tick_again(&record.sample, record.sweeps);
                 }
                 played.ticks += 1;
             }

@@ -20,7 +20,7 @@ pub(crate) fn begun(stage: Option<&StageSettings>) -> Recording {
 fn record(tick: u64) -> Record {
     let position_m = Vector3::new(0.0, 0.001, -0.0002 * tick as f32);
     let sample = ToolSample { position_m, engaged: u32::from(tick % 50 < 40) };
-    Record { tick, sample, state_hash: Some(tick << 40 | 1) }
+    Record { state_hash: Some(tick << 40 | 1), ..Record::of(tick, sample) }
 }
 
 fn place() -> (tempfile::TempDir, PathBuf) {
@@ -161,7 +161,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
             stage.output(&answer);
         }
         let state_hash = Some(engine.state_hash());
-        recording.add(&Record { tick, sample: device, state_hash });
+        recording.add(&Record { state_hash, ..Record::of(tick, device) });
         let command = match at {
             60 => Command::Pause,
             75 => Command::Resume,

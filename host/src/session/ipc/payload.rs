@@ -117,13 +117,15 @@ impl From<Node> for NodePosition {
 
 impl From<Pose> for ToolPose {
     fn from(pose: Pose) -> Self {
-        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
+        let ToolPose { tick, position_m, engaged } = pose;
+        Self { tick, position_m, engaged, sweeps: None }
     }
 }
 
 impl From<ToolPose> for Pose {
     fn from(pose: ToolPose) -> Self {
-        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
+        let ToolPose { tick, position_m, engaged } = pose;
+        Self { tick, position_m, engaged, sweeps: None }
     }
 }
 

@@ -9,11 +9,32 @@ use crate::session::ipc::payload::{ToolForce, ToolPose};
 /// Records of a trace beside those of its ticks, for commands.
 const COMMANDS_MAX: usize = 4096;
 
+/// What was done with a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// The pose, as it was executed.
+    pub pose: ToolPose,
+    /// The tissue's answer.
+    pub force: ToolForce,
+    /// Sweeps of the tick, 0 where it was late; `None` for the settings' count.
+    pub sweeps: Option<u16>,
+    /// Whether the output stage's ramp began anew before the tick.
+    pub ramp_restarted: bool,
+}
+
+impl Row {
+    /// A tick with the settings' count of sweeps.
+    #[must_use]
+    pub fn of(pose: ToolPose, force: ToolForce) -> Self {
+        Self { pose, force, sweeps: None, ramp_restarted: false }
+    }
+}
+
 /// Ticks of a session, up to a capacity. What comes after the first one that found no room is left
 /// out: nothing that is kept has a gap.
 #[derive(Debug, Default)]
 pub struct Recorder {
-    rows: Vec<(ToolPose, ToolForce)>,
+    rows: Vec<Row>,
     keeps_rows: bool,
     trace: Option<TraceFile>,
     capacity_ticks: usize,
@@ -34,7 +55,8 @@ impl Recorder {
     pub fn with_capacity(capacity_ticks: usize) -> Self {
         let mut rows = Vec::new();
         // Writing every row now keeps page faults out of the loop.
-        rows.resize(capacity_ticks, (ToolPose::default(), ToolForce::default()));
+        let none = Row::of(ToolPose::default(), ToolForce::default());
+        rows.resize(capacity_ticks, none);
         rows.clear();
         Self { rows, keeps_rows: true, capacity_ticks, ..Self::default() }
     }
@@ -54,27 +76,29 @@ impl Recorder {
     /// Keeps one tick, or counts it as left out when full. Called before the answer leaves: a
     /// controller that has the answer can count on the record. Allocates nothing, calls nothing of
     /// the system.
-    pub fn record(&mut self, pose: ToolPose, force: ToolForce) {
-        if self.has_ended() || !self.trace(&pose, &force) {
+    pub fn record(&mut self, row: Row) {
+        if self.has_ended() || !self.trace(&row) {
             self.left_out_ticks += 1;
             return;
         }
         if self.keeps_rows {
-            self.rows.push((pose, force));
+            self.rows.push(row);
         }
         self.ticks += 1;
     }
 
     /// The tick into the trace, where there is one; false where it is full.
-    fn trace(&mut self, pose: &ToolPose, force: &ToolForce) -> bool {
+    fn trace(&mut self, row: &Row) -> bool {
         let Some(trace) = &mut self.trace else { return true };
+        let &Row { pose, force, sweeps, ramp_restarted } = row;
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-        trace.add(&Record { tick: pose.tick, sample: (*pose).into(), state_hash })
+        trace.add(&Record { tick: pose.tick, sample: pose.into(), sweeps, ramp_restarted, state_hash })
     }
 
-    /// Poses that were executed, bit for bit as received, each with its answer, in order.
+    /// Poses that were executed, bit for bit as received but for `engaged` before the first
+    /// release, each with its answer, in order.
     #[must_use]
-    pub fn rows(&self) -> &[(ToolPose, ToolForce)] {
+    pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
@@ -135,9 +159,9 @@ mod tests {
         let mut recorder = Recorder::with_capacity(2);
         for tick in 0..5 {
             let pose = ToolPose { tick, ..ToolPose::default() };
-            recorder.record(pose, ToolForce::default());
+            recorder.record(Row::of(pose, ToolForce::default()));
         }
-        let ticks: Vec<u64> = recorder.rows().iter().map(|(pose, _)| pose.tick).collect();
+        let ticks: Vec<u64> = recorder.rows().iter().map(|row| row.pose.tick).collect();
         assert_eq!(ticks, [0, 1]);
         assert_eq!((recorder.ticks(), recorder.left_out_ticks()), (2, 3));
         assert!(recorder.has_room_for_command());
@@ -154,7 +178,8 @@ mod tests {
 
     fn tick(recorder: &mut Recorder, tick: u64) {
         let pose = ToolPose { tick, ..ToolPose::default() };
-        recorder.record(pose, ToolForce { tick, state_hash: tick % 2, ..ToolForce::default() });
+        let force = ToolForce { tick, state_hash: tick % 2, ..ToolForce::default() };
+        recorder.record(Row::of(pose, force));
     }
 
     fn command(recorder: &mut Recorder, tick: u64) -> bool {

@@ -15,6 +15,8 @@ pub(crate) struct ForceShaper {
     fall_ns: Option<u64>,
     silent: bool,
     silences: u64,
+    /// Whether a force was shown yet.
+    has_shown: bool,
 }
 
 /// A force on its way to 0.
@@ -36,17 +38,28 @@ impl ForceShaper {
             fall_ns: None,
             silent: false,
             silences: 0,
+            has_shown: false,
         }
     }
 
-    /// Something was heard: after a silence the force rises from what is shown.
-    pub(crate) fn hear(&mut self, now_ns: u64) {
-        if self.silent {
+    /// Something was heard: after a silence the force rises from what is shown. Whether there was
+    /// one, which a process that stood still sees here first.
+    pub(crate) fn hear(&mut self, now_ns: u64) -> bool {
+        let unseen = !self.silent && self.has_shown && self.is_silent(now_ns);
+        let silent = self.silent || unseen;
+        if silent {
+            self.silences += u64::from(unseen);
             self.silent = false;
             self.fall_ns = None;
             self.ramp.begin();
         }
         self.heard_ns = now_ns;
+        silent
+    }
+
+    fn is_silent(&self, now_ns: u64) -> bool {
+        let silence_ns = now_ns.saturating_sub(self.heard_ns);
+        self.watchdog_ns != 0 && silence_ns >= self.watchdog_ns
     }
 
     /// When something was heard last.
@@ -59,15 +72,20 @@ impl ForceShaper {
         self.ramp.begin();
     }
 
+    /// The force goes to 0 along a ramp, as long as 0 is what is shaped.
+    pub(crate) fn begin_fall(&mut self) {
+        self.ramp.begin_fall();
+    }
+
     /// What to show of a force.
     pub(crate) fn shape(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
+        self.has_shown = true;
         self.ramp.show(force_n, now_ns)
     }
 
     /// Nothing was heard: what to show, once it is time to.
     pub(crate) fn wait(&mut self, now_ns: u64) -> Option<Fall> {
-        let silence_ns = now_ns.saturating_sub(self.heard_ns);
-        if !self.silent && self.watchdog_ns != 0 && silence_ns >= self.watchdog_ns {
+        if !self.silent && self.is_silent(now_ns) {
             self.silent = true;
             self.silences += 1;
             self.ramp.begin_fall();

@@ -34,6 +34,7 @@ fn event() -> impl Strategy<Value = Event> {
             work_j,
             stiffness_n_per_m: stiffness.abs(),
             contacts: 1,
+            sweeps: 1,
             flags: Flags(flags),
         },
     );
@@ -137,6 +138,7 @@ fn an_absent_stage_changes_no_bit() {
         work_j: -1.0e-9,
         stiffness_n_per_m: 12.0,
         contacts: 4,
+        sweeps: 3,
         flags: Flags(1 + 32),
     };
     let sample = ToolSample { position_m: Vector3::new(0.1, 0.2, 0.3), engaged: 1 };

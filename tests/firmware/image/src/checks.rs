@@ -33,8 +33,8 @@ fn replay(tissue: &mut Tissue, trace: &[u8], names: [&str; 3]) -> Option<()> {
     let mut room = [0; HELD.len()];
     tissue.reset(&network).ok()?;
     tissue.choose_contacts(&network, trace.contact_cells(&model, &mut room).ok()?).ok()?;
-    let played = trace.play(|sample| {
-        tissue.tick(&network, sample);
+    let played = trace.play(|record| {
+        tissue.tick_again(&network, &record.sample, record.sweeps);
         tissue.state_hash(&model)
     });
     match played {

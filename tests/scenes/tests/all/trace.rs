@@ -38,8 +38,8 @@ impl Act for Play<'_> {
         tissue.reset(&network).unwrap();
         let cells = trace.contact_cells(&model, &mut room).unwrap();
         tissue.choose_contacts(&network, cells).unwrap();
-        let played = trace.play(|sample| {
-            tissue.tick(&network, sample);
+        let played = trace.play(|record| {
+            tissue.tick_again(&network, &record.sample, record.sweeps);
             tissue.state_hash(&model)
         });
         played.unwrap()

@@ -1,0 +1,252 @@
+//! How many sweeps a tick may make: as many as fit the time between two poses.
+//!
+//! A further sweep is made where it would end in time by the p99 of the last [`COSTS`] sweeps. The
+//! time is counted from the arrival of the pose. What stands behind the sweeps (hash, record, send)
+//! is measured and kept free. After a miss, a pose that came before the answer to the one before
+//! had left, sweeps count twice as long; that fades within a second.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::session::timing::clock::{PERIOD_NS, SECOND_NS};
+
+/// Gaps between poses that the period is the median of.
+const GAPS: usize = 64;
+/// Sweeps that the p99 is taken of.
+const COSTS: usize = 1000;
+/// Share of the pose period that a tick may take: the rest is the way of the messages.
+const SHARE: f64 = 7.0 / 8.0;
+/// Largest factor after misses.
+const CARE_MAX: f64 = 16.0;
+/// Sweeps from one look at the p99 to the next.
+const LOOK_SWEEPS: u32 = 64;
+/// A gap of more than this many periods is a silence, not a slower controller.
+const SILENCE_PERIODS: u64 = 100;
+/// Longest budget that is taken \[us\].
+pub const BUDGET_US_MAX: u32 = 1_000_000;
+
+/// How long the sweeps of a tick may take.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum SweepBudget {
+    /// As long as it takes: the settings' count.
+    Off,
+    /// The pose period.
+    #[default]
+    Auto,
+    /// So long from the arrival of the pose \[us\].
+    Us(u32),
+}
+
+impl FromStr for SweepBudget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "off" => Ok(Self::Off),
+            "auto" => Ok(Self::Auto),
+            _ => match text.parse() {
+                Ok(us @ 1..=BUDGET_US_MAX) => Ok(Self::Us(us)),
+                _ => Err(format!("give auto, off, or microseconds from 1 to {BUDGET_US_MAX}")),
+            },
+        }
+    }
+}
+
+impl fmt::Display for SweepBudget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Off => f.write_str("off"),
+            Self::Auto => f.write_str("auto"),
+            Self::Us(us) => write!(f, "{us}"),
+        }
+    }
+}
+
+/// The budget while it is kept. Allocates nothing after [`Self::new`].
+#[derive(Debug)]
+pub(super) struct Budget {
+    kind: SweepBudget,
+    gaps_ns: [u64; GAPS],
+    gaps: usize,
+    costs_ns: Vec<u32>,
+    scratch_ns: Vec<u32>,
+    next_cost: usize,
+    new_costs: u32,
+    /// p99 of a sweep \[ns\].
+    sweep_ns: u64,
+    /// What comes behind the sweeps \[ns\].
+    behind_ns: u64,
+    /// Factor after a miss, and when it was.
+    care: f64,
+    missed_at_ns: u64,
+    /// The tick under way.
+    deadline_ns: u64,
+    sweep_from_ns: u64,
+}
+
+impl Budget {
+    pub(super) fn new(kind: SweepBudget) -> Self {
+        Self {
+            kind,
+            gaps_ns: [PERIOD_NS; GAPS],
+            gaps: 0,
+            costs_ns: Vec::with_capacity(COSTS),
+            scratch_ns: Vec::with_capacity(COSTS),
+            next_cost: 0,
+            new_costs: 0,
+            sweep_ns: 0,
+            behind_ns: 0,
+            care: 1.0,
+            missed_at_ns: 0,
+            deadline_ns: 0,
+            sweep_from_ns: 0,
+        }
+    }
+
+    /// So many poses came since the last time somebody looked, in this time.
+    pub(super) fn arrived(&mut self, poses: u64, span_ns: u64) {
+        let gap_ns = span_ns / poses.max(1);
+        if gap_ns < SILENCE_PERIODS * PERIOD_NS {
+            self.gaps_ns[self.gaps % GAPS] = gap_ns;
+            self.gaps += 1;
+        }
+    }
+
+    /// Median of the last gaps between poses \[ns\].
+    pub(super) fn period_ns(&self) -> u64 {
+        let mut gaps_ns = self.gaps_ns;
+        *gaps_ns.select_nth_unstable(GAPS / 2).1
+    }
+
+    /// The sweeps of a tick begin, for a pose that arrived at `arrival_ns`.
+    pub(super) fn begin(&mut self, arrival_ns: u64, now_ns: u64) {
+        let span_ns = match self.kind {
+            SweepBudget::Off => u64::MAX,
+            SweepBudget::Auto => {
+                ((self.period_ns() as f64 * SHARE) as u64).saturating_sub(self.behind_ns)
+            }
+            SweepBudget::Us(us) => 1000 * u64::from(us),
+        };
+        self.deadline_ns = arrival_ns.saturating_add(span_ns);
+        self.sweep_from_ns = now_ns;
+    }
+
+    /// A sweep has ended: whether another one fits.
+    pub(super) fn more(&mut self, now_ns: u64) -> bool {
+        self.note(now_ns);
+        let sweep_ns = (self.sweep_ns as f64 * self.care(now_ns)) as u64;
+        now_ns.saturating_add(sweep_ns) <= self.deadline_ns
+    }
+
+    /// The last sweep of a tick has ended.
+    pub(super) fn end(&mut self, now_ns: u64) {
+        if now_ns > self.sweep_from_ns {
+            self.note(now_ns);
+        }
+    }
+
+    /// The answer has left, `span_ns` after the last sweep; `missed` where the next pose was there
+    /// before.
+    pub(super) fn answered(&mut self, span_ns: u64, missed: bool, now_ns: u64) {
+        self.behind_ns = span_ns.max(self.behind_ns - self.behind_ns / 64);
+        if missed {
+            self.care = (2.0 * self.care(now_ns)).min(CARE_MAX);
+            self.missed_at_ns = now_ns;
+        }
+    }
+
+    /// By how much a sweep counts longer than it takes, after a miss.
+    fn care(&self, now_ns: u64) -> f64 {
+        let since = now_ns.saturating_sub(self.missed_at_ns) as f64 / SECOND_NS as f64;
+        1.0 + (self.care - 1.0) * (1.0 - since).max(0.0)
+    }
+
+    fn note(&mut self, now_ns: u64) {
+        let cost_ns = now_ns.saturating_sub(self.sweep_from_ns);
+        self.sweep_from_ns = now_ns;
+        let cost_ns = u32::try_from(cost_ns).unwrap_or(u32::MAX);
+        if self.costs_ns.len() < COSTS {
+            self.costs_ns.push(cost_ns);
+        } else {
+            self.costs_ns[self.next_cost] = cost_ns;
+        }
+        self.next_cost = (self.next_cost + 1) % COSTS;
+        self.new_costs += 1;
+        let few = self.costs_ns.len() < LOOK_SWEEPS as usize;
+        if few || self.new_costs >= LOOK_SWEEPS {
+            self.new_costs = 0;
+            self.scratch_ns.clear();
+            self.scratch_ns.extend_from_slice(&self.costs_ns);
+            let place = (self.scratch_ns.len() - 1) * 99 / 100;
+            self.sweep_ns = u64::from(*self.scratch_ns.select_nth_unstable(place).1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const US: u64 = 1000;
+
+    /// Sweeps of a tick that begins at `start_ns` with `sweep_ns` each, of at most `most`.
+    fn sweeps(budget: &mut Budget, start_ns: u64, sweep_ns: u64, most: u64) -> u64 {
+        budget.begin(start_ns, start_ns);
+        let more = |done: &u64| budget.more(start_ns + done * sweep_ns);
+        let done = (1..most).find(|done| !more(done)).unwrap_or(most);
+        if done == most {
+            budget.end(start_ns + most * sweep_ns);
+        }
+        done
+    }
+
+    #[test]
+    fn as_many_sweeps_as_fit_the_period() {
+        let mut budget = Budget::new(SweepBudget::Auto);
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 8, "7/8 of a millisecond");
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 4), 4, "never more than the settings'");
+        (0..64).for_each(|_| budget.arrived(1, 500 * US));
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 4, "a controller at 2 kHz");
+        budget.arrived(1, 3 * SECOND_NS);
+        assert_eq!(budget.period_ns(), 500 * US, "a silence is no period");
+        (0..40).for_each(|_| budget.arrived(3, 3000 * US));
+        assert_eq!(budget.period_ns(), 1000 * US, "three poses at once in three milliseconds");
+        budget.answered(200 * US, false, SECOND_NS);
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 6, "the answer takes time too");
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 5000 * US, 64), 1, "one at least");
+    }
+
+    #[test]
+    fn a_miss_makes_it_careful_for_a_second() {
+        let mut budget = Budget::new(SweepBudget::Auto);
+        let at = |budget: &mut Budget, ns| sweeps(budget, ns, 100 * US, 64);
+        assert_eq!(at(&mut budget, SECOND_NS), 8);
+        budget.answered(0, true, SECOND_NS);
+        assert_eq!(at(&mut budget, SECOND_NS), 7);
+        budget.answered(0, true, SECOND_NS);
+        assert_eq!(at(&mut budget, SECOND_NS), 5);
+        assert_eq!(at(&mut budget, SECOND_NS + SECOND_NS / 2), 7);
+        assert_eq!(at(&mut budget, 2 * SECOND_NS), 8);
+    }
+
+    #[test]
+    fn one_slow_sweep_in_a_hundred_and_more_counts() {
+        let mut budget = Budget::new(SweepBudget::Us(1000));
+        for tick in 0..200 {
+            sweeps(&mut budget, tick, if tick % 20 == 0 { 400 * US } else { 100 * US }, 2);
+        }
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 7, "the next may take 400 us");
+        let mut off = Budget::new(SweepBudget::Off);
+        assert_eq!(sweeps(&mut off, SECOND_NS, SECOND_NS, 64), 64);
+    }
+
+    #[test]
+    fn the_option_reads_back() {
+        for text in ["off", "auto", "1", "750"] {
+            assert_eq!(text.parse::<SweepBudget>().unwrap().to_string(), text);
+        }
+        for text in ["0", "-1", "1e3", "2000000", "fast"] {
+            assert!(text.parse::<SweepBudget>().is_err(), "{text}");
+        }
+    }
+}

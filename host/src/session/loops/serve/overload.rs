@@ -1,0 +1,109 @@
+//! Whether the tissue falls behind the poses for so long that its force is an old one.
+//!
+//! A tick is behind where its sweep took longer than a pose period, or, with a fixed count of sweeps,
+//! where further poses waited at its end. Behind for [`TICKS`] ticks and [`TIME_NS`] on end, the
+//! published force falls to 0; it comes back after [`CALM`] ticks in time.
+
+use crate::session::timing::clock::MILLISECOND_NS;
+
+/// Ticks behind on end.
+const TICKS: u32 = 3;
+/// Time behind on end \[ns\].
+const TIME_NS: u64 = 15 * MILLISECOND_NS;
+/// Ticks in time before the force comes back.
+const CALM: u32 = 100;
+
+/// The judge of an overload.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Overload {
+    behind: u32,
+    since_ns: u64,
+    calm: u32,
+    is_on: bool,
+    times: u64,
+}
+
+/// What a tick changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Change {
+    None,
+    /// The force is to fall.
+    Begins,
+    /// The force may come back.
+    Ends,
+}
+
+impl Overload {
+    /// A tick that began and ended then.
+    pub(super) fn note(&mut self, is_behind: bool, [start_ns, end_ns]: [u64; 2]) -> Change {
+        if is_behind {
+            self.calm = 0;
+            if self.behind == 0 {
+                self.since_ns = start_ns;
+            }
+            self.behind = self.behind.saturating_add(1);
+            let for_ns = end_ns.saturating_sub(self.since_ns);
+            if !self.is_on && self.behind >= TICKS && for_ns >= TIME_NS {
+                self.is_on = true;
+                self.times += 1;
+                return Change::Begins;
+            }
+            return Change::None;
+        }
+        self.behind = 0;
+        self.calm = self.calm.saturating_add(1);
+        if self.is_on && self.calm >= CALM {
+            self.is_on = false;
+            return Change::Ends;
+        }
+        Change::None
+    }
+
+    pub(super) fn is_on(&self) -> bool {
+        self.is_on
+    }
+
+    /// Times that it began.
+    pub(super) fn times(&self) -> u64 {
+        self.times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At which of so many ticks of `tick_ms` each, all of them behind, the force begins to fall.
+    fn begins(tick_ms: u64) -> Option<u64> {
+        let mut overload = Overload::default();
+        let span = |tick| [tick * tick_ms, (tick + 1) * tick_ms].map(|ms| ms * MILLISECOND_NS);
+        (0..40).find(|&tick| overload.note(true, span(tick)) == Change::Begins)
+    }
+
+    #[test]
+    fn three_ticks_and_fifteen_milliseconds() {
+        assert_eq!(begins(2), Some(7));
+        assert_eq!(begins(5), Some(2));
+        assert_eq!(begins(100), Some(2), "one that the machine held up is none");
+    }
+
+    #[test]
+    fn a_tick_in_time_begins_the_count_anew_and_a_hundred_end_it() {
+        let mut overload = Overload::default();
+        let mut note = |is_behind, ms: u64| {
+            overload.note(is_behind, [ms * MILLISECOND_NS, (ms + 2) * MILLISECOND_NS])
+        };
+        for ms in (0..100).step_by(10) {
+            assert_eq!(note(true, ms), Change::None);
+            assert_eq!(note(true, ms + 2), Change::None);
+            assert_eq!(note(false, ms + 4), Change::None);
+        }
+        let falls = (0..20).map(|tick| note(true, 200 + 2 * tick));
+        assert_eq!(falls.filter(|&change| change == Change::Begins).count(), 1);
+        for tick in 0..99 {
+            assert_eq!(note(false, 300 + tick), Change::None);
+        }
+        assert_eq!(note(false, 400), Change::Ends);
+        assert!(!overload.is_on() && overload.times() == 1);
+    }
+}
