@@ -6,6 +6,7 @@ use clap::ValueEnum;
 
 use super::inject::{InjectArgs, tell_injected};
 use super::session::{LoopArgs, tell_refused};
+use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::engine::motion::{Pose, Press};
 use crate::error::{Error, Result};
 use crate::files::path::{self, Rules};
@@ -54,6 +55,8 @@ pub struct Args {
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     ramp_ms: u32,
     #[command(flatten)]
+    verdict: VerdictArgs,
+    #[command(flatten)]
     inject: InjectArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
@@ -93,7 +96,10 @@ pub fn ticks(seconds: f64) -> Result<u64> {
 impl Args {
     fn poses(&self) -> Result<Vec<Pose>> {
         match &self.path {
-            Some(file) => path::read(file, Rules::Strict).map(|sequences| sequences.concat()),
+            Some(file) => {
+                let sequences = path::read(file, Rules::Strict)?;
+                Ok(released_first(sequences.concat()))
+            }
             None => {
                 let ticks = ticks(self.seconds)?;
                 Press::new(self.touch_m.0, self.direction.0, self.depth_m, ticks)
@@ -103,12 +109,30 @@ impl Args {
     }
 }
 
+/// A server takes poses as not engaged until the tool was released once: where the first row is
+/// engaged, one that is not goes ahead of it, numbered one below. Where there is no number below,
+/// all others count one more.
+fn released_first(mut poses: Vec<Pose>) -> Vec<Pose> {
+    let Some(&first) = poses.first().filter(|first| first.engaged != 0) else { return poses };
+    if first.tick == 0 {
+        poses.iter_mut().for_each(|pose| pose.tick += 1);
+    }
+    poses.insert(0, Pose { tick: first.tick.saturating_sub(1), engaged: 0, ..first });
+    poses
+}
+
 pub fn execute(args: &Args) -> Result<()> {
     if !(args.wait_for_server_s.is_finite() && args.wait_for_server_s >= 0.0) {
         return Err(Error::input(format!(
             "--wait-for-server-s {}: must be 0 or more",
             args.wait_for_server_s
         )));
+    }
+    let faults = args.inject.faults()?;
+    if faults.is_some_and(|(faults, _)| faults.sweep > 0.0) && !args.common.ends_with_parent {
+        return Err(Error::input(
+            "--inject: sweep is a fault of the tissue; give it to serve or cosim",
+        ));
     }
     let poses: Vec<ToolPose> = args.poses()?.into_iter().map(ToolPose::from).collect();
     let options = ControlOptions {
@@ -121,11 +145,12 @@ pub fn execute(args: &Args) -> Result<()> {
         histogram: args.common.histogram,
         watchdog_ms: args.watchdog_ms,
         ramp_ms: args.ramp_ms,
-        faults: args.inject.faults()?,
+        faults,
         ..ControlOptions::default()
     };
     let report = control(&poses, &options)?.report;
-    print(args, &report)?;
+    let verdict = args.verdict.judge(counts(&report));
+    print(args, &report, &verdict)?;
     let outcome = if report.interrupted {
         Err(Error::Interrupted)
     } else if report.ticks_unanswered > 0 {
@@ -135,12 +160,23 @@ pub fn execute(args: &Args) -> Result<()> {
             counted(report.ticks_sent, "pose")
         )))
     } else {
-        Ok(())
+        verdict.check()
     };
     args.common.after_report(outcome)
 }
 
-fn print(args: &Args, report: &ControlReport) -> Result<()> {
+/// Late answers as this process sees them; those whose pose it sent late itself are the machine's.
+fn counts(report: &ControlReport) -> Counts {
+    let answers = report.ticks_answered;
+    Counts {
+        answers,
+        late: report.missed_deadlines,
+        floor_share: report.missed_sent_late as f64 / answers.max(1) as f64,
+        ..Counts::default()
+    }
+}
+
+fn print(args: &Args, report: &ControlReport, verdict: &Verdict) -> Result<()> {
     if args.json {
         return terminal::say_json(report);
     }
@@ -164,5 +200,6 @@ fn print(args: &Args, report: &ControlReport) -> Result<()> {
         counted(report.silences, "silence")
     ))?;
     tell_injected(report.injected.as_ref())?;
-    terminal::say(format_args!("  state hash  {}", report.state_hash))
+    terminal::say(format_args!("  state hash  {}", report.state_hash))?;
+    terminal::say(format_args!("  verdict     {verdict}"))
 }

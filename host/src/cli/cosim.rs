@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use chaincell_kernel::trace::Reader;
 use serde::Serialize;
 
+use super::budget::BudgetArgs;
 use super::control::ticks;
 use super::inject::{InjectArgs, tell_injected};
 use super::model_file;
@@ -12,6 +13,7 @@ use super::run::play;
 use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
+use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::organ;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::staged::Staged;
@@ -25,7 +27,7 @@ use crate::interrupt;
 use crate::session::loops::inject::Injected;
 use crate::session::loops::peers::PeerCost;
 use crate::session::loops::record::Recorder;
-use crate::session::loops::serve::Ending;
+use crate::session::loops::serve::{Ending, SweepCounts};
 use crate::session::timing::clock::PERIOD_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
@@ -50,6 +52,10 @@ pub struct Args {
     #[command(flatten)]
     common: LoopArgs,
     #[command(flatten)]
+    budget: BudgetArgs,
+    #[command(flatten)]
+    verdict: VerdictArgs,
+    #[command(flatten)]
     stage: StageArgs,
     #[command(flatten)]
     inject: InjectArgs,
@@ -73,6 +79,11 @@ struct CosimSummary {
     ticks_answered: u64,
     ticks_unanswered: u64,
     missed_deadlines: u64,
+    ticks_late: u64,
+    poses_missing: u64,
+    overloads: u64,
+    sweeps: SweepCounts,
+    budget_us: String,
     flag_ticks: FlagTicks,
     step_ns: Summary,
     round_trip_ns: Summary,
@@ -92,6 +103,7 @@ struct CosimSummary {
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
+    verdict: Verdict,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -124,6 +136,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
     let mut serve_args = args.tissue.to_args();
     serve_args.extend(args.stage.to_args());
+    args.budget.of(&args.tissue, tissue.engine())?;
+    serve_args.extend(args.budget.to_args());
     let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
     let session = session::run(&files, &poses, sides, &args.common)?;
     let replay_state_hash = if session.reports.serve.commands_done == 0 {
@@ -168,6 +182,14 @@ fn summary(
 ) -> CosimSummary {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
+    let verdict = args.verdict.judge(Counts {
+        answers: reports.control.ticks_answered,
+        late: reports.control.missed_deadlines,
+        floor_share: floor.floor_late_share,
+        sweeps: Some(reports.serve.sweeps),
+        sweeps_max: args.tissue.sweeps.into(),
+        overloads: reports.serve.overloads,
+    });
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
         [("serve", serve.ended_by == Ending::Interrupt), ("control", control.interrupted)];
@@ -184,6 +206,11 @@ fn summary(
         ticks_answered: control.ticks_answered,
         ticks_unanswered: control.ticks_unanswered,
         missed_deadlines: control.missed_deadlines,
+        ticks_late: serve.ticks_late,
+        poses_missing: serve.poses_missing,
+        overloads: serve.overloads,
+        sweeps: serve.sweeps,
+        budget_us: serve.budget_us,
         flag_ticks: serve.flag_ticks,
         step_ns: serve.step_ns,
         round_trip_ns: control.round_trip_ns,
@@ -201,6 +228,7 @@ fn summary(
         refused,
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report(),
+        verdict,
     }
 }
 
@@ -240,10 +268,10 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         "  {:<18}{}, replayed {} ({verdict})",
         "state hash", summary.state_hash, summary.replay_state_hash
     ))?;
-    match &args.out {
-        Some(out) => terminal::say(format_args!("  {:<18}{}", "results", out.display())),
-        None => Ok(()),
+    if let Some(out) = &args.out {
+        terminal::say(format_args!("  {:<18}{}", "results", out.display()))?;
     }
+    summary.verdict.tell()
 }
 
 fn judge(summary: &CosimSummary) -> Result<()> {
@@ -262,7 +290,7 @@ fn judge(summary: &CosimSummary) -> Result<()> {
             counted(summary.ticks_sent, "tick")
         )))
     } else {
-        Ok(())
+        summary.verdict.check()
     }
 }
 

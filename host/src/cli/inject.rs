@@ -1,4 +1,4 @@
-//! Arguments of faults on purpose: `control`, `cosim`.
+//! Arguments of faults on purpose: `serve`, `control`, `cosim`.
 
 use std::ffi::OsString;
 
@@ -13,7 +13,8 @@ use crate::words::counted;
 pub struct InjectArgs {
     /// Faults in the poses sent, drawn by the seed: late:5%@MS (up to MS late, those behind wait),
     /// lost:1%, dup:1%, reorder:1%, nan:1%, burst:2%@POSES (so many at once), rate:HZ,
-    /// stop:MS@POSES (nothing for MS after so many poses, then all that were due)
+    /// stop:MS@POSES (nothing for MS after so many poses, then all that were due); in the tissue,
+    /// for serve and cosim: sweep:PERIODS (a sweep takes at least so many pose periods)
     #[arg(long, value_name = "KIND:VALUE,..", allow_hyphen_values = true)]
     inject: Option<String>,
     /// Seed of the faults

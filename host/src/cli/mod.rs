@@ -1,6 +1,7 @@
 //! The command line: one file a command, shared arguments beside them.
 
 mod bake;
+mod budget;
 pub mod choice;
 mod command;
 mod control;
@@ -19,6 +20,7 @@ pub mod session;
 mod stage;
 mod state;
 pub mod tissue;
+mod verdict;
 
 pub use bake::BodyArgs;
 

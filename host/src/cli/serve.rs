@@ -6,11 +6,15 @@ use chaincell_kernel::{Flags, TickOutput};
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::budget::BudgetArgs;
+use super::inject::InjectArgs;
 use super::model_file;
 use super::session::{LoopArgs, tell_refused};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
+use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
+use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
 use crate::files::output::{Answer, Folder, force_csv};
@@ -77,7 +81,13 @@ pub struct Args {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
     #[command(flatten)]
+    budget: BudgetArgs,
+    #[command(flatten)]
+    verdict: VerdictArgs,
+    #[command(flatten)]
     stage: StageArgs,
+    #[command(flatten)]
+    inject: InjectArgs,
     /// Print the report as one JSON object, the last line
     #[arg(long)]
     json: bool,
@@ -98,6 +108,7 @@ struct ServeSummary<'a> {
     max_pose_hz: u32,
     state_hz: u32,
     stage: Option<StageReport>,
+    verdict: Verdict,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -117,6 +128,8 @@ pub fn execute(args: &Args) -> Result<()> {
         max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
+        budget: args.budget.of(&args.tissue, tissue.engine())?,
+        sweep_ns: sweep_ns(args)?,
         histogram: args.common.histogram,
         ticks: args.ticks,
         seconds: args.seconds,
@@ -132,13 +145,15 @@ pub fn execute(args: &Args) -> Result<()> {
     let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;
     let report = server.run(&mut tissue, &mut recorder)?;
+    let verdict = args.verdict.judge(counts(args, &report));
     // Told last, so that it costs no other result.
     let finished = recorder.finish_trace();
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
-        let received = recorder.rows().iter().map(|row| row.0.into());
+        let received =
+            recorder.rows().iter().map(|row| Pose { sweeps: row.sweeps, ..row.pose.into() });
         folder.write("path.csv", path::to_text(received).as_bytes())?;
-        let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.1)).collect();
+        let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.force)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         let summary = ServeSummary {
             cells,
@@ -151,16 +166,41 @@ pub fn execute(args: &Args) -> Result<()> {
             max_pose_hz: args.max_pose_hz,
             state_hz: args.state_hz,
             stage: args.stage.report(),
+            verdict,
         };
         folder.write_json("summary.json", &summary)?;
     }
     if args.out.is_some() || args.record.is_some() {
         tell_unrecorded(&report);
     }
-    print(args, &report)?;
+    print(args, &report, &verdict)?;
     finished?;
     let interrupted = report.ended_by == Ending::Interrupt;
-    args.common.after_report(if interrupted { Err(Error::Interrupted) } else { Ok(()) })
+    args.common.after_report(if interrupted { Err(Error::Interrupted) } else { verdict.check() })
+}
+
+/// Least time of a sweep, where one is asked for.
+fn sweep_ns(args: &Args) -> Result<u64> {
+    match args.inject.faults()? {
+        Some((faults, _)) if faults.in_poses() => Err(Error::input(
+            "--inject: serve sends no poses; it takes sweep:PERIODS alone, give the others to \
+             control",
+        )),
+        Some((faults, _)) => Ok(faults.sweep_ns()),
+        None => Ok(0),
+    }
+}
+
+/// What this process knows of late answers: those to poses that newer ones had overtaken.
+fn counts(args: &Args, report: &ServeReport) -> Counts {
+    Counts {
+        answers: report.ticks_executed,
+        late: report.flag_ticks.of(Flags::LATE),
+        floor_share: 0.0,
+        sweeps: Some(report.sweeps),
+        sweeps_max: args.tissue.sweeps.into(),
+        overloads: report.overloads,
+    }
 }
 
 /// Where the session is recorded; a killed one leaves the trace and the model beside it.
@@ -218,17 +258,19 @@ fn answer(force: &ToolForce) -> Answer {
     Answer { tick: force.tick, output }
 }
 
-fn print(args: &Args, report: &ServeReport) -> Result<()> {
+fn print(args: &Args, report: &ServeReport, verdict: &Verdict) -> Result<()> {
     if args.json {
         return terminal::say_json(report);
     }
     tell_refused(&report.refused);
     terminal::say(format_args!(
-        "{} answered, {} repeated, {} refused, {} too fast, watchdog fired {}",
+        "{} answered, {} late, {} repeated, {} refused, {} too fast, {} missing, watchdog fired {}",
         counted(report.ticks_executed, "tick"),
+        report.ticks_late,
         report.poses_repeated,
         report.poses_refused,
         report.poses_throttled,
+        report.poses_missing,
         counted(report.watchdog_fired, "time")
     ))?;
     terminal::say(format_args!("  flags       {}", report.flag_ticks))?;
@@ -255,5 +297,6 @@ fn print(args: &Args, report: &ServeReport) -> Result<()> {
             counted(report.ticks_paused, "tick")
         ))?;
     }
-    terminal::say(format_args!("  state hash  {}", report.state_hash))
+    terminal::say(format_args!("  state hash  {}", report.state_hash))?;
+    terminal::say(format_args!("  verdict     {verdict}"))
 }

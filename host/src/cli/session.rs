@@ -7,6 +7,7 @@ use chaincell_kernel::{Choice, Model};
 use tempfile::TempDir;
 
 use super::choice::parser;
+use super::verdict::VerdictArgs;
 use crate::engine::contact::{farthest, inward};
 use crate::engine::motion::{Pose, Press};
 use crate::engine::{Contact, Engine, rest_m};
@@ -156,6 +157,7 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
     let both = common.to_args();
     let mut serve_args: Vec<OsString> = vec!["serve".into(), files.model.into()];
     serve_args.extend(both.iter().cloned());
+    serve_args.extend(VerdictArgs::off());
     let totals = Plan::new(poses.len() as u64, sides.faults).totals();
     if totals.answers == 0 {
         return Err(Error::input("--inject: no pose would be left to answer; lose fewer of them"));
@@ -164,6 +166,9 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
         // What is sent faster on purpose is to be executed.
         let pose_hz = faults.rate_hz.max(POSE_HZ);
         serve_args.extend(["--max-pose-hz".into(), pose_hz.to_string().into()]);
+        if faults.sweep > 0.0 {
+            serve_args.push(format!("--inject=sweep:{}", faults.sweep).into());
+        }
     }
     serve_args.extend(sides.serve_args);
     serve_args.extend(["--ticks".into(), totals.answers.to_string().into()]);
@@ -173,6 +178,7 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
     }
     let mut control_args: Vec<OsString> = vec!["control".into(), "--path".into(), sent.into()];
     control_args.extend(both);
+    control_args.extend(VerdictArgs::off());
     control_args.extend(sides.control_args);
     let motion_ms = totals.end_ns / MILLISECOND_NS;
     let program = std::env::current_exe()

@@ -36,6 +36,16 @@ impl FlagTicks {
         }
     }
 
+    /// On how many ticks a flag was set.
+    #[must_use]
+    pub fn of(&self, flag: Flags) -> u64 {
+        self.0
+            .iter()
+            .zip(NAMES)
+            .find(|(_, (_, named))| *named == flag)
+            .map_or(0, |(ticks, _)| *ticks)
+    }
+
     /// The flags seen, each with its count.
     fn seen(self) -> impl Iterator<Item = (&'static str, u64)> {
         let all = NAMES.into_iter().zip(self.0);

@@ -22,7 +22,8 @@ pub(super) fn made_bad(sample: &ToolSample) -> ToolSample {
 
 /// What of a tissue's answer the stage may act on, and whether that is all of it.
 pub(super) fn checked(tissue: &TickOutput) -> (TickOutput, bool) {
-    let TickOutput { force_n, energy_j, work_j, stiffness_n_per_m, contacts, sweeps, flags } = *tissue;
+    let TickOutput { force_n, energy_j, work_j, stiffness_n_per_m, contacts, sweeps, flags } =
+        *tissue;
     let is_sound = force_n.iter().all(|f| f.abs() <= MOST)
         && work_j.abs() <= MOST
         && (0.0..=MOST).contains(&stiffness_n_per_m)

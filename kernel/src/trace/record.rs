@@ -106,7 +106,12 @@ impl Writer {
     /// The bytes of the next record, for a command.
     pub fn command(&mut self, record: &CommandRecord) -> [u8; RECORD_BYTES] {
         let [command, parameter, value] = record.command.words();
-        self.encode(record.tick, [command, parameter, value, 0], record.state_hash, [KIND_COMMAND, 0, 0])
+        self.encode(
+            record.tick,
+            [command, parameter, value, 0],
+            record.state_hash,
+            [KIND_COMMAND, 0, 0],
+        )
     }
 
     fn encode(

@@ -117,8 +117,7 @@ impl From<Node> for NodePosition {
 
 impl From<Pose> for ToolPose {
     fn from(pose: Pose) -> Self {
-        let ToolPose { tick, position_m, engaged } = pose;
-        Self { tick, position_m, engaged, sweeps: None }
+        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
     }
 }
 

@@ -20,19 +20,26 @@ use crate::session::timing::histogram::{Latencies, Summary};
 const MEET_S: f64 = 5.0;
 
 /// The machine's floor in one wait mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Floor {
     /// How late an empty 1 kHz loop wakes up \[ns\].
     pub floor_wakeup_ns: Summary,
     /// Round trip through `serve` and `control` with no tissue behind them \[ns\].
     pub floor_round_trip_ns: Summary,
+    /// Share of its answers that came more than 1 ms after the scheduled send.
+    pub floor_late_share: f64,
 }
 
 /// Measures both floors, `ticks` ticks of 1 ms each.
 pub fn measure(wait: Wait, realtime: bool, ticks: u32, domain: &Domain) -> Result<Floor> {
     let wakeup = in_thread(move || wakeup(wait, realtime, ticks))?;
     let round_trip = without_tissue(wait, realtime, ticks.into(), domain)?;
-    Ok(Floor { floor_wakeup_ns: wakeup.summary(), floor_round_trip_ns: round_trip.round_trip_ns })
+    Ok(Floor {
+        floor_wakeup_ns: wakeup.summary(),
+        floor_round_trip_ns: round_trip.round_trip_ns,
+        floor_late_share: round_trip.missed_deadlines as f64
+            / round_trip.ticks_answered.max(1) as f64,
+    })
 }
 
 /// How late the controller's wait reaches each tick of an empty 1 kHz loop.

@@ -17,6 +17,8 @@ use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS};
 const SPAN_MS_MAX: u32 = 60_000;
 /// Most poses in a burst.
 const BURST_MAX: u32 = 1000;
+/// Most pose periods that a sweep is stretched to.
+const SWEEP_PERIODS_MAX: f64 = 1000.0;
 /// Highest rate \[Hz\].
 const RATE_HZ_MAX: u32 = 100_000;
 
@@ -44,6 +46,8 @@ pub struct Faults {
     pub rate_hz: u32,
     /// A stop, in which nothing is sent.
     pub stop: Option<Stop>,
+    /// A sweep of the tissue takes at least so many pose periods, 0 for what it takes.
+    pub sweep: f64,
 }
 
 /// A span without poses; those that were due are sent at its end.
@@ -68,6 +72,7 @@ impl Default for Faults {
             burst_poses: 10,
             rate_hz: 1000,
             stop: None,
+            sweep: 0.0,
         }
     }
 }
@@ -112,23 +117,36 @@ impl Faults {
             ("reorder", None) => self.reorder = share(kind, front)?,
             ("nan", None) => self.nan = share(kind, front)?,
             ("rate", None) => self.rate_hz = whole(kind, "Hz", Some(front), 0, RATE_HZ_MAX)?,
+            ("sweep", None) => self.sweep = periods(kind, front)?,
             ("stop", Some(_)) => {
                 let ms = whole(kind, "ms", Some(front), 0, SPAN_MS_MAX)?;
                 let after_poses = whole(kind, "poses", extra, 0, u32::MAX)?;
                 self.stop = Some(Stop { ms, after_poses });
             }
             ("stop", None) => return Err("stop: give stop:MS@POSES, as in stop:200@1000".into()),
-            ("lost" | "dup" | "reorder" | "nan" | "rate", Some(extra)) => {
+            ("lost" | "dup" | "reorder" | "nan" | "rate" | "sweep", Some(extra)) => {
                 return Err(format!("{kind}: it has no \"@{extra}\""));
             }
             _ => {
                 return Err(format!(
-                    "\"{kind}\" is no fault; there are late, lost, dup, reorder, nan, burst, rate \
-                     and stop"
+                    "\"{kind}\" is no fault; there are late, lost, dup, reorder, nan, burst, rate, \
+                     stop and sweep"
                 ));
             }
         }
         Ok(())
+    }
+
+    /// Least time of a sweep \[ns\].
+    #[must_use]
+    pub fn sweep_ns(&self) -> u64 {
+        (self.sweep * self.period_ns() as f64) as u64
+    }
+
+    /// Whether there is a fault in the poses sent.
+    #[must_use]
+    pub fn in_poses(&self) -> bool {
+        *self != Self { sweep: self.sweep, ..Self::default() }
     }
 
     /// Time from one scheduled pose to the next \[ns\].
@@ -136,6 +154,13 @@ impl Faults {
     pub fn period_ns(&self) -> u64 {
         SECOND_NS / u64::from(self.rate_hz)
     }
+}
+
+fn periods(kind: &str, text: &str) -> Result<f64, String> {
+    let periods = text.parse().ok().filter(|periods| (0.0..=SWEEP_PERIODS_MAX).contains(periods));
+    periods.ok_or_else(|| {
+        format!("{kind}:{text}: give 0 to {SWEEP_PERIODS_MAX} pose periods, as in {kind}:0.8")
+    })
 }
 
 fn share(kind: &str, text: &str) -> Result<f64, String> {

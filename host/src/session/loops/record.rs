@@ -92,7 +92,13 @@ impl Recorder {
         let Some(trace) = &mut self.trace else { return true };
         let &Row { pose, force, sweeps, ramp_restarted } = row;
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-        trace.add(&Record { tick: pose.tick, sample: pose.into(), sweeps, ramp_restarted, state_hash })
+        trace.add(&Record {
+            tick: pose.tick,
+            sample: pose.into(),
+            sweeps,
+            ramp_restarted,
+            state_hash,
+        })
     }
 
     /// Poses that were executed, bit for bit as received but for `engaged` before the first

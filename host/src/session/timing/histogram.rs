@@ -98,15 +98,20 @@ impl Latencies {
         spans
     }
 
+    /// The span that this share is at most as long as, 0 to 1; to three significant digits.
+    #[must_use]
+    pub fn at(&self, share: f64) -> u64 {
+        self.spans.value_at_quantile(share).min(self.max_ns)
+    }
+
     /// The percentiles, to three significant digits; the maximum is exact.
     #[must_use]
     pub fn summary(&self) -> Summary {
-        let at = |quantile| self.spans.value_at_quantile(quantile).min(self.max_ns);
         Summary {
-            p50: at(0.5),
-            p99: at(0.99),
-            p999: at(0.999),
-            p9999: at(0.9999),
+            p50: self.at(0.5),
+            p99: self.at(0.99),
+            p999: self.at(0.999),
+            p9999: self.at(0.9999),
             max: self.max_ns,
         }
     }

@@ -82,6 +82,7 @@ pub(super) struct Budget {
     /// The tick under way.
     deadline_ns: u64,
     sweep_from_ns: u64,
+    asked: u16,
 }
 
 impl Budget {
@@ -100,6 +101,7 @@ impl Budget {
             missed_at_ns: 0,
             deadline_ns: 0,
             sweep_from_ns: 0,
+            asked: 0,
         }
     }
 
@@ -129,18 +131,20 @@ impl Budget {
         };
         self.deadline_ns = arrival_ns.saturating_add(span_ns);
         self.sweep_from_ns = now_ns;
+        self.asked = 0;
     }
 
     /// A sweep has ended: whether another one fits.
     pub(super) fn more(&mut self, now_ns: u64) -> bool {
+        self.asked += 1;
         self.note(now_ns);
         let sweep_ns = (self.sweep_ns as f64 * self.care(now_ns)) as u64;
         now_ns.saturating_add(sweep_ns) <= self.deadline_ns
     }
 
-    /// The last sweep of a tick has ended.
-    pub(super) fn end(&mut self, now_ns: u64) {
-        if now_ns > self.sweep_from_ns {
+    /// The tick has ended after so many sweeps: the last one is noted where nobody asked behind it.
+    pub(super) fn end(&mut self, now_ns: u64, sweeps: u16) {
+        if self.asked < sweeps {
             self.note(now_ns);
         }
     }
@@ -192,11 +196,9 @@ mod tests {
     /// Sweeps of a tick that begins at `start_ns` with `sweep_ns` each, of at most `most`.
     fn sweeps(budget: &mut Budget, start_ns: u64, sweep_ns: u64, most: u64) -> u64 {
         budget.begin(start_ns, start_ns);
-        let more = |done: &u64| budget.more(start_ns + done * sweep_ns);
+        let mut more = |done: &u64| budget.more(start_ns + done * sweep_ns);
         let done = (1..most).find(|done| !more(done)).unwrap_or(most);
-        if done == most {
-            budget.end(start_ns + most * sweep_ns);
-        }
+        budget.end(start_ns + done * sweep_ns, done as u16);
         done
     }
 

@@ -1,5 +1,10 @@
 //! The tissue's side: driven by poses, one tick and one answer for each.
 //!
+//! Of poses that have piled up the newest alone is given sweeps, and so a new force; the ones before
+//! it move the tool without a sweep and are answered with the force that is shown already, see
+//! [`TissueMut::tick_late`](chaincell_kernel::TissueMut::tick_late). Where the count of sweeps is
+//! fixed, all poses are executed in full, and the force falls to 0 while they pile up.
+//!
 //! One thread receives, ticks and sends. A second thread for shared memory would stand between
 //! each pose and its answer all the same; instead, new readers are connected while no pose waits,
 //! so that only one that joins during a tick delays that tick's answer (see
@@ -7,35 +12,42 @@
 //! pose waits too.
 
 mod beside;
+mod budget;
+mod intake;
 mod options;
+mod overload;
 mod rate;
 mod watchdog;
 
-use iceoryx2::identifiers::UniquePublisherId;
+use std::collections::VecDeque;
+
 use iceoryx2::port::update_connections::UpdateConnections;
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::{Flags, TickOutput, ToolSample};
 
 use crate::engine::flag_ticks::FlagTicks;
-use crate::engine::order::{TickOrder, TickPlace};
-use crate::engine::tissue::TissueEngine;
+use crate::engine::tissue::{Sweeps, TissueEngine};
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Ports, SceneServices};
+use crate::session::ipc::services::{Ports, QUEUE_MESSAGES, SceneServices};
 use crate::session::ipc::state::StatePublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
-use crate::session::loops::record::Recorder;
+use crate::session::loops::record::{Recorder, Row};
 use crate::session::loops::shaper::ForceShaper;
 use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use crate::session::timing::histogram::Latencies;
 use crate::terminal;
 
-pub use options::{Ending, ServeOptions, ServeReport};
+use budget::Budget;
+pub use budget::SweepBudget;
+use intake::{Arrived, InCharge};
+pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
+use overload::{Change, Overload};
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
 
@@ -43,9 +55,6 @@ pub use rate::{POSE_HZ, POSE_HZ_MAX};
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
 /// Time for readers to take the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
-/// Span between looks whether the publisher in charge is still alive \[ns\].
-const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
-
 /// A scene whose services exist and that is ready for poses.
 #[derive(Debug)]
 pub struct Server {
@@ -127,13 +136,6 @@ impl Server {
     }
 }
 
-/// The publisher whose poses are executed.
-#[derive(Debug, Clone, Copy)]
-struct InCharge {
-    id: UniquePublisherId,
-    order: TickOrder,
-}
-
 struct Run<'a> {
     server: &'a Server,
     state: Option<StatePublisher>,
@@ -144,15 +146,25 @@ struct Run<'a> {
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
+    /// Poses accepted and not executed yet, the oldest first.
+    inbox: VecDeque<Arrived>,
     in_charge: Option<InCharge>,
+    /// Whether a pose with the tool released has been seen.
+    has_released: bool,
     rate: PoseRate,
     alive_until_ns: u64,
     answer: Option<ToolForce>,
     shaper: ForceShaper,
+    budget: Budget,
+    overload: Overload,
+    looked_ns: u64,
     end_ns: u64,
     publishers: u64,
     executed: u64,
+    late: u64,
     flag_ticks: FlagTicks,
+    sweeps: Latencies,
+    missing: u64,
     repeated: u64,
     refused: u64,
     throttled: u64,
@@ -171,6 +183,10 @@ impl<'a> Run<'a> {
     ) -> Result<Self> {
         let start_ns = now_ns();
         let ServeOptions { watchdog_ms, ramp_ms, max_slew_n_per_s, .. } = server.options;
+        let mut inbox = VecDeque::new();
+        // Written once now: no page fault in the loop.
+        inbox.resize(QUEUE_MESSAGES, Arrived::default());
+        inbox.clear();
         let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
         waiter.expect_after(start_ns);
         Ok(Self {
@@ -183,15 +199,23 @@ impl<'a> Run<'a> {
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
+            inbox,
             in_charge: None,
+            has_released: false,
             rate: server.rate,
             alive_until_ns: 0,
             answer: None,
             shaper: ForceShaper::new(watchdog_ms, ramp_ms, max_slew_n_per_s, start_ns),
+            budget: Budget::new(server.options.budget),
+            overload: Overload::default(),
+            looked_ns: start_ns,
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
+            late: 0,
             flag_ticks: FlagTicks::default(),
+            sweeps: Latencies::new()?,
+            missing: 0,
             repeated: 0,
             refused: 0,
             throttled: 0,
@@ -213,22 +237,29 @@ impl<'a> Run<'a> {
             if now_ns() >= self.end_ns {
                 return Ending::Seconds;
             }
-            match self.receive() {
-                Some((pose, publisher)) if self.accepts(pose, publisher) => {
-                    self.execute(pose);
+            let has_come = self.take_in();
+            if let Some(arrived) = self.inbox.pop_front() {
+                if self.is_anytime() && !self.inbox.is_empty() {
+                    self.execute_late(arrived);
+                } else {
+                    self.execute(arrived);
                     self.beside(false);
-                    continue;
                 }
+            } else if has_come {
                 // Poses that are not executed keep commands and viewers waiting no more than others.
-                Some(_) => self.beside(false),
-                None => {
-                    // Before the wait: behind it poses may lie in the queue.
-                    self.watch(now_ns());
-                    self.beside(true);
-                    self.wait();
-                }
+                self.beside(false);
+            } else {
+                // Before the wait: behind it poses may lie in the queue.
+                self.watch(now_ns());
+                self.beside(true);
+                self.wait();
             }
         }
+    }
+
+    /// Whether ticks end when their time is up, and poses may be late.
+    fn is_anytime(&self) -> bool {
+        self.server.options.budget != SweepBudget::Off && self.engine.is_anytime() && !self.paused
     }
 
     fn wait(&mut self) {
@@ -237,24 +268,6 @@ impl<'a> Run<'a> {
         let deadline_ns =
             self.shaper.fall_ns().map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
         self.waiter.pause(deadline_ns, &self.server.ports.wake);
-    }
-
-    fn receive(&mut self) -> Option<(ToolPose, UniquePublisherId)> {
-        let (server, failed) = (self.server, &mut self.failed);
-        self.peers.timed(
-            || server.scene.ports_count(),
-            || match server.ports.subscriber.receive() {
-                Ok(Some(sample)) => {
-                    let pose = (*sample, sample.header().publisher_id());
-                    (Call::Receive, Some(pose))
-                }
-                Ok(None) => (Call::Idle, None),
-                Err(why) => {
-                    complain(failed, "cannot receive a pose", why);
-                    (Call::Idle, None)
-                }
-            },
-        )
     }
 
     /// Connects new readers while no pose waits, so that no answer pays for it.
@@ -270,77 +283,118 @@ impl<'a> Run<'a> {
         );
     }
 
-    /// Whether a pose is the next one of the publisher in charge.
-    fn accepts(&mut self, pose: ToolPose, publisher: UniquePublisherId) -> bool {
-        let arrival_ns = now_ns();
-        let in_charge = self.in_charge;
-        let mut order = match in_charge {
-            Some(known) if known.id == publisher => known.order,
-            Some(known) if self.is_in_charge(known.id, arrival_ns) => {
-                complain(&mut self.refused, "a second publisher sends poses", publisher.value());
-                return false;
-            }
-            _ => {
-                self.publishers += 1;
-                self.shaper.begin_ramp();
-                TickOrder::default()
-            }
-        };
-        let place = order.take(pose.tick);
-        self.in_charge = Some(InCharge { id: publisher, order });
-        match place {
-            TickPlace::Next => {}
-            TickPlace::Repeated => {
-                complain(&mut self.repeated, "tick not above the last one", pose.tick);
-                return false;
-            }
-            TickPlace::Bad => {
-                complain(&mut self.refused, "bad tick, far from the last one", pose.tick);
-                return false;
-            }
-        }
-        if !self.rate.takes(arrival_ns) {
-            complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
-            return false;
-        }
-        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.shaper.heard_ns()));
-        self.waiter.expect_after(arrival_ns);
-        self.shaper.hear(arrival_ns);
-        true
-    }
-
-    fn execute(&mut self, pose: ToolPose) {
-        let sample = ToolSample::from(pose);
+    /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
+    fn execute(&mut self, arrived: Arrived) {
         let start_ns = now_ns();
-        let output = if self.paused { self.rest() } else { self.engine.tick(&sample) };
-        let step_ns = now_ns() - start_ns;
+        let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
+        let end_ns = now_ns();
+        let step_ns = end_ns - start_ns;
         self.executed += 1;
-        self.flag_ticks.add(output.flags);
         let every = self.server.options.hash_every;
         let hashed = every != 0 && self.executed.is_multiple_of(every);
+        let state_hash = if hashed { self.engine.state_hash() } else { 0 };
+        let is_anytime = self.is_anytime();
+        let force = self.publish(arrived, &output, step_ns, state_hash);
+        self.answer = Some(force);
+        if self.paused {
+            self.paused_ticks += 1;
+            return;
+        }
+        self.step.record(step_ns);
+        self.sweeps.record(u64::from(output.sweeps));
+        if let Some(state) = &mut self.state {
+            state.changed();
+        }
+        let sent_ns = now_ns();
+        self.take_in();
+        let is_behind = !self.inbox.is_empty();
+        self.budget.answered(sent_ns.saturating_sub(end_ns), is_behind, sent_ns);
+        let is_behind = if is_anytime {
+            output.sweeps == 1 && step_ns > self.budget.period_ns()
+        } else {
+            is_behind
+        };
+        match self.overload.note(is_behind, [start_ns, sent_ns]) {
+            Change::None => {}
+            Change::Begins => self.shaper.begin_fall(),
+            Change::Ends => self.shaper.begin_ramp(),
+        }
+    }
+
+    /// The tissue's tick: as many sweeps as its time has room for.
+    fn tick(&mut self, arrived: Arrived, start_ns: u64) -> TickOutput {
+        if arrived.restarts_ramp {
+            self.engine.restart_ramp();
+        }
+        let sample = ToolSample::from(arrived.pose);
+        let stretch_ns = self.server.options.sweep_ns;
+        let stretched = |sweeps: u16| {
+            while now_ns() < start_ns + u64::from(sweeps) * stretch_ns {
+                std::hint::spin_loop();
+            }
+            now_ns()
+        };
+        if !self.is_anytime() {
+            let output = self.engine.tick(&sample);
+            stretched(output.sweeps);
+            return output;
+        }
+        let budget = &mut self.budget;
+        budget.begin(arrived.at_ns, start_ns);
+        let mut done_ns = 0;
+        let mut more = |done| {
+            done_ns = stretched(done);
+            budget.more(done_ns)
+        };
+        let output = self.engine.tick_by(&sample, Sweeps::While(&mut more));
+        let end_ns = stretched(output.sweeps);
+        budget.end(end_ns, output.sweeps);
+        output
+    }
+
+    /// A tick without a sweep, for a pose that newer ones have overtaken.
+    fn execute_late(&mut self, arrived: Arrived) {
+        let start_ns = now_ns();
+        if arrived.restarts_ramp {
+            self.engine.restart_ramp();
+        }
+        let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::Late);
+        self.executed += 1;
+        self.late += u64::from(output.flags.contains(Flags::LATE));
+        let force = self.publish(arrived, &output, now_ns() - start_ns, 0);
+        self.answer = Some(force);
+    }
+
+    /// Records a tick and sends its answer.
+    fn publish(
+        &mut self,
+        arrived: Arrived,
+        output: &TickOutput,
+        step_ns: u64,
+        state_hash: u64,
+    ) -> ToolForce {
+        let Arrived { pose, restarts_ramp: ramp_restarted, release_first, .. } = arrived;
+        let mut flags = output.flags;
+        if release_first {
+            flags.insert(Flags::RELEASE_FIRST);
+        }
         let force = ToolForce {
             tick: pose.tick,
             force_n: output.force_n.into(),
             energy_j: output.energy_j,
             contacts: output.contacts,
-            flags: output.flags.0,
+            flags: flags.0,
             step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
             reserved: 0,
-            state_hash: if hashed { self.engine.state_hash() } else { 0 },
+            state_hash,
         };
+        let sweeps = self.is_anytime().then_some(output.sweeps);
         // First, so that no answer is seen whose tick a kill could lose.
-        self.recorder.record(pose, force);
+        self.recorder.record(Row { pose, force, sweeps, ramp_restarted });
         let shown = self.shown(force, now_ns());
+        self.flag_ticks.add(Flags(force.flags | shown.flags & Flags::LATE.0));
         self.send(shown);
-        if self.paused {
-            self.paused_ticks += 1;
-        } else {
-            self.step.record(step_ns);
-            if let Some(state) = &mut self.state {
-                state.changed();
-            }
-        }
-        self.answer = Some(force);
+        force
     }
 
     fn send(&mut self, force: ToolForce) {
@@ -357,22 +411,20 @@ impl<'a> Run<'a> {
         server.ports.ring.ring();
     }
 
-    fn is_in_charge(&mut self, id: UniquePublisherId, now_ns: u64) -> bool {
-        let Some(node) = self.server.scene.pose_publisher_node(id) else {
-            return false;
-        };
-        if now_ns < self.alive_until_ns {
-            return true;
-        }
-        self.alive_until_ns = now_ns + ALIVE_CHECK_NS;
-        self.server.scene.is_alive(node)
-    }
-
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
         let (states_sent, state_ns) =
             self.state.as_ref().map_or_else(Default::default, StatePublisher::cost);
         ServeReport {
             ticks_executed: self.executed,
+            ticks_late: self.late,
+            poses_missing: self.missing,
+            overloads: self.overload.times(),
+            sweeps: SweepCounts {
+                p1: self.sweeps.at(0.01),
+                p50: self.sweeps.at(0.5),
+                max: self.sweeps.summary().max,
+            },
+            budget_us: self.server.options.budget.to_string(),
             poses_repeated: self.repeated,
             poses_refused: self.refused,
             poses_throttled: self.throttled,

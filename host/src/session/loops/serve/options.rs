@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::POSE_HZ;
+use super::{POSE_HZ, SweepBudget};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::peers::PeerCost;
@@ -29,6 +29,10 @@ pub struct ServeOptions {
     pub hash_every: u64,
     /// Most poses executed a second, 0 for any number; see [`POSE_HZ`] \[Hz\].
     pub max_pose_hz: u32,
+    /// How long the sweeps of a tick may take, for a tissue whose ticks may end after any.
+    pub budget: SweepBudget,
+    /// Fault on purpose: a sweep takes at least so long, 0 for none \[ns\].
+    pub sweep_ns: u64,
     /// Whether the report has a histogram.
     pub histogram: bool,
     /// Ends after this many executed ticks.
@@ -52,6 +56,8 @@ impl Default for ServeOptions {
             max_slew_n_per_s: f32::INFINITY,
             hash_every: 1,
             max_pose_hz: POSE_HZ,
+            budget: SweepBudget::default(),
+            sweep_ns: 0,
             histogram: false,
             ticks: None,
             seconds: None,
@@ -73,11 +79,33 @@ pub enum Ending {
     Interrupt,
 }
 
+/// Sweeps of the ticks of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SweepCounts {
+    /// 99 % of the ticks had at least so many.
+    pub p1: u64,
+    /// Median.
+    pub p50: u64,
+    /// The most.
+    pub max: u64,
+}
+
 /// What happened while serving.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ServeReport {
     /// Poses that were executed and answered.
     pub ticks_executed: u64,
+    /// Of these, the ones that newer poses had overtaken: executed without a sweep, answered with
+    /// the force of an earlier one.
+    pub ticks_late: u64,
+    /// Poses that never came, by the numbers of their ticks: lost, or overwritten in a full queue.
+    pub poses_missing: u64,
+    /// Times that the tissue could not keep up with the poses, so that the force fell to 0.
+    pub overloads: u64,
+    /// Sweeps of the ticks that were not late.
+    pub sweeps: SweepCounts,
+    /// Time for the sweeps of a tick: `auto`, `off`, or microseconds.
+    pub budget_us: String,
     /// Poses whose tick was not above the publisher's last one: not executed.
     pub poses_repeated: u64,
     /// Poses of a second publisher while the first was alive, and poses with a bad tick: not

@@ -1,5 +1,5 @@
 //! What is published of the tissue's force: without a jump when poses stop, come again, come from
-//! another program, and when a command or a run of bad samples takes the force away.
+//! another program, and when a command, a run of bad samples or an overload takes the force away.
 //!
 //! The clock never enters the tissue: what is recorded is the tissue's own force.
 
@@ -16,9 +16,13 @@ impl Run<'_> {
         if (answer.flags ^ before) & safe != 0 {
             self.shaper.begin_ramp();
         }
-        let force_n = self.shaper.shape(answer.force_n, now_ns);
+        let is_overload = self.overload.is_on();
+        let target_n = if is_overload { [0.0; 3] } else { answer.force_n };
+        let force_n = self.shaper.shape(target_n, now_ns);
+        let overload = if is_overload { Flags::LATE.0 | safe } else { 0 };
+        let flags = answer.flags | overload;
         // The flag says that the force is zero; on the way there it is not.
-        let flags = if force_n == [0.0; 3] { answer.flags } else { answer.flags & !safe };
+        let flags = if force_n == [0.0; 3] { flags } else { flags & !safe };
         ToolForce { force_n, flags, ..answer }
     }
 

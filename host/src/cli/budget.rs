@@ -1,0 +1,44 @@
+//! Arguments of the time that a tick may take: `serve`, `cosim`.
+
+use std::ffi::OsString;
+
+use chaincell_kernel::Choice;
+
+use super::tissue::TissueArgs;
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+use crate::session::loops::serve::SweepBudget;
+
+/// How many sweeps a tick makes under a clock.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct BudgetArgs {
+    /// Time for a tick from the arrival of its pose [us]: `auto` is the time between two poses,
+    /// `off` makes all --sweeps whatever it takes. A tick makes at least one sweep and at most
+    /// --sweeps [default: auto under track and gauss-seidel, else off]
+    #[arg(long, value_name = "US|auto|off", allow_hyphen_values = true)]
+    budget_us: Option<SweepBudget>,
+}
+
+impl BudgetArgs {
+    /// The budget for an engine.
+    ///
+    /// # Errors
+    /// One for a scheme whose sweeps are the tissue's time.
+    pub fn of(self, tissue: &TissueArgs, engine: &Engine<'_>) -> Result<SweepBudget> {
+        match self.budget_us {
+            None if engine.is_anytime() => Ok(SweepBudget::Auto),
+            None => Ok(SweepBudget::Off),
+            Some(budget) if engine.is_anytime() || budget == SweepBudget::Off => Ok(budget),
+            Some(budget) => Err(Error::input(format!(
+                "--budget-us {budget}: under --dynamics {} the sweeps are the tissue's time, so \
+                 their number is fixed; leave it out, or take --dynamics track",
+                tissue.dynamics.name()
+            ))),
+        }
+    }
+
+    /// The same arguments for a child process.
+    pub fn to_args(self) -> Vec<OsString> {
+        self.budget_us.iter().map(|budget| format!("--budget-us={budget}").into()).collect()
+    }
+}

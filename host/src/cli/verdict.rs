@@ -1,0 +1,207 @@
+//! The last line of a session: whether 1 kHz was held, and what to change where it was not.
+
+use std::ffi::OsString;
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::session::loops::serve::SweepCounts;
+use crate::terminal;
+
+/// Share of late answers that a session may have beyond those of the machine itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LateShare {
+    /// Any.
+    Off,
+    /// So many, 0 to 1.
+    AtMost(f64),
+}
+
+impl FromStr for LateShare {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "off" {
+            return Ok(Self::Off);
+        }
+        let percent = text.strip_suffix('%').and_then(|number| number.parse::<f64>().ok());
+        match percent {
+            Some(percent) if (0.0..=100.0).contains(&percent) => Ok(Self::AtMost(percent / 100.0)),
+            _ => Err("give a share from 0% to 100%, as in 1%, or off".into()),
+        }
+    }
+}
+
+impl fmt::Display for LateShare {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Off => f.write_str("off"),
+            Self::AtMost(share) => write!(f, "{}%", 100.0 * share),
+        }
+    }
+}
+
+/// When a session has failed.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct VerdictArgs {
+    /// Exit code 1 where more answers are late than this, beyond those that the machine itself
+    /// makes late; `off` for never
+    #[arg(long, value_name = "SHARE", default_value = "1%", allow_hyphen_values = true)]
+    late_share: LateShare,
+}
+
+impl VerdictArgs {
+    /// The same arguments for a child process, which leaves the judgement to this one.
+    pub fn off() -> [OsString; 1] {
+        ["--late-share=off".into()]
+    }
+
+    /// Judges what was counted.
+    pub fn judge(self, counts: Counts) -> Verdict {
+        let share = |late: u64| late as f64 / counts.answers.max(1) as f64;
+        let (late_share, floor_share) = (share(counts.late), counts.floor_share);
+        let allowed = match self.late_share {
+            LateShare::Off => None,
+            LateShare::AtMost(allowed) => Some(allowed),
+        };
+        let beyond = late_share - floor_share;
+        let is_held = counts.overloads == 0 && beyond <= allowed.unwrap_or(DEFAULT_SHARE);
+        let Counts { sweeps, .. } = counts;
+        Verdict {
+            is_held,
+            fails: allowed.is_some() && !is_held,
+            late_share,
+            floor_share,
+            sweeps,
+            counts,
+        }
+    }
+}
+
+/// What is allowed where nothing fails for it.
+const DEFAULT_SHARE: f64 = 0.01;
+
+/// What a session counted.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    /// Answers.
+    pub answers: u64,
+    /// Of these, the late ones.
+    pub late: u64,
+    /// Share of late answers that the machine makes by itself.
+    pub floor_share: f64,
+    /// Sweeps of the ticks, where this process knows them.
+    pub sweeps: Option<SweepCounts>,
+    /// Most sweeps that a tick may make.
+    pub sweeps_max: u64,
+    /// Times that the force fell to 0 since the tissue could not keep up.
+    pub overloads: u64,
+}
+
+/// The verdict, for summaries and the last line.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Verdict {
+    /// Whether 1 kHz was held.
+    pub is_held: bool,
+    #[serde(skip)]
+    fails: bool,
+    late_share: f64,
+    floor_share: f64,
+    #[serde(skip)]
+    sweeps: Option<SweepCounts>,
+    #[serde(skip)]
+    counts: Counts,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let held = if self.is_held { "1 kHz held" } else { "1 kHz NOT held" };
+        write!(
+            f,
+            "{held}: {:.2} % of the answers late, {:.2} % by the machine itself",
+            100.0 * self.late_share,
+            100.0 * self.floor_share
+        )?;
+        if let Some(SweepCounts { p1, p50, .. }) = self.sweeps {
+            write!(f, "; sweeps p1 {p1}, p50 {p50}")?;
+        }
+        match self.remedy() {
+            Some(remedy) => write!(f, "; {remedy}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Verdict {
+    /// What to change.
+    fn remedy(&self) -> Option<&'static str> {
+        let Counts { sweeps_max, overloads, .. } = self.counts;
+        if overloads > 0 {
+            return Some(
+                "sweep longer than a pose period, so the force fell to 0: bake fewer cells with \
+                 `bake --cells N`, or take a faster core",
+            );
+        }
+        if self.is_held {
+            let few = self.sweeps.is_some_and(|sweeps| sweeps.p50 < sweeps_max);
+            return few.then_some("a smaller model, or a faster core, would have more sweeps");
+        }
+        if self.floor_share > self.late_share / 2.0 {
+            return Some("the machine itself is late: give each process a free core");
+        }
+        Some("give each process a free core, or bake fewer cells with `bake --cells N`")
+    }
+
+    /// Prints the line.
+    pub fn tell(&self) -> Result<()> {
+        terminal::say(format_args!("  {:<18}{self}", "verdict"))
+    }
+
+    /// The exit code.
+    ///
+    /// # Errors
+    /// More late answers than the user allows, or an overload.
+    pub fn check(&self) -> Result<()> {
+        if self.fails { Err(Error::check(self)) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(share: &str, late: u64, overloads: u64) -> Verdict {
+        let sweeps = Some(SweepCounts { p1: 1, p50: 4, max: 4 });
+        let counts =
+            Counts { answers: 1000, late, floor_share: 0.02, sweeps, sweeps_max: 4, overloads };
+        VerdictArgs { late_share: share.parse().unwrap() }.judge(counts)
+    }
+
+    #[test]
+    fn late_answers_count_beyond_the_machines_own() {
+        assert!(verdict("1%", 30, 0).check().is_ok());
+        assert!(verdict("1%", 31, 0).check().is_err());
+        assert!(verdict("off", 900, 0).check().is_ok() && !verdict("off", 900, 0).is_held);
+        assert!(verdict("50%", 0, 1).check().is_err(), "an overload fails");
+        assert!(
+            verdict("1%", 31, 0).to_string().starts_with("1 kHz NOT held: 3.10 % of the answers")
+        );
+        let text = verdict("1%", 0, 3).to_string();
+        assert!(
+            text.contains("sweep longer than a pose period") && text.contains("--cells"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn shares_read_back() {
+        for text in ["off", "1%", "0%", "2.5%", "100%"] {
+            assert_eq!(text.parse::<LateShare>().unwrap().to_string(), text);
+        }
+        for text in ["1", "101%", "-1%", "NaN%", ""] {
+            assert!(text.parse::<LateShare>().is_err(), "{text}");
+        }
+    }
+}
