@@ -14,7 +14,8 @@ pub struct InjectArgs {
     /// Faults in the poses sent, drawn by the seed: late:5%@MS (up to MS late, those behind wait),
     /// lost:1%, dup:1%, reorder:1%, nan:1%, burst:2%@POSES (so many at once), rate:HZ,
     /// stop:MS@POSES (nothing for MS after so many poses, then all that were due); in the tissue,
-    /// for serve and cosim: sweep:PERIODS (a sweep takes at least so many pose periods)
+    /// for serve and cosim: sweep:PERIODS@POSES (after so many poses a sweep takes at least
+    /// so many pose periods)
     #[arg(long, value_name = "KIND:VALUE,..", allow_hyphen_values = true)]
     inject: Option<String>,
     /// Seed of the faults

@@ -21,6 +21,7 @@ use crate::files::output::{Answer, Folder, force_csv};
 use crate::files::path;
 use crate::files::recording::{self, Recording, TraceFile};
 use crate::session::ipc::payload::ToolForce;
+use crate::session::loops::inject::Faults;
 use crate::session::loops::record::Recorder;
 use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
 use crate::terminal;
@@ -118,6 +119,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
     let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
+    let faults = faults(args)?;
     let options = ServeOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -129,7 +131,8 @@ pub fn execute(args: &Args) -> Result<()> {
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
         budget: args.budget.of(&args.tissue, tissue.engine())?,
-        sweep_ns: sweep_ns(args)?,
+        sweep_ns: faults.sweep_ns(),
+        sweep_after: faults.sweep_after.into(),
         histogram: args.common.histogram,
         ticks: args.ticks,
         seconds: args.seconds,
@@ -179,15 +182,15 @@ pub fn execute(args: &Args) -> Result<()> {
     args.common.after_report(if interrupted { Err(Error::Interrupted) } else { verdict.check() })
 }
 
-/// Least time of a sweep, where one is asked for.
-fn sweep_ns(args: &Args) -> Result<u64> {
+/// Faults in the tissue, where they are asked for.
+fn faults(args: &Args) -> Result<Faults> {
     match args.inject.faults()? {
         Some((faults, _)) if faults.in_poses() => Err(Error::input(
             "--inject: serve sends no poses; it takes sweep:PERIODS alone, give the others to \
              control",
         )),
-        Some((faults, _)) => Ok(faults.sweep_ns()),
-        None => Ok(0),
+        Some((faults, _)) => Ok(faults),
+        None => Ok(Faults::default()),
     }
 }
 

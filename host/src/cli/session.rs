@@ -167,7 +167,7 @@ pub fn run(files: &Files<'_>, poses: &[Pose], sides: Sides, common: &LoopArgs) -
         let pose_hz = faults.rate_hz.max(POSE_HZ);
         serve_args.extend(["--max-pose-hz".into(), pose_hz.to_string().into()]);
         if faults.sweep > 0.0 {
-            serve_args.push(format!("--inject=sweep:{}", faults.sweep).into());
+            serve_args.push(format!("--inject={}", faults.of_sweeps()).into());
         }
     }
     serve_args.extend(sides.serve_args);

@@ -97,6 +97,6 @@ mod tests {
     #[test]
     fn every_bit_has_one_name() {
         let named = NAMES.iter().fold(0, |bits, (_, flag)| bits + flag.0);
-        assert_eq!(named, 255);
+        assert_eq!(named, 1023);
     }
 }

@@ -315,6 +315,11 @@ impl<'m> Engine<'m> {
         self.tissue.tick_by(&self.network, sample, sweeps)
     }
 
+    /// The tick that made so many sweeps once, see [`TissueMut::tick_again`].
+    pub fn tick_again(&mut self, sample: &ToolSample, sweeps: Option<u16>) -> TickOutput {
+        Sweeps::again(sweeps, |sweeps| self.tick_by(sample, sweeps))
+    }
+
     /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].
     #[must_use]
     pub fn is_anytime(&self) -> bool {

@@ -50,11 +50,7 @@ impl<'m> Staged<'m> {
     /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
     /// settings' count.
     pub fn tick_again(&mut self, device: &ToolSample, sweeps: Option<u16>) -> TickOutput {
-        match sweeps {
-            None => self.tick(device),
-            Some(0) => self.tick_by(device, Sweeps::Late),
-            Some(sweeps) => self.tick_by(device, Sweeps::While(&mut |done| done < sweeps)),
-        }
+        Sweeps::again(sweeps, |sweeps| self.tick_by(device, sweeps))
     }
 
     /// The stage's settings, `None` without one.

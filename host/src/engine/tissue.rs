@@ -53,6 +53,17 @@ pub enum Sweeps<'a> {
     Late,
 }
 
+impl Sweeps<'_> {
+    /// Those of a tick that made so many once: 0 where it was late, `None` for the settings' count.
+    pub fn again<T>(sweeps: Option<u16>, tick: impl FnOnce(Sweeps<'_>) -> T) -> T {
+        match sweeps {
+            None => tick(Sweeps::All),
+            Some(0) => tick(Sweeps::Late),
+            Some(sweeps) => tick(Sweeps::While(&mut |done| done < sweeps)),
+        }
+    }
+}
+
 /// A tissue that is advanced one tick at a time.
 pub trait TissueEngine {
     /// Advances the tissue by one tick. Allocates nothing and never blocks.

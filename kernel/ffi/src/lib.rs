@@ -63,16 +63,17 @@ pub use storage::{
     chaincell_tissue_align, chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_size,
 };
 pub use tick::{
-    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
-    FLAG_MOTION_CLAMPED, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, FLAG_STALE, Output, Sample,
-    chaincell_fine_position, chaincell_position, chaincell_positions, chaincell_set_positions,
-    chaincell_state_hash, chaincell_tick,
+    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED, FLAG_LATE,
+    FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, FLAG_STALE, More,
+    Output, Sample, chaincell_fine_position, chaincell_position, chaincell_positions,
+    chaincell_set_positions, chaincell_state_hash, chaincell_tick, chaincell_tick_late,
+    chaincell_tick_while,
 };
 
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0100;
+pub const VERSION: u32 = 0x0200;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

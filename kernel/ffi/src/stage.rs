@@ -245,6 +245,7 @@ pub unsafe extern "C" fn chaincell_stage_output(
                 work_j: tissue.work_j,
                 stiffness_n_per_m: tissue.stiffness_n_per_m,
                 contacts: tissue.contacts,
+                sweeps: u16::try_from(tissue.sweeps).unwrap_or(u16::MAX),
                 flags: Flags(tissue.flags),
             }))
         })

@@ -38,6 +38,8 @@ pub struct Output {
     pub contacts: u32,
     /// What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
     pub flags: u32,
+    /// Sweeps made: 0 where the sample was late, and in the safe state.
+    pub sweeps: u32,
 }
 
 impl Output {
@@ -50,6 +52,7 @@ impl Output {
             stiffness_n_per_m: answer.stiffness_n_per_m,
             contacts: answer.contacts,
             flags: answer.flags.0,
+            sweeps: answer.sweeps.into(),
         }
     }
 }
@@ -71,6 +74,10 @@ pub const FLAG_ROLLED_BACK: u32 = 64;
 /// More cells in the probe than the tissue was initialised for: those with the highest numbers are
 /// free.
 pub const FLAG_CONTACT_CAPACITY: u32 = 128;
+/// The sample was late: it was executed without a sweep, and the force is that of an earlier tick.
+pub const FLAG_LATE: u32 = 256;
+/// The tool counts as not engaged until it has been released once; set by a process around.
+pub const FLAG_RELEASE_FIRST: u32 = 512;
 
 const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
 const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
@@ -80,6 +87,8 @@ const _: () = assert!(FLAG_SAFE_STATE == Flags::SAFE_STATE.0);
 const _: () = assert!(FLAG_BAND_CLOSED == Flags::BAND_CLOSED.0);
 const _: () = assert!(FLAG_ROLLED_BACK == Flags::ROLLED_BACK.0);
 const _: () = assert!(FLAG_CONTACT_CAPACITY == Flags::CONTACT_CAPACITY.0);
+const _: () = assert!(FLAG_LATE == Flags::LATE.0);
+const _: () = assert!(FLAG_RELEASE_FIRST == Flags::RELEASE_FIRST.0);
 
 /// The answer to a call without a body.
 pub(crate) const SAFE: Output = Output {
@@ -89,20 +98,65 @@ pub(crate) const SAFE: Output = Output {
     stiffness_n_per_m: 0.0,
     contacts: 0,
     flags: FLAG_SAFE_STATE,
+    sweeps: 0,
 };
 
+/// Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
+/// other than 0 for a further one.
+pub type More = Option<unsafe extern "C" fn(done: u32, context: *mut core::ffi::c_void) -> i32>;
+
+/// Which sweeps a tick makes.
+#[derive(Clone, Copy)]
+enum Sweeps {
+    All,
+    While(More, *mut core::ffi::c_void),
+    Late,
+}
+
 /// # Safety
-/// As [`chaincell_tick`].
-unsafe fn tick(tissue: *mut Tissue, sample: *const Sample) -> Result<Output, Code> {
+/// As [`chaincell_tick_while`].
+#[inline(always)]
+unsafe fn tick(tissue: *mut Tissue, sample: *const Sample, sweeps: Sweeps) -> Result<Output, Code> {
     // SAFETY: the caller's promises are handed on.
     let ((scheme, sizes), sample) = unsafe { (layout::front(tissue)?, memory::read(sample)?) };
     let sample = ToolSample { position_m: sample.position_m.into(), engaged: sample.engaged };
     let answer = by_scheme!(scheme, D => {
         // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
-        body.tick(network, &sample)
+        match sweeps {
+            Sweeps::All => body.tick(network, &sample),
+            Sweeps::Late => body.tick_late(network, &sample),
+            // SAFETY: the caller says that it may be called with this context.
+            Sweeps::While(more, context) => body.tick_while(network, &sample, |done| {
+                more.is_none_or(|more| unsafe { more(done.into(), context) } != 0)
+            }),
+        }
     });
     Ok(Output::of(&answer))
+}
+
+/// Ticks and writes the answer.
+///
+/// # Safety
+/// As [`chaincell_tick_while`].
+#[inline(always)]
+unsafe fn tick_to(
+    tissue: *mut Tissue,
+    sample: *const Sample,
+    sweeps: Sweeps,
+    output: *mut Output,
+) -> Code {
+    if let Err(code) = memory::check(output) {
+        return code;
+    }
+    // SAFETY: the caller's promises are handed on.
+    let (code, answer) = match unsafe { tick(tissue, sample, sweeps) } {
+        Ok(answer) => (Code::Ok, answer),
+        Err(code) => (code, SAFE),
+    };
+    // SAFETY: checked above, and the caller says that it is storage.
+    unsafe { output.write(answer) };
+    code
 }
 
 /// One tick: infallible with good pointers, and with a constant number of link passes whatever the
@@ -120,17 +174,45 @@ pub unsafe extern "C" fn chaincell_tick(
     sample: *const Sample,
     output: *mut Output,
 ) -> Code {
-    if let Err(code) = memory::check(output) {
-        return code;
-    }
     // SAFETY: the caller's promises are handed on.
-    let (code, answer) = match unsafe { tick(tissue, sample) } {
-        Ok(answer) => (Code::Ok, answer),
-        Err(code) => (code, SAFE),
-    };
-    // SAFETY: checked above, and the caller says that it is storage.
-    unsafe { output.write(answer) };
-    code
+    unsafe { tick_to(tissue, sample, Sweeps::All, output) }
+}
+
+/// As `chaincell_tick`, but it ends after the first sweep for which `more` gives 0: at least one
+/// sweep, at most those of the settings. `output->sweeps` says how many. The level is certified
+/// after every one. A null `more` is `chaincell_tick`.
+///
+/// Under `euler`, `rkl1` and `rkl2` the sweeps are the tissue's time: `more` is not called.
+///
+/// # Safety
+/// As `chaincell_tick`; `more` is null or may be called with `context`, and does not touch the
+/// tissue.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick_while(
+    tissue: *mut Tissue,
+    sample: *const Sample,
+    more: More,
+    context: *mut core::ffi::c_void,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { tick_to(tissue, sample, Sweeps::While(more, context), output) }
+}
+
+/// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, within its
+/// limits. The answer repeats the last force, with `CHAINCELL_FLAG_LATE`; it is 0 where the tool lets
+/// go. Under `euler`, `rkl1` and `rkl2` this is `chaincell_tick`.
+///
+/// # Safety
+/// As `chaincell_tick`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick_late(
+    tissue: *mut Tissue,
+    sample: *const Sample,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { tick_to(tissue, sample, Sweeps::Late, output) }
 }
 
 /// Output of a state in single precision.

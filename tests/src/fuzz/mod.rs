@@ -26,9 +26,14 @@ pub use ticks::ticks;
 pub use trace::trace;
 pub use words::words;
 
-/// A tick that must keep every promise.
-fn tick<'m>(monitor: &mut Monitor<'m>, engine: &mut Engine<'m>, sample: &ToolSample) -> TickOutput {
-    let output = monitor.tick(engine, sample);
+/// A tick that must keep every promise, with so many sweeps, 0 for a late one, `None` for all.
+fn tick<'m>(
+    monitor: &mut Monitor<'m>,
+    engine: &mut Engine<'m>,
+    sample: &ToolSample,
+    sweeps: Option<u16>,
+) -> TickOutput {
+    let output = monitor.tick_again(engine, sample, sweeps);
     assert!(monitor.failures().is_empty(), "{:?}", monitor.failures());
     output
 }

@@ -56,7 +56,7 @@ fn press(model: Model<'_>, scheme: Scheme, numbers: Arithmetic) {
     for (place, engaged) in
         [([x, y, z], 0), ([x, y, z], 1), (down, 1), (down, 1), (down, 0), (down, 0)]
     {
-        tick(&mut monitor, &mut engine, &sample(place, engaged));
+        tick(&mut monitor, &mut engine, &sample(place, engaged), None);
     }
     let mut nodes = vec![Node::default(); engine.node_count()];
     engine.read_nodes(&mut nodes);

@@ -41,7 +41,7 @@ fn play(sequences: &[Vec<Pose>]) {
         let mut order = TickOrder::default();
         for pose in poses.iter().take(left) {
             if order.take(pose.tick) == TickPlace::Next {
-                tick(&mut monitor, &mut engine, &ToolSample::from(*pose));
+                tick(&mut monitor, &mut engine, &ToolSample::from(*pose), pose.sweeps);
             }
         }
         left = left.saturating_sub(poses.len());

@@ -51,7 +51,7 @@ pub fn payload(data: &[u8]) {
             rest = behind;
             let pose = pose(message);
             if last.is_none_or(|last| pose.tick > last) && !paused {
-                tick(&mut monitor, &mut engine, &ToolSample::from(pose));
+                tick(&mut monitor, &mut engine, &ToolSample::from(pose), None);
             }
             last = last.max(Some(pose.tick));
         }

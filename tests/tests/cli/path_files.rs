@@ -93,11 +93,14 @@ proptest! {
                 position_m: bits.map(|bits| Some(f32::from_bits(bits))
                     .filter(|x| !x.is_nan()).unwrap_or(f32::NAN)),
                 engaged: bits[0],
+                sweeps: (tick % 3 != 0).then_some(tick as u16),
             })
             .collect();
         let text = to_text(poses.iter().copied());
         let back = parse(text.as_bytes(), "p.csv", Rules::Recorded).unwrap();
-        let key = |pose: &Pose| (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged);
+        let key = |pose: &Pose| {
+            (pose.tick, pose.position_m.map(f32::to_bits), pose.engaged, pose.sweeps)
+        };
         prop_assert!(back.iter().flatten().map(key).eq(poses.iter().map(key)));
     }
 

@@ -24,7 +24,7 @@ fn command(place: &Place, action: &[&str]) -> chaincell_tests::Ended {
 }
 
 fn pose(tick: u64) -> Pose {
-    Pose { tick, position_m: [0.0, 0.001, -0.0003 * tick as f32], engaged: 1 }
+    Pose { tick, position_m: [0.0, 0.001, -0.0003 * tick as f32], engaged: u32::from(tick > 0) }
 }
 
 fn assert_is(rows: &[Row], cells: &Table) {

@@ -29,7 +29,7 @@ fn check_summary(found: &Value, ticks: u64) {
 #[test]
 fn the_organ_without_a_model() {
     let _turn = turn();
-    let ended = run(["cosim", "--seconds", "2", "--json"]).with(0);
+    let ended = run(["cosim", "--seconds", "2", "--json", "--late-share", "off"]).with(0);
     let found: Value = serde_json::from_str(&ended.out).expect("one object and nothing else");
     check_summary(&found, 2000);
     let cells = found["cells"].as_u64().unwrap();
@@ -44,13 +44,14 @@ fn a_session_is_replayed_by_run() {
     let model = bake(folder.path(), "box:9x9x5x0.01", &body);
     let (out, again) = (folder.path().join("out"), folder.path().join("again"));
     let how = ["--sweeps", "3", "--unloading", "retreat", "--max-force-n", "0.5"];
+    let late = ["--late-share", "off"];
     let args = ["cosim", text(&model), "--seconds", "1", "--out", text(&out), "--json"];
-    let ended = run([&args[..], &how].concat()).with(0);
+    let ended = run([&args[..], &how, &late].concat()).with(0);
     check_summary(&ended.json(), 1000);
     let copied = out.join("model.chaincell");
     assert_eq!(std::fs::read(&copied).unwrap(), std::fs::read(&model).unwrap());
     assert_eq!(summary(&out)["state_hash"], ended.json()["state_hash"]);
-    assert_eq!(Table::read(&out.join("path.csv")).header, "tick,x_m,y_m,z_m,engaged");
+    assert_eq!(Table::read(&out.join("path.csv")).header, "tick,x_m,y_m,z_m,engaged,sweeps");
     assert_eq!(Table::read(&out.join("path.csv")).rows.len(), 1000);
     replay(&out, &again, &how);
     // The session's folder is not taken a second time.
@@ -82,7 +83,7 @@ fn the_reference_liver() {
     let out = folder.path().join("out");
     let how = ["--contact", &contact];
     let args = ["cosim", text(&model), "--seconds", "2", "--out", text(&out), "--json"];
-    let ended = run([&args[..], &how].concat()).with(0);
+    let ended = run([&args[..], &how, &["--late-share", "off"]].concat()).with(0);
     let found = ended.json();
     check_summary(&found, 2000);
     assert_eq!((&found["cells"], &found["links"]), (&5773.into(), &30358.into()));

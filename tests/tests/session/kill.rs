@@ -126,7 +126,16 @@ fn no_answered_tick_is_lost_to_a_kill() {
     for kill in 0..kills {
         place.scene = format!("{scene}-{kill}");
         let out = place.folder.path().join(format!("out{kill}"));
-        let options = ["--out", text(&out), "--record-ticks", "20000", "--watchdog-ms", "0"];
+        let options = [
+            "--out",
+            text(&out),
+            "--record-ticks",
+            "20000",
+            "--watchdog-ms",
+            "0",
+            "--budget-us",
+            "off",
+        ];
         let mut serve = place.serve(&options);
         let outsider = Outsider::join(&place.scene, true);
         let life = Duration::from_micros(random(&mut state) % LIFE_US);
@@ -195,7 +204,8 @@ fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
     let place = Place::new("beyond");
     let trace = place.folder.path().join("a.trace");
     let record = ["--record", text(&trace), "--record-ticks", "30", "--ticks", "40", "--json"];
-    let serve = place.serve(&[&record[..], &["--watchdog-ms", "0"]].concat());
+    let all = ["--watchdog-ms", "0", "--budget-us", "off"];
+    let serve = place.serve(&[&record[..], &all].concat());
     let outsider = Outsider::join(&place.scene, true);
     (0..40).for_each(|tick| outsider.send(pose(tick)));
     let ended = serve.end(SHORT).with(0);

@@ -23,7 +23,7 @@ fn serve_and_control_count_flags_by_name() {
     let _turn = turn();
     let place = Place::new("flags");
     let serve = place.serve(&[&["--ticks", "200"][..], &SLOW_TOOL].concat());
-    let press = ["control", "--scene", &place.scene, "--seconds", "0.2"];
+    let press = ["control", "--scene", &place.scene, "--seconds", "0.2", "--late-share", "off"];
     let control = run(press).with(0);
     let serve = serve.end(Duration::from_secs(20)).with(0);
     let flags = line(&serve.out, "flags");
@@ -34,7 +34,9 @@ fn serve_and_control_count_flags_by_name() {
 #[test]
 fn cosim_counts_flags_by_name() {
     let _turn = turn();
-    let cosim = |more: &[&str]| run([&["cosim", "--seconds", "0.2"], more].concat()).with(0);
+    let cosim = |more: &[&str]| {
+        run([&["cosim", "--seconds", "0.2", "--late-share", "off"], more].concat()).with(0)
+    };
     let json = cosim(&[&["--json"][..], &SLOW_TOOL].concat()).json();
     let ticks = json["flag_ticks"]["motion_clamped"].as_u64().unwrap();
     let counted = format!("motion_clamped on {ticks} ticks");
@@ -47,7 +49,7 @@ fn cosim_counts_flags_by_name() {
 #[test]
 fn an_overloaded_cosim_says_what_happened() {
     let _turn = turn();
-    let ended = run(["cosim", "--seconds", "1", "--sweeps", "1000"]).with(1);
+    let ended = run(["cosim", "--seconds", "1", "--sweeps", "1000", "--budget-us", "off"]).with(1);
     assert!(!ended.err.contains("interrupted"), "{}", ended.err);
     let said = ended.err.lines().filter(|line| line.starts_with("chaincell: "));
     let said: Vec<&str> = said.collect();

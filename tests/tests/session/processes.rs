@@ -13,7 +13,7 @@ use chaincell_tests::{Running, run, turn};
 
 /// Arguments of a controller on the place's scene.
 fn control_args<'a>(place: &'a Place, options: &[&'a str]) -> Vec<&'a str> {
-    [&["control", "--scene", &place.scene, "--json"], options].concat()
+    [&["control", "--scene", &place.scene, "--json", "--late-share", "off"], options].concat()
 }
 
 /// Depth of the plane's middle [m] at a tick of a slow wave.
@@ -26,9 +26,12 @@ fn every_pose_of_a_path_is_answered() {
     let _turn = turn();
     let place = Place::new("path");
     let (path, out) = (place.folder.path().join("path.csv"), place.folder.path().join("out"));
-    let rows = (0..500).map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], u32::from(tick < 400)));
+    let rows = (0..500)
+        .map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], u32::from((1..400).contains(&tick))));
     write_path(&path, rows);
-    let serve = place.serve(&["--ticks", "500", "--out", text(&out), "--json"]);
+    // All sweeps of every tick, as offline.
+    let options = ["--ticks", "500", "--out", text(&out), "--json", "--budget-us", "off"];
+    let serve = place.serve(&options);
     let control = run(control_args(&place, &["--path", text(&path)])).with(0).json();
     let served = serve.end(Duration::from_secs(20)).with(0).json();
     assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&500.into(), &500.into()));
@@ -165,10 +168,13 @@ fn poses_of_another_program_drive_the_tissue() {
     let _turn = turn();
     let place = Place::new("foreign");
     let out = place.folder.path().join("out");
-    let silence = ["--watchdog-ms", "1000", "--ramp-ms", "0"];
+    let silence = ["--watchdog-ms", "1000", "--ramp-ms", "0", "--budget-us", "off"];
     let serve = place.serve(&[&silence[..], &["--out", text(&out), "--json"]].concat());
     let outsider = Outsider::join(&place.scene, true);
-    let pose = |tick: u64, z: f32| Pose { tick, position_m: [0.0, 0.0, z], engaged: 1 };
+    let pose = |tick: u64, z: f32| {
+        let engaged = u32::from(tick > 10);
+        Pose { tick, position_m: [0.0, 0.0, z], engaged }
+    };
     // Two poses lost after 11, two repeated, one bad.
     let ticks = [10, 11, 14, 14, 13, 15, 16];
     for (at, tick) in ticks.into_iter().enumerate() {

@@ -15,7 +15,7 @@ fn place(test: &str, ticks: u64) -> (Place, PathBuf) {
     let stiff = ["--alpha", "0", "--stiffness-n-per-m", "1000"];
     let model = bake(folder.path(), "plane:9x9x0.01", &stiff);
     let path = folder.path().join("press.csv");
-    let row = |tick: u64| (tick, [0.0, 0.0, -1e-4 * tick.min(200) as f32], 1);
+    let row = |tick: u64| (tick, [0.0, 0.0, -1e-4 * tick.min(200) as f32], u32::from(tick > 0));
     write_path(&path, (0..ticks).map(row));
     (Place { folder, model, scene: scene(test) }, path)
 }
@@ -28,7 +28,7 @@ fn session(test: &str, ticks: u64, stage: &[&str], beside: impl Fn(&str)) -> (Pl
     let own = ["--ticks", &count, "--out", text(&out), "--json"];
     let serve = place.serve(&[&own[..], stage].concat());
     let control = ["control", "--scene", &place.scene, "--path", text(&path), "--json"];
-    let control = Running::chaincell(control);
+    let control = Running::chaincell([&control[..], &["--late-share", "off"]].concat());
     beside(&place.scene);
     control.end(Duration::from_secs(60)).with(0);
     serve.end(Duration::from_secs(60)).with(0);

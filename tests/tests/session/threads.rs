@@ -9,13 +9,13 @@ use chaincell_host::session::ipc::services::SceneServices;
 use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::floor;
-use chaincell_host::session::loops::record::Recorder;
+use chaincell_host::session::loops::record::{Recorder, Row};
 use chaincell_host::session::loops::serve::{Ending, ServeOptions, Server};
 use chaincell_host::session::loops::wait::Wait;
 use chaincell_kernel::Flags;
 use chaincell_tests::turn;
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
+use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc_threadsafe};
 
 use nalgebra::Vector3;
 
@@ -217,7 +217,7 @@ fn a_missing_server_is_an_error_that_names_the_remedy() {
     assert!(error.to_string().contains("tick 3 follows tick 3"), "{error}");
 }
 
-fn foreign_publisher(scene: &SceneServices) -> Publisher<ipc::Service, ToolPose, ()> {
+fn foreign_publisher(scene: &SceneServices) -> Publisher<ipc_threadsafe::Service, ToolPose, ()> {
     scene
         .pose
         .publisher_builder()

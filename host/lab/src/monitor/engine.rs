@@ -89,13 +89,23 @@ impl<'m> Monitor<'m> {
 
     /// One tick, checked.
     pub fn tick(&mut self, engine: &mut Engine<'m>, sample: &ToolSample) -> TickOutput {
+        self.tick_again(engine, sample, None)
+    }
+
+    /// One tick with so many sweeps, 0 for a late one, `None` for the settings' count; checked.
+    pub fn tick_again(
+        &mut self,
+        engine: &mut Engine<'m>,
+        sample: &ToolSample,
+        sweeps: Option<u16>,
+    ) -> TickOutput {
         let start_j = self.start_j.unwrap_or_else(|| {
             let start_j = self.energy(&engine.positions(), false).energy;
             self.checks.start(start_j);
             start_j
         });
         self.start_j = Some(start_j);
-        let output = engine.tick(sample);
+        let output = engine.tick_again(sample, sweeps);
         self.answer(engine, &output);
         let closed = output.flags.contains(Flags::BAND_CLOSED);
         let positions = engine.positions();
@@ -118,8 +128,13 @@ impl<'m> Monitor<'m> {
             energy_max_j: (most_j.sqrt() + slack_root).powi(2),
             acts: self.acts(sample, &output),
             force_n: force_n.map(f64::from),
-            force_bound_n: f64::from(self.model.force_unit_n())
-                * ((contacts * self.weight * stored).sqrt() + self.last.force_allowance),
+            // The force of a late tick is an earlier one's.
+            force_bound_n: if output.flags.contains(Flags::LATE) {
+                f64::INFINITY
+            } else {
+                f64::from(self.model.force_unit_n())
+                    * ((contacts * self.weight * stored).sqrt() + self.last.force_allowance)
+            },
             positions: &positions,
         });
         let TickOutput { contacts, flags, .. } = output;
@@ -164,7 +179,7 @@ impl<'m> Monitor<'m> {
             format!("{force_n:e} N, at most {most_n:e} N are set")
         });
         let safe = output.flags.contains(Flags::SAFE_STATE);
-        let known = output.flags.0 < 256 && output.contacts as usize <= self.model.cells();
+        let known = output.flags.0 < 512 && output.contacts as usize <= self.model.cells();
         let touches = force_n == 0.0 || (!safe && output.contacts > 0);
         self.hold(Check::Answer, known && touches, || format!("{output:?}"));
     }

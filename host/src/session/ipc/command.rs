@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage};
-use crate::session::ipc::services::{NODES_MAX, SceneServices, port_error, service_error};
+use crate::session::ipc::services::{Ipc, NODES_MAX, SceneServices, port_error, service_error};
 use crate::session::timing::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
 
 /// Shortest span between two commands \[ns\].
@@ -71,7 +71,7 @@ impl CommandMessage {
     }
 }
 
-type Service = request_response::PortFactory<ipc::Service, CommandMessage, (), ReplyMessage, ()>;
+type Service = request_response::PortFactory<Ipc, CommandMessage, (), ReplyMessage, ()>;
 
 fn service(scene: &SceneServices) -> Result<Service> {
     scene
@@ -94,7 +94,7 @@ fn service(scene: &SceneServices) -> Result<Service> {
 #[derive(Debug)]
 pub(crate) struct CommandServer {
     _service: Service,
-    server: Server<ipc::Service, CommandMessage, (), ReplyMessage, ()>,
+    server: Server<Ipc, CommandMessage, (), ReplyMessage, ()>,
     look_ns: u64,
     failed: u64,
 }
@@ -141,7 +141,7 @@ impl CommandServer {
 #[derive(Debug)]
 pub struct CommandClient {
     service: Service,
-    client: Client<ipc::Service, CommandMessage, (), ReplyMessage, ()>,
+    client: Client<Ipc, CommandMessage, (), ReplyMessage, ()>,
     label: String,
 }
 

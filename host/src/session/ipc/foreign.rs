@@ -2,12 +2,13 @@
 
 use std::mem::size_of;
 
-use iceoryx2::prelude::{Config, ServiceName, ipc};
+use iceoryx2::prelude::{Config, ServiceName};
 use iceoryx2::service::Service as _;
 use iceoryx2::service::messaging_pattern::MessagingPattern;
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Found;
 
 use crate::error::Error;
+use crate::session::ipc::services::Ipc;
 
 /// Why a publish-subscribe service cannot be shared: its messages are of another type than
 /// `Payload`, whose name is `type_name`. `None` where they are of that type, or is not there.
@@ -16,7 +17,7 @@ pub(crate) fn refusal<Payload>(
     name: &ServiceName,
     type_name: &str,
 ) -> Option<Error> {
-    let details = ipc::Service::details(name, config, MessagingPattern::PublishSubscribe);
+    let details = Ipc::details(name, config, MessagingPattern::PublishSubscribe);
     let details = details.ok().flatten()?;
     let Found::PublishSubscribe(found) = details.static_details.messaging_pattern() else {
         return None;

@@ -42,6 +42,9 @@ use crate::session::ipc::names::SceneNames;
 use crate::session::ipc::owner;
 use crate::session::ipc::payload::{TOOL_FORCE, TOOL_POSE};
 
+/// Processes meet in shared memory; a port may be used by two threads of one.
+pub(crate) type Ipc = ipc_threadsafe::Service;
+
 /// Messages that a reader may leave unread before the oldest is lost.
 pub const QUEUE_MESSAGES: usize = 1024;
 /// One program of ours, and a free place for a bridge to another machine.
@@ -59,7 +62,7 @@ const SERVE_PORT: &str = "chaincell.serve";
 const CONTROL_PORT: &str = "chaincell.control";
 
 /// Factory of the ports of one publish-subscribe service.
-pub type Topic<Payload> = publish_subscribe::PortFactory<ipc::Service, Payload, ()>;
+pub type Topic<Payload> = publish_subscribe::PortFactory<Ipc, Payload, ()>;
 
 /// Where iceoryx2 keeps its files; programs with different ones never meet.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -95,7 +98,7 @@ impl Domain {
 /// One scene's services, open in this process.
 #[derive(Debug)]
 pub struct SceneServices {
-    pub(crate) node: Node<ipc::Service>,
+    pub(crate) node: Node<Ipc>,
     label: String,
     pub(crate) state_name: ServiceName,
     pub(crate) command_name: ServiceName,
@@ -103,17 +106,17 @@ pub struct SceneServices {
     pub pose: Topic<crate::session::ipc::payload::ToolPose>,
     /// Answers, from the tissue to the controller.
     pub force: Topic<crate::session::ipc::payload::ToolForce>,
-    pose_wake: event::PortFactory<ipc::Service>,
-    force_wake: event::PortFactory<ipc::Service>,
+    pose_wake: event::PortFactory<Ipc>,
+    force_wake: event::PortFactory<Ipc>,
 }
 
 /// The ports of one side: it reads `In` and writes `Out`.
 #[derive(Debug)]
 pub struct Ports<In: ZeroCopySend + Debug + 'static, Out: ZeroCopySend + Debug + 'static> {
     /// What arrives.
-    pub subscriber: Subscriber<ipc::Service, In, ()>,
+    pub subscriber: Subscriber<Ipc, In, ()>,
     /// What leaves.
-    pub publisher: Publisher<ipc::Service, Out, ()>,
+    pub publisher: Publisher<Ipc, Out, ()>,
     /// Wakes the readers of `Out`.
     pub ring: Ring,
     /// Woken when something was written to `In`.
@@ -122,7 +125,7 @@ pub struct Ports<In: ZeroCopySend + Debug + 'static, Out: ZeroCopySend + Debug +
 
 /// Wakes the readers that sleep until they are woken.
 #[derive(Debug)]
-pub struct Ring(Notifier<ipc::Service>);
+pub struct Ring(Notifier<Ipc>);
 
 impl Ring {
     /// Wakes them. A reader that can't be woken finds the message by itself a little later.
@@ -133,7 +136,7 @@ impl Ring {
 
 /// What a sleeping reader is woken by; absent where the reader polls.
 #[derive(Debug)]
-pub struct Wake(Option<Listener<ipc::Service>>);
+pub struct Wake(Option<Listener<Ipc>>);
 
 impl Wake {
     /// Sleeps until woken or until the time is up; false when that is impossible.
@@ -156,7 +159,7 @@ impl SceneServices {
             .name(&node_name()?)
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
+            .create::<Ipc>()
             .map_err(|why| {
                 Error::input(format!(
                     "cannot use shared memory ({why:?}): iceoryx2 keeps its files in \
@@ -268,7 +271,7 @@ impl SceneServices {
     /// Whether a node's process is alive. Looks at files: not for every tick.
     #[must_use]
     pub fn is_alive(&self, node_id: UniqueNodeId) -> bool {
-        match Node::<ipc::Service>::state_of(self.node.config(), node_id) {
+        match Node::<Ipc>::state_of(self.node.config(), node_id) {
             Ok(None | Some(NodeState::Dead(_))) => false,
             // What can't be looked at may well be alive.
             Ok(Some(_)) | Err(_) => true,
@@ -293,7 +296,7 @@ impl SceneServices {
         });
         match other {
             None => Ok(()),
-            Some(node) => Err(self.second(program, node.pid::<ipc::Service>().ok())),
+            Some(node) => Err(self.second(program, node.pid::<Ipc>().ok())),
         }
     }
 
@@ -311,7 +314,7 @@ impl SceneServices {
         topic: &Topic<Payload>,
         port: &str,
         program: &str,
-    ) -> Result<Publisher<ipc::Service, Payload, ()>> {
+    ) -> Result<Publisher<Ipc, Payload, ()>> {
         topic
             .publisher_builder()
             .name(&port_name(port)?)
@@ -327,7 +330,7 @@ impl SceneServices {
 }
 
 fn topic<Payload: ZeroCopySend + Debug + Copy>(
-    node: &Node<ipc::Service>,
+    node: &Node<Ipc>,
     name: &ServiceName,
     type_name: &str,
 ) -> Result<Topic<Payload>> {
@@ -346,17 +349,14 @@ fn topic<Payload: ZeroCopySend + Debug + Copy>(
         })
 }
 
-fn wake_topic(
-    node: &Node<ipc::Service>,
-    name: &ServiceName,
-) -> Result<event::PortFactory<ipc::Service>> {
+fn wake_topic(node: &Node<Ipc>, name: &ServiceName) -> Result<event::PortFactory<Ipc>> {
     node.service_builder(name).event().open_or_create().map_err(|why| service_error(name, why))
 }
 
 fn subscriber<Payload: ZeroCopySend + Debug>(
     topic: &Topic<Payload>,
     port: &str,
-) -> Result<Subscriber<ipc::Service, Payload, ()>> {
+) -> Result<Subscriber<Ipc, Payload, ()>> {
     topic
         .subscriber_builder()
         .name(&port_name(port)?)
@@ -365,12 +365,12 @@ fn subscriber<Payload: ZeroCopySend + Debug>(
         .map_err(|why| port_error(topic.name(), why))
 }
 
-fn ring(topic: &event::PortFactory<ipc::Service>) -> Result<Ring> {
+fn ring(topic: &event::PortFactory<Ipc>) -> Result<Ring> {
     let notifier = topic.notifier_builder().create();
     notifier.map(Ring).map_err(|why| port_error(topic.name(), why))
 }
 
-fn wake(topic: &event::PortFactory<ipc::Service>, woken: bool) -> Result<Wake> {
+fn wake(topic: &event::PortFactory<Ipc>, woken: bool) -> Result<Wake> {
     if !woken {
         return Ok(Wake(None));
     }

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::services::{
-    NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
+    Ipc, NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
 };
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
 use crate::session::timing::histogram::{Latencies, Summary};
@@ -26,7 +26,7 @@ pub const STATE_HZ_MAX: u32 = 1000;
 /// Span between looks for readers \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
 
-type Topic = publish_subscribe::PortFactory<ipc::Service, [NodePosition], StateHeader>;
+type Topic = publish_subscribe::PortFactory<Ipc, [NodePosition], StateHeader>;
 
 fn topic(scene: &SceneServices) -> Result<Topic> {
     scene
@@ -48,7 +48,7 @@ fn topic(scene: &SceneServices) -> Result<Topic> {
 #[derive(Debug)]
 pub(crate) struct StatePublisher {
     topic: Topic,
-    publisher: Publisher<ipc::Service, [NodePosition], StateHeader>,
+    publisher: Publisher<Ipc, [NodePosition], StateHeader>,
     nodes: Vec<Node>,
     period_ns: u64,
     due_ns: u64,
@@ -147,7 +147,7 @@ impl StatePublisher {
 #[derive(Debug)]
 pub struct StateReader {
     topic: Topic,
-    subscriber: Subscriber<ipc::Service, [NodePosition], StateHeader>,
+    subscriber: Subscriber<Ipc, [NodePosition], StateHeader>,
 }
 
 impl StateReader {
@@ -172,9 +172,7 @@ impl StateReader {
 
     /// Limits and types of the service.
     #[must_use]
-    pub fn topic(
-        &self,
-    ) -> &publish_subscribe::PortFactory<ipc::Service, [NodePosition], StateHeader> {
+    pub fn topic(&self) -> &publish_subscribe::PortFactory<Ipc, [NodePosition], StateHeader> {
         &self.topic
     }
 

@@ -48,6 +48,8 @@ pub struct Faults {
     pub stop: Option<Stop>,
     /// A sweep of the tissue takes at least so many pose periods, 0 for what it takes.
     pub sweep: f64,
+    /// Poses before that.
+    pub sweep_after: u32,
 }
 
 /// A span without poses; those that were due are sent at its end.
@@ -73,6 +75,7 @@ impl Default for Faults {
             rate_hz: 1000,
             stop: None,
             sweep: 0.0,
+            sweep_after: 0,
         }
     }
 }
@@ -117,14 +120,20 @@ impl Faults {
             ("reorder", None) => self.reorder = share(kind, front)?,
             ("nan", None) => self.nan = share(kind, front)?,
             ("rate", None) => self.rate_hz = whole(kind, "Hz", Some(front), 0, RATE_HZ_MAX)?,
-            ("sweep", None) => self.sweep = periods(kind, front)?,
+            ("sweep", _) => {
+                self.sweep = periods(kind, front)?;
+                self.sweep_after = match extra {
+                    None => 0,
+                    Some(_) => whole(kind, "poses", extra, 0, u32::MAX)?,
+                };
+            }
             ("stop", Some(_)) => {
                 let ms = whole(kind, "ms", Some(front), 0, SPAN_MS_MAX)?;
                 let after_poses = whole(kind, "poses", extra, 0, u32::MAX)?;
                 self.stop = Some(Stop { ms, after_poses });
             }
             ("stop", None) => return Err("stop: give stop:MS@POSES, as in stop:200@1000".into()),
-            ("lost" | "dup" | "reorder" | "nan" | "rate" | "sweep", Some(extra)) => {
+            ("lost" | "dup" | "reorder" | "nan" | "rate", Some(extra)) => {
                 return Err(format!("{kind}: it has no \"@{extra}\""));
             }
             _ => {
@@ -143,10 +152,20 @@ impl Faults {
         (self.sweep * self.period_ns() as f64) as u64
     }
 
+    /// The faults of the tissue alone, as they are given.
+    #[must_use]
+    pub fn of_sweeps(&self) -> String {
+        match self.sweep_after {
+            0 => format!("sweep:{}", self.sweep),
+            after => format!("sweep:{}@{after}", self.sweep),
+        }
+    }
+
     /// Whether there is a fault in the poses sent.
     #[must_use]
     pub fn in_poses(&self) -> bool {
-        *self != Self { sweep: self.sweep, ..Self::default() }
+        let Self { sweep, sweep_after, .. } = *self;
+        *self != Self { sweep, sweep_after, ..Self::default() }
     }
 
     /// Time from one scheduled pose to the next \[ns\].

@@ -47,14 +47,20 @@ impl ForceShaper {
     pub(crate) fn hear(&mut self, now_ns: u64) -> bool {
         let unseen = !self.silent && self.has_shown && self.is_silent(now_ns);
         let silent = self.silent || unseen;
-        if silent {
-            self.silences += u64::from(unseen);
+        self.silences += u64::from(unseen);
+        self.silent = silent;
+        self.end_silence();
+        self.heard_ns = now_ns;
+        silent
+    }
+
+    /// Something is shown again in a silence: the force rises from what is shown.
+    pub(crate) fn end_silence(&mut self) {
+        if self.silent {
             self.silent = false;
             self.fall_ns = None;
             self.ramp.begin();
         }
-        self.heard_ns = now_ns;
-        silent
     }
 
     fn is_silent(&self, now_ns: u64) -> bool {

@@ -250,3 +250,35 @@ fn fine_nodes_are_carried_as_the_kernel_carries_them() {
     let code = call!(chaincell_fine_position(other.tissue, 0, &mut untouched));
     assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
 }
+
+/// Says no from the second sweep on, and counts how often it is asked.
+unsafe extern "C" fn two(done: u32, asked: *mut core::ffi::c_void) -> i32 {
+    // SAFETY: the test hands its counter over.
+    unsafe { *asked.cast::<u32>() += 1 };
+    i32::from(done < 2)
+}
+
+#[test]
+fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
+    let [some, none] = [body(BOX, Scheme::Track, &[64]), body(BOX, Scheme::Track, &[64])];
+    let (some, none) = (some.tissue, none.tissue);
+    let mut asked = 0_u32;
+    let (mut output, mut wanted) = (NO_OUTPUT, NO_OUTPUT);
+    for at in 1..40 {
+        let sample = sample(at);
+        let context = (&raw mut asked).cast();
+        let code = call!(chaincell_tick_while(some, &sample, Some(two), context, &mut output));
+        assert_eq!((code, output.sweeps, asked), (Code::Ok, 2, 2 * u32::from(at)));
+        let code =
+            call!(chaincell_tick_while(none, &sample, None, core::ptr::null_mut(), &mut wanted));
+        assert_eq!((code, wanted.sweeps), (Code::Ok, 4));
+    }
+    let before = output.force_n;
+    assert!(before != [0.0; 3] && hash(some) != hash(none));
+    assert_eq!(call!(chaincell_tick_late(some, &sample(40), &mut output)), Code::Ok);
+    assert_eq!((output.force_n, output.sweeps), (before, 0));
+    assert_ne!(output.flags & crate::FLAG_LATE, 0);
+    let none: *mut Tissue = core::ptr::null_mut();
+    assert_eq!(call!(chaincell_tick_late(none, &sample(40), &mut output)), Code::Null);
+    assert_eq!((output.force_n, output.flags), ([0.0; 3], crate::FLAG_SAFE_STATE));
+}

@@ -146,6 +146,7 @@ const NO_OUTPUT: Output = Output {
     stiffness_n_per_m: f32::NAN,
     contacts: 99,
     flags: 99,
+    sweeps: 99,
 };
 
 fn tick(tissue: *mut Tissue, sample: Sample) -> Output {

@@ -53,6 +53,7 @@ fn answer(tool: [f32; 3]) -> Output {
         stiffness_n_per_m: 900.0,
         contacts: 1,
         flags: 0,
+        sweeps: 4,
     }
 }
 
@@ -90,6 +91,7 @@ fn a_stage_is_the_kernels() {
                 work_j: tissue.work_j,
                 stiffness_n_per_m: tissue.stiffness_n_per_m,
                 contacts: tissue.contacts,
+                sweeps: 4,
                 flags: chaincell_kernel::Flags(tissue.flags),
             });
             assert_eq!(output, Output::of(&wanted), "{kind:?} {tick}");

@@ -67,14 +67,14 @@ fn a_session_goes_on_while_another_program_fills_it() {
     let lines = format!(
         "\"$chaincell\" serve {} --scene {scene} --contact 40 --json > {folder}/serve.out & s=$!
         until grep -q ready {folder}/serve.out; do sleep 0.01; done
-        \"$chaincell\" control --scene {scene} --path {} --json > {folder}/control.out & c=$!
+        \"$chaincell\" control --late-share off --scene {scene} --path {} --json > {folder}/control.out & c=$!
         sleep 0.5
         dd if=/dev/zero of=/dev/shm/filler bs=64k 2> {folder}/dd.err
         df --output=avail /dev/shm | tail -1
-        \"$chaincell\" control --scene {scene} --seconds 0.1 2> {folder}/second.err; echo $?
+        \"$chaincell\" control --late-share off --scene {scene} --seconds 0.1 2> {folder}/second.err; echo $?
         wait $c; echo $?
         rm /dev/shm/filler
-        \"$chaincell\" control --scene {scene} --seconds 0.1 > {folder}/third.out; echo $?
+        \"$chaincell\" control --late-share off --scene {scene} --seconds 0.1 > {folder}/third.out; echo $?
         kill -INT $s; wait $s; echo $?
         {LEFT}",
         text(&place.model),

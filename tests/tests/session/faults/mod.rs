@@ -8,6 +8,7 @@
 mod clock;
 mod kill;
 mod memory;
+mod overload;
 mod poses;
 mod services;
 mod stand_still;
@@ -59,13 +60,16 @@ fn depth_m(tick: u64) -> f32 {
 /// A path that presses and holds, so many ticks long.
 fn hold(place: &Place, ticks: u64) -> PathBuf {
     let path = place.folder.path().join(format!("hold{ticks}.csv"));
-    write_path(&path, (0..ticks).map(|tick| (tick, [0.0, 0.0, -depth_m(tick)], 1)));
+    let row = |tick: u64| (tick, [0.0, 0.0, -depth_m(tick)], u32::from(tick > 0));
+    write_path(&path, (0..ticks).map(row));
     path
 }
 
 /// A controller on the place's scene.
 fn control(place: &Place, options: &[&str]) -> Running {
-    Running::chaincell([&["control", "--scene", &place.scene, "--json"], options].concat())
+    // How late the answers are is not the question.
+    let args = ["control", "--scene", &place.scene, "--json", "--late-share", "off"];
+    Running::chaincell([&args, options].concat())
 }
 
 /// A controller that presses, and holds for so many ticks in all.

@@ -78,6 +78,7 @@ fn ten_times_as_fast_for_half_a_second() {
     let place = place("fast");
     let model = text(&place.model);
     let args = ["cosim", model, "--seconds", "5", "--inject", "rate:10000", "--json"];
+    let args = [&args[..], &["--late-share", "off"]].concat();
     let report = run(args).with(0).json();
     assert_eq!((count(&report, "ticks_answered"), count(&report, "poses_throttled")), (5000, 0));
 }
@@ -101,7 +102,7 @@ fn bad_samples_without_end_take_the_force_away_along_a_ramp() {
     let mut send = |ticks: std::ops::Range<u64>, bad: bool| {
         for tick in ticks {
             let z = if bad { f32::NAN } else { -depth_m(tick) };
-            outsider.send(Pose { tick, position_m: [0.0, 0.0, z], engaged: 1 });
+            outsider.send(Pose { tick, position_m: [0.0, 0.0, z], engaged: u32::from(tick > 0) });
             seen.push(outsider.receive());
             std::thread::sleep(Duration::from_millis(1));
         }

@@ -9,11 +9,16 @@ use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader, To
 use crate::session::timing::clock::now_ns;
 
 impl Run<'_> {
+    /// The tissue's last answer.
+    fn answer(&self) -> Option<ToolForce> {
+        self.shared.voice().answer
+    }
+
     /// The answer while paused: force 0, safe state and no other flag; no cell moves.
     pub(super) fn rest(&self) -> TickOutput {
         TickOutput {
-            energy_j: self.answer.map_or(0.0, |last| last.energy_j),
-            contacts: self.answer.map_or(0, |last| last.contacts),
+            energy_j: self.answer().map_or(0.0, |last| last.energy_j),
+            contacts: self.answer().map_or(0, |last| last.contacts),
             flags: Flags::SAFE_STATE,
             ..TickOutput::NONE
         }
@@ -33,11 +38,11 @@ impl Run<'_> {
         }
         if self.state.as_mut().is_some_and(|state| state.is_due(now_ns, idle)) {
             let header = StateHeader {
-                tick: self.answer.map_or(0, |last| last.tick),
+                tick: self.answer().map_or(0, |last| last.tick),
                 ticks_answered: self.executed,
                 state_hash: self.state_hash(),
                 nodes: 0,
-                flags: self.answer.map_or(0, |last| last.flags),
+                flags: self.answer().map_or(0, |last| last.flags),
             };
             if let Some(state) = &mut self.state {
                 state.send(header, self.engine);
@@ -47,7 +52,7 @@ impl Run<'_> {
 
     /// The hash of the last answer where it has one.
     fn state_hash(&mut self) -> u64 {
-        match self.answer {
+        match self.answer() {
             Some(ToolForce { state_hash: hash @ 1.., .. }) => hash,
             _ => self.engine.state_hash(),
         }
@@ -56,7 +61,7 @@ impl Run<'_> {
     fn carry_out(&mut self, message: &CommandMessage) -> ReplyMessage {
         let done = message.command().and_then(|command| self.obey(&command));
         let reply = ReplyMessage {
-            tick: self.answer.map_or(0, |last| last.tick),
+            tick: self.answer().map_or(0, |last| last.tick),
             ticks_answered: self.executed,
             state_hash: self.engine.state_hash(),
             result: u32::from(done.is_err()),
@@ -66,7 +71,7 @@ impl Run<'_> {
             Err(_) => self.disobeyed += 1,
             Ok(command) => {
                 self.obeyed += 1;
-                self.shaper.begin_ramp();
+                self.shared.voice().shaper.begin_ramp();
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
                 if let Some(state) = &mut self.state {
@@ -86,7 +91,7 @@ impl Run<'_> {
             Command::Resume => self.paused = false,
             other => self.engine.command(other)?,
         }
-        if let (Command::Reset, Some(last)) = (command, &mut self.answer) {
+        if let (Command::Reset, Some(last)) = (command, &mut self.shared.voice().answer) {
             let state_hash = self.engine.state_hash();
             *last = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..*last };
         }

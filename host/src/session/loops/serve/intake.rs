@@ -83,7 +83,7 @@ impl Run<'_> {
             }
             _ => {
                 self.publishers += 1;
-                self.shaper.begin_ramp();
+                self.shared.voice().shaper.begin_ramp();
                 (TickOrder::default(), 1)
             }
         };
@@ -108,12 +108,13 @@ impl Run<'_> {
             complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
             return;
         }
-        self.waiter.arrived(arrival_ns, arrival_ns.saturating_sub(self.shaper.heard_ns()));
+        self.waiter
+            .arrived(arrival_ns, arrival_ns.saturating_sub(self.shared.voice().shaper.heard_ns()));
         self.waiter.expect_after(arrival_ns);
         let restarts_ramp = self.has_gap(step.unwrap_or(1), usual, arrival_ns);
         let mut arrived = Arrived { pose, at_ns: arrival_ns, restarts_ramp, release_first: false };
         self.has_released |= pose.engaged == 0;
-        if !self.has_released {
+        if !self.has_released && pose.engaged == 1 {
             (arrived.pose.engaged, arrived.release_first) = (0, true);
         }
         self.inbox.push_back(arrived);
@@ -122,12 +123,12 @@ impl Run<'_> {
     /// Whether the device was without a force, by the clock or by the ticks: the ramp then begins. A
     /// controller that counts in larger steps all the time has no gap.
     fn has_gap(&mut self, step: u64, usual: u64, arrival_ns: u64) -> bool {
-        let was_silent = self.shaper.hear(arrival_ns);
+        let was_silent = self.shared.voice().shaper.hear(arrival_ns);
         self.missing += step - 1;
         let bearable = u64::from(self.server.options.watchdog_ms);
         let is_gap = bearable != 0 && step > bearable && step / 2 > usual;
         if is_gap && !was_silent {
-            self.shaper.begin_ramp();
+            self.shared.voice().shaper.begin_ramp();
         }
         is_gap || was_silent
     }

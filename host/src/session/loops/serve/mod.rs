@@ -17,7 +17,8 @@ mod intake;
 mod options;
 mod overload;
 mod rate;
-mod watchdog;
+mod voice;
+mod watcher;
 
 use std::collections::VecDeque;
 
@@ -37,7 +38,6 @@ use crate::session::ipc::state::StatePublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
 use crate::session::loops::record::{Recorder, Row};
-use crate::session::loops::shaper::ForceShaper;
 use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use crate::session::timing::histogram::Latencies;
@@ -47,9 +47,10 @@ use budget::Budget;
 pub use budget::SweepBudget;
 use intake::{Arrived, InCharge};
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
-use overload::{Change, Overload};
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
+use voice::Voice;
+use watcher::Shared;
 
 /// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
@@ -128,8 +129,15 @@ impl Server {
             Vec::new()
         };
         let beside = (self.state.take(), self.commands.take());
-        let mut run = Run::new(&self, beside, engine, recorder)?;
-        let ended_by = run.until_the_end();
+        let shared = Shared::new(Voice::new(&self.options, now_ns()));
+        let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
+        let publisher = &self.ports.publisher;
+        let ended_by = std::thread::scope(|scope| {
+            scope.spawn(|| shared.watch(publisher));
+            let ended_by = run.until_the_end();
+            shared.end();
+            ended_by
+        });
         // A reader that has only just joined loses what a publisher sends right before its end.
         sleep_until_ns(now_ns() + LINGER_NS);
         Ok(run.report(ended_by, refused))
@@ -138,6 +146,7 @@ impl Server {
 
 struct Run<'a> {
     server: &'a Server,
+    shared: &'a Shared,
     state: Option<StatePublisher>,
     commands: Option<CommandServer>,
     engine: &'a mut dyn TissueEngine,
@@ -153,10 +162,7 @@ struct Run<'a> {
     has_released: bool,
     rate: PoseRate,
     alive_until_ns: u64,
-    answer: Option<ToolForce>,
-    shaper: ForceShaper,
     budget: Budget,
-    overload: Overload,
     looked_ns: u64,
     end_ns: u64,
     publishers: u64,
@@ -177,12 +183,12 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(
         server: &'a Server,
+        shared: &'a Shared,
         (state, commands): (Option<StatePublisher>, Option<CommandServer>),
         engine: &'a mut dyn TissueEngine,
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
         let start_ns = now_ns();
-        let ServeOptions { watchdog_ms, ramp_ms, max_slew_n_per_s, .. } = server.options;
         let mut inbox = VecDeque::new();
         // Written once now: no page fault in the loop.
         inbox.resize(QUEUE_MESSAGES, Arrived::default());
@@ -191,6 +197,7 @@ impl<'a> Run<'a> {
         waiter.expect_after(start_ns);
         Ok(Self {
             server,
+            shared,
             state,
             commands,
             engine,
@@ -204,10 +211,7 @@ impl<'a> Run<'a> {
             has_released: false,
             rate: server.rate,
             alive_until_ns: 0,
-            answer: None,
-            shaper: ForceShaper::new(watchdog_ms, ramp_ms, max_slew_n_per_s, start_ns),
             budget: Budget::new(server.options.budget),
-            overload: Overload::default(),
             looked_ns: start_ns,
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
@@ -250,7 +254,7 @@ impl<'a> Run<'a> {
                 self.beside(false);
             } else {
                 // Before the wait: behind it poses may lie in the queue.
-                self.watch(now_ns());
+                self.watch();
                 self.beside(true);
                 self.wait();
             }
@@ -265,8 +269,12 @@ impl<'a> Run<'a> {
     fn wait(&mut self) {
         self.connect_peers();
         let deadline_ns = (now_ns() + LOOK_NS).min(self.end_ns);
-        let deadline_ns =
-            self.shaper.fall_ns().map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
+        let deadline_ns = self
+            .shared
+            .voice()
+            .shaper
+            .fall_ns()
+            .map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
         self.waiter.pause(deadline_ns, &self.server.ports.wake);
     }
 
@@ -286,7 +294,9 @@ impl<'a> Run<'a> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
     fn execute(&mut self, arrived: Arrived) {
         let start_ns = now_ns();
+        self.shared.begin_tick();
         let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
+        self.shared.end_tick();
         let end_ns = now_ns();
         let step_ns = end_ns - start_ns;
         self.executed += 1;
@@ -294,8 +304,7 @@ impl<'a> Run<'a> {
         let hashed = every != 0 && self.executed.is_multiple_of(every);
         let state_hash = if hashed { self.engine.state_hash() } else { 0 };
         let is_anytime = self.is_anytime();
-        let force = self.publish(arrived, &output, step_ns, state_hash);
-        self.answer = Some(force);
+        self.publish(arrived, &output, step_ns, state_hash);
         if self.paused {
             self.paused_ticks += 1;
             return;
@@ -314,11 +323,7 @@ impl<'a> Run<'a> {
         } else {
             is_behind
         };
-        match self.overload.note(is_behind, [start_ns, sent_ns]) {
-            Change::None => {}
-            Change::Begins => self.shaper.begin_fall(),
-            Change::Ends => self.shaper.begin_ramp(),
-        }
+        self.shared.voice().judge(is_behind, [start_ns, sent_ns]);
     }
 
     /// The tissue's tick: as many sweeps as its time has room for.
@@ -327,7 +332,8 @@ impl<'a> Run<'a> {
             self.engine.restart_ramp();
         }
         let sample = ToolSample::from(arrived.pose);
-        let stretch_ns = self.server.options.sweep_ns;
+        let &ServeOptions { sweep_ns, sweep_after, .. } = &self.server.options;
+        let stretch_ns = if self.executed < sweep_after { 0 } else { sweep_ns };
         let stretched = |sweeps: u16| {
             while now_ns() < start_ns + u64::from(sweeps) * stretch_ns {
                 std::hint::spin_loop();
@@ -361,18 +367,11 @@ impl<'a> Run<'a> {
         let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::Late);
         self.executed += 1;
         self.late += u64::from(output.flags.contains(Flags::LATE));
-        let force = self.publish(arrived, &output, now_ns() - start_ns, 0);
-        self.answer = Some(force);
+        self.publish(arrived, &output, now_ns() - start_ns, 0);
     }
 
     /// Records a tick and sends its answer.
-    fn publish(
-        &mut self,
-        arrived: Arrived,
-        output: &TickOutput,
-        step_ns: u64,
-        state_hash: u64,
-    ) -> ToolForce {
+    fn publish(&mut self, arrived: Arrived, output: &TickOutput, step_ns: u64, state_hash: u64) {
         let Arrived { pose, restarts_ramp: ramp_restarted, release_first, .. } = arrived;
         let mut flags = output.flags;
         if release_first {
@@ -391,10 +390,17 @@ impl<'a> Run<'a> {
         let sweeps = self.is_anytime().then_some(output.sweeps);
         // First, so that no answer is seen whose tick a kill could lose.
         self.recorder.record(Row { pose, force, sweeps, ramp_restarted });
-        let shown = self.shown(force, now_ns());
+        let shown = self.shared.voice().shown(force, now_ns());
         self.flag_ticks.add(Flags(force.flags | shown.flags & Flags::LATE.0));
         self.send(shown);
-        force
+    }
+
+    /// Lets the published force fall to 0 when poses stop coming.
+    fn watch(&mut self) {
+        let falling = self.shared.voice().falling(now_ns());
+        if let Some(force) = falling {
+            self.send(force);
+        }
     }
 
     fn send(&mut self, force: ToolForce) {
@@ -414,11 +420,12 @@ impl<'a> Run<'a> {
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
         let (states_sent, state_ns) =
             self.state.as_ref().map_or_else(Default::default, StatePublisher::cost);
+        let voice = self.shared.voice();
         ServeReport {
             ticks_executed: self.executed,
             ticks_late: self.late,
             poses_missing: self.missing,
-            overloads: self.overload.times(),
+            overloads: voice.overloads(),
             sweeps: SweepCounts {
                 p1: self.sweeps.at(0.01),
                 p50: self.sweeps.at(0.5),
@@ -430,8 +437,8 @@ impl<'a> Run<'a> {
             poses_throttled: self.throttled,
             publishers: self.publishers,
             sends_failed: self.failed,
-            watchdog_fired: self.shaper.silences(),
-            largest_force_step_n: self.shaper.largest_step_n(),
+            watchdog_fired: voice.shaper.silences(),
+            largest_force_step_n: voice.shaper.largest_step_n(),
             ticks_recorded: self.recorder.ticks(),
             ticks_unrecorded: self.recorder.left_out_ticks(),
             flag_ticks: self.flag_ticks,

@@ -33,6 +33,8 @@ pub struct ServeOptions {
     pub budget: SweepBudget,
     /// Fault on purpose: a sweep takes at least so long, 0 for none \[ns\].
     pub sweep_ns: u64,
+    /// Ticks before that.
+    pub sweep_after: u64,
     /// Whether the report has a histogram.
     pub histogram: bool,
     /// Ends after this many executed ticks.
@@ -58,6 +60,7 @@ impl Default for ServeOptions {
             max_pose_hz: POSE_HZ,
             budget: SweepBudget::default(),
             sweep_ns: 0,
+            sweep_after: 0,
             histogram: false,
             ticks: None,
             seconds: None,

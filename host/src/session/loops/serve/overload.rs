@@ -9,7 +9,7 @@ use crate::session::timing::clock::MILLISECOND_NS;
 /// Ticks behind on end.
 const TICKS: u32 = 3;
 /// Time behind on end \[ns\].
-const TIME_NS: u64 = 15 * MILLISECOND_NS;
+const TIME_NS: u64 = 10 * MILLISECOND_NS;
 /// Ticks in time before the force comes back.
 const CALM: u32 = 100;
 
@@ -81,8 +81,9 @@ mod tests {
     }
 
     #[test]
-    fn three_ticks_and_fifteen_milliseconds() {
-        assert_eq!(begins(2), Some(7));
+    fn three_ticks_and_ten_milliseconds() {
+        assert_eq!(begins(2), Some(4));
+        assert_eq!(begins(3), Some(3));
         assert_eq!(begins(5), Some(2));
         assert_eq!(begins(100), Some(2), "one that the machine held up is none");
     }

@@ -1,0 +1,114 @@
+//! What is published of the tissue's force: without a jump when poses stop, come again, come from
+//! another program, and when a command, a run of bad samples or an overload takes the force away.
+//!
+//! The clock never enters the tissue: what is recorded is the tissue's own force. The loop and the
+//! [watcher](super::watcher) beside it speak through one voice.
+
+use chaincell_kernel::Flags;
+
+use super::ServeOptions;
+use super::overload::{Change, Overload};
+use crate::session::ipc::payload::ToolForce;
+use crate::session::loops::shaper::ForceShaper;
+use crate::session::timing::clock::PERIOD_NS;
+
+/// The published force.
+#[derive(Debug)]
+pub(super) struct Voice {
+    pub shaper: ForceShaper,
+    overload: Overload,
+    /// The tissue's last answer.
+    pub answer: Option<ToolForce>,
+    said_ns: u64,
+    is_zero: bool,
+}
+
+impl Voice {
+    pub(super) fn new(options: &ServeOptions, now_ns: u64) -> Self {
+        let &ServeOptions { watchdog_ms, ramp_ms, max_slew_n_per_s, .. } = options;
+        Self {
+            shaper: ForceShaper::new(watchdog_ms, ramp_ms, max_slew_n_per_s, now_ns),
+            overload: Overload::default(),
+            answer: None,
+            said_ns: now_ns,
+            is_zero: true,
+        }
+    }
+
+    /// The published form of an answer of the tissue.
+    pub(super) fn shown(&mut self, answer: ToolForce, now_ns: u64) -> ToolForce {
+        let safe = Flags::SAFE_STATE.0;
+        let before = self.answer.map_or(answer.flags, |last| last.flags);
+        if (answer.flags ^ before) & safe != 0 {
+            self.shaper.begin_ramp();
+        }
+        self.shaper.end_silence();
+        let is_overload = self.overload.is_on();
+        let target_n = if is_overload { [0.0; 3] } else { answer.force_n };
+        let force_n = self.say(target_n, now_ns);
+        let flags = answer.flags | if is_overload { Flags::LATE.0 | safe } else { 0 };
+        // The flag says that the force is zero; on the way there it is not.
+        let flags = if self.is_zero { flags } else { flags & !safe };
+        self.answer = Some(answer);
+        ToolForce { force_n, flags, ..answer }
+    }
+
+    /// A tick has ended: an overload lets the force fall, its end lets it come back.
+    pub(super) fn judge(&mut self, is_behind: bool, span_ns: [u64; 2]) {
+        match self.overload.note(is_behind, span_ns) {
+            Change::None => {}
+            Change::Begins => self.shaper.begin_fall(),
+            Change::Ends => self.shaper.begin_ramp(),
+        }
+    }
+
+    /// What to publish where no answer comes: the force falls to 0 in a silence, a message a
+    /// millisecond. The tissue stays as it is.
+    pub(super) fn falling(&mut self, now_ns: u64) -> Option<ToolForce> {
+        let last = self.answer?;
+        let fall = self.shaper.wait(now_ns)?;
+        self.said_ns = now_ns;
+        self.is_zero = fall.is_done;
+        Some(stale(last, fall.force_n, fall.is_done))
+    }
+
+    /// As [`Self::falling`], in a tick that does not end, and under an overload between two answers.
+    pub(super) fn falling_in_tick(&mut self, now_ns: u64) -> Option<ToolForce> {
+        if !self.overload.is_on() {
+            return self.falling(now_ns);
+        }
+        let last = self.answer?;
+        if self.is_zero || now_ns.saturating_sub(self.said_ns) < PERIOD_NS {
+            return None;
+        }
+        let force_n = self.say([0.0; 3], now_ns);
+        Some(stale(last, force_n, self.is_zero))
+    }
+
+    /// Times that an overload began.
+    pub(super) fn overloads(&self) -> u64 {
+        self.overload.times()
+    }
+
+    /// Whether the watcher has something to say before long.
+    pub(super) fn is_urgent(&self) -> bool {
+        (self.overload.is_on() && !self.is_zero) || self.shaper.fall_ns().is_some()
+    }
+
+    fn say(&mut self, target_n: [f32; 3], now_ns: u64) -> [f32; 3] {
+        let force_n = self.shaper.shape(target_n, now_ns);
+        self.said_ns = now_ns;
+        self.is_zero = force_n == [0.0; 3];
+        force_n
+    }
+}
+
+/// A message that is no answer: the force on its way to 0, of the last tick.
+fn stale(last: ToolForce, force_n: [f32; 3], is_zero: bool) -> ToolForce {
+    let mut flags = Flags(last.flags & !Flags::SAFE_STATE.0);
+    flags.insert(Flags::STALE);
+    if is_zero {
+        flags.insert(Flags::SAFE_STATE);
+    }
+    ToolForce { force_n, flags: flags.0, step_ns: 0, ..last }
+}

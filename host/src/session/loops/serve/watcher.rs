@@ -1,0 +1,76 @@
+//! A thread beside the loop, so that the force falls to 0 also while a tick does not end.
+//!
+//! It looks every [`LOOK_NS`], and every millisecond while the force falls. It speaks only while the
+//! loop is in a tick: between ticks the loop itself is the watchdog.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use iceoryx2::port::publisher::Publisher;
+
+use super::voice::Voice;
+use crate::session::ipc::payload::ToolForce;
+use crate::session::ipc::services::Ipc;
+use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
+
+/// Span between looks while nothing is to be said \[ns\].
+const LOOK_NS: u64 = 4 * MILLISECOND_NS;
+
+/// What the loop and the watcher share.
+#[derive(Debug)]
+pub(super) struct Shared {
+    voice: Mutex<Voice>,
+    in_tick: AtomicBool,
+    has_ended: AtomicBool,
+}
+
+impl Shared {
+    pub(super) fn new(voice: Voice) -> Self {
+        Self {
+            voice: Mutex::new(voice),
+            in_tick: AtomicBool::new(false),
+            has_ended: AtomicBool::new(false),
+        }
+    }
+
+    /// The voice, for one of the two at a time.
+    pub(super) fn voice(&self) -> MutexGuard<'_, Voice> {
+        self.voice.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A tick begins.
+    pub(super) fn begin_tick(&self) {
+        self.in_tick.store(true, Ordering::Release);
+    }
+
+    /// It has ended.
+    pub(super) fn end_tick(&self) {
+        self.in_tick.store(false, Ordering::Release);
+    }
+
+    /// The loop has ended.
+    pub(super) fn end(&self) {
+        self.has_ended.store(true, Ordering::Release);
+    }
+
+    /// Looks until the loop has ended.
+    pub(super) fn watch(&self, publisher: &Publisher<Ipc, ToolForce, ()>) {
+        while !self.has_ended.load(Ordering::Acquire) {
+            let mut span_ns = LOOK_NS;
+            if self.in_tick.load(Ordering::Acquire) {
+                let mut voice = self.voice();
+                // Looked at again with the voice in hand: the answer may have left meanwhile.
+                if self.in_tick.load(Ordering::Acquire)
+                    && let Some(force) = voice.falling_in_tick(now_ns())
+                {
+                    // A message that shared memory does not take is followed by the next one.
+                    let _ = publisher.send_copy(force);
+                }
+                if voice.is_urgent() {
+                    span_ns = PERIOD_NS;
+                }
+            }
+            sleep_until_ns(now_ns() + span_ns);
+        }
+    }
+}

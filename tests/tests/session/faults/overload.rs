@@ -1,0 +1,154 @@
+//! Sweeps that take long, poses that come late, and what the force does meanwhile.
+
+use std::time::Instant;
+
+use chaincell_tests::outsider::{Outsider, Pose};
+use chaincell_tests::{run, turn};
+
+use super::*;
+
+/// The force is not of this pose.
+const LATE: u32 = 256;
+/// The tool counts as not engaged.
+const RELEASE_FIRST: u32 = 512;
+/// A machine that is busy with something else is given another try.
+const TRIES: usize = 3;
+
+/// Whether one of a few tries holds; the last one says why not.
+#[track_caller]
+fn one_of_a_few(mut attempt: impl FnMut() -> std::result::Result<(), String>) {
+    for left in (0..TRIES).rev() {
+        match attempt() {
+            Ok(()) => return,
+            Err(why) => assert!(left > 0, "{why}"),
+        }
+    }
+}
+
+/// Five seconds of `cosim` with sweeps stretched to so many pose periods.
+fn stretched(periods: &str) -> Ended {
+    let place = place("stretched");
+    let sweep = format!("sweep:{periods}");
+    run(["cosim", text(&place.model), "--seconds", "5", "--inject", &sweep, "--json"])
+}
+
+#[test]
+fn a_sweep_below_the_pose_period_is_a_force_in_time() {
+    let _turn = turn();
+    for periods in ["0.3", "0.8"] {
+        one_of_a_few(|| {
+            let report = stretched(periods).json();
+            let sent = count(&report, "ticks_sent");
+            assert_eq!(count(&report, "ticks_answered"), sent, "{report}");
+            assert_eq!(report["state_hash"], report["replay_state_hash"]);
+            let (late, overloads) = (count(&report, "ticks_late"), count(&report, "overloads"));
+            let p99 = |name: &str| report[name]["p99"].as_u64().unwrap();
+            let most_ns = 3_000_000 + p99("floor_round_trip_ns");
+            println!(
+                "OVERLOAD | {periods} | {late} late of {sent} | p99 {} us |",
+                p99("round_trip_ns") / 1000
+            );
+            let holds = late <= sent / 20 && overloads == 0 && p99("round_trip_ns") <= most_ns;
+            if holds { Ok(()) } else { Err(report.to_string()) }
+        });
+    }
+}
+
+#[test]
+fn a_sweep_above_the_pose_period_takes_the_force_away_within_forty_milliseconds() {
+    let _turn = turn();
+    for periods in ["1.5", "3"] {
+        one_of_a_few(|| {
+            let place = place("overload");
+            let from = 600;
+            let sweep = format!("sweep:{periods}@{from}");
+            let serve = place.serve(&["--json", "--inject", &sweep]);
+            let outsider = Outsider::join(&place.scene, false);
+            let mut control = holding_control(&place, 1500);
+            let (mut seen, mut began, mut zero) = (Vec::new(), None, None);
+            while control.is_running() {
+                while let Some(force) = outsider.try_receive() {
+                    if force.tick == from {
+                        began = began.or(Some(Instant::now()));
+                    }
+                    if force.tick > from && force.force_n == [0.0; 3] {
+                        zero = zero.or(Some(Instant::now()));
+                    }
+                    seen.push(force);
+                }
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            let report = control.end(SOON).with(0).json();
+            let served = serve.interrupt().with(130).json();
+            assert_eq!(count(&report, "ticks_answered"), 1500);
+            assert_eq!(count(&served, "overloads"), 1, "{served}");
+            assert_gentle(&seen);
+            let last = seen.last().unwrap();
+            assert_eq!(last.flags & (LATE | SAFE), LATE | SAFE, "{last:?}");
+            let span = zero.unwrap().duration_since(began.unwrap());
+            println!("OVERLOAD | {periods} | force 0 after {span:?} |");
+            if span.as_millis() <= 40 { Ok(()) } else { Err(format!("{periods}: {span:?}")) }
+        });
+        let ended = stretched(periods).with(1);
+        assert!(ended.err.contains("sweep longer than a pose period"), "{}", ended.err);
+    }
+}
+
+/// The press of [`hold`] with thirty of its poses held back and sent at once.
+#[test]
+fn thirty_poses_at_once_make_no_larger_force_than_in_time() {
+    let _turn = turn();
+    let largest = |faults: &[&str]| {
+        let (place, serve, outsider) = served("thirty");
+        let path = place.folder.path().join("steady.csv");
+        // 0.08 mm a tick.
+        let row = |tick: u64| (tick, [0.0, 0.0, -8e-5 * tick.min(250) as f32], u32::from(tick > 0));
+        write_path(&path, (0..600).map(row));
+        let control = control(&place, &[&["--path", text(&path)][..], faults].concat());
+        let (ended, seen) = until_end(control, &outsider);
+        assert_eq!(count(&ended.with(0).json(), "ticks_answered"), 600);
+        serve.interrupt().with(130);
+        (largest_n(&seen), seen)
+    };
+    let (in_time_n, _) = largest(&[]);
+    for stop in ["stop:30@150", "stop:15@150", "stop:8@200"] {
+        let (at_once_n, seen) = largest(&["--inject", stop]);
+        assert!(seen.iter().any(|force| force.flags & LATE != 0), "{stop}: none came late");
+        println!("OVERLOAD | {stop} | {at_once_n} N, in time {in_time_n} N |");
+        assert!(at_once_n <= 1.1 * in_time_n, "{stop}: {at_once_n} N, in time {in_time_n} N");
+        assert_gentle(&seen);
+    }
+}
+
+/// What a poser who never lets go gets from a server that has just begun.
+#[test]
+fn a_server_that_begins_anew_waits_for_a_release() {
+    let _turn = turn();
+    let place = place("release-first");
+    let out = place.folder.path().join("out");
+    let serve = place.serve(&["--json", "--out", text(&out), "--budget-us", "off"]);
+    let outsider = Outsider::join(&place.scene, true);
+    let mut tick = 0;
+    let mut answer = |engaged: u32| {
+        outsider.send(Pose { tick, position_m: [0.0, 0.0, -1e-4 * tick as f32], engaged });
+        tick += 1;
+        loop {
+            let force = outsider.receive();
+            if force.flags & STALE == 0 {
+                return force;
+            }
+        }
+    };
+    for _ in 0..50 {
+        let force = answer(1);
+        assert_eq!((force.force_n, force.flags, force.contacts), ([0.0; 3], RELEASE_FIRST, 0));
+    }
+    assert_eq!(answer(0).flags & RELEASE_FIRST, 0);
+    let pressed: Vec<Force> = (0..80).map(|_| answer(1)).collect();
+    assert!(size_n(&pressed[79]) > 0.1 && pressed[79].flags & RELEASE_FIRST == 0);
+    let served = serve.interrupt().with(130).json();
+    assert_eq!(count(&served["flag_ticks"], "release_first"), 50);
+    // Recorded as executed.
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], served["state_hash"]);
+}
