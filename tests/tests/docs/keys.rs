@@ -22,10 +22,10 @@ fn the_contract_names_every_key() {
     let out = place.folder.path().join("out");
     let session = out.to_str().unwrap();
     let mut found = keys("info", &run(["info", model, "--json"]).with(0).json());
-    let serve = place.serve(&["--ticks", "200", "--json"]);
+    let serve = place.serve(&["--ticks", "200", "--json", "--late-share", "off"]);
     let control =
         ["control", "--scene", &place.scene, "--seconds", "0.1", "--wait-for-server-s", "10"];
-    let control = || run(control.iter().chain(&["--json"]));
+    let control = || run(control.iter().chain(&["--json", "--late-share", "off"]));
     found.extend(keys("control", &control().with(0).json()));
     let state = run(["state", "--scene", &place.scene, "--once", "--json"]);
     found.extend(keys("state", &state.with(0).json()));
@@ -34,7 +34,7 @@ fn the_contract_names_every_key() {
     control().with(0);
     found.extend(keys("serve", &serve.end(SHORT).with(0).json()));
     let cosim = ["cosim", model, "--contact", "40", "--seconds", "0.2", "--out", session, "--json"];
-    let cosim = Running::chaincell(cosim).end(SHORT);
+    let cosim = Running::chaincell([&cosim[..], &["--late-share", "off"]].concat()).end(SHORT);
     found.extend(keys("cosim", &cosim.with(0).json()));
     let path = out.join("path.csv");
     let offline = place.folder.path().join("offline");

@@ -42,7 +42,7 @@ fn assert_is(rows: &[Row], cells: &Table) {
 fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
     let _turn = turn();
     let place = Place::new("viewers");
-    let serve = serve(&place, &["--ticks", "61"]);
+    let serve = serve(&place, &["--ticks", "61", "--budget-us", "off"]);
     let viewers = [Viewer::join(&place.scene), Viewer::join(&place.scene)];
     for viewer in &viewers {
         // A viewer that joins sees the state at once, without any pose.
@@ -57,7 +57,7 @@ fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
         hash = outsider.receive().state_hash;
     }
     let path = place.folder.path().join("path.csv");
-    write_path(&path, (0..60).map(|tick| (tick, pose(tick).position_m, 1)));
+    write_path(&path, (0..60).map(|tick| (tick, pose(tick).position_m, pose(tick).engaged)));
     let offline = place.folder.path().join("offline");
     play(&place.model, &path, &offline, &["--contact", "40"]).with(0);
     let cells = Table::read(&offline.join("cells_final.csv"));

@@ -4,6 +4,7 @@ mod child_processes;
 mod commands;
 mod cosim;
 mod faults;
+mod hand;
 mod inject;
 mod kill;
 mod motion;

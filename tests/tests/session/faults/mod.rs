@@ -15,7 +15,7 @@ mod stand_still;
 mod two_publishers;
 
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use chaincell_tests::files::{bake, scratch, text, write_path};
 use chaincell_tests::outsider::{Force, Outsider};
@@ -34,6 +34,20 @@ const SAFE: u32 = 16;
 /// Part of the largest force that no step may reach: a ramp's own is a twentieth, what the tissue
 /// does meanwhile comes on top.
 const STEP_PART: f64 = 0.15;
+
+/// A machine that is busy with something else is given another try.
+const TRIES: usize = 3;
+
+/// Whether one of a few tries holds; the last one says why not.
+#[track_caller]
+fn one_of_a_few(mut attempt: impl FnMut() -> Result<(), String>) {
+    for left in (0..TRIES).rev() {
+        match attempt() {
+            Ok(()) => return,
+            Err(why) => assert!(left > 0, "{why}"),
+        }
+    }
+}
 
 /// A stiff plane, whose middle a server holds with some newtons, and a scene.
 fn place(test: &str) -> Place {
@@ -88,6 +102,45 @@ fn until(outsider: &Outsider, mut done: impl FnMut(&Force) -> bool) -> Vec<Force
             return seen;
         }
     }
+}
+
+/// A message, and when it was seen.
+type Timed = (Instant, Force);
+
+/// Takes what has arrived, and waits a little.
+fn take(outsider: &Outsider, seen: &mut Vec<Timed>) {
+    while let Some(force) = outsider.try_receive() {
+        seen.push((Instant::now(), force));
+    }
+    std::thread::sleep(Duration::from_micros(100));
+}
+
+/// All messages with their times until one of them is what is waited for.
+#[track_caller]
+fn timed_until(outsider: &Outsider, done: impl Fn(&Force) -> bool) -> Vec<Timed> {
+    let start = Instant::now();
+    let mut seen = Vec::new();
+    while !seen.last().is_some_and(|(_, force)| done(force)) {
+        assert!(start.elapsed() < SOON, "{} messages in {SOON:?}", seen.len());
+        take(outsider, &mut seen);
+    }
+    seen
+}
+
+/// Largest sum of the steps of the force between messages seen within a millisecond [N].
+fn largest_in_a_millisecond_n(seen: &[Timed]) -> f64 {
+    let steps: Vec<(Instant, f64)> =
+        seen.windows(2).map(|pair| (pair[1].0, largest_step_n(&[pair[0].1, pair[1].1]))).collect();
+    let (mut first, mut sum_n, mut most_n) = (0, 0.0, 0.0_f64);
+    for (at, step_n) in &steps {
+        sum_n += step_n;
+        while at.duration_since(steps[first].0) > Duration::from_millis(1) {
+            sum_n -= steps[first].1;
+            first += 1;
+        }
+        most_n = most_n.max(sum_n);
+    }
+    most_n
 }
 
 /// How a process ended, and all messages until then.

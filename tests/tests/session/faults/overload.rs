@@ -1,7 +1,5 @@
 //! Sweeps that take long, poses that come late, and what the force does meanwhile.
 
-use std::time::Instant;
-
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::{run, turn};
 
@@ -11,20 +9,6 @@ use super::*;
 const LATE: u32 = 256;
 /// The tool counts as not engaged.
 const RELEASE_FIRST: u32 = 512;
-/// A machine that is busy with something else is given another try.
-const TRIES: usize = 3;
-
-/// Whether one of a few tries holds; the last one says why not.
-#[track_caller]
-fn one_of_a_few(mut attempt: impl FnMut() -> std::result::Result<(), String>) {
-    for left in (0..TRIES).rev() {
-        match attempt() {
-            Ok(()) => return,
-            Err(why) => assert!(left > 0, "{why}"),
-        }
-    }
-}
-
 /// Five seconds of `cosim` with sweeps stretched to so many pose periods.
 fn stretched(periods: &str) -> Ended {
     let place = place("stretched");
@@ -85,6 +69,10 @@ fn a_sweep_above_the_pose_period_takes_the_force_away_within_forty_milliseconds(
             assert_gentle(&seen);
             let last = seen.last().unwrap();
             assert_eq!(last.flags & (LATE | SAFE), LATE | SAFE, "{last:?}");
+            let before_n = seen.iter().find(|force| force.tick == from).map_or(0.0, size_n);
+            if before_n == 0.0 {
+                return Err(format!("{periods}: no force when the sweeps began to be slow"));
+            }
             let span = zero.unwrap().duration_since(began.unwrap());
             println!("OVERLOAD | {periods} | force 0 after {span:?} |");
             if span.as_millis() <= 40 { Ok(()) } else { Err(format!("{periods}: {span:?}")) }

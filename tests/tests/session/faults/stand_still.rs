@@ -1,59 +1,109 @@
-//! Either side stopped for 200 ms in the middle of a press, and a reader that never reads.
+//! Either side stopped for up to ten seconds in the middle of a press, and a reader that never
+//! reads.
 
 use chaincell_tests::outsider::Outsider;
-use chaincell_tests::{Running, turn};
+use chaincell_tests::turn;
 use rustix::process::Signal;
 
 use super::*;
 
-/// Poses of a run.
+/// Poses of a run, those of a stop aside.
 const POSES: u64 = 1500;
+/// Lengths of the stops [ms].
+const STOPS_MS: [u64; 4] = [200, 1500, 3000, 10_000];
 
-fn stop(process: &Running) {
-    process.signal(Signal::STOP);
-    std::thread::sleep(Duration::from_millis(200));
-    process.signal(Signal::CONT);
+/// Which side stands still.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    Serve,
+    Control,
 }
 
-#[test]
-fn a_server_that_stood_still_answers_all_and_no_hand_is_thrown() {
-    let _turn = turn();
-    let (place, serve, outsider) = served("stopped-server");
-    let control = holding_control(&place, POSES);
-    let mut seen = until(&outsider, |force| force.tick >= 400);
-    stop(&serve);
-    let (ended, more) = until_end(control, &outsider);
-    seen.extend(more);
-    let report = ended.with(0).json();
-    assert_eq!((count(&report, "ticks_answered"), count(&report, "ticks_unanswered")), (POSES, 0));
-    assert!(count(&report, "silences") >= 1 && count(&report, "missed_deadlines") >= 100);
+/// A press and a hold in the middle of which a side stands still for so long: what control and
+/// serve say, and all messages with their times.
+fn stopped(side: Side, ms: u64) -> (Value, Value, Vec<Timed>) {
+    // At ordinary priority, so that the reader has its turn as often as both sides.
+    let place = place("stopped");
+    let serve = place.serve(&["--json", "--no-realtime"]);
+    let outsider = Outsider::join(&place.scene, false);
+    let path = hold(&place, POSES + ms);
+    let mut control = control(&place, &["--path", text(&path), "--no-realtime"]);
+    let mut seen = timed_until(&outsider, |force| force.tick >= 400);
+    let signal = |signal| match side {
+        Side::Serve => serve.signal(signal),
+        Side::Control => control.signal(signal),
+    };
+    signal(Signal::STOP);
+    let stopped = Instant::now();
+    while stopped.elapsed() < Duration::from_millis(ms) {
+        take(&outsider, &mut seen);
+    }
+    signal(Signal::CONT);
+    while control.is_running() {
+        take(&outsider, &mut seen);
+    }
+    let report = control.end(SOON).json();
     let served = serve.interrupt().with(130).json();
-    assert_eq!(count(&served, "ticks_executed"), POSES);
-    assert_gentle(&seen);
-    let (step_n, most_n) = (report["largest_force_step_n"].as_f64().unwrap(), largest_n(&seen));
-    assert!(step_n <= STEP_PART * most_n, "{step_n} N of {most_n} N");
-    tell("SIGSTOP of serve for 200 ms", POSES, 0, step_n, most_n);
+    take(&outsider, &mut seen);
+    (report, served, seen)
 }
 
-#[test]
-fn a_control_that_stood_still_sends_all_and_the_force_falls_meanwhile() {
-    let _turn = turn();
-    let (place, serve, outsider) = served("stopped-control");
-    let control = holding_control(&place, POSES);
-    let mut seen = until(&outsider, |force| force.tick >= 400);
-    stop(&control);
-    let (ended, more) = until_end(control, &outsider);
-    seen.extend(more);
-    let report = ended.with(0).json();
-    assert_eq!((count(&report, "ticks_answered"), count(&report, "ticks_unanswered")), (POSES, 0));
-    assert!(seen.iter().any(|force| force.flags & (STALE | SAFE) == STALE | SAFE));
-    assert_gentle(&seen);
-    let served = serve.interrupt().with(130).json();
-    assert!(count(&served, "watchdog_fired") >= 1);
-    assert_eq!(count(&served, "ticks_executed"), POSES);
+/// What must hold whichever side stood still.
+#[track_caller]
+fn assert_no_jump(
+    side: Side,
+    ms: u64,
+    (report, served, seen): &(Value, Value, Vec<Timed>),
+) -> Result<(), String> {
+    let sent = count(report, "ticks_sent");
+    let of = |name: &str| count(served, name);
+    assert_eq!(sent, POSES + ms);
+    // Each pose was executed, was overwritten in the full queue, or was too many at once.
+    let all = of("ticks_executed") + of("poses_missing") + of("poses_throttled");
+    assert_eq!(all, sent, "{served}");
+    assert_eq!(count(report, "ticks_answered"), of("ticks_executed"), "{report}");
+    let forces: Vec<Force> = seen.iter().map(|(_, force)| *force).collect();
+    assert_gentle(&forces);
+    let most_n = largest_n(&forces);
     let step_n = report["largest_force_step_n"].as_f64().unwrap();
-    assert!(step_n <= STEP_PART * largest_n(&seen), "{step_n} N at the device");
-    tell_seen("SIGSTOP of control for 200 ms", POSES, 0, &seen);
+    assert!(step_n <= STEP_PART * most_n, "{step_n} N of {most_n} N at the device");
+    // A reader that the machine keeps waiting sees the messages of several milliseconds at once.
+    let within_ms = largest_in_a_millisecond_n(seen);
+    let (executed, fault) = (of("ticks_executed"), format!("SIGSTOP of {side:?} for {ms} ms"));
+    tell(&fault, executed, sent - executed, within_ms, most_n);
+    if within_ms <= STEP_PART * most_n {
+        return Ok(());
+    }
+    Err(format!("{fault}: {within_ms} N in a millisecond, of {most_n} N"))
+}
+
+#[test]
+fn a_server_that_stood_still_throws_no_hand() {
+    let _turn = turn();
+    for ms in STOPS_MS {
+        one_of_a_few(|| {
+            let found = stopped(Side::Serve, ms);
+            assert!(count(&found.0, "silences") >= 1);
+            assert!(count(&found.0, "missed_deadlines") >= 100);
+            if ms >= 1500 {
+                assert!(count(&found.1, "poses_missing") > 0, "a queue of 1,024 and {ms} poses");
+            }
+            assert_no_jump(Side::Serve, ms, &found)
+        });
+    }
+}
+
+#[test]
+fn a_control_that_stood_still_throws_no_hand_and_the_force_falls_meanwhile() {
+    let _turn = turn();
+    for ms in STOPS_MS {
+        one_of_a_few(|| {
+            let found = stopped(Side::Control, ms);
+            let fell = |(_, force): &Timed| force.flags & (STALE | SAFE) == STALE | SAFE;
+            assert!(found.2.iter().any(fell) && count(&found.1, "watchdog_fired") >= 1);
+            assert_no_jump(Side::Control, ms, &found)
+        });
+    }
 }
 
 #[test]

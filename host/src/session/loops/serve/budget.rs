@@ -8,6 +8,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::POSE_HZ;
 use crate::session::timing::clock::{PERIOD_NS, SECOND_NS};
 
 /// Gaps between poses that the period is the median of.
@@ -66,6 +67,8 @@ impl fmt::Display for SweepBudget {
 #[derive(Debug)]
 pub(super) struct Budget {
     kind: SweepBudget,
+    /// Shortest pose period that counts \[ns\].
+    shortest_ns: u64,
     gaps_ns: [u64; GAPS],
     gaps: usize,
     costs_ns: Vec<u32>,
@@ -86,9 +89,10 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    pub(super) fn new(kind: SweepBudget) -> Self {
+    pub(super) fn new(kind: SweepBudget, max_pose_hz: u32) -> Self {
         Self {
             kind,
+            shortest_ns: SECOND_NS / u64::from(max_pose_hz.max(POSE_HZ)),
             gaps_ns: [PERIOD_NS; GAPS],
             gaps: 0,
             costs_ns: Vec::with_capacity(COSTS),
@@ -114,10 +118,11 @@ impl Budget {
         }
     }
 
-    /// Median of the last gaps between poses \[ns\].
+    /// Median of the last gaps between poses; not below that of the largest rate, since the poses of
+    /// a program that waits for each answer come as fast as the answers \[ns\].
     pub(super) fn period_ns(&self) -> u64 {
         let mut gaps_ns = self.gaps_ns;
-        *gaps_ns.select_nth_unstable(GAPS / 2).1
+        (*gaps_ns.select_nth_unstable(GAPS / 2).1).max(self.shortest_ns)
     }
 
     /// The sweeps of a tick begin, for a pose that arrived at `arrival_ns`.
@@ -204,11 +209,13 @@ mod tests {
 
     #[test]
     fn as_many_sweeps_as_fit_the_period() {
-        let mut budget = Budget::new(SweepBudget::Auto);
+        let mut budget = Budget::new(SweepBudget::Auto, POSE_HZ);
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 8, "7/8 of a millisecond");
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 4), 4, "never more than the settings'");
         (0..64).for_each(|_| budget.arrived(1, 500 * US));
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 4, "a controller at 2 kHz");
+        (0..64).for_each(|_| budget.arrived(1, 50 * US));
+        assert_eq!(budget.period_ns(), 500 * US, "who waits for the answer");
         budget.arrived(1, 3 * SECOND_NS);
         assert_eq!(budget.period_ns(), 500 * US, "a silence is no period");
         (0..40).for_each(|_| budget.arrived(3, 3000 * US));
@@ -220,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_miss_makes_it_careful_for_a_second() {
-        let mut budget = Budget::new(SweepBudget::Auto);
+        let mut budget = Budget::new(SweepBudget::Auto, POSE_HZ);
         let at = |budget: &mut Budget, ns| sweeps(budget, ns, 100 * US, 64);
         assert_eq!(at(&mut budget, SECOND_NS), 8);
         budget.answered(0, true, SECOND_NS);
@@ -233,12 +240,12 @@ mod tests {
 
     #[test]
     fn one_slow_sweep_in_a_hundred_and_more_counts() {
-        let mut budget = Budget::new(SweepBudget::Us(1000));
+        let mut budget = Budget::new(SweepBudget::Us(1000), POSE_HZ);
         for tick in 0..200 {
             sweeps(&mut budget, tick, if tick % 20 == 0 { 400 * US } else { 100 * US }, 2);
         }
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 7, "the next may take 400 us");
-        let mut off = Budget::new(SweepBudget::Off);
+        let mut off = Budget::new(SweepBudget::Off, POSE_HZ);
         assert_eq!(sweeps(&mut off, SECOND_NS, SECOND_NS, 64), 64);
     }
 

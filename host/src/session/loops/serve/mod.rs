@@ -54,6 +54,8 @@ use watcher::Shared;
 
 /// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
+/// Late poses on end from which on the next new force is gone to along a ramp.
+const LATE_RUN: u32 = 4;
 /// Time for readers to take the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 /// A scene whose services exist and that is ready for poses.
@@ -123,24 +125,30 @@ impl Server {
         engine: &mut dyn TissueEngine,
         recorder: &mut Recorder,
     ) -> Result<ServeReport> {
+        let beside = (self.state.take(), self.commands.take());
+        let shared = Shared::new(Voice::new(&self.options, now_ns()));
+        let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
+        let publisher = &self.ports.publisher;
+        let (ended_by, refused) = std::thread::scope(|scope| {
+            // Before the loop asks for its privileges, which a thread would inherit: on the loop's
+            // core, at its priority, it would not come to its turn while the loop is in a tick.
+            scope.spawn(|| shared.watch(publisher));
+            let ended = self.ask_and_loop(&mut run);
+            shared.end();
+            ended
+        });
+        // A reader that has only just joined loses what a publisher sends right before its end.
+        sleep_until_ns(now_ns() + LINGER_NS);
+        Ok(run.report(ended_by, refused))
+    }
+
+    fn ask_and_loop(&self, run: &mut Run<'_>) -> (Ending, Vec<String>) {
         let refused = if self.options.realtime {
             realtime::ask(Role::Serve, self.options.wait)
         } else {
             Vec::new()
         };
-        let beside = (self.state.take(), self.commands.take());
-        let shared = Shared::new(Voice::new(&self.options, now_ns()));
-        let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
-        let publisher = &self.ports.publisher;
-        let ended_by = std::thread::scope(|scope| {
-            scope.spawn(|| shared.watch(publisher));
-            let ended_by = run.until_the_end();
-            shared.end();
-            ended_by
-        });
-        // A reader that has only just joined loses what a publisher sends right before its end.
-        sleep_until_ns(now_ns() + LINGER_NS);
-        Ok(run.report(ended_by, refused))
+        (run.until_the_end(), refused)
     }
 }
 
@@ -168,6 +176,8 @@ struct Run<'a> {
     publishers: u64,
     executed: u64,
     late: u64,
+    /// Late poses on end.
+    late_run: u32,
     flag_ticks: FlagTicks,
     sweeps: Latencies,
     missing: u64,
@@ -211,12 +221,13 @@ impl<'a> Run<'a> {
             has_released: false,
             rate: server.rate,
             alive_until_ns: 0,
-            budget: Budget::new(server.options.budget),
+            budget: Budget::new(server.options.budget, server.options.max_pose_hz),
             looked_ns: start_ns,
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
             executed: 0,
             late: 0,
+            late_run: 0,
             flag_ticks: FlagTicks::default(),
             sweeps: Latencies::new()?,
             missing: 0,
@@ -294,6 +305,7 @@ impl<'a> Run<'a> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
     fn execute(&mut self, arrived: Arrived) {
         let start_ns = now_ns();
+        self.late_run = 0;
         self.shared.begin_tick();
         let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
         self.shared.end_tick();
@@ -367,6 +379,10 @@ impl<'a> Run<'a> {
         let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::Late);
         self.executed += 1;
         self.late += u64::from(output.flags.contains(Flags::LATE));
+        self.late_run += 1;
+        if self.late_run == LATE_RUN {
+            self.shared.voice().shaper.begin_ramp();
+        }
         self.publish(arrived, &output, now_ns() - start_ns, 0);
     }
 

@@ -1,0 +1,113 @@
+//! A modelled hand on a served tissue, in real time, under the loads that make answers late: what it
+//! gets out of nothing.
+//!
+//! The handle (100 g, 30 um) moves under the newest force that has arrived, in a hand that presses,
+//! holds and comes back. Where this process itself is late it makes up for the ticks it missed, as a
+//! controller does: their poses leave at once. `cargo test -p chaincell-tests --test session hand --
+//! --nocapture | grep HAND` prints the table.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::time::{Duration, Instant};
+
+use chaincell_kernel::ToolSample;
+use chaincell_tests::closed_loop::{Choice, handle};
+use chaincell_tests::files::{bake, scratch};
+use chaincell_tests::handle::{Hand, Moving, TICK_S};
+use chaincell_tests::outsider::{Force, Outsider, Pose};
+use chaincell_tests::place::Place;
+use chaincell_tests::{scene, turn};
+use nalgebra::{Rotation3, Vector3};
+
+/// Place of the Premium, 100 g, in the list of devices.
+const PREMIUM: usize = 1;
+/// Most energy that may be made in a cycle [J].
+const MADE_MAX_J: f64 = 1e-3;
+/// Ticks of a cycle of approach, press, hold and retreat: five seconds.
+const CYCLE: u64 = 5000;
+/// The message is no answer.
+const STALE: u32 = 4;
+
+/// Where the hand wants to be at a tick of its cycle, below the start [m]; it takes hold well before
+/// it presses, so that the ramp of engaging is over.
+fn depth_m(tick: u64) -> f64 {
+    let at = tick as f64 / CYCLE as f64;
+    let smooth = |x: f64| {
+        let x = x.clamp(0.0, 1.0);
+        x * x * (3.0 - 2.0 * x)
+    };
+    0.02 * (smooth((at - 0.1) / 0.15) - smooth((at - 0.7) / 0.15))
+}
+
+/// What a session of the hand gave.
+struct Session {
+    /// Most energy made in a cycle [J].
+    made_j: f64,
+    most_n: f64,
+    late: usize,
+    answers: usize,
+}
+
+/// Plays so many cycles against `serve` with these options.
+fn session(load: &[&str], stiffness_n_per_m: f64, cycles: u64) -> Session {
+    let folder = scratch();
+    let stiff = ["--alpha", "0", "--stiffness-n-per-m", "1000"];
+    let model = bake(folder.path(), "plane:9x9x0.01", &stiff);
+    let place = Place { folder, model, scene: scene("hand") };
+    let serve = place.serve(&[&["--json", "--device", "premium"][..], load].concat());
+    let outsider = Outsider::join(&place.scene, true);
+    let mut moving = Moving::new(handle(PREMIUM, Rotation3::identity()), Vector3::zeros());
+    let coupling = Choice::of(PREMIUM, 0).coupling_n_per_m();
+    let mut last = Force::default();
+    let mut of = Session { made_j: 0.0, most_n: 0.0, late: 0, answers: 0 };
+    let (mut got_before_j, mut stored_before_j) = (0.0, 0.0);
+    let start = Instant::now();
+    for tick in 0..cycles * CYCLE {
+        let due = start + Duration::from_secs_f64(TICK_S * tick as f64);
+        while Instant::now() < due {
+            std::thread::sleep(
+                due.saturating_duration_since(Instant::now()).min(Duration::from_micros(200)),
+            );
+        }
+        while let Some(force) = outsider.try_receive() {
+            of.answers += usize::from(force.flags & STALE == 0);
+            of.late += usize::from(force.flags & 256 != 0);
+            last = force;
+        }
+        let force_n = Vector3::from(last.force_n);
+        of.most_n = of.most_n.max(f64::from(force_n.norm()));
+        let at = Vector3::new(0.0, 0.0, -depth_m(tick % CYCLE));
+        let hand = Hand { stiffness_n_per_m, damping_n_s_per_m: 0.5, holds: true, at };
+        moving.tick(force_n, &hand);
+        let got_j = moving.port_j - moving.lost_j;
+        of.made_j = of.made_j.max(got_j - got_before_j - stored_before_j);
+        if tick % CYCLE == CYCLE - 1 {
+            let coupling_j = 0.5 * f64::from(force_n.norm_squared()) / coupling;
+            (got_before_j, stored_before_j) = (got_j, f64::from(last.energy_j) + coupling_j);
+        }
+        let ToolSample { position_m, engaged } = moving.sample(tick % CYCLE >= 100);
+        outsider.send(Pose { tick, position_m: position_m.into(), engaged });
+    }
+    serve.interrupt().with(130);
+    of
+}
+
+#[test]
+fn no_load_gives_a_hand_energy_out_of_nothing() {
+    let _turn = turn();
+    let is_long = std::env::var_os("CHAINCELL_SLOW").is_some();
+    let cycles = if is_long { 2 } else { 1 };
+    let hands: &[f64] = if is_long { &[50.0, 100.0, 300.0, 1000.0] } else { &[100.0] };
+    for load in ["", "sweep:0.3", "sweep:0.8", "sweep:1.5", "sweep:3", "sweep:3@2000"] {
+        let inject = [&["--inject"][..], &[load]].concat();
+        let options = if load.is_empty() { &[][..] } else { &inject };
+        for &hand in hands {
+            let of = session(options, hand, cycles);
+            println!(
+                "HAND | {load} | {hand} N/m | made {:.2e} J | force up to {:.2} N | {} of {} late |",
+                of.made_j, of.most_n, of.late, of.answers
+            );
+            assert!(of.made_j <= MADE_MAX_J, "{load}, {hand} N/m: {} J", of.made_j);
+        }
+    }
+}
