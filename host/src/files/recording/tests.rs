@@ -197,3 +197,40 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203 });
     assert_eq!(again.state_hash(), engine.state_hash());
 }
+
+/// Sweeps that were counted and ramps that began anew, with and without a stage.
+#[test]
+fn what_the_clock_decided_is_played_again() {
+    for ramp_ticks in [None, Some(30)] {
+        let settings = ramp_ticks.map(|ramp_ticks| StageSettings {
+            coupling: Some(Coupling { stiffness_n_per_m: 200.0, damping_n_s_per_m: 0.5 }),
+            ramp_ticks,
+            ..StageSettings::NONE
+        });
+        let (image, mut recording) = (plane(), begun(settings.as_ref()));
+        let mut first = Staged::new(engine(&image), settings).unwrap();
+        let mut late = 0;
+        for at in 0..300 {
+            let device = record(at).sample;
+            let ramp_restarted = at % 90 == 50;
+            if ramp_restarted {
+                first.restart_ramp();
+            }
+            let sweeps = [None, Some(0), Some(1), Some(3), Some(0)][at as usize % 5];
+            let output = first.tick_again(&device, sweeps);
+            late += u32::from(output.flags.contains(Flags::LATE));
+            let state_hash = Some(first.state_hash());
+            recording.add(&Record { sweeps, ramp_restarted, state_hash, ..Record::of(at, device) });
+        }
+        assert!(late > 50, "{late} late ticks");
+        let trace = Reader::open(recording.bytes()).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let (mut again, ..) = tissue(&trace, Path::new("a.trace"), model).unwrap();
+        let mut played = Played::default();
+        assert_eq!(play(&trace, &mut again, &mut played), Ok(End::Complete));
+        assert_eq!(played, Played { ticks: 300, commands: 0, compared: 300 });
+        // The stage stands where it stood: the next force is the same too.
+        let next = record(300).sample;
+        assert_eq!(again.tick(&next), first.tick(&next));
+    }
+}

@@ -82,6 +82,25 @@ fn a_sweep_above_the_pose_period_takes_the_force_away_within_forty_milliseconds(
     }
 }
 
+#[test]
+fn a_fixed_count_that_cannot_keep_up_lets_the_force_go() {
+    let _turn = turn();
+    let place = place("fixed");
+    let slow = ["--budget-us", "off", "--sweeps", "4", "--inject", "sweep:0.5@600"];
+    let serve = place.serve(&[&["--json"][..], &slow].concat());
+    let outsider = Outsider::join(&place.scene, false);
+    let (ended, seen) = until_end(holding_control(&place, 1500), &outsider);
+    let report = ended.with(0).json();
+    let served = serve.interrupt().with(130).json();
+    // All poses are executed in full, and none of their forces is shown as one of now.
+    assert_eq!(count(&report, "ticks_answered"), 1500);
+    assert_eq!((count(&served, "ticks_late"), count(&served, "overloads")), (0, 1));
+    assert_eq!(count(&served["sweeps"], "p1"), 4);
+    assert_gentle(&seen);
+    let last = seen.last().unwrap();
+    assert_eq!((last.force_n, last.flags & (LATE | SAFE)), ([0.0; 3], LATE | SAFE), "{last:?}");
+}
+
 /// The press of [`hold`] with thirty of its poses held back and sent at once.
 #[test]
 fn thirty_poses_at_once_make_no_larger_force_than_in_time() {
