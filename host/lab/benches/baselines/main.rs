@@ -224,7 +224,7 @@ fn measure(scene: &Scene, depth_m: f64, effort: Effort) -> Result<Vec<Row>> {
     }));
     let is_off = |row: &&Row| row.off.is_nan() || row.off > OFF;
     if let Some(Row { engine, scene, off, .. }) = rows.iter().find(is_off) {
-        return Err(Error::check(format!("{engine}, {scene}: {off} off the minimum")));
+        return Err(Error::check(format!("{engine}, {scene}: {off:.2} off the minimum")));
     }
     Ok(rows)
 }
