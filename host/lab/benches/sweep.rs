@@ -1,7 +1,7 @@
 //! A sweep at its worst, every link outside its band, beside the plain loop over the cells:
 //!
 //! ```sh
-//! cargo bench -p chaincell-lab --bench sweep [-- --json]
+//! cargo bench -p chaincell-lab --bench sweep [-- [--quick] [--json]]
 //! cargo bench -p chaincell-lab --bench sweep -- --count      # instructions, under valgrind
 //! ```
 //!
@@ -9,6 +9,9 @@
 //! the states and loops of `chaincell report`, by its code. Counted are the instructions of the
 //! stretched state: a tick of nine sweeps less one of a single sweep is eight sweeps and nothing
 //! else; they do not depend on the machine's pace.
+//!
+//! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, does all this in
+//! little: a small organ, a few rounds, no time worth reading.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -29,6 +32,9 @@ use serde::Serialize;
 /// Sweeps of the long and of the short counted tick.
 const SWEEPS: [u16; 2] = [9, 1];
 const ROUNDS: usize = 400;
+/// The same in the quick form, and the cells of its body: enough for a coarse level.
+const QUICK_ROUNDS: usize = 5;
+const QUICK_CELLS: usize = 500;
 /// Ticks of a counted run.
 const COUNTED_TICKS: u32 = 4;
 const FREE: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 };
@@ -46,7 +52,10 @@ struct Row {
     times_faster: f64,
 }
 
-fn scene() -> Result<Scene> {
+fn scene(quick: bool) -> Result<Scene> {
+    if quick {
+        return Scene::organ_of(QUICK_CELLS);
+    }
     let Some(folder) = std::env::var_os("CHAINCELL_REFERENCE") else {
         eprintln!("SKIPPED the liver: CHAINCELL_REFERENCE is not set; the generated organ instead");
         return Scene::organ(0.0);
@@ -70,8 +79,8 @@ fn rows(model: &Model<'_>, state: State, loops: [Summary; 4]) -> impl Iterator<I
     })
 }
 
-/// The run that valgrind counts: ticks of a loop, long or short ones.
-fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
+/// The run that valgrind counts: ticks of a loop, long or short ones. Positions at its end.
+fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<Vec<[f64; 3]>> {
     let (true, Some(&sweeps)) = (number < LOOPS.len(), SWEEPS.get(length)) else {
         return Err(Error::input("--loop is 0 to 3 and --length 0 or 1"));
     };
@@ -83,7 +92,7 @@ fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
             body.set_positions(&positions);
             (0..sweeps).for_each(|_| body.step());
         }
-        return Ok(());
+        return Ok(body.positions().iter().map(|at| at.map(f64::from)).collect());
     }
     let mut engine = engine(scene, Setting { hats: number == 3, ..Setting::TRACK }, sweeps)?;
     if number == 2 {
@@ -92,6 +101,22 @@ fn counted_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     for _ in 0..COUNTED_TICKS {
         engine.set_positions(&positions)?;
         black_box(engine.tick(black_box(&FREE)));
+    }
+    Ok(engine.positions())
+}
+
+/// What the loops compute is finite, and the same bits with and without the vector unit.
+fn check(scene: &Scene) -> Result<()> {
+    for length in 0..SWEEPS.len() {
+        let run = |number| counted_run(scene, number, length);
+        let ends = [run(0)?, run(1)?, run(2)?, run(3)?];
+        let is_finite = |end: &[[f64; 3]]| end.as_flattened().iter().all(|x| x.is_finite());
+        if let Some((name, _)) = LOOPS.iter().zip(&ends).find(|(_, end)| !is_finite(end)) {
+            return Err(Error::check(format!("{name}: positions that are not finite")));
+        }
+        if ends[1] != ends[2] {
+            return Err(Error::check("track: other bits without the vector unit"));
+        }
     }
     Ok(())
 }
@@ -110,12 +135,16 @@ fn instructions(arguments: &[&str]) -> Result<f64> {
     count.ok_or_else(|| Error::check(format!("valgrind gave no count:\n{text}")))
 }
 
-fn count(model: &Model<'_>) -> Result<()> {
+/// The table of instructions; `form` is the argument that names this run's body.
+fn count(model: &Model<'_>, form: &str) -> Result<()> {
     println!("{:<28} {:>16} {:>12}", "loop", "instructions", "a half-link");
     for (number, name) in LOOPS.into_iter().enumerate() {
         let number = number.to_string();
-        let long = instructions(&["--loop", &number, "--length", "0"])?;
-        let short = instructions(&["--loop", &number, "--length", "1"])?;
+        let long = instructions(&[form, "--loop", &number, "--length", "0"])?;
+        let short = instructions(&[form, "--loop", &number, "--length", "1"])?;
+        if long <= short {
+            return Err(Error::check(format!("{name}: eight more sweeps took no instructions")));
+        }
         let sweep = (long - short) / f64::from(COUNTED_TICKS * u32::from(SWEEPS[0] - SWEEPS[1]));
         println!("{name:<28} {sweep:>16.0} {:>12.1}", sweep / (2 * model.links()) as f64);
     }
@@ -129,19 +158,25 @@ fn run() -> Result<()> {
         arguments.get(at + 1)?.parse::<usize>().ok()
     };
     let has = |name: &str| arguments.iter().any(|argument| argument == name);
-    let scene = scene()?;
+    let quick = has("--quick") || !has("--bench");
+    let scene = scene(quick)?;
     let model = scene.model()?;
     if let (Some(loop_number), Some(length)) = (number("--loop"), number("--length")) {
-        return counted_run(&scene, loop_number, length);
+        return counted_run(&scene, loop_number, length).map(drop);
     }
+    check(&scene)?;
     if !has("--json") {
         println!("{}: {} cells, {} links", scene.name, model.cells(), model.links());
     }
     if has("--count") {
-        return count(&model);
+        return count(&model, if quick { "--quick" } else { "--bench" });
     }
-    let times = STATES.into_iter().zip(measure(&scene, ROUNDS)?);
+    let rounds = if quick { QUICK_ROUNDS } else { ROUNDS };
+    let times = STATES.into_iter().zip(measure(&scene, rounds)?);
     let rows: Vec<Row> = times.flat_map(|(state, loops)| rows(&model, state, loops)).collect();
+    if rows.iter().any(|row| row.sweep_ns_p50 <= 0.0) {
+        return Err(Error::check("a sweep took no time"));
+    }
     if has("--json") {
         println!("{}", serde_json::to_string_pretty(&rows).map_err(Error::check)?);
         return Ok(());

@@ -1,8 +1,11 @@
 //! The press test beside other engines, same links, one thread, one process:
 //!
 //! ```sh
-//! cargo bench -p chaincell-lab --features baselines --bench baselines [-- --json]
+//! cargo bench -p chaincell-lab --features baselines --bench baselines [-- [--quick] [--json]]
 //! ```
+//!
+//! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, presses small boxes
+//! for fewer steps: the same engines and checks in some seconds, without a time worth reading.
 //!
 //! Jolt's build script takes a checked prebuilt library from the net; without one it needs CMake
 //! 3.20 and a C++ compiler, and some minutes.
@@ -39,12 +42,27 @@ const FIELD: f64 = 0.05;
 const FORCE: f64 = 0.01;
 /// A run whose field still moves by more than this part in its last quarter has not converged.
 const DRIFT: f64 = 0.01;
-/// Steps that are enough to converge.
-const OURS_STEPS: usize = 4000;
-const JOLT_STEPS: usize = 1500;
-const RAPIER_STEPS: usize = 400;
-/// A press is timed so often: the median is told.
-const REPEATS: usize = 9;
+/// An engine whose field is farther than this part from chaincell's was not pressed as it was.
+const OFF: f64 = 0.75;
+
+/// How much is done.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Nodes along the axes of small boxes in the place of slab and block.
+    boxes: Option<[[usize; 3]; 2]>,
+    /// Steps that are enough to converge.
+    ours: usize,
+    jolt: usize,
+    rapier: usize,
+    /// A press is timed so often: the median is told.
+    repeats: usize,
+}
+
+const FULL: Effort = Effort { boxes: None, ours: 4000, jolt: 1500, rapier: 400, repeats: 9 };
+const QUICK: Effort =
+    Effort { boxes: Some([[15, 12, 4], [9, 8, 7]]), ours: 200, jolt: 200, rapier: 100, repeats: 1 };
+/// Spacing of the nodes of a small box \[m\].
+const SPACING_M: f64 = 0.005;
 
 /// A body under one engine, at rest until pressed.
 pub trait Engine {
@@ -91,6 +109,7 @@ fn run(
     scene: &Pressed<'_>,
     engine: &'static str,
     steps: usize,
+    repeats: usize,
     make: Make<'_>,
 ) -> Result<(Row, Vec<[f64; 3]>)> {
     let (converged_m, converged, late_m) = converge(scene, steps, make)?;
@@ -121,7 +140,7 @@ fn run(
         return Err(Error::check(format!("{engine}, {}: not converged in {steps}", scene.name)));
     }
     drop(body);
-    let [field_ms, ms] = time_ms(make, [field_steps, settled])?;
+    let [field_ms, ms] = time_ms(make, [field_steps, settled], repeats)?;
     times_ms.sort_by(f64::total_cmp);
     let row = Row {
         scene: scene.name,
@@ -141,9 +160,9 @@ fn run(
 }
 
 /// Median time of the first `steps` steps, for either number of them \[ms\].
-fn time_ms(make: Make<'_>, steps: [usize; 2]) -> Result<[f64; 2]> {
+fn time_ms(make: Make<'_>, steps: [usize; 2], repeats: usize) -> Result<[f64; 2]> {
     let mut times = [const { Vec::new() }; 2];
-    for _ in 0..REPEATS {
+    for _ in 0..repeats {
         for (times, steps) in times.iter_mut().zip(steps) {
             let mut body = make()?;
             let begin = Instant::now();
@@ -156,7 +175,7 @@ fn time_ms(make: Make<'_>, steps: [usize; 2]) -> Result<[f64; 2]> {
     }
     Ok(times.map(|mut times: Vec<f64>| {
         times.sort_by(f64::total_cmp);
-        times[REPEATS / 2]
+        times[repeats / 2]
     }))
 }
 
@@ -184,20 +203,17 @@ fn force(body: &mut dyn Engine, scene: &Pressed<'_>, positions_m: &[[f64; 3]]) -
 }
 
 /// All engines on one body, chaincell first.
-fn measure(name: &'static str, reference: Option<&PathBuf>) -> Result<Vec<Row>> {
-    let (scene, depth_m) = Scene::press(name, reference.map(PathBuf::as_path))?;
-    let scene = &Pressed::new(&scene, depth_m)?;
+fn measure(scene: &Scene, depth_m: f64, effort: Effort) -> Result<Vec<Row>> {
+    let scene = &Pressed::new(scene, depth_m)?;
+    let run = |name, steps, make: Make<'_>| run(scene, name, steps, effort.repeats, make);
     let (ours, ours_m) =
-        run(scene, "chaincell track", OURS_STEPS, &|| Ok(Box::new(ours::Ours::new(scene)?)))?;
-    let jolt = |name, tuning| {
-        run(scene, name, JOLT_STEPS, &|| Ok(Box::new(jolt::Jolt::new(scene, tuning)?)))
-    };
+        run("chaincell track", effort.ours, &|| Ok(Box::new(ours::Ours::new(scene)?)))?;
+    let jolt =
+        |name, tuning| run(name, effort.jolt, &|| Ok(Box::new(jolt::Jolt::new(scene, tuning)?)));
     let baselines = [
         jolt("Jolt 5.6, XPBD edges, soonest", jolt::SOONEST)?,
         jolt("Jolt 5.6, XPBD edges, elastic", jolt::ELASTIC)?,
-        run(scene, "rapier3d 0.36, edges", RAPIER_STEPS, &|| {
-            Ok(Box::new(rapier::Rapier::new(scene)?))
-        })?,
+        run("rapier3d 0.36, edges", effort.rapier, &|| Ok(Box::new(rapier::Rapier::new(scene)?)))?,
     ];
     let size = distance(&ours_m, &scene.rest_m);
     let (ours_ms, mut rows) = (ours.ms, vec![ours]);
@@ -206,7 +222,27 @@ fn measure(name: &'static str, reference: Option<&PathBuf>) -> Result<Vec<Row>> 
         off: distance(&converged_m, &ours_m) / size,
         ..row
     }));
+    let is_off = |row: &&Row| row.off.is_nan() || row.off > OFF;
+    if let Some(Row { engine, scene, off, .. }) = rows.iter().find(is_off) {
+        return Err(Error::check(format!("{engine}, {scene}: {off:.2} off the minimum")));
+    }
     Ok(rows)
+}
+
+/// Slab and block, each with the depth of its press \[m\].
+fn scenes(effort: Effort) -> Result<[(Scene, f64); 2]> {
+    if let Some([slab, block]) = effort.boxes {
+        return Ok([
+            Scene::press_of("slab", slab, SPACING_M)?,
+            Scene::press_of("block", block, SPACING_M)?,
+        ]);
+    }
+    let reference = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
+    if reference.is_none() {
+        eprintln!("SKIPPED slab and block: CHAINCELL_REFERENCE is not set; boxes of like size");
+    }
+    let scene = |name| Scene::press(name, reference.as_deref());
+    Ok([scene("slab")?, scene("block")?])
 }
 
 fn print(row: &Row) {
@@ -226,13 +262,13 @@ fn print(row: &Row) {
 }
 
 fn run_all() -> Result<()> {
-    let reference = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
-    if reference.is_none() {
-        eprintln!("SKIPPED slab and block: CHAINCELL_REFERENCE is not set; boxes of like size");
+    let has = |name: &str| std::env::args().any(|argument| argument == name);
+    let effort = if has("--quick") || !has("--bench") { QUICK } else { FULL };
+    let mut rows = Vec::new();
+    for (scene, depth_m) in scenes(effort)? {
+        rows.extend(measure(&scene, depth_m, effort)?);
     }
-    let scenes = ["slab", "block"].map(|name| measure(name, reference.as_ref()));
-    let rows = scenes.into_iter().collect::<Result<Vec<_>>>()?.concat();
-    if std::env::args().any(|argument| argument == "--json") {
+    if has("--json") {
         println!("{}", serde_json::to_string_pretty(&rows).map_err(Error::check)?);
         return Ok(());
     }

@@ -196,8 +196,22 @@ impl Scene {
 
     /// A box of about the size of the press test's body.
     fn generated_press(name: &'static str) -> Result<(Self, f64)> {
-        let ([nx, ny, nz], spacing_m) =
-            if name == "slab" { ([45, 32, 4], 0.0037) } else { ([25, 21, 11], 0.005) };
+        if name == "slab" {
+            Self::press_of(name, [45, 32, 4], 0.0037)
+        } else {
+            Self::press_of(name, [25, 21, 11], 0.005)
+        }
+    }
+
+    /// A body of the press test as a box of so many nodes along each axis.
+    ///
+    /// # Errors
+    /// As the generator and the bake.
+    pub fn press_of(
+        name: &'static str,
+        [nx, ny, nz]: [usize; 3],
+        spacing_m: f64,
+    ) -> Result<(Self, f64)> {
         let spec = format!("box:{nx}x{ny}x{nz}x{spacing_m}");
         let mesh = mesh::load(&spec, &MeshOptions::default())?;
         let middle = ((nx / 2 * ny + ny / 2) * nz + nz - 1) as u32;
