@@ -180,7 +180,9 @@ impl<'m> Monitor<'m> {
         });
         let safe = output.flags.contains(Flags::SAFE_STATE);
         let known = output.flags.0 < 512 && output.contacts as usize <= self.model.cells();
-        let touches = force_n == 0.0 || (!safe && output.contacts > 0);
+        // A late tick repeats a force, also where a probe has just left the body.
+        let late = output.flags.contains(Flags::LATE);
+        let touches = force_n == 0.0 || (!safe && (late || output.contacts > 0));
         self.hold(Check::Answer, known && touches, || format!("{output:?}"));
     }
 

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::PathBuf;
 
-use chaincell_kernel::ToolSample;
 use chaincell_kernel::stage::{Coupling, Passivity, Stage};
 use chaincell_kernel::trace::{CommandRecord, RECORD_BYTES, header_bytes};
+use chaincell_kernel::{Flags, ToolSample};
 use nalgebra::Vector3;
 
 use super::*;
