@@ -126,8 +126,8 @@ unsafe fn tick(tissue: *mut Tissue, sample: *const Sample, sweeps: Sweeps) -> Re
         match sweeps {
             Sweeps::All => body.tick(network, &sample),
             Sweeps::Late => body.tick_late(network, &sample),
-            // SAFETY: the caller says that it may be called with this context.
             Sweeps::While(more, context) => body.tick_while(network, &sample, |done| {
+                // SAFETY: the caller says that it may be called with this context.
                 more.is_none_or(|more| unsafe { more(done.into(), context) } != 0)
             }),
         }

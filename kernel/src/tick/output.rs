@@ -26,16 +26,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// Force and energy of the state after the last update.
     pub(super) fn output(mut self) -> TickOutput {
-        let (model, settings) = (self.network.model(), self.network.settings());
+        let model = self.network.model();
         let mut force_n = [0.0; 3];
         if self.head.engaged {
             let force = held::force(self.terms(), self.state, self.contacts);
-            force_n = scale(model.force_unit_n(), force);
-            let magnitude = sqrt(dot(force_n, force_n));
-            if magnitude > settings.max_force_n {
-                force_n = scale(settings.max_force_n / magnitude, force_n);
-                self.flags.insert(Flags::FORCE_CLAMPED);
-            }
+            force_n = self.within_limit(scale(model.force_unit_n(), force));
         }
         self.head.force_n = force_n;
         self.answer(force_n)
@@ -50,8 +45,19 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if !self.head.engaged {
             self.head.force_n = [0.0; 3];
         }
-        let force_n = self.head.force_n;
+        // The limit may have changed since.
+        let force_n = self.within_limit(self.head.force_n);
         self.answer(force_n)
+    }
+
+    fn within_limit(&mut self, force_n: [f32; 3]) -> [f32; 3] {
+        let most_n = self.network.settings().max_force_n;
+        let magnitude = sqrt(dot(force_n, force_n));
+        if magnitude > most_n {
+            self.flags.insert(Flags::FORCE_CLAMPED);
+            return scale(most_n / magnitude, force_n);
+        }
+        force_n
     }
 
     fn answer(&self, force_n: [f32; 3]) -> TickOutput {

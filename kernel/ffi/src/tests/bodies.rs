@@ -1,5 +1,8 @@
 //! Bodies through the interface are the kernel's, to the last bit, however many there are.
 
+use core::ffi::c_void;
+use core::ptr::null_mut;
+use core::sync::atomic::{AtomicU32, Ordering};
 use std::vec::Vec;
 
 use chaincell_kernel::{
@@ -124,7 +127,7 @@ fn a_reset_body_is_a_new_one() {
     assert_eq!((hash(made.tissue), detail), (rest, Detail::default()));
     assert_eq!(tick(made.tissue, sample(0)).contacts, 0);
     tick(made.tissue, sample(59));
-    call!(chaincell_tissue_reset(made.tissue, core::ptr::null_mut()));
+    call!(chaincell_tissue_reset(made.tissue, null_mut()));
     assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
     assert_eq!((0..TICKS).map(|at| step(made.tissue, at)).collect::<Run>(), first);
 }
@@ -187,7 +190,7 @@ fn positions_are_the_kernels_and_go_back() {
     assert!((held[2] - (0.04 - 19.0 * 0.0006)).abs() < 1e-6, "{held:?}");
     let other = make(BOX, Scheme::Track, 0);
     assert_ne!(hash(other.tissue), hash(made.tissue));
-    let none = core::ptr::null_mut();
+    let none = null_mut();
     assert_eq!(call!(chaincell_set_positions(other.tissue, all.as_ptr(), 125, none)), Code::Ok);
     assert_eq!(hash(other.tissue), hash(made.tissue));
 }
@@ -251,10 +254,13 @@ fn fine_nodes_are_carried_as_the_kernel_carries_them() {
     assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
 }
 
-/// Says no from the second sweep on, and counts how often it is asked.
-unsafe extern "C" fn two(done: u32, asked: *mut core::ffi::c_void) -> i32 {
-    // SAFETY: the test hands its counter over.
-    unsafe { *asked.cast::<u32>() += 1 };
+/// How often [`two`] was asked.
+static ASKED: AtomicU32 = AtomicU32::new(0);
+
+/// Says no from the second sweep on.
+extern "C" fn two(done: u32, context: *mut c_void) -> i32 {
+    assert!(context.is_null());
+    ASKED.fetch_add(1, Ordering::Relaxed);
     i32::from(done < 2)
 }
 
@@ -262,15 +268,13 @@ unsafe extern "C" fn two(done: u32, asked: *mut core::ffi::c_void) -> i32 {
 fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
     let [some, none] = [body(BOX, Scheme::Track, &[64]), body(BOX, Scheme::Track, &[64])];
     let (some, none) = (some.tissue, none.tissue);
-    let mut asked = 0_u32;
     let (mut output, mut wanted) = (NO_OUTPUT, NO_OUTPUT);
     for at in 1..40 {
         let sample = sample(at);
-        let context = (&raw mut asked).cast();
-        let code = call!(chaincell_tick_while(some, &sample, Some(two), context, &mut output));
+        let code = call!(chaincell_tick_while(some, &sample, Some(two), null_mut(), &mut output));
+        let asked = ASKED.load(Ordering::Relaxed);
         assert_eq!((code, output.sweeps, asked), (Code::Ok, 2, 2 * u32::from(at)));
-        let code =
-            call!(chaincell_tick_while(none, &sample, None, core::ptr::null_mut(), &mut wanted));
+        let code = call!(chaincell_tick_while(none, &sample, None, null_mut(), &mut wanted));
         assert_eq!((code, wanted.sweeps), (Code::Ok, 4));
     }
     let before = output.force_n;
@@ -278,7 +282,7 @@ fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
     assert_eq!(call!(chaincell_tick_late(some, &sample(40), &mut output)), Code::Ok);
     assert_eq!((output.force_n, output.sweeps), (before, 0));
     assert_ne!(output.flags & crate::FLAG_LATE, 0);
-    let none: *mut Tissue = core::ptr::null_mut();
+    let none: *mut Tissue = null_mut();
     assert_eq!(call!(chaincell_tick_late(none, &sample(40), &mut output)), Code::Null);
     assert_eq!((output.force_n, output.flags), ([0.0; 3], crate::FLAG_SAFE_STATE));
 }
