@@ -42,6 +42,8 @@ pub struct Trial<'b> {
     pub touch: Touch,
     /// The tool's pose in a tick.
     pub script: Box<dyn Fn(u32) -> Pose>,
+    /// Sweeps of a tick, 0 for a late one, `None` for all of them.
+    pub sweeps_made: fn(u32) -> Option<u16>,
     /// Ticks.
     pub ticks: u32,
     /// Whether the tool may go any way in one tick.
@@ -94,6 +96,7 @@ impl<'b> Trial<'b> {
             state: None,
             touch: Touch::Cells,
             script: Box::new(|_| ([0.0; 3], false)),
+            sweeps_made: |_| None,
             ticks,
             leaps: false,
             unloading: Unloading::Off,
@@ -174,9 +177,10 @@ impl<'b> Trial<'b> {
         for tick in 0..self.ticks {
             interrupt::check()?;
             let sample = sample((self.script)(tick));
-            let output = monitor.tick(one, &sample);
+            let sweeps = (self.sweeps_made)(tick);
+            let output = monitor.tick_again(one, &sample, sweeps);
             for other in [&mut *again, &mut *scalar] {
-                let same = bits(&other.tick(&sample)) == bits(&output)
+                let same = bits(&other.tick_again(&sample, sweeps)) == bits(&output)
                     && other.state_hash() == one.state_hash();
                 monitor.hold(Check::SameBits, same, || "another run differs".to_owned());
             }

@@ -47,6 +47,7 @@ use budget::Budget;
 pub use budget::SweepBudget;
 use intake::{Arrived, InCharge};
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
+use overload::{Behind, FAR};
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
 use voice::Voice;
@@ -330,12 +331,14 @@ impl<'a> Run<'a> {
         self.take_in();
         let is_behind = !self.inbox.is_empty();
         self.budget.answered(sent_ns.saturating_sub(end_ns), is_behind, sent_ns);
-        let is_behind = if is_anytime {
-            output.sweeps == 1 && step_ns > self.budget.period_ns()
-        } else {
-            is_behind
+        let behind = match is_anytime {
+            true if output.sweeps == 1 && step_ns > self.budget.period_ns() => Behind::Yes,
+            true => Behind::No,
+            false if self.inbox.len() >= FAR => Behind::Far,
+            false if is_behind => Behind::Yes,
+            false => Behind::No,
         };
-        self.shared.voice().judge(is_behind, [start_ns, sent_ns]);
+        self.shared.voice().judge(behind, [start_ns, sent_ns]);
     }
 
     /// The tissue's tick: as many sweeps as its time has room for.

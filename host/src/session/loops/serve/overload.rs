@@ -1,7 +1,8 @@
 //! Whether the tissue falls behind the poses for so long that its force is an old one.
 //!
 //! A tick is behind where its sweep took longer than a pose period, or, with a fixed count of sweeps,
-//! where further poses waited at its end. Behind for [`TICKS`] ticks and [`TIME_NS`] on end, the
+//! where further poses waited at its end; where so many wait that the force is [`FAR`] milliseconds
+//! old, once is enough. Behind for [`TICKS`] ticks and [`TIME_NS`] on end, the
 //! published force falls to 0; it comes back after [`CALM`] ticks in time.
 
 use crate::session::timing::clock::MILLISECOND_NS;
@@ -13,6 +14,9 @@ const TIME_NS: u64 = 10 * MILLISECOND_NS;
 /// Ticks in time before the force comes back.
 const CALM: u32 = 100;
 
+/// Poses that wait from which on a fixed count has fallen behind for good.
+pub(super) const FAR: usize = 20;
+
 /// The judge of an overload.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Overload {
@@ -21,6 +25,15 @@ pub(super) struct Overload {
     calm: u32,
     is_on: bool,
     times: u64,
+}
+
+/// How far a tick is behind the poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Behind {
+    No,
+    Yes,
+    /// By [`FAR`] poses.
+    Far,
 }
 
 /// What a tick changed.
@@ -35,15 +48,16 @@ pub(super) enum Change {
 
 impl Overload {
     /// A tick that began and ended then.
-    pub(super) fn note(&mut self, is_behind: bool, [start_ns, end_ns]: [u64; 2]) -> Change {
-        if is_behind {
+    pub(super) fn note(&mut self, behind: Behind, [start_ns, end_ns]: [u64; 2]) -> Change {
+        if behind != Behind::No {
             self.calm = 0;
             if self.behind == 0 {
                 self.since_ns = start_ns;
             }
             self.behind = self.behind.saturating_add(1);
             let for_ns = end_ns.saturating_sub(self.since_ns);
-            if !self.is_on && self.behind >= TICKS && for_ns >= TIME_NS {
+            let for_long = self.behind >= TICKS && for_ns >= TIME_NS;
+            if !self.is_on && (for_long || behind == Behind::Far) {
                 self.is_on = true;
                 self.times += 1;
                 return Change::Begins;
@@ -77,7 +91,7 @@ mod tests {
     fn begins(tick_ms: u64) -> Option<u64> {
         let mut overload = Overload::default();
         let span = |tick| [tick * tick_ms, (tick + 1) * tick_ms].map(|ms| ms * MILLISECOND_NS);
-        (0..40).find(|&tick| overload.note(true, span(tick)) == Change::Begins)
+        (0..40).find(|&tick| overload.note(Behind::Yes, span(tick)) == Change::Begins)
     }
 
     #[test]
@@ -92,7 +106,8 @@ mod tests {
     fn a_tick_in_time_begins_the_count_anew_and_a_hundred_end_it() {
         let mut overload = Overload::default();
         let mut note = |is_behind, ms: u64| {
-            overload.note(is_behind, [ms * MILLISECOND_NS, (ms + 2) * MILLISECOND_NS])
+            let behind = if is_behind { Behind::Yes } else { Behind::No };
+            overload.note(behind, [ms * MILLISECOND_NS, (ms + 2) * MILLISECOND_NS])
         };
         for ms in (0..100).step_by(10) {
             assert_eq!(note(true, ms), Change::None);
@@ -106,5 +121,6 @@ mod tests {
         }
         assert_eq!(note(false, 400), Change::Ends);
         assert!(!overload.is_on() && overload.times() == 1);
+        assert_eq!(overload.note(Behind::Far, [0, 1]), Change::Begins, "once is enough");
     }
 }

@@ -7,7 +7,7 @@
 use chaincell_kernel::Flags;
 
 use super::ServeOptions;
-use super::overload::{Change, Overload};
+use super::overload::{Behind, Change, Overload};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::shaper::ForceShaper;
 use crate::session::timing::clock::PERIOD_NS;
@@ -54,8 +54,8 @@ impl Voice {
     }
 
     /// A tick has ended: an overload lets the force fall, its end lets it come back.
-    pub(super) fn judge(&mut self, is_behind: bool, span_ns: [u64; 2]) {
-        match self.overload.note(is_behind, span_ns) {
+    pub(super) fn judge(&mut self, behind: Behind, span_ns: [u64; 2]) {
+        match self.overload.note(behind, span_ns) {
             Change::None => {}
             Change::Begins => self.shaper.begin_fall(),
             Change::Ends => self.shaper.begin_ramp(),

@@ -20,6 +20,16 @@ pub const CASES: &[Case] = &[
         run: |scale, found| teleport(scale, found, Touch::Probe(0.0)),
     },
     Case {
+        name: "late-cells",
+        checks: "held cell anywhere within 3 widths, 6 of 10 ticks late, others cut to 1 or 2 sweeps",
+        run: |scale, found| late(scale, found, Touch::Cells),
+    },
+    Case {
+        name: "late-probe",
+        checks: "sphere of 2 links anywhere within 2 widths, ticks late and cut as for late-cells",
+        run: |scale, found| late(scale, found, Touch::Probe(0.0)),
+    },
+    Case {
         name: "jump-through-cells",
         checks: "held cell from above to below the body and back, every 5 ticks; then let go",
         run: |scale, found| jump(scale, found, Touch::Cells, 5),
@@ -80,6 +90,24 @@ fn trial<'b>(label: &str, body: &'b Body, scale: Scale, touch: Touch, unit_m: f3
 }
 
 fn teleport(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
+    anywhere(scale, found, touch, |_| None)
+}
+
+/// As under a load: runs of poses that newer ones have overtaken, and ticks that end early.
+fn late(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
+    anywhere(scale, found, touch, |tick| match tick % 10 {
+        0 | 5 => Some(1),
+        3 | 9 => Some(2),
+        _ => Some(0),
+    })
+}
+
+fn anywhere(
+    scale: Scale,
+    found: &mut Findings,
+    touch: Touch,
+    sweeps_made: fn(u32) -> Option<u16>,
+) -> Result<()> {
     let (body, unit_m, centre_m) = body(scale)?;
     let held = scale.ticks(HELD);
     let widths = if touch == Touch::Cells { 3.0 } else { 2.0 };
@@ -89,7 +117,7 @@ fn teleport(scale: Scale, found: &mut Findings, touch: Touch) -> Result<()> {
         let places = scattered(u64::from(leaps), held as usize, by);
         let script = around(unit_m, centre_m, held, move |tick| places[tick as usize]);
         let trial = trial(label, &body, scale, touch, unit_m).under(script);
-        found.play(&Trial { leaps, ..trial })?;
+        found.play(&Trial { leaps, sweeps_made, ..trial })?;
     }
     Ok(())
 }
