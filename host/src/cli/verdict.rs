@@ -146,7 +146,7 @@ impl Verdict {
         }
         if self.is_held {
             let few = self.sweeps.is_some_and(|sweeps| sweeps.p50 < sweeps_max);
-            return few.then_some("a smaller model, or a faster core, would have more sweeps");
+            return few.then_some("for more of them a smaller model or a faster core");
         }
         if self.floor_share > self.late_share / 2.0 {
             return Some("the machine itself is late: give each process a free core");
