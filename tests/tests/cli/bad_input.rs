@@ -251,6 +251,23 @@ fn session_parameters_out_of_range() {
         let args = [&["serve", model], &common[..], &["--seconds", seconds]].concat();
         place.refuses(&args, &["--seconds", "must be "]);
     }
+    for command in ["serve", "cosim"] {
+        let args = |options: &[&'static str]| [&[command, model], &common[..], options].concat();
+        for budget in ["0", "-1", "fast", "1e3", "2000000"] {
+            place.refuses(&args(&["--budget-us", budget]), &["--budget-us", "auto, off"]);
+        }
+        for dynamics in ["euler", "rkl1", "rkl2"] {
+            let options = ["--dynamics", dynamics, "--budget-us", "auto"];
+            let parts = ["--budget-us auto", dynamics, "the tissue's time", "--dynamics track"];
+            place.refuses(&args(&options), &parts);
+        }
+        place.refuses(&args(&["--late-share", "1"]), &["--late-share", "as in 1%, or off"]);
+    }
+    let faults = ["--inject", "lost:1%"];
+    let args = [&["serve", model], &common[..], &faults].concat();
+    place.refuses(&args, &["--inject", "sweep:PERIODS"]);
+    let args = [&["control"], &common[..], &["--inject", "sweep:2"]].concat();
+    place.refuses(&args, &["--inject", "serve or cosim"]);
     for depth in ["0", "-1", "NaN", "inf"] {
         for command in [&["cosim", model][..], &["control"], &["latency", model]] {
             let args = [command, &common[..], &["--depth-m", depth]].concat();
