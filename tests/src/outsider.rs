@@ -1,6 +1,8 @@
 //! A program of somebody else on the scene's services: it knows the names and the bytes of the
 //! messages, and nothing of chaincell's code.
 
+pub mod tools;
+
 use std::time::{Duration, Instant};
 
 use iceoryx2::node::{Node, NodeView};

@@ -3,6 +3,8 @@
 //! ```text
 //! control  --ToolPose-->  chaincell/pose   -->  serve -> tissue
 //! control  <--ToolForce-- chaincell/force  <--  serve
+//!   other  --ToolPoses-->  chaincell/tools  -->  serve -> tissue
+//!   other  <--ToolForces-- chaincell/forces <--  serve
 //! ```
 //!
 //! Each module uses only those above it:

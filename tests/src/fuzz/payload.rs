@@ -1,8 +1,9 @@
-//! What other programs put into shared memory: poses and commands of any bits, in any order, by
+//! What other programs put into shared memory: poses of both versions and commands of any bits, in any order, by
 //! the rules of `serve`.
 
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
+use chaincell_host::session::ipc::tools::{Answer, OneToolPose, ToolForces, ToolPoses};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Choice, Network, ToolSample};
 use chaincell_lab::monitor::Monitor;
@@ -10,13 +11,14 @@ use chaincell_lab::monitor::Monitor;
 use super::{bodies, tick};
 
 const POSE_BYTES: usize = size_of::<ToolPose>();
+const POSES_BYTES: usize = size_of::<ToolPoses>();
 const COMMAND_BYTES: usize = size_of::<CommandMessage>();
 /// Most messages of a session, and most sweeps a tick.
 const MESSAGES_MAX: usize = 64;
 const SWEEPS_MAX: u16 = 16;
 
-/// Two bytes choose body and scheme; then messages, each behind a byte whose lowest bit tells a
-/// command of 16 bytes from a pose of 24.
+/// Two bytes choose body and scheme; then messages, each behind a byte whose lowest bits
+/// tell a command of 16 bytes (01, 11) from a pose of 24 (00) and poses of 344 (10).
 pub fn payload(data: &[u8]) {
     let Some((&[body, scheme], mut rest)) = data.split_first_chunk() else { return };
     let model = bodies::model(body);
@@ -47,9 +49,15 @@ pub fn payload(data: &[u8]) {
                 Err(_) => {}
             }
         } else {
-            let Some((message, behind)) = behind.split_first_chunk::<POSE_BYTES>() else { return };
-            rest = behind;
-            let pose = pose(message);
+            let pose = if kind & 2 == 0 {
+                let Some((message, behind)) = behind.split_first_chunk() else { return };
+                rest = behind;
+                pose(message)
+            } else {
+                let Some((message, behind)) = behind.split_first_chunk() else { return };
+                rest = behind;
+                answered(&poses(message))
+            };
             if last.is_none_or(|last| pose.tick > last) && !paused {
                 tick(&mut monitor, &mut engine, &ToolSample::from(pose), None);
             }
@@ -73,6 +81,36 @@ fn pose(bytes: &[u8; POSE_BYTES]) -> ToolPose {
         position_m: [x, y, z].map(f32::from_bits),
         engaged,
     }
+}
+
+fn poses(bytes: &[u8; POSES_BYTES]) -> ToolPoses {
+    let [low, high, send_low, send_high, tools, reserved] = words(bytes);
+    let mut poses = ToolPoses {
+        tick: u64::from(low) | u64::from(high) << 32,
+        send_ns: u64::from(send_low) | u64::from(send_high) << 32,
+        tools,
+        reserved,
+        ..ToolPoses::default()
+    };
+    for (tool, bytes) in poses.each.iter_mut().zip(bytes[24..].chunks_exact(40)) {
+        let [number, engaged, px, py, pz, x, y, z, w, reserved] = words(bytes);
+        *tool = OneToolPose {
+            number,
+            engaged,
+            position_m: [px, py, pz].map(f32::from_bits),
+            orientation: [x, y, z, w].map(f32::from_bits),
+            reserved,
+        };
+    }
+    poses
+}
+
+/// The pose of a message of version 2, whose answer holds whatever it holds.
+fn answered(poses: &ToolPoses) -> ToolPose {
+    let answer = Answer { asked: Some(poses.asked()), ..Answer::default() };
+    let forces = ToolForces::new(&answer, 1);
+    assert!((1..=8).contains(&forces.tools) && forces.send_ns == poses.send_ns);
+    poses.pose()
 }
 
 fn command(bytes: &[u8; COMMAND_BYTES]) -> CommandMessage {

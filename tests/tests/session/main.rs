@@ -7,6 +7,7 @@ mod faults;
 mod hand;
 mod inject;
 mod kill;
+mod messages;
 mod motion;
 mod permissions;
 mod printed;

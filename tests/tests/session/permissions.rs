@@ -210,7 +210,7 @@ fn messages_of_other_sizes_are_refused() {
     let name = |topic: &str| -> ServiceName {
         format!("chaincell/{}/{topic}", place.scene).as_str().try_into().unwrap()
     };
-    for topic in ["pose", "force", "state"] {
+    for topic in ["pose", "force", "tools", "forces", "state"] {
         let service = || node.service_builder(&name(topic));
         assert_eq!(service().publish_subscribe::<Pose>().open().is_ok(), topic == "pose");
         assert!(service().publish_subscribe::<LongPose>().open().is_err(), "{topic}");

@@ -299,6 +299,8 @@ fn type_names_and_limits_are_those_of_the_contract() {
     for (limits, name, bytes) in [
         (scene.pose.static_config(), "chaincell.ToolPose.v1", 24),
         (scene.force.static_config(), "chaincell.ToolForce.v1", 48),
+        (scene.tools.static_config(), "chaincell.ToolPoses.v2", 344),
+        (scene.forces.static_config(), "chaincell.ToolForces.v2", 384),
     ] {
         let payload = limits.message_type_details().payload;
         assert_eq!(payload.type_name().to_string(), name);
@@ -306,6 +308,7 @@ fn type_names_and_limits_are_those_of_the_contract() {
         assert_eq!(limits.history_size(), 0);
         assert_eq!(limits.subscriber_max_buffer_size(), 1024);
         assert!(limits.has_safe_overflow());
+        assert_eq!((limits.max_publishers(), limits.max_subscribers()), (2, 8));
     }
 }
 

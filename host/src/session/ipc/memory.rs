@@ -12,8 +12,8 @@ use crate::error::{Error, Result};
 
 /// Where Linux keeps shared memory.
 const FOLDER: &str = "/dev/shm";
-/// What a scene takes at most before its states \[bytes\].
-const ROOM_BYTES: u64 = 4 << 20;
+/// What a server and a controller of either version take at most before the states \[bytes\].
+const ROOM_BYTES: u64 = 8 << 20;
 
 /// Refuses to begin where there is too little room for a scene.
 ///

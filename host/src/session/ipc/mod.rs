@@ -8,4 +8,6 @@ pub mod names;
 mod owner;
 pub mod payload;
 pub mod services;
+pub mod serving;
 pub mod state;
+pub mod tools;

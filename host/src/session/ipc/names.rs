@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which therefore can't name a scene.
-const RESERVED: [&str; 4] = ["state", "command", "pose", "force"];
+const RESERVED: [&str; 6] = ["state", "command", "pose", "force", "tools", "forces"];
 
 /// The services of one scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,6 +19,10 @@ pub struct SceneNames {
     pub pose: ServiceName,
     /// Answers from the tissue to the controller, and the event that announces them.
     pub force: ServiceName,
+    /// Poses of version 2.
+    pub tools: ServiceName,
+    /// Answers of version 2.
+    pub forces: ServiceName,
     /// States for viewers.
     pub state: ServiceName,
     /// Commands to the tissue's process.
@@ -40,6 +44,8 @@ impl SceneNames {
         Ok(Self {
             pose: service(&format!("{prefix}/pose"), scene)?,
             force: service(&format!("{prefix}/force"), scene)?,
+            tools: service(&format!("{prefix}/tools"), scene)?,
+            forces: service(&format!("{prefix}/forces"), scene)?,
             state: service(&format!("{prefix}/state"), scene)?,
             command: service(&format!("{prefix}/command"), scene)?,
             label,
@@ -94,9 +100,13 @@ mod tests {
         let unnamed = SceneNames::new(None).unwrap();
         assert_eq!(unnamed.pose.as_str(), "chaincell/pose");
         assert_eq!(unnamed.force.as_str(), "chaincell/force");
+        assert_eq!(unnamed.tools.as_str(), "chaincell/tools");
+        assert_eq!(unnamed.forces.as_str(), "chaincell/forces");
         let named = SceneNames::new(Some("left-hand")).unwrap();
         assert_eq!(named.pose.as_str(), "chaincell/left-hand/pose");
         assert_eq!(named.force.as_str(), "chaincell/left-hand/force");
+        assert_eq!(named.tools.as_str(), "chaincell/left-hand/tools");
+        assert_eq!(named.forces.as_str(), "chaincell/left-hand/forces");
         assert_eq!(named.state.as_str(), "chaincell/left-hand/state");
         assert_eq!(named.command.as_str(), "chaincell/left-hand/command");
         assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());
@@ -112,9 +122,9 @@ mod tests {
     #[test]
     fn refusals_name_the_option_and_the_remedy() {
         let long = "x".repeat(SCENE_BYTES_MAX + 1);
-        let bad =
-            ["", &long, "a/b", "a\\b", "pose", "force", "state", "command", "a\nb", "a b", "käfer"];
-        for name in bad {
+        let reserved = ["pose", "force", "tools", "forces", "state", "command"];
+        let bad = ["", &long, "a/b", "a\\b", "a\nb", "a b", "käfer"];
+        for name in bad.into_iter().chain(reserved) {
             let error = SceneNames::new(Some(name)).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{name:?}");
             let text = error.to_string();

@@ -10,7 +10,7 @@
 //! Root may do anything. The configuration is iceoryx2's built-in one: no file in the working
 //! folder, in the home folder or in /etc changes it.
 //!
-//! **Sizes** are fixed by the types of [`super::payload`]. A service refuses a program whose
+//! **Sizes** are fixed by the types of [`super::payload`] and [`super::tools`]. A service refuses a program whose
 //! message has another name, size, alignment, or is a slice where it is none; states are slices,
 //! their length fixed by the model. Nothing that arrives takes memory of the server.
 //!
@@ -41,6 +41,8 @@ use crate::error::{Error, Result};
 use crate::session::ipc::names::SceneNames;
 use crate::session::ipc::owner;
 use crate::session::ipc::payload::{TOOL_FORCE, TOOL_POSE};
+use crate::session::ipc::serving::{Mouth, ServePorts};
+use crate::session::ipc::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
 /// Processes meet in shared memory; a port may be used by two threads of one.
 pub(crate) type Ipc = ipc_threadsafe::Service;
@@ -106,7 +108,13 @@ pub struct SceneServices {
     pub pose: Topic<crate::session::ipc::payload::ToolPose>,
     /// Answers, from the tissue to the controller.
     pub force: Topic<crate::session::ipc::payload::ToolForce>,
+    /// Poses of version 2.
+    pub tools: Topic<ToolPoses>,
+    /// Answers of version 2.
+    pub forces: Topic<ToolForces>,
+    /// Announces poses of both versions.
     pose_wake: event::PortFactory<Ipc>,
+    /// Announces answers of both versions.
     force_wake: event::PortFactory<Ipc>,
 }
 
@@ -171,6 +179,8 @@ impl SceneServices {
         Ok(Self {
             pose: topic(&node, &names.pose, TOOL_POSE)?,
             force: topic(&node, &names.force, TOOL_FORCE)?,
+            tools: topic(&node, &names.tools, TOOL_POSES)?,
+            forces: topic(&node, &names.forces, TOOL_FORCES)?,
             pose_wake: wake_topic(&node, &names.pose)?,
             force_wake: wake_topic(&node, &names.force)?,
             label: names.label,
@@ -181,21 +191,19 @@ impl SceneServices {
     }
 
     /// Ports of the tissue's side; refused while another `serve` is alive on the scene.
-    pub fn serve_ports(
-        &self,
-        woken: bool,
-    ) -> Result<
-        Ports<crate::session::ipc::payload::ToolPose, crate::session::ipc::payload::ToolForce>,
-    > {
+    pub fn serve_ports(&self, woken: bool) -> Result<ServePorts> {
         self.refuse_second(&self.force, SERVE_PORT, None, "serve")?;
-        let ports = Ports {
-            subscriber: subscriber(&self.pose, SERVE_PORT)?,
-            publisher: self.publisher(&self.force, SERVE_PORT, "serve")?,
+        let force = self.publisher(&self.force, SERVE_PORT, "serve")?;
+        let id = force.id();
+        let ports = ServePorts {
+            pose: subscriber(&self.pose, SERVE_PORT)?,
+            tools: subscriber(&self.tools, SERVE_PORT)?,
+            mouth: Mouth::new(force, self.publisher(&self.forces, SERVE_PORT, "serve")?),
             ring: ring(&self.force_wake)?,
             wake: wake(&self.pose_wake, woken)?,
         };
         // Two that started at once see each other now.
-        self.refuse_second(&self.force, SERVE_PORT, Some(ports.publisher.id()), "serve")?;
+        self.refuse_second(&self.force, SERVE_PORT, Some(id), "serve")?;
         self.take_memory()?;
         Ok(ports)
     }
@@ -235,17 +243,14 @@ impl SceneServices {
     /// controller.
     #[must_use]
     pub fn has_other_pose_publisher(&self) -> bool {
-        self.pose.dynamic_config().number_of_publishers() > 1
+        let others = self.pose.dynamic_config().number_of_publishers().saturating_sub(1);
+        others + self.tools.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Number of ports on both services, ours included.
+    /// Number of ports on the services of poses and answers of both versions, ours included.
     #[must_use]
     pub fn ports_count(&self) -> usize {
-        let (pose, force) = (self.pose.dynamic_config(), self.force.dynamic_config());
-        pose.number_of_publishers()
-            + pose.number_of_subscribers()
-            + force.number_of_publishers()
-            + force.number_of_subscribers()
+        ports(&self.pose) + ports(&self.force) + ports(&self.tools) + ports(&self.forces)
     }
 
     /// What a message calls the scene.
@@ -254,18 +259,10 @@ impl SceneServices {
         &self.label
     }
 
-    /// The node behind a publisher of poses that is still registered.
+    /// The node behind a publisher of poses of either version that is still registered.
     #[must_use]
     pub fn pose_publisher_node(&self, id: UniquePublisherId) -> Option<UniqueNodeId> {
-        let mut found = None;
-        self.pose.dynamic_config().list_publishers(|details| {
-            if details.publisher_id == id {
-                found = Some(details.node_id);
-                return CallbackProgression::Stop;
-            }
-            CallbackProgression::Continue
-        });
-        found
+        publisher_node(&self.pose, id).or_else(|| publisher_node(&self.tools, id))
     }
 
     /// Whether a node's process is alive. Looks at files: not for every tick.
@@ -347,6 +344,26 @@ fn topic<Payload: ZeroCopySend + Debug + Copy>(
             foreign::refusal::<Payload>(node.config(), name, type_name)
                 .unwrap_or_else(|| service_error(name, why))
         })
+}
+
+fn ports<Payload: ZeroCopySend + Debug>(topic: &Topic<Payload>) -> usize {
+    let ports = topic.dynamic_config();
+    ports.number_of_publishers() + ports.number_of_subscribers()
+}
+
+fn publisher_node<Payload: ZeroCopySend + Debug>(
+    topic: &Topic<Payload>,
+    id: UniquePublisherId,
+) -> Option<UniqueNodeId> {
+    let mut found = None;
+    topic.dynamic_config().list_publishers(|details| {
+        if details.publisher_id == id {
+            found = Some(details.node_id);
+            return CallbackProgression::Stop;
+        }
+        CallbackProgression::Continue
+    });
+    found
 }
 
 fn wake_topic(node: &Node<Ipc>, name: &ServiceName) -> Result<event::PortFactory<Ipc>> {

@@ -50,6 +50,12 @@ impl Ramp {
         self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
     }
 
+    /// Begins a ramp at force 0, for somebody who was shown nothing yet.
+    pub(crate) fn begin_at_zero(&mut self) {
+        self.shown_n = [0.0; 3];
+        self.begin();
+    }
+
     /// As [`Self::begin`], towards force 0: nothing is left to do where 0 is shown already.
     pub(crate) fn begin_fall(&mut self) {
         self.begin();

@@ -78,6 +78,11 @@ impl ForceShaper {
         self.ramp.begin();
     }
 
+    /// The next force is shown to somebody who was shown nothing yet: it rises from 0.
+    pub(crate) fn begin_at_zero(&mut self) {
+        self.ramp.begin_at_zero();
+    }
+
     /// The force goes to 0 along a ramp, as long as 0 is what is shaped.
     pub(crate) fn begin_fall(&mut self) {
         self.ramp.begin_fall();

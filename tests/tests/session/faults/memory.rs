@@ -33,13 +33,13 @@ fn too_little_of_it_is_told_and_nothing_is_left() {
         text(&place.model),
         place.scene
     );
-    for kilobytes in [64, 1024, 3072] {
+    for kilobytes in [64, 1024, 3072, 6144] {
         let Some(ended) = with_memory("too_little", kilobytes, &serve) else { return };
         let ended = ended.with(2);
         assert!(ended.err.contains("shared memory is full: /dev/shm has"), "{}", ended.err);
         assert_eq!(ended.out, "", "left behind, or ready");
     }
-    assert_eq!(with_memory("enough", 8192, &serve).unwrap().with(0).out.lines().count(), 8);
+    assert_eq!(with_memory("enough", 12_288, &serve).unwrap().with(0).out.lines().count(), 8);
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn too_little_for_the_states_is_told_before_ready() {
         text(&model),
         place.scene
     );
-    let Some(ended) = with_memory("states", 6144, &serve) else { return };
+    let Some(ended) = with_memory("states", 12_288, &serve) else { return };
     let ended = ended.with(2);
     assert!(ended.err.contains("shared memory is full"), "{}", ended.err);
     assert_eq!(ended.out, "", "left behind, or ready");

@@ -11,7 +11,7 @@ use crate::session::timing::clock::now_ns;
 impl Run<'_> {
     /// The tissue's last answer.
     fn answer(&self) -> Option<ToolForce> {
-        self.shared.voice().answer
+        self.shared.voice().answer.map(|answer| answer.force)
     }
 
     /// The answer while paused: force 0, safe state and no other flag; no cell moves.
@@ -93,7 +93,7 @@ impl Run<'_> {
         }
         if let (Command::Reset, Some(last)) = (command, &mut self.shared.voice().answer) {
             let state_hash = self.engine.state_hash();
-            *last = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..*last };
+            last.force = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..last.force };
         }
         Ok(*command)
     }

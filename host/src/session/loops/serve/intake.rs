@@ -8,6 +8,8 @@ use crate::engine::order::{TickOrder, TickPlace, follows};
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::ToolPose;
 use crate::session::ipc::services::QUEUE_MESSAGES;
+use crate::session::ipc::serving::Came;
+use crate::session::ipc::tools::Asked;
 use crate::session::loops::peers::Call;
 use crate::session::timing::clock::{MILLISECOND_NS, now_ns};
 
@@ -27,6 +29,8 @@ pub(super) struct InCharge {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Arrived {
     pub pose: ToolPose,
+    /// What its message asks for, `None` for one of version 1.
+    pub asked: Option<Asked>,
     pub at_ns: u64,
     /// There was a silence or a gap before it: the output stage's ramp begins anew.
     pub restarts_ramp: bool,
@@ -35,14 +39,14 @@ pub(super) struct Arrived {
 }
 
 impl Run<'_> {
-    /// Moves what waits in the queue into the inbox, at most a queue full; whether anything came.
+    /// Moves what waits in both queues into the inbox, at most a queue full; whether anything came.
     pub(super) fn take_in(&mut self) -> bool {
         let before = self.inbox.len();
         let mut received = 0;
         while received < QUEUE_MESSAGES && self.inbox.len() < QUEUE_MESSAGES {
-            let Some((pose, publisher)) = self.receive() else { break };
+            let Some(came) = self.receive() else { break };
             received += 1;
-            self.accept(pose, publisher);
+            self.accept(came);
         }
         let accepted = self.inbox.len().saturating_sub(before) as u64;
         if accepted > 0 {
@@ -53,15 +57,13 @@ impl Run<'_> {
         received > 0
     }
 
-    fn receive(&mut self) -> Option<(ToolPose, UniquePublisherId)> {
+    fn receive(&mut self) -> Option<Came> {
+        self.tools_first = !self.tools_first;
         let (server, failed) = (self.server, &mut self.failed);
         self.peers.timed(
             || server.scene.ports_count(),
-            || match server.ports.subscriber.receive() {
-                Ok(Some(sample)) => {
-                    let pose = (*sample, sample.header().publisher_id());
-                    (Call::Receive, Some(pose))
-                }
+            || match server.ports.receive(self.tools_first) {
+                Ok(Some(came)) => (Call::Receive, Some(came)),
                 Ok(None) => (Call::Idle, None),
                 Err(why) => {
                     complain(failed, "cannot receive a pose", why);
@@ -72,7 +74,7 @@ impl Run<'_> {
     }
 
     /// Puts a pose into the inbox where it is the next one of the publisher in charge.
-    fn accept(&mut self, pose: ToolPose, publisher: UniquePublisherId) {
+    fn accept(&mut self, Came { pose, asked, publisher }: Came) {
         let arrival_ns = now_ns();
         let in_charge = self.in_charge;
         let (mut order, usual) = match in_charge {
@@ -112,7 +114,8 @@ impl Run<'_> {
             .arrived(arrival_ns, arrival_ns.saturating_sub(self.shared.voice().shaper.heard_ns()));
         self.waiter.expect_after(arrival_ns);
         let restarts_ramp = self.has_gap(step.unwrap_or(1), usual, arrival_ns);
-        let mut arrived = Arrived { pose, at_ns: arrival_ns, restarts_ramp, release_first: false };
+        let at_ns = arrival_ns;
+        let mut arrived = Arrived { pose, asked, at_ns, restarts_ramp, release_first: false };
         self.has_released |= pose.engaged == 0;
         if !self.has_released && pose.engaged == 1 {
             (arrived.pose.engaged, arrived.release_first) = (0, true);

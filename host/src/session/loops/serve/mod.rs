@@ -11,6 +11,7 @@
 //! [`PeerCost`](crate::session::loops::peers::PeerCost)). States for viewers and commands have their turn while no
 //! pose waits too.
 
+mod answers;
 mod beside;
 mod budget;
 mod intake;
@@ -22,8 +23,6 @@ mod watcher;
 
 use std::collections::VecDeque;
 
-use iceoryx2::port::update_connections::UpdateConnections;
-
 use chaincell_kernel::{Flags, TickOutput, ToolSample};
 
 use crate::engine::flag_ticks::FlagTicks;
@@ -31,13 +30,12 @@ use crate::engine::tissue::{Sweeps, TissueEngine};
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
-use crate::session::ipc::complain::complain;
-use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Ports, QUEUE_MESSAGES, SceneServices};
+use crate::session::ipc::services::{QUEUE_MESSAGES, SceneServices};
+use crate::session::ipc::serving::ServePorts;
 use crate::session::ipc::state::StatePublisher;
 use crate::session::loops::peers::{Call, PeerWatch};
 use crate::session::loops::realtime::{self, Role};
-use crate::session::loops::record::{Recorder, Row};
+use crate::session::loops::record::Recorder;
 use crate::session::loops::wait::{Wait, Waiter};
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns, span_ns};
 use crate::session::timing::histogram::Latencies;
@@ -64,7 +62,7 @@ const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 pub struct Server {
     options: ServeOptions,
     scene: SceneServices,
-    ports: Ports<ToolPose, ToolForce>,
+    ports: ServePorts,
     length_ns: u64,
     rate: PoseRate,
     state: Option<StatePublisher>,
@@ -129,11 +127,11 @@ impl Server {
         let beside = (self.state.take(), self.commands.take());
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
-        let publisher = &self.ports.publisher;
+        let mouth = &self.ports.mouth;
         let (ended_by, refused) = std::thread::scope(|scope| {
             // Before the loop asks for its privileges, which a thread would inherit: on the loop's
             // core, at its priority, it would not come to its turn while the loop is in a tick.
-            scope.spawn(|| shared.watch(publisher));
+            scope.spawn(|| shared.watch(mouth));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
             ended
@@ -164,6 +162,8 @@ struct Run<'a> {
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
+    /// Whether the next look for a pose begins with those of version 2.
+    tools_first: bool,
     /// Poses accepted and not executed yet, the oldest first.
     inbox: VecDeque<Arrived>,
     in_charge: Option<InCharge>,
@@ -177,6 +177,8 @@ struct Run<'a> {
     publishers: u64,
     executed: u64,
     late: u64,
+    /// Last tick that made sweeps.
+    force_tick: u64,
     /// Late poses on end.
     late_run: u32,
     flag_ticks: FlagTicks,
@@ -217,6 +219,7 @@ impl<'a> Run<'a> {
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
+            tools_first: false,
             inbox,
             in_charge: None,
             has_released: false,
@@ -228,6 +231,7 @@ impl<'a> Run<'a> {
             publishers: 0,
             executed: 0,
             late: 0,
+            force_tick: 0,
             late_run: 0,
             flag_ticks: FlagTicks::default(),
             sweeps: Latencies::new()?,
@@ -287,7 +291,7 @@ impl<'a> Run<'a> {
             .shaper
             .fall_ns()
             .map_or(deadline_ns, |due_ns| due_ns.min(deadline_ns));
-        self.waiter.pause(deadline_ns, &self.server.ports.wake);
+        self.waiter.pause(deadline_ns, self.server.ports.wake());
     }
 
     /// Connects new readers while no pose waits, so that no answer pays for it.
@@ -296,8 +300,7 @@ impl<'a> Run<'a> {
         self.peers.timed(
             || server.scene.ports_count(),
             || {
-                // A failure shows again, and is counted, when the next answer is sent.
-                let _ = server.ports.publisher.update_connections();
+                server.ports.connect();
                 (Call::Idle, ())
             },
         );
@@ -387,53 +390,6 @@ impl<'a> Run<'a> {
             self.shared.voice().shaper.begin_ramp();
         }
         self.publish(arrived, &output, now_ns() - start_ns, 0);
-    }
-
-    /// Records a tick and sends its answer.
-    fn publish(&mut self, arrived: Arrived, output: &TickOutput, step_ns: u64, state_hash: u64) {
-        let Arrived { pose, restarts_ramp: ramp_restarted, release_first, .. } = arrived;
-        let mut flags = output.flags;
-        if release_first {
-            flags.insert(Flags::RELEASE_FIRST);
-        }
-        let force = ToolForce {
-            tick: pose.tick,
-            force_n: output.force_n.into(),
-            energy_j: output.energy_j,
-            contacts: output.contacts,
-            flags: flags.0,
-            step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
-            reserved: 0,
-            state_hash,
-        };
-        let sweeps = self.is_anytime().then_some(output.sweeps);
-        // First, so that no answer is seen whose tick a kill could lose.
-        self.recorder.record(Row { pose, force, sweeps, ramp_restarted });
-        let shown = self.shared.voice().shown(force, now_ns());
-        self.flag_ticks.add(Flags(force.flags | shown.flags & Flags::LATE.0));
-        self.send(shown);
-    }
-
-    /// Lets the published force fall to 0 when poses stop coming.
-    fn watch(&mut self) {
-        let falling = self.shared.voice().falling(now_ns());
-        if let Some(force) = falling {
-            self.send(force);
-        }
-    }
-
-    fn send(&mut self, force: ToolForce) {
-        let (server, failed) = (self.server, &mut self.failed);
-        self.peers.timed(
-            || server.scene.ports_count(),
-            || {
-                if let Err(why) = server.ports.publisher.send_copy(force) {
-                    complain(failed, "cannot send an answer", why);
-                }
-                (Call::Send, ())
-            },
-        );
-        server.ports.ring.ring();
     }
 
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {

@@ -9,6 +9,7 @@ use chaincell_kernel::Flags;
 use super::ServeOptions;
 use super::overload::{Behind, Change, Overload};
 use crate::session::ipc::payload::ToolForce;
+use crate::session::ipc::tools::Answer;
 use crate::session::loops::shaper::ForceShaper;
 use crate::session::timing::clock::PERIOD_NS;
 
@@ -18,7 +19,7 @@ pub(super) struct Voice {
     pub shaper: ForceShaper,
     overload: Overload,
     /// The tissue's last answer.
-    pub answer: Option<ToolForce>,
+    pub answer: Option<Answer>,
     said_ns: u64,
     is_zero: bool,
 }
@@ -36,21 +37,25 @@ impl Voice {
     }
 
     /// The published form of an answer of the tissue.
-    pub(super) fn shown(&mut self, answer: ToolForce, now_ns: u64) -> ToolForce {
+    pub(super) fn shown(&mut self, answer: Answer, now_ns: u64) -> Answer {
         let safe = Flags::SAFE_STATE.0;
-        let before = self.answer.map_or(answer.flags, |last| last.flags);
-        if (answer.flags ^ before) & safe != 0 {
+        let last = self.answer.unwrap_or(answer);
+        if (answer.force.flags ^ last.force.flags) & safe != 0 {
             self.shaper.begin_ramp();
+        }
+        // The readers of another version were shown nothing of the force so far.
+        if answer.asked.is_some() != last.asked.is_some() {
+            self.shaper.begin_at_zero();
         }
         self.shaper.end_silence();
         let is_overload = self.overload.is_on();
-        let target_n = if is_overload { [0.0; 3] } else { answer.force_n };
+        let target_n = if is_overload { [0.0; 3] } else { answer.force.force_n };
         let force_n = self.say(target_n, now_ns);
-        let flags = answer.flags | if is_overload { Flags::LATE.0 | safe } else { 0 };
+        let flags = answer.force.flags | if is_overload { Flags::LATE.0 | safe } else { 0 };
         // The flag says that the force is zero; on the way there it is not.
         let flags = if self.is_zero { flags } else { flags & !safe };
         self.answer = Some(answer);
-        ToolForce { force_n, flags, ..answer }
+        Answer { force: ToolForce { force_n, flags, ..answer.force }, ..answer }
     }
 
     /// A tick has ended: an overload lets the force fall, its end lets it come back.
@@ -64,7 +69,7 @@ impl Voice {
 
     /// What to publish where no answer comes: the force falls to 0 in a silence, a message a
     /// millisecond. The tissue stays as it is.
-    pub(super) fn falling(&mut self, now_ns: u64) -> Option<ToolForce> {
+    pub(super) fn falling(&mut self, now_ns: u64) -> Option<Answer> {
         let last = self.answer?;
         let fall = self.shaper.wait(now_ns)?;
         self.said_ns = now_ns;
@@ -73,7 +78,7 @@ impl Voice {
     }
 
     /// As [`Self::falling`], in a tick that does not end, and under an overload between two answers.
-    pub(super) fn falling_in_tick(&mut self, now_ns: u64) -> Option<ToolForce> {
+    pub(super) fn falling_in_tick(&mut self, now_ns: u64) -> Option<Answer> {
         if !self.overload.is_on() {
             return self.falling(now_ns);
         }
@@ -104,11 +109,12 @@ impl Voice {
 }
 
 /// A message that is no answer: the force on its way to 0, of the last tick.
-fn stale(last: ToolForce, force_n: [f32; 3], is_zero: bool) -> ToolForce {
-    let mut flags = Flags(last.flags & !Flags::SAFE_STATE.0);
+fn stale(last: Answer, force_n: [f32; 3], is_zero: bool) -> Answer {
+    let mut flags = Flags(last.force.flags & !Flags::SAFE_STATE.0);
     flags.insert(Flags::STALE);
     if is_zero {
         flags.insert(Flags::SAFE_STATE);
     }
-    ToolForce { force_n, flags: flags.0, step_ns: 0, ..last }
+    let force = ToolForce { force_n, flags: flags.0, step_ns: 0, ..last.force };
+    Answer { force, sweeps: 0, ..last }
 }

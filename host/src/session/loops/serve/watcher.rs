@@ -6,11 +6,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use iceoryx2::port::publisher::Publisher;
-
 use super::voice::Voice;
-use crate::session::ipc::payload::ToolForce;
-use crate::session::ipc::services::Ipc;
+use crate::session::ipc::serving::Mouth;
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
 
 /// Span between looks while nothing is to be said \[ns\].
@@ -54,17 +51,17 @@ impl Shared {
     }
 
     /// Looks until the loop has ended.
-    pub(super) fn watch(&self, publisher: &Publisher<Ipc, ToolForce, ()>) {
+    pub(super) fn watch(&self, mouth: &Mouth) {
         while !self.has_ended.load(Ordering::Acquire) {
             let mut span_ns = LOOK_NS;
             if self.in_tick.load(Ordering::Acquire) {
                 let mut voice = self.voice();
                 // Looked at again with the voice in hand: the answer may have left meanwhile.
                 if self.in_tick.load(Ordering::Acquire)
-                    && let Some(force) = voice.falling_in_tick(now_ns())
+                    && let Some(answer) = voice.falling_in_tick(now_ns())
                 {
                     // A message that shared memory does not take is followed by the next one.
-                    let _ = publisher.send_copy(force);
+                    let _ = mouth.send(&answer);
                 }
                 if voice.is_urgent() {
                     span_ns = PERIOD_NS;

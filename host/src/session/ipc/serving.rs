@@ -1,0 +1,111 @@
+//! The ports of `serve`: poses of both versions come in, each answer goes out as the version of its
+//! pose.
+
+use std::collections::hash_map::RandomState;
+use std::hash::BuildHasher;
+
+use iceoryx2::identifiers::UniquePublisherId;
+use iceoryx2::port::ReceiveError;
+use iceoryx2::port::SendError;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+
+use super::payload::{ToolForce, ToolPose};
+use super::services::{Ipc, Ring, Wake};
+use super::tools::{Answer, Asked, ToolForces, ToolPoses};
+
+/// Poses and answers of both versions.
+#[derive(Debug)]
+pub struct ServePorts {
+    pub(super) pose: Subscriber<Ipc, ToolPose, ()>,
+    pub(super) tools: Subscriber<Ipc, ToolPoses, ()>,
+    pub(crate) mouth: Mouth,
+    /// Wakes the readers of answers.
+    pub(super) ring: Ring,
+    /// Woken when a pose was written.
+    pub(super) wake: Wake,
+}
+
+/// A pose that has come.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Came {
+    pub pose: ToolPose,
+    /// What its message asks for, `None` for one of version 1.
+    pub asked: Option<Asked>,
+    pub publisher: UniquePublisherId,
+}
+
+impl ServePorts {
+    /// The next pose of one version, or else of the other: asked in turn, neither holds up the other.
+    pub(crate) fn receive(&self, tools_first: bool) -> Result<Option<Came>, ReceiveError> {
+        let came = if tools_first { self.of_tools() } else { self.of_pose() }?;
+        match came {
+            Some(came) => Ok(Some(came)),
+            None if tools_first => self.of_pose(),
+            None => self.of_tools(),
+        }
+    }
+
+    fn of_pose(&self) -> Result<Option<Came>, ReceiveError> {
+        let sample = self.pose.receive()?;
+        Ok(sample.map(|sample| Came {
+            pose: *sample,
+            asked: None,
+            publisher: sample.header().publisher_id(),
+        }))
+    }
+
+    fn of_tools(&self) -> Result<Option<Came>, ReceiveError> {
+        let sample = self.tools.receive()?;
+        Ok(sample.map(|sample| Came {
+            pose: sample.pose(),
+            asked: Some(sample.asked()),
+            publisher: sample.header().publisher_id(),
+        }))
+    }
+
+    /// Connects readers that have joined. What fails is seen again with the next answer.
+    pub(crate) fn connect(&self) {
+        let _ = self.mouth.force.update_connections();
+        let _ = self.mouth.forces.update_connections();
+    }
+
+    /// Wakes the readers that sleep.
+    pub(crate) fn ring(&self) {
+        self.ring.ring();
+    }
+
+    /// Woken when a pose was written.
+    pub(crate) fn wake(&self) -> &Wake {
+        &self.wake
+    }
+}
+
+/// Where answers leave.
+#[derive(Debug)]
+pub(crate) struct Mouth {
+    pub(super) force: Publisher<Ipc, ToolForce, ()>,
+    pub(super) forces: Publisher<Ipc, ToolForces, ()>,
+    session_id: u64,
+}
+
+impl Mouth {
+    /// Of a new session.
+    pub(super) fn new(
+        force: Publisher<Ipc, ToolForce, ()>,
+        forces: Publisher<Ipc, ToolForces, ()>,
+    ) -> Self {
+        // Random keys of the system: no other session has this number.
+        let session_id = RandomState::new().hash_one(std::process::id()).max(1);
+        Self { force, forces, session_id }
+    }
+
+    /// Sends an answer as the version of its pose.
+    pub(crate) fn send(&self, answer: &Answer) -> Result<(), SendError> {
+        match answer.asked {
+            None => self.force.send_copy(answer.force).map(|_| ()),
+            Some(_) => self.forces.send_copy(ToolForces::new(answer, self.session_id)).map(|_| ()),
+        }
+    }
+}

@@ -1,0 +1,311 @@
+//! Version 2 of poses and answers beside version 1, as programs of others see them.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use chaincell_tests::files::text;
+use chaincell_tests::outsider::tools::{Forces, Poses, ToolForce, ToolPose, ToolsOutsider};
+use chaincell_tests::outsider::{Force, Outsider, Pose};
+use chaincell_tests::place::Place;
+use chaincell_tests::{Running, run, turn};
+use rustix::process::Signal;
+
+/// Longest life of a server that has got its last pose.
+const SOON: Duration = Duration::from_secs(20);
+/// The sample was bad.
+const BAD_SAMPLE: u32 = 2;
+/// Poses have stopped coming.
+const STALE: u32 = 4;
+/// The force is zero.
+const SAFE: u32 = 16;
+/// The force is not of this pose.
+const LATE: u32 = 256;
+/// The tool counts as not engaged.
+const RELEASE_FIRST: u32 = 512;
+/// Ticks of a press.
+const TICKS: u64 = 40;
+
+/// A server to which no silence counts as one, and whose forces are published as they are.
+fn serve(place: &Place, options: &[&str]) -> Running {
+    place.serve(&[&["--watchdog-ms", "0", "--ramp-ms", "0", "--json"], options].concat())
+}
+
+fn position_m(tick: u64) -> [f32; 3] {
+    [0.0, 0.001, -0.0003 * tick.min(TICKS) as f32]
+}
+
+/// A press from the first tick on, its tool released in that one.
+fn poses(tick: u64) -> Poses {
+    Poses::of(tick, position_m(tick), u32::from(tick > 0))
+}
+
+fn pose(tick: u64) -> Pose {
+    Pose { tick, position_m: position_m(tick), engaged: u32::from(tick > 0) }
+}
+
+fn press(outsider: &ToolsOutsider, ticks: std::ops::Range<u64>) -> Vec<Forces> {
+    let answers = ticks.map(|tick| {
+        outsider.send(poses(tick));
+        outsider.receive()
+    });
+    answers.collect()
+}
+
+fn size_n(force_n: [f32; 3]) -> f64 {
+    force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum::<f64>().sqrt()
+}
+
+/// What version 1 would say.
+fn of_version_1(forces: &Forces) -> Force {
+    let tool = forces.each[0];
+    Force {
+        tick: forces.tick,
+        force_n: tool.force_n,
+        energy_j: forces.energy_j,
+        contacts: tool.contacts,
+        flags: forces.flags,
+        step_ns: 0,
+        reserved: 0,
+        state_hash: forces.state_hash,
+    }
+}
+
+/// Press and release, with another tool in front that this release does not have.
+#[test]
+fn a_press_is_answered_as_by_version_1_to_the_bit() {
+    let _turn = turn();
+    let place = Place::new("as-version-1");
+    let last = 2 * TICKS;
+    let ticks = (last + 1).to_string();
+    let options = ["--ticks", &ticks, "--budget-us", "off"];
+    let engaged = |tick: u64| u32::from(tick > 0 && tick < last);
+    let first = serve(&place, &options);
+    let outsider = Outsider::join(&place.scene, true);
+    let wanted = (0..=last).map(|tick| {
+        outsider.send(Pose { engaged: engaged(tick), ..pose(tick) });
+        Force { step_ns: 0, ..outsider.receive() }
+    });
+    let wanted: Vec<Force> = wanted.collect();
+    first.end(SOON).with(0);
+    drop(outsider);
+    assert!(size_n(wanted[60].force_n) > 0.0 && wanted[80].force_n == [0.0; 3]);
+    let mut sessions = BTreeSet::new();
+    for with_another in [false, true] {
+        let server = serve(&place, &options);
+        let outsider = ToolsOutsider::join(&place.scene);
+        for tick in 0..=last {
+            let mut sent = poses(tick);
+            sent.each[0].engaged = engaged(tick);
+            if with_another {
+                sent.each.swap(0, 1);
+                sent.each[0] = ToolPose { number: 3, ..ToolPose::default() };
+                sent.tools = 2;
+            }
+            outsider.send(sent);
+            let mut found = outsider.receive();
+            if with_another {
+                let none = ToolForce { number: 3, flags: SAFE, ..ToolForce::default() };
+                assert_eq!((found.tools, found.each[0]), (2, none));
+                found.each[0] = ToolForce::default();
+                found.each.swap(0, 1);
+                found.tools = 1;
+            }
+            assert_eq!(of_version_1(&found), wanted[tick as usize]);
+            let Forces { tick: of, force_tick, send_ns, sweeps, tools, reserved, .. } = found;
+            assert_eq!((of, force_tick, send_ns, sweeps), (tick, tick, 1000 * tick, 4));
+            assert_eq!((tools, reserved), (1, 0));
+            let tool = ToolForce { torque_n_m: [0.0; 3], flags: found.flags, ..found.each[0] };
+            assert_eq!((found.each[0], tool.number, tool.reserved), (tool, 0, 0));
+            assert_eq!(found.each[1..], [ToolForce::default(); 7]);
+            sessions.insert(found.session_id);
+        }
+        server.end(SOON).with(0);
+    }
+    assert!(sessions.len() == 2 && !sessions.contains(&0), "{sessions:?}");
+}
+
+#[test]
+fn late_answers_say_of_which_tick_their_force_is() {
+    let _turn = turn();
+    let place = Place::new("force-tick");
+    let server = serve(&place, &["--ticks", "50", "--late-share", "off"]);
+    let outsider = ToolsOutsider::join(&place.scene);
+    let before = press(&outsider, 0..TICKS);
+    assert!(before.iter().all(|answer| answer.force_tick == answer.tick && answer.sweeps > 0));
+    server.signal(Signal::STOP);
+    // A process that was told to stop does so a little later.
+    std::thread::sleep(Duration::from_millis(50));
+    (TICKS..50).for_each(|tick| outsider.send(poses(tick)));
+    server.signal(Signal::CONT);
+    let burst: Vec<Forces> = (TICKS..50).map(|_| outsider.receive()).collect();
+    for (at, answer) in (TICKS..).zip(&burst) {
+        let is_late = at < 49;
+        assert_eq!((answer.tick, answer.flags & LATE != 0), (at, is_late), "{answer:?}");
+        assert_eq!(answer.sweeps == 0, is_late);
+        assert_eq!(answer.force_tick, if is_late { TICKS - 1 } else { at });
+        assert_eq!(answer.send_ns, 1000 * at);
+        let same = answer.each[0].force_n == before[39].each[0].force_n;
+        assert_eq!(same, is_late, "{at}");
+    }
+    server.end(SOON).with(0);
+}
+
+#[test]
+fn a_message_that_is_not_sound_is_a_bad_sample() {
+    let _turn = turn();
+    let place = Place::new("not-sound");
+    let out = place.folder.path().join("out");
+    let server = serve(&place, &["--out", text(&out), "--budget-us", "off"]);
+    let outsider = ToolsOutsider::join(&place.scene);
+    let mut tick = 0;
+    let mut answer = |change: &dyn Fn(&mut Poses)| {
+        let mut sent = Poses::of(tick, position_m(tick), 1);
+        change(&mut sent);
+        tick += 1;
+        outsider.send(sent);
+        outsider.receive()
+    };
+    let turned = |poses: &mut Poses| poses.each[0].orientation = [0.0, 0.0, 0.0, 1.002];
+    let is_release = |poses: &mut Poses| poses.each[0].engaged = 0;
+    let bad_release = |poses: &mut Poses| {
+        turned(poses);
+        is_release(poses);
+    };
+    assert_eq!(answer(&bad_release).flags & BAD_SAMPLE, BAD_SAMPLE);
+    assert_eq!(answer(&|_| {}).flags & RELEASE_FIRST, RELEASE_FIRST, "that was a release");
+    answer(&is_release);
+    let faults: [&dyn Fn(&mut Poses); 8] = [
+        &turned,
+        &|poses| poses.each[0].orientation[0] = f32::NAN,
+        &|poses| poses.tools = 0,
+        &|poses| poses.tools = 9,
+        &|poses| poses.each[0].number = 1,
+        &|poses| poses.tools = 2,
+        &|poses| poses.reserved = 1,
+        &|poses| poses.each[7].reserved = 1,
+    ];
+    for (at, fault) in faults.iter().enumerate() {
+        let good = (0..5).map(|_| answer(&|_| {})).last().unwrap();
+        assert_eq!((good.flags & (BAD_SAMPLE | RELEASE_FIRST), good.each[0].contacts), (0, 1));
+        let bad = answer(fault);
+        assert_eq!(bad.flags & (BAD_SAMPLE | SAFE), BAD_SAMPLE, "{at}: {bad:?}");
+        let tool = bad.each[0];
+        assert_eq!((bad.tools, tool.number, tool.flags, tool.contacts), (1, 0, bad.flags, 1));
+    }
+    let served = server.interrupt().with(130).json();
+    assert_eq!(served["flag_ticks"]["bad_sample"], 9);
+    let path = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    assert_eq!(path.lines().filter(|row| row.contains("NaN,NaN,NaN")).count(), 9, "{path}");
+    let replayed = run(["replay", text(&out), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], served["state_hash"]);
+}
+
+/// Takes turns on one scene; the ramp is half a second long, so that its beginning is seen.
+#[test]
+fn one_publisher_is_in_charge_of_both_versions_and_the_force_rises_from_0_for_the_next() {
+    let _turn = turn();
+    let place = Place::new("in-charge");
+    let options = ["--watchdog-ms", "0", "--ramp-ms", "500", "--json", "--budget-us", "off"];
+    let server = place.serve(&options);
+    let reader = Outsider::join(&place.scene, false);
+    let first = Outsider::join(&place.scene, true);
+    let second = ToolsOutsider::join(&place.scene);
+    let mut tick = 0;
+    let held_n = loop {
+        first.send(pose(tick));
+        let force = first.receive();
+        tick += 1;
+        std::thread::sleep(Duration::from_millis(1));
+        if tick > 700 {
+            break size_n(force.force_n);
+        }
+        second.send(poses(1_000_000 + tick));
+    };
+    assert!(held_n > 0.001, "{held_n} N");
+    assert!(second.try_receive().is_none(), "the second publisher was answered");
+    while reader.try_receive().is_some() {}
+    drop(first);
+    let mut rising = Vec::new();
+    for at in 0..700 {
+        second.send(poses(2_000_000 + at));
+        // What it sent before may be in the queue still, of the time when it was not in charge.
+        rising.push(size_n(second.receive().each[0].force_n));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(rising[0] < 0.01 * held_n, "begins with {} of {held_n} N", rising[0]);
+    assert!(rising.windows(2).all(|pair| pair[1] - pair[0] < 0.01 * held_n));
+    assert!(rising[699] > 0.9 * held_n);
+    // Version 2 is in charge, and version 1 is neither heard nor told anything.
+    let third = Outsider::join(&place.scene, true);
+    (1..=20).for_each(|tick| third.send(pose(tick)));
+    second.send(poses(2_000_700));
+    assert_eq!(second.receive().tick, 2_000_700);
+    assert!(reader.try_receive().is_none() && third.try_receive().is_none());
+    drop(second);
+    third.send(pose(30));
+    let again = third.receive();
+    assert!(again.tick <= 30 && size_n(again.force_n) < 0.01 * held_n, "{again:?}");
+    let served = server.interrupt().with(130).json();
+    assert_eq!(served["publishers"], 3);
+    assert!(served["poses_refused"].as_u64().unwrap() >= 700, "{served}");
+}
+
+/// In a silence, and in a tick that does not end.
+#[test]
+fn the_force_falls_on_the_service_of_the_version_in_charge() {
+    let _turn = turn();
+    for in_tick in [false, true] {
+        let place = Place::new("falling");
+        let long = "sweep:300@40";
+        let options: &[&str] =
+            if in_tick { &["--inject", long, "--json"] } else { &["--json", "--ticks", "41"] };
+        let server = place.serve(options);
+        let reader = Outsider::join(&place.scene, false);
+        let outsider = ToolsOutsider::join(&place.scene);
+        let last = loop_of_answers(&outsider);
+        if in_tick {
+            outsider.send(poses(TICKS));
+        }
+        let mut falling = vec![last];
+        while falling.last().unwrap().flags & SAFE == 0 {
+            let found = outsider.receive();
+            let size = |forces: &Forces| size_n(forces.each[0].force_n);
+            assert!(size(&found) < size(falling.last().unwrap()), "{found:?}");
+            let zero = if size(&found) == 0.0 { SAFE } else { 0 };
+            let mut wanted = Forces { flags: STALE + zero, step_ns: 0, sweeps: 0, ..last };
+            wanted.each[0].force_n = found.each[0].force_n;
+            wanted.each[0].flags = wanted.flags;
+            assert_eq!(found, wanted);
+            falling.push(found);
+        }
+        assert!(falling.len() > 10, "{} messages", falling.len());
+        assert!(reader.try_receive().is_none(), "told on version 1 too");
+        if in_tick {
+            assert_eq!(outsider.receive().tick, TICKS);
+            server.interrupt().with(130);
+        } else {
+            outsider.send(poses(TICKS));
+            let served = server.end(SOON).with(0).json();
+            assert_eq!(served["watchdog_fired"].as_u64().map(|times| times >= 1), Some(true));
+        }
+    }
+}
+
+/// Presses as fast as answers come; the last answer that shows a force.
+fn loop_of_answers(outsider: &ToolsOutsider) -> Forces {
+    let mut last = Forces::default();
+    for tick in 0..TICKS {
+        outsider.send(poses(tick));
+        last = loop {
+            let found = outsider.receive();
+            if found.tick == tick && found.flags & STALE == 0 {
+                break found;
+            }
+        };
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(size_n(last.each[0].force_n) > 0.0);
+    last
+}
