@@ -14,6 +14,7 @@
 mod answers;
 mod beside;
 mod budget;
+mod execute;
 mod intake;
 mod options;
 mod overload;
@@ -23,10 +24,8 @@ mod watcher;
 
 use std::collections::VecDeque;
 
-use chaincell_kernel::{Flags, TickOutput, ToolSample};
-
 use crate::engine::flag_ticks::FlagTicks;
-use crate::engine::tissue::{Sweeps, TissueEngine};
+use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
@@ -45,7 +44,6 @@ use budget::Budget;
 pub use budget::SweepBudget;
 use intake::{Arrived, InCharge};
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
-use overload::{Behind, FAR};
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
 use voice::Voice;
@@ -53,8 +51,6 @@ use watcher::Shared;
 
 /// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
-/// Late poses on end from which on the next new force is gone to along a ramp.
-const LATE_RUN: u32 = 4;
 /// Time for readers to take the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
 /// A scene whose services exist and that is ready for poses.
@@ -304,92 +300,6 @@ impl<'a> Run<'a> {
                 (Call::Idle, ())
             },
         );
-    }
-
-    /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
-    fn execute(&mut self, arrived: Arrived) {
-        let start_ns = now_ns();
-        self.late_run = 0;
-        self.shared.begin_tick();
-        let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
-        self.shared.end_tick();
-        let end_ns = now_ns();
-        let step_ns = end_ns - start_ns;
-        self.executed += 1;
-        let every = self.server.options.hash_every;
-        let hashed = every != 0 && self.executed.is_multiple_of(every);
-        let state_hash = if hashed { self.engine.state_hash() } else { 0 };
-        let is_anytime = self.is_anytime();
-        self.publish(arrived, &output, step_ns, state_hash);
-        if self.paused {
-            self.paused_ticks += 1;
-            return;
-        }
-        self.step.record(step_ns);
-        self.sweeps.record(u64::from(output.sweeps));
-        if let Some(state) = &mut self.state {
-            state.changed();
-        }
-        let sent_ns = now_ns();
-        self.take_in();
-        let is_behind = !self.inbox.is_empty();
-        self.budget.answered(sent_ns.saturating_sub(end_ns), is_behind, sent_ns);
-        let behind = match is_anytime {
-            true if output.sweeps == 1 && step_ns > self.budget.period_ns() => Behind::Yes,
-            true => Behind::No,
-            false if self.inbox.len() >= FAR => Behind::Far,
-            false if is_behind => Behind::Yes,
-            false => Behind::No,
-        };
-        self.shared.voice().judge(behind, [start_ns, sent_ns]);
-    }
-
-    /// The tissue's tick: as many sweeps as its time has room for.
-    fn tick(&mut self, arrived: Arrived, start_ns: u64) -> TickOutput {
-        if arrived.restarts_ramp {
-            self.engine.restart_ramp();
-        }
-        let sample = ToolSample::from(arrived.pose);
-        let &ServeOptions { sweep_ns, sweep_after, .. } = &self.server.options;
-        let stretch_ns = if self.executed < sweep_after { 0 } else { sweep_ns };
-        let stretched = |sweeps: u16| {
-            while now_ns() < start_ns + u64::from(sweeps) * stretch_ns {
-                std::hint::spin_loop();
-            }
-            now_ns()
-        };
-        if !self.is_anytime() {
-            let output = self.engine.tick(&sample);
-            stretched(output.sweeps);
-            return output;
-        }
-        let budget = &mut self.budget;
-        budget.begin(arrived.at_ns, start_ns);
-        let mut done_ns = 0;
-        let mut more = |done| {
-            done_ns = stretched(done);
-            budget.more(done_ns)
-        };
-        let output = self.engine.tick_by(&sample, Sweeps::While(&mut more));
-        let end_ns = stretched(output.sweeps);
-        budget.end(end_ns, output.sweeps);
-        output
-    }
-
-    /// A tick without a sweep, for a pose that newer ones have overtaken.
-    fn execute_late(&mut self, arrived: Arrived) {
-        let start_ns = now_ns();
-        if arrived.restarts_ramp {
-            self.engine.restart_ramp();
-        }
-        let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::Late);
-        self.executed += 1;
-        self.late += u64::from(output.flags.contains(Flags::LATE));
-        self.late_run += 1;
-        if self.late_run == LATE_RUN {
-            self.shared.voice().shaper.begin_ramp();
-        }
-        self.publish(arrived, &output, now_ns() - start_ns, 0);
     }
 
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
