@@ -24,11 +24,20 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         model.stiffness_n_per_m() * weight
     }
 
-    /// Force and energy of the state after the last update.
-    pub(super) fn output(mut self) -> TickOutput {
+    /// Force and energy of the state after the last update. A late tick repeats the force of the
+    /// last one, while the tool still holds on, with the energy of the state now.
+    pub(super) fn output(mut self, is_late: bool) -> TickOutput {
         let (model, settings) = (self.network.model(), self.network.settings());
         let mut force_n = [0.0; 3];
-        if self.head.engaged {
+        if is_late {
+            self.flags.insert(Flags::LATE);
+            if self.head.closed {
+                self.flags.insert(Flags::BAND_CLOSED);
+            }
+        }
+        if self.head.engaged && is_late {
+            force_n = self.head.force_n;
+        } else if self.head.engaged {
             let force = held::force(self.terms(), self.state, self.contacts);
             force_n = scale(model.force_unit_n(), force);
             let magnitude = sqrt(dot(force_n, force_n));
@@ -38,24 +47,6 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             }
         }
         self.head.force_n = force_n;
-        self.answer(force_n)
-    }
-
-    /// The force of the last tick, while the tool still holds on, with the energy of the state now.
-    pub(super) fn late_output(mut self) -> TickOutput {
-        self.flags.insert(Flags::LATE);
-        if self.head.closed {
-            self.flags.insert(Flags::BAND_CLOSED);
-        }
-        if !self.head.engaged {
-            self.head.force_n = [0.0; 3];
-        }
-        let force_n = self.head.force_n;
-        self.answer(force_n)
-    }
-
-    fn answer(&self, force_n: [f32; 3]) -> TickOutput {
-        let model = self.network.model();
         TickOutput {
             force_n: force_n.into(),
             energy_j: self.head.level.published() * model.energy_unit_j(),
