@@ -49,7 +49,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, by the
     /// step limit and the energy limit as ever, and the level is charged. The answer repeats the
     /// force of the last tick with [`Flags::LATE`], 0 where the tool lets go. Bands stay as they
-    /// are until a tick with a sweep.
+    /// are until a tick with a sweep. A probe pushes out what it touches and lets go of nothing; it
+    /// looks for further cells where it has come an eighth of its radius further since it last did.
+    ///
+    /// Cost: the links of the contact cells, at most four times; for a probe that looks, one look at
+    /// each surface cell besides.
     ///
     /// A scheme that is not [`Dynamics::IS_ANYTIME`] makes all its sweeps. Where the level is not
     /// known (positions were set, or bands changed) there is one sweep.
@@ -125,7 +129,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            Some(radius) => tick.touch(&sample, radius),
+            Some(radius) => tick.touch(&sample, radius, more.is_none()),
             None => tick.follow(&sample),
         }
         let Some(more) = more else { return tick.output(true) };
