@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 fn any_time() -> impl Strategy<Value = Scheme> {
-    prop::sample::select([Scheme::Track, Scheme::GaussSeidel])
+    prop::sample::select(vec![Scheme::Track, Scheme::GaussSeidel])
 }
 
 /// Where the tool goes in a tick \[m\], whether it holds on, and the sweeps.
@@ -31,7 +31,7 @@ proptest! {
     /// meanwhile, and the same ticks give the same bits.
     #[test]
     fn the_certificate_holds_after_any_sweep(case in case(false), ticks in ticks(), scheme in any_time(),
-                                             unloading in prop::sample::select([Unloading::Off, Unloading::Release, Unloading::Retreat])) {
+                                             unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat])) {
         let image = case.image();
         let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut engine = case.engine(&image, variant, unloading).unwrap();
@@ -64,7 +64,7 @@ proptest! {
     fn the_certificate_holds_under_a_probe(
         case in case(false), ticks in ticks(), scheme in any_time(), radius_m in 0.001_f32..0.15,
         capacity in 1_usize..40, teleports in any::<bool>(),
-        unloading in prop::sample::select([Unloading::Off, Unloading::Release, Unloading::Retreat]),
+        unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat]),
     ) {
         let mut case = case;
         let nodes = case.shape.mesh.nodes_m.len() as u32;
@@ -99,7 +99,7 @@ proptest! {
 
     /// Sweeps of a scheme that goes by time are not left out.
     #[test]
-    fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select([Scheme::Euler, Scheme::Rkl1, Scheme::Rkl2])) {
+    fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl1, Scheme::Rkl2])) {
         let image = case.image();
         let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut engines = [0, 1].map(|_| case.engine(&image, variant, Unloading::Release).unwrap());
