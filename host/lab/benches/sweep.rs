@@ -8,7 +8,8 @@
 //! The body is the reference liver, or the generated organ without CHAINCELL_REFERENCE. Timed are
 //! the states and loops of `chaincell report`, by its code. Counted are the instructions of the
 //! stretched state: a tick of nine sweeps less one of a single sweep is eight sweeps and nothing
-//! else; they do not depend on the machine's pace.
+//! else; they do not depend on the machine's pace. Beside them stand those of a late tick, the tool
+//! moving deeper by a tenth of a millimetre, and its share of a sweep with vectors.
 //!
 //! `--quick`, which `cargo test` in the place of `cargo bench` takes by itself, does all this in
 //! little: a small organ, a few rounds, no time worth reading.
@@ -17,10 +18,12 @@ use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
+use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::session::timing::histogram::Summary;
 use chaincell_kernel::{Model, ToolSample};
 use chaincell_lab::baseline::{Baseline, PerCell};
+use chaincell_lab::bodies::Variant;
 use chaincell_lab::experiments::report::press::engine;
 use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::experiments::report::setting::Setting;
@@ -37,6 +40,14 @@ const QUICK_ROUNDS: usize = 5;
 const QUICK_CELLS: usize = 500;
 /// Ticks of a counted run.
 const COUNTED_TICKS: u32 = 4;
+/// What the tool of a late tick is.
+const LATE: [&str; 2] = ["late tick, held cells", "late tick, probe"];
+/// Late ticks of the long and of the short counted run, and ticks of the press before them.
+const LATE_TICKS: [u16; 2] = [64, 0];
+const PRESS_TICKS: u16 = 100;
+/// Way of the tool a tick, and radius of the probe \[m\].
+const WAY_M: f64 = 1e-4;
+const RADIUS_M: f32 = 0.012;
 const FREE: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 };
 
 #[derive(Serialize)]
@@ -121,6 +132,34 @@ fn check(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
+/// The run that valgrind counts: late ticks behind a press, many or none.
+fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
+    let (true, Some(&ticks)) = (number < LATE.len(), LATE_TICKS.get(length)) else {
+        return Err(Error::input("--late and --length are 0 or 1"));
+    };
+    let model = scene.model()?;
+    let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
+    let (contact, away_m) = match number {
+        0 => (Contact::Cells(scene.contacts.clone()), 0.0),
+        _ => (Contact::Probe { radius_m: RADIUS_M, capacity: 200 }, f64::from(RADIUS_M)),
+    };
+    let touched = scene.contacts.first().copied().unwrap_or_default();
+    let rest = model.rest_position(usize::from(touched)).map(f64::from);
+    let sample = |tick: u16| {
+        let way_m = WAY_M * f64::from(tick) - away_m;
+        let at = |x| (centre_m[x] + unit_m * rest[x] + way_m * scene.direction[x]) as f32;
+        ToolSample { position_m: Vector3::from([0, 1, 2].map(at)), engaged: 1 }
+    };
+    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+    let mut engine = variant.unlimited(model, contact, 4, |settings| settings)?;
+    let contacts = (0..PRESS_TICKS).map(|tick| engine.tick(&sample(tick)).contacts).last();
+    eprintln!("{}: {} cells", LATE[number], contacts.unwrap_or(0));
+    for tick in PRESS_TICKS..PRESS_TICKS + ticks {
+        black_box(engine.tick_again(black_box(&sample(tick)), Some(0)));
+    }
+    Ok(())
+}
+
 /// Instructions of this program with the given arguments, by callgrind.
 fn instructions(arguments: &[&str]) -> Result<f64> {
     let program = std::env::current_exe().map_err(Error::check)?;
@@ -138,6 +177,7 @@ fn instructions(arguments: &[&str]) -> Result<f64> {
 /// The table of instructions; `form` is the argument that names this run's body.
 fn count(model: &Model<'_>, form: &str) -> Result<()> {
     println!("{:<28} {:>16} {:>12}", "loop", "instructions", "a half-link");
+    let mut sweeps = vec![];
     for (number, name) in LOOPS.into_iter().enumerate() {
         let number = number.to_string();
         let long = instructions(&[form, "--loop", &number, "--length", "0"])?;
@@ -147,6 +187,14 @@ fn count(model: &Model<'_>, form: &str) -> Result<()> {
         }
         let sweep = (long - short) / f64::from(COUNTED_TICKS * u32::from(SWEEPS[0] - SWEEPS[1]));
         println!("{name:<28} {sweep:>16.0} {:>12.1}", sweep / (2 * model.links()) as f64);
+        sweeps.push(sweep);
+    }
+    for (number, name) in LATE.into_iter().enumerate() {
+        let number = number.to_string();
+        let long = instructions(&[form, "--late", &number, "--length", "0"])?;
+        let short = instructions(&[form, "--late", &number, "--length", "1"])?;
+        let tick = (long - short) / f64::from(LATE_TICKS[0]);
+        println!("{name:<28} {tick:>16.0}   1/{:.0} of a sweep", sweeps[1] / tick);
     }
     Ok(())
 }
@@ -163,6 +211,9 @@ fn run() -> Result<()> {
     let model = scene.model()?;
     if let (Some(loop_number), Some(length)) = (number("--loop"), number("--length")) {
         return counted_run(&scene, loop_number, length).map(drop);
+    }
+    if let (Some(tool), Some(length)) = (number("--late"), number("--length")) {
+        return late_run(&scene, tool, length);
     }
     check(&scene)?;
     if !has("--json") {

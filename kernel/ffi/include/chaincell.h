@@ -52,7 +52,7 @@
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 256
+#define CHAINCELL_VERSION 512
 
 /**
  * Alignment of a tissue's storage [bytes].
@@ -140,6 +140,16 @@
  * free.
  */
 #define CHAINCELL_FLAG_CONTACT_CAPACITY 128
+
+/**
+ * The sample was late: it was executed without a sweep, and the force is that of an earlier tick.
+ */
+#define CHAINCELL_FLAG_LATE 256
+
+/**
+ * The tool counts as not engaged until it has been released once; set by a process around.
+ */
+#define CHAINCELL_FLAG_RELEASE_FIRST 512
 
 /**
  * What a call came to: 0 when all is well, negative when it was refused.
@@ -733,7 +743,17 @@ typedef struct chaincell_output {
      * What bit during this tick, a sum of `CHAINCELL_FLAG_` numbers.
      */
     uint32_t flags;
+    /**
+     * Sweeps made: 0 where the sample was late, and in the safe state.
+     */
+    uint32_t sweeps;
 } chaincell_output;
+
+/**
+ * Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
+ * other than 0 for a further one.
+ */
+typedef int32_t (*chaincell_more)(uint32_t done, void *context);
 
 #ifdef __cplusplus
 extern "C" {
@@ -976,6 +996,35 @@ chaincell_code chaincell_choose_probe(struct chaincell_tissue *tissue,
 chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
                               const struct chaincell_sample *sample,
                               struct chaincell_output *output);
+
+/**
+ * As `chaincell_tick`, but it ends after the first sweep for which `more` gives 0: at least one
+ * sweep, at most those of the settings. `output->sweeps` says how many. The level is certified
+ * after every one. A null `more` is `chaincell_tick`.
+ *
+ * Under `euler`, `rkl1` and `rkl2` the sweeps are the tissue's time: `more` is not called.
+ *
+ * Safety
+ * As `chaincell_tick`; `more` is null or may be called with `context`, and does not touch the
+ * tissue.
+ */
+chaincell_code chaincell_tick_while(struct chaincell_tissue *tissue,
+                                    const struct chaincell_sample *sample,
+                                    chaincell_more more,
+                                    void *context,
+                                    struct chaincell_output *output);
+
+/**
+ * A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, within its
+ * limits. The answer repeats the last force, with `CHAINCELL_FLAG_LATE`; it is 0 where the tool lets
+ * go. Under `euler`, `rkl1` and `rkl2` this is `chaincell_tick`.
+ *
+ * Safety
+ * As `chaincell_tick`.
+ */
+chaincell_code chaincell_tick_late(struct chaincell_tissue *tissue,
+                                   const struct chaincell_sample *sample,
+                                   struct chaincell_output *output);
 
 /**
  * The state hash: 64 bits over the published positions of all cells, the same on every target.

@@ -34,3 +34,19 @@ fn the_header_is_what_the_sources_say() {
         diff.unified_diff().header("committed", "sources")
     );
 }
+
+/// A C program has one space of names for all it includes.
+#[test]
+fn every_name_is_the_librarys_own() {
+    let header = generated(Path::new(env!("CARGO_MANIFEST_DIR")));
+    let macros = header.lines().filter_map(|line| line.strip_prefix("#define "));
+    let functions =
+        header.lines().filter_map(|line| line.strip_prefix("typedef ")?.split("(*").nth(1));
+    let types = header
+        .lines()
+        .filter_map(|line| line.strip_prefix("} ").filter(|line| line.ends_with(';')));
+    let names: Vec<&str> = macros.chain(functions).chain(types).collect();
+    let is_own = |name: &&&str| name.to_lowercase().starts_with("chaincell_");
+    let foreign: Vec<&&str> = names.iter().filter(|name| !is_own(name)).collect();
+    assert!(names.len() > 30 && foreign.is_empty(), "{foreign:?}");
+}

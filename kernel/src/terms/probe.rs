@@ -28,8 +28,14 @@
 //! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
 //! the energy does rise, all moves are shortened alike.
 //!
+//! **Late ticks.** Without a sweep nothing is let go and nothing is brought back: contacts inside the
+//! sphere are pushed out, those beyond it stay. Other cells are looked for where the centre has come
+//! an eighth of the radius further since the last look, so a tool that dives in takes the surface
+//! along.
+//!
 //! Cost a tick while engaged: one look at each surface cell; the links of the contacts, at most six
-//! times; at most contacts^2 / 2 slots moved where cells enter.
+//! times; at most contacts^2 / 2 slots moved where cells enter. A late tick that does not look costs
+//! the links of the contacts, at most four times.
 
 use super::held::Contact;
 use super::links::number::LinkNumber;
@@ -50,11 +56,13 @@ pub(crate) struct Sphere {
     pub radius: f32,
     /// Cells this near to the surface are on it.
     pub grain: f32,
+    /// Whether cells beyond it stay where they are: in a late tick.
+    pub only_pushes: bool,
 }
 
 impl Sphere {
     pub(crate) fn new(centre: [f32; 3], radius: f32) -> Self {
-        Self { centre, radius, grain: GRAIN * (peak(centre) + radius) }
+        Self { centre, radius, grain: GRAIN * (peak(centre) + radius), only_pushes: false }
     }
 
     /// The way from the centre, and its length less the radius.
@@ -77,14 +85,14 @@ impl Sphere {
         beyond < -self.grain || outward <= 0.0
     }
 
-    /// Where a cell goes; `None` where it is on the sphere.
+    /// Where a cell goes; `None` where it stays, as one on the sphere does.
     pub(crate) fn place(
         &self,
         at: [f32; 3],
         normal: impl FnOnce() -> [f32; 3],
     ) -> Option<[f32; 3]> {
         let (way, beyond) = self.beyond(at);
-        if beyond.abs() <= self.grain {
+        if beyond.abs() <= self.grain || self.only_pushes && beyond > 0.0 {
             return None;
         }
         let distance = sqrt(dot(way, way));
@@ -212,6 +220,14 @@ mod tests {
         for near in [2.0, 2.000_001, 1.999_999] {
             assert_eq!(sphere().place([10.0, -4.0, near], up), None);
         }
+    }
+
+    #[test]
+    fn a_sphere_that_only_pushes_brings_no_cell_back() {
+        let sphere = Sphere { only_pushes: true, ..sphere() };
+        let up = || [0.0, 0.0, 1.0];
+        assert_eq!(sphere.place([10.0, -3.5, 0.0], up), Some([10.0, -2.0, 0.0]));
+        assert_eq!(sphere.place([10.0, -9.0, 0.0], up), None);
     }
 
     #[test]

@@ -16,6 +16,9 @@ use crate::terms::state::States;
 /// Bad samples in a row that the last good one stands in for.
 pub const HELD_TICKS_MAX: u32 = 10;
 
+/// Whether there is time for a further sweep, by the number of those done.
+type More<'a> = &'a mut dyn FnMut(u16) -> bool;
+
 impl<D: Dynamics> TissueMut<'_, D> {
     /// One tick of the network: infallible, with [`Settings::sweeps`](crate::Settings::sweeps)
     /// link passes whatever the input, none in the safe state.
@@ -24,7 +27,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
     /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
     pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.run(network, sample, Some(|_| true))
+        self.run(network, sample, Some(&mut |_| true))
     }
 
     /// As [`Self::tick`], but it ends after the first sweep for which `more` says no: `more` is
@@ -38,15 +41,19 @@ impl<D: Dynamics> TissueMut<'_, D> {
         &mut self,
         network: &Network<'_>,
         sample: &ToolSample,
-        more: impl FnMut(u16) -> bool,
+        mut more: impl FnMut(u16) -> bool,
     ) -> TickOutput {
-        self.run(network, sample, Some(more))
+        self.run(network, sample, Some(&mut more))
     }
 
     /// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, by the
     /// step limit and the energy limit as ever, and the level is charged. The answer repeats the
     /// force of the last tick with [`Flags::LATE`], 0 where the tool lets go. Bands stay as they
-    /// are until a tick with a sweep.
+    /// are until a tick with a sweep. A probe pushes out what it touches and lets go of nothing; it
+    /// looks for further cells where it has come an eighth of its radius further since it last did.
+    ///
+    /// Cost: the links of the contact cells, at most four times; for a probe that looks, one look at
+    /// each surface cell besides.
     ///
     /// A scheme that is not [`Dynamics::IS_ANYTIME`] makes all its sweeps. Where the level is not
     /// known (positions were set, or bands changed) there is one sweep.
@@ -57,7 +64,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if self.head.level.is_forgotten() {
             return self.tick_while(network, sample, |_| false);
         }
-        self.run(network, sample, None::<fn(u16) -> bool>)
+        self.run(network, sample, None)
     }
 
     /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
@@ -75,13 +82,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// A tick with sweeps while `more` says so, or without any.
-    #[inline(always)]
-    fn run<M: FnMut(u16) -> bool>(
+    /// A tick with sweeps while `more` says so, or without any. One function for all of them, so
+    /// that a firmware that uses several has the code of one.
+    fn run(
         &mut self,
         network: &Network<'_>,
         sample: &ToolSample,
-        more: Option<M>,
+        more: Option<More<'_>>,
     ) -> TickOutput {
         let mut flags = Flags::default();
         let cells = network.model().cells();
@@ -122,15 +129,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            Some(radius) => tick.touch(&sample, radius),
+            Some(radius) => tick.touch(&sample, radius, more.is_none()),
             None => tick.follow(&sample),
         }
-        let Some(more) = more else { return tick.late_output() };
+        let Some(more) = more else { return tick.output(true) };
         tick.unload();
         tick.sweep(more);
         tick.book();
         tick.settle();
-        tick.output()
+        tick.output(false)
     }
 
     fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
@@ -208,7 +215,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     }
 
     /// The bounded number of link passes.
-    fn sweep(&mut self, mut more: impl FnMut(u16) -> bool) {
+    fn sweep(&mut self, more: More<'_>) {
         let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let held = if current.is_none() { contacts } else { &[] };

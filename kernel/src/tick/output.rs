@@ -24,44 +24,31 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         model.stiffness_n_per_m() * weight
     }
 
-    /// Force and energy of the state after the last update.
-    pub(super) fn output(mut self) -> TickOutput {
-        let model = self.network.model();
+    /// Force and energy of the state after the last update. A late tick repeats the force of the
+    /// last one, while the tool still holds on, with the energy of the state now.
+    pub(super) fn output(mut self, is_late: bool) -> TickOutput {
+        let (model, settings) = (self.network.model(), self.network.settings());
+        if is_late {
+            self.flags.insert(Flags::LATE);
+            if self.head.closed {
+                self.flags.insert(Flags::BAND_CLOSED);
+            }
+        }
         let mut force_n = [0.0; 3];
         if self.head.engaged {
-            let force = held::force(self.terms(), self.state, self.contacts);
-            force_n = self.within_limit(scale(model.force_unit_n(), force));
+            force_n = if is_late {
+                self.head.force_n
+            } else {
+                scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))
+            };
+            // Also of a repeated force: the limit may have changed.
+            let magnitude = sqrt(dot(force_n, force_n));
+            if magnitude > settings.max_force_n {
+                force_n = scale(settings.max_force_n / magnitude, force_n);
+                self.flags.insert(Flags::FORCE_CLAMPED);
+            }
         }
         self.head.force_n = force_n;
-        self.answer(force_n)
-    }
-
-    /// The force of the last tick, while the tool still holds on, with the energy of the state now.
-    pub(super) fn late_output(mut self) -> TickOutput {
-        self.flags.insert(Flags::LATE);
-        if self.head.closed {
-            self.flags.insert(Flags::BAND_CLOSED);
-        }
-        if !self.head.engaged {
-            self.head.force_n = [0.0; 3];
-        }
-        // The limit may have changed since.
-        let force_n = self.within_limit(self.head.force_n);
-        self.answer(force_n)
-    }
-
-    fn within_limit(&mut self, force_n: [f32; 3]) -> [f32; 3] {
-        let most_n = self.network.settings().max_force_n;
-        let magnitude = sqrt(dot(force_n, force_n));
-        if magnitude > most_n {
-            self.flags.insert(Flags::FORCE_CLAMPED);
-            return scale(most_n / magnitude, force_n);
-        }
-        force_n
-    }
-
-    fn answer(&self, force_n: [f32; 3]) -> TickOutput {
-        let model = self.network.model();
         TickOutput {
             force_n: force_n.into(),
             energy_j: self.head.level.published() * model.energy_unit_j(),

@@ -3,23 +3,30 @@
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
 use crate::number::Number;
-use crate::number::cell::{Cell, add, from_single, output, scale, single, sub};
+use crate::number::cell::{Cell, add, dot, from_single, output, scale, single, sub};
+use crate::number::sqrt::sqrt;
 use crate::solver::Dynamics;
 use crate::terms::held;
 use crate::terms::probe::{Contacts, Sphere, normal, residual, spread};
 
 /// Largest coordinate of a centre [mean link lengths], so that its square stays finite.
 const CENTRE_MAX: f32 = 2.0e6;
+/// Share of the radius that the sphere goes in late ticks before it looks for cells again.
+const LOOK: f32 = 0.125;
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// The sphere follows the tool and pushes cells out.
-    pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32) {
+    pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32, is_late: bool) {
         let model = self.network.model();
+        let from = self.head.applied;
         self.head.applied = self.step_towards(sample);
+        let way = sub(self.head.applied, from);
+        self.head.unseen += sqrt(dot(way, way));
         let unit = model.unit_m();
         let start = sub(self.head.tool_origin_m, model.centre_m())
             .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
         let sphere = Sphere::new(add(start, self.head.applied), radius);
+        let sphere = Sphere { only_pushes: is_late, ..sphere };
         let touched = self.head.chosen > 0;
         let changed = self.renew(&sphere);
         if !touched && self.head.chosen > 0 {
@@ -35,7 +42,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
     }
 
-    /// Finds the contacts of this tick; whether they are others than in the last one.
+    /// Finds the contacts of this tick; whether they are others than in the last one. A late tick
+    /// lets go of none, and seldom looks for further ones.
     fn renew(&mut self, sphere: &Sphere) -> bool {
         let (terms, state) = (self.terms(), &*self.state);
         let model = terms.model;
@@ -47,11 +55,18 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
-        contacts.retain(|cell| {
-            let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
-            at(cell).is_some_and(|at| sphere.keeps(at, residual(terms, state, cell), mobility))
-        });
-        for &id in model.surface {
+        if !sphere.only_pushes {
+            contacts.retain(|cell| {
+                let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
+                at(cell).is_some_and(|at| sphere.keeps(at, residual(terms, state, cell), mobility))
+            });
+        }
+        let is_looking = !sphere.only_pushes || self.head.unseen >= LOOK * sphere.radius;
+        let surface = if is_looking { model.surface } else { &[] };
+        if is_looking {
+            self.head.unseen = 0.0;
+        }
+        for &id in surface {
             let cell = usize::from(id);
             let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
             if is_free && at(cell).is_some_and(|at| sphere.is_inside(at)) {

@@ -34,6 +34,8 @@ pub struct Head<D> {
     /// Number of basis functions left out for the probe's contacts; `None` where that cannot be
     /// done.
     pub(crate) deflated: Option<u16>,
+    /// Way of the probe since it last looked for cells [mean link lengths].
+    pub(crate) unseen: f32,
     /// Where the probe touched first, relative to where it was engaged [mean link lengths].
     pub(crate) touched_at: [f32; 3],
     /// Whether the tool holds them.
@@ -69,6 +71,7 @@ impl<D: Dynamics> Head<D> {
         chosen: 0,
         probe: None,
         deflated: None,
+        unseen: 0.0,
         touched_at: [0.0; 3],
         engaged: false,
         tool_origin_m: [0.0; 3],

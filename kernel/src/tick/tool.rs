@@ -41,6 +41,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             if engaged != self.head.engaged {
                 self.head.deflated = Some(0);
                 self.head.chosen = 0;
+                // The first tick looks, late or not.
+                self.head.unseen = f32::INFINITY;
             }
         } else if engaged && !self.head.engaged {
             let model = self.network.model();

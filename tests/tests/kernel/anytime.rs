@@ -1,8 +1,8 @@
 //! Ticks that end after any sweep, and late ones without a sweep.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::engine::{Arithmetic, Scheme};
-use chaincell_kernel::{Flags, Unloading};
+use chaincell_host::engine::{Arithmetic, Contact, Scheme};
+use chaincell_kernel::{Flags, Model, Settings, Unloading};
 use chaincell_lab::bodies::Variant;
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{case, holds, sample};
@@ -58,6 +58,45 @@ proptest! {
         holds(&monitor)?;
     }
 
+    /// The same with a probe: a late tick carries what it touches, wherever it jumps to, and leaves
+    /// fixed cells alone.
+    #[test]
+    fn the_certificate_holds_under_a_probe(
+        case in case(false), ticks in ticks(), scheme in any_time(), radius_m in 0.001_f32..0.15,
+        capacity in 1_usize..40, teleports in any::<bool>(),
+        unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat]),
+    ) {
+        let mut case = case;
+        let nodes = case.shape.mesh.nodes_m.len() as u32;
+        case.shape.mesh.triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
+        let image = case.image();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let engine = || {
+            let contact = Contact::Probe { radius_m, capacity };
+            case.engine_with(model, Variant::plain(scheme, Arithmetic::F32), contact, |settings| Settings {
+                unloading,
+                max_tool_step_m: if teleports { 100.0 } else { settings.max_tool_step_m },
+                ..settings
+            })
+        };
+        let [mut engine, mut again] = [engine().unwrap(), engine().unwrap()];
+        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        let rest = engine.positions_m();
+        for (way_m, engaged, sweeps) in ticks {
+            let tool = sample(way_m, engaged);
+            let output = monitor.tick_again(&mut engine, &tool, sweeps);
+            prop_assert!(output.contacts as usize <= capacity && (engaged == 1 || output.contacts == 0));
+            prop_assert_eq!(output.flags.contains(Flags::LATE), output.sweeps == 0);
+            prop_assert_eq!(again.tick_again(&tool, Some(output.sweeps)), output);
+            prop_assert_eq!(again.state_hash(), engine.state_hash());
+            let now = engine.positions_m();
+            for &cell in model.fixed() {
+                prop_assert_eq!(now[usize::from(cell)], rest[usize::from(cell)]);
+            }
+        }
+        holds(&monitor)?;
+    }
+
     /// Sweeps of a scheme that goes by time are not left out.
     #[test]
     fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl1, Scheme::Rkl2])) {
@@ -77,8 +116,6 @@ proptest! {
 #[test]
 fn a_tick_behind_late_ones_is_where_the_tool_is() {
     use chaincell_host::bake::BakeOptions;
-    use chaincell_host::engine::Contact;
-    use chaincell_kernel::Model;
     use chaincell_lab::bodies::Shape;
     let shape = Shape::generated("box:7x6x4x0.008").unwrap();
     let image = shape.bake(&BakeOptions::default()).unwrap();

@@ -4,7 +4,7 @@
 CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(8, 1, 0)];
 
 static_assert(sizeof(chaincell_sample) == 16, "a sample is four words");
-static_assert(sizeof(chaincell_output) == 32, "an output is eight words");
+static_assert(sizeof(chaincell_output) == 36, "an output is nine words");
 static_assert(sizeof(chaincell_code) == 4, "codes are 32 bits wide");
 
 extern "C" bool usable()

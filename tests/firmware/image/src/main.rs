@@ -1,8 +1,9 @@
 //! A body in a microcontroller: the kernel in a control loop at 1 kHz, checked and measured.
 //!
 //! The position interrupt hands samples to the loop through the kernel's queue. The image plays
-//! its scene, then ticks from the worst state and at rest, and says on the debugger's channel, one
-//! `name value` a line, what `tests/firmware/runner` compares and holds against its budgets.
+//! its scene, then ticks from the worst state, against the clock and at rest, and says on the
+//! debugger's channel, one `name value` a line, what `tests/firmware/runner` compares and holds
+//! against its budgets.
 #![no_std]
 #![no_main]
 
@@ -14,6 +15,7 @@ mod canary;
 #[cfg(feature = "checks")]
 mod checks;
 mod console;
+mod deadline;
 mod feed;
 mod measure;
 mod memory;
@@ -30,6 +32,7 @@ fn run() -> ! {
     let done = memory::take().and_then(|mut tissue| {
         measure::play(&mut tissue)?;
         measure::worst(&mut tissue)?;
+        deadline::meet(&mut tissue)?;
         measure::rest(&mut tissue)?;
         console::number("stack_bytes", stack::deepest());
         #[cfg(feature = "checks")]

@@ -1,6 +1,6 @@
 //! Ticks of the scene, from the worst state and at rest, counted in instructions.
 
-use chaincell_kernel::{Model, Network, TissueMut, ToolSample};
+use chaincell_kernel::{Model, Network, TickOutput, TissueMut, ToolSample};
 use chaincell_scenes::Run;
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ use crate::{board, console, feed};
 
 /// Sweeps of the two ticks whose difference gives the cost of a sweep.
 const FEW: u16 = 1;
-const MANY: u16 = 5;
+pub const MANY: u16 = 5;
 /// Worst ticks in a row, so that momentum and the guard's decisions are met too.
 const WORST_TICKS: u32 = 3;
 /// Ticks at rest: the look for sleepers comes every 16th.
@@ -60,23 +60,23 @@ pub fn play(tissue: &mut Tissue) -> Option<()> {
 }
 
 /// Instructions of one tick, interrupts off.
-fn count(tissue: &mut Tissue, network: &Network<'_>, sample: &ToolSample) -> u32 {
+pub fn count(tick: impl FnOnce() -> TickOutput) -> u32 {
     critical_section::with(|_| {
         let before = board::instructions();
-        let output = tissue.tick(network, sample);
+        let output = tick();
         let after = board::instructions();
         board::apply(output.force_n.into());
         after.wrapping_sub(before)
     })
 }
 
-fn network(sweeps: u16) -> Option<Network<'static>> {
+pub fn network(sweeps: u16) -> Option<Network<'static>> {
     let model = Model::from_bytes(SCENE.image).ok()?;
     Network::new(model, settings(&model, sweeps)).ok()
 }
 
 /// The tool in slow motion: every tick moves the cells it holds.
-fn moving(tick: u32) -> ToolSample {
+pub fn moving(tick: u32) -> ToolSample {
     let way_m = 0.01 * SCENE.reach_m * tick as f32;
     ToolSample { position_m: Vector3::new(way_m, 0.0, way_m), engaged: 1 }
 }
@@ -87,7 +87,7 @@ fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)>
     put(tissue, state, &network)?;
     let mut counts = [0; WORST_TICKS as usize];
     for (tick, slot) in (0..).zip(&mut counts) {
-        *slot = count(tissue, &network, &moving(tick));
+        *slot = count(|| tissue.tick(&network, &moving(tick)));
     }
     Some((counts.iter().copied().max()?, *counts.first()?))
 }
@@ -122,7 +122,7 @@ fn deep(tissue: &mut Tissue, state: &[u8]) -> Option<()> {
     Some(())
 }
 
-fn put(tissue: &mut Tissue, state: &[u8], network: &Network<'_>) -> Option<()> {
+pub fn put(tissue: &mut Tissue, state: &[u8], network: &Network<'_>) -> Option<()> {
     tissue.set_positions(network, bytemuck::try_cast_slice(state).ok()?).ok()?;
     tissue.forbid_sleep(network.model());
     Some(())
@@ -134,8 +134,8 @@ pub fn rest(tissue: &mut Tissue) -> Option<()> {
     tissue.reset(&network).ok()?;
     let before = tissue.state_hash(network.model());
     let away = ToolSample { position_m: Vector3::zeros(), engaged: 0 };
-    console::number("instructions_of_first_tick", count(tissue, &network, &away));
-    let counts = (0..REST_TICKS).map(|_| count(tissue, &network, &away));
+    console::number("instructions_of_first_tick", count(|| tissue.tick(&network, &away)));
+    let counts = (0..REST_TICKS).map(|_| count(|| tissue.tick(&network, &away)));
     console::number("instructions_per_tick_rest", counts.max()?);
     let moved = tissue.state_hash(network.model()) != before;
     console::number("moved_at_rest", u32::from(moved));

@@ -1,13 +1,13 @@
 //! What is measured of an image, as JSON and as a table.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use chaincell_kernel::Choice;
 use chaincell_scenes::Tier;
 use serde::Serialize;
 
 use crate::case::Ready;
 use crate::emulate::Said;
-use crate::host::Answer;
+use crate::host::{self, Answer};
 use crate::image::Image;
 use crate::target::Target;
 
@@ -36,6 +36,12 @@ pub struct Figures {
     pub instructions_per_sweep_worst: u64,
     pub instructions_per_tick_rest: u64,
     pub instructions_one_sweep_tick_worst: u64,
+    /// Of a tick without a sweep, the tool moving.
+    pub instructions_of_late_tick: u64,
+    /// Sweeps of a tick that ended when half the instructions of a whole one were used up.
+    pub sweeps_in_budget: u64,
+    /// Sweeps of that whole one.
+    pub sweeps_at_most: u64,
     /// An estimate, not a measurement: see [`estimate`]. Cortex-M7 only.
     pub cycles_per_tick_worst_estimate: Option<u64>,
     pub flash_bytes: u64,
@@ -85,6 +91,9 @@ impl Figures {
             instructions_per_sweep_worst: said.number("instructions_per_sweep_worst")?,
             instructions_per_tick_rest: said.number("instructions_per_tick_rest")?,
             instructions_one_sweep_tick_worst: said.number("instructions_of_one_sweep_tick")?,
+            instructions_of_late_tick: said.number("instructions_of_late_tick")?,
+            sweeps_in_budget: said.number("sweeps_in_budget")?,
+            sweeps_at_most: said.number("sweeps_at_most")?,
             cycles_per_tick_worst_estimate: estimate(target, worst, links, sweeps),
             flash_bytes: image.flash_bytes,
             ram_bytes: image.ram_bytes,
@@ -103,7 +112,20 @@ impl Figures {
         );
         ensure!(said.number("moved_at_rest")? == 0, "{name}: an untouched body moved");
         ensure!(image.allocators.is_empty(), "{name}: allocates: {:?}", image.allocators);
+        figures.hold_budget(ready, tier, said.bits("hash_in_budget")?).context(name)?;
         Ok(figures)
+    }
+
+    /// The tick against the clock: ended by it where the scheme can end after any sweep, and the
+    /// bits of this machine for the sweeps that it made.
+    fn hold_budget(&self, ready: &Ready, tier: Tier, hash: u64) -> Result<()> {
+        let (made, at_most) = (self.sweeps_in_budget, self.sweeps_at_most);
+        let is_ended = matches!(self.scheme, "track" | "gauss-seidel");
+        let is_right = if is_ended { (1..at_most).contains(&made) } else { made == at_most };
+        ensure!(is_right, "{made} of {at_most} sweeps in half the instructions of all");
+        let own = host::again(ready, tier, at_most.try_into()?, made.try_into()?)?;
+        ensure!(own == hash, "after {made} sweeps: {hash:016x}, on this machine {own:016x}");
+        Ok(())
     }
 
     /// Head of the table.

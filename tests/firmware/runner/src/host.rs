@@ -1,17 +1,21 @@
 //! The same scene on this machine.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use chaincell_kernel::Cell;
 use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Rkl1, Rkl2, TermState, TermStates, TissueMut, Track,
+    Dynamics, Euler, GaussSeidel, Head, Model, Network, Rkl1, Rkl2, Settings, TermState,
+    TermStates, TissueMut, ToolSample, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
 
 use crate::case::Ready;
+
+/// Scale of the rest shape that an image's worst state of long links has, by its `build.rs`.
+const WORST_SCALE: f32 = 1.5;
 
 /// State hash after the last tick, and digest of all ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +52,41 @@ impl Act for Play {
         let mut state_hash = 0;
         run.play(self.0, |_, hash| state_hash = hash);
         Ok(Answer { state_hash, digest: run.digest() })
+    }
+}
+
+/// State hash after a tick from the worst state that ended after so many `sweeps`: links half too
+/// long, the tool taking hold.
+pub fn again(ready: &Ready, tier: Tier, at_most: u16, sweeps: u16) -> Result<u64> {
+    stage(ready, tier, Again { at_most, sweeps })?
+}
+
+/// One tick anew.
+struct Again {
+    at_most: u16,
+    sweeps: u16,
+}
+
+impl Act for Again {
+    type Output = Result<u64>;
+
+    fn act<D: Dynamics>(self, scene: &'static Scene, mut tissue: TissueMut<'_, D>) -> Result<u64> {
+        let Self { at_most, sweeps } = self;
+        let model = Model::from_bytes(scene.image)?;
+        let tick_time = D::tick_time(&model, at_most);
+        let settings = Settings { sweeps: at_most, tick_time, ..(scene.settings)(&model) };
+        let network = Network::new(model, settings)?;
+        let held = scene.held.iter().map(|&id| model.cell_of_input(id).context("no such cell"));
+        let mut held = held.collect::<Result<Vec<u16>>>()?;
+        held.sort_unstable();
+        tissue.reset(&network)?;
+        tissue.choose_contacts(&network, &held)?;
+        let rest = (0..model.cells()).map(|cell| model.rest_position(cell));
+        let state: Vec<[f32; 3]> = rest.map(|at| at.map(|x| x * WORST_SCALE)).collect();
+        tissue.set_positions(&network, &state)?;
+        let sample = ToolSample { position_m: [0.0; 3].into(), engaged: 1 };
+        tissue.tick_again(&network, &sample, Some(sweeps));
+        Ok(tissue.state_hash(&model))
     }
 }
 

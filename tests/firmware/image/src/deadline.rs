@@ -1,0 +1,23 @@
+//! Ticks that end in time, by the cycle counter: as many sweeps as fit, and none for a late sample.
+
+use crate::measure::{MANY, Tissue, count, moving, network, put};
+use crate::scene::LONG;
+use crate::{board, console};
+
+/// Half the time of a whole tick from the worst state, interrupts on; then a late sample.
+pub fn meet(tissue: &mut Tissue) -> Option<()> {
+    let network = network(MANY)?;
+    put(tissue, LONG, &network)?;
+    let budget = count(|| tissue.tick(&network, &moving(0))) / 2;
+    put(tissue, LONG, &network)?;
+    let start = board::instructions();
+    let is_time_left = |_| board::instructions().wrapping_sub(start) < budget;
+    let output = tissue.tick_while(&network, &moving(0), is_time_left);
+    board::apply(output.force_n.into());
+    console::number("sweeps_at_most", MANY.into());
+    console::number("sweeps_in_budget", output.sweeps.into());
+    console::bits("hash_in_budget", tissue.state_hash(network.model()));
+    let late = count(|| tissue.tick_late(&network, &moving(1)));
+    console::number("instructions_of_late_tick", late);
+    Some(())
+}
