@@ -160,7 +160,7 @@ pub fn execute(args: &Args) -> Result<()> {
             counted(report.ticks_sent, "pose")
         )))
     } else {
-        verdict.check()
+        verdict.check(!args.json)
     };
     args.common.after_report(outcome)
 }
@@ -171,6 +171,7 @@ fn counts(report: &ControlReport) -> Counts {
     Counts {
         answers,
         late: report.missed_deadlines,
+        unanswered: report.ticks_unanswered,
         floor_share: report.missed_sent_late as f64 / answers.max(1) as f64,
         ..Counts::default()
     }

@@ -27,7 +27,7 @@ use crate::interrupt;
 use crate::session::loops::inject::Injected;
 use crate::session::loops::peers::PeerCost;
 use crate::session::loops::record::Recorder;
-use crate::session::loops::serve::{Ending, SweepCounts};
+use crate::session::loops::serve::{Ending, SweepBudget, SweepCounts};
 use crate::session::timing::clock::PERIOD_NS;
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
@@ -148,7 +148,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let summary = summary(args, &tissue, session, replay_state_hash);
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
-    judge(&summary)
+    judge(args, &summary)
 }
 
 /// State hash after the poses as received, played once more without shared memory.
@@ -189,6 +189,9 @@ fn summary(
         sweeps: Some(reports.serve.sweeps),
         sweeps_max: args.tissue.sweeps.into(),
         overloads: reports.serve.overloads,
+        unanswered: reports.control.ticks_unanswered,
+        is_fixed: reports.serve.budget_us == SweepBudget::Off.to_string(),
+        is_anytime: args.tissue.dynamics.is_anytime(),
     });
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =
@@ -274,7 +277,7 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
     summary.verdict.tell()
 }
 
-fn judge(summary: &CosimSummary) -> Result<()> {
+fn judge(args: &Args, summary: &CosimSummary) -> Result<()> {
     if summary.state_hash != summary.replay_state_hash {
         Err(Error::check(format!(
             "the replay gave state hash {}, the session {}",
@@ -290,7 +293,7 @@ fn judge(summary: &CosimSummary) -> Result<()> {
             counted(summary.ticks_sent, "tick")
         )))
     } else {
-        summary.verdict.check()
+        summary.verdict.check(!args.json)
     }
 }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use chaincell_kernel::ToolSample;
 use chaincell_kernel::trace::Record;
+use chaincell_kernel::{Choice, ToolSample};
 use serde::Serialize;
 
 use super::model_file;
@@ -93,6 +93,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = path::read(&args.path, rules)?;
     check_snapshots(&args.snapshot_ticks, &poses)?;
     let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
+    check_sweeps(args, &tissue, &poses)?;
     if let Some(trace) = &args.trace
         && (args.out.exists() || folder_of(trace).exists())
     {
@@ -156,6 +157,25 @@ pub fn execute(args: &Args) -> Result<()> {
 /// Whether both are the same file.
 fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
+}
+
+/// A path may ask for the sweeps of a tick where a tick may end after any, up to `--sweeps`.
+fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result<()> {
+    let most = poses.iter().flatten().filter_map(|pose| pose.sweeps).max();
+    let path = args.path.display();
+    match most {
+        Some(_) if !tissue.is_anytime() => Err(Error::input(format!(
+            "{path}: it has the column sweeps, but under --dynamics {} the sweeps are the tissue's \
+             time, and their number is fixed; leave the column out, or take --dynamics track",
+            args.tissue.dynamics.name()
+        ))),
+        Some(most) if most > args.tissue.sweeps => Err(Error::input(format!(
+            "{path}: a tick of {most} sweeps, --sweeps {} is the most that a tick makes; pass \
+             --sweeps {most}",
+            args.tissue.sweeps
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn check_snapshots(ticks: &[u64], poses: &[Vec<Pose>]) -> Result<()> {

@@ -23,7 +23,9 @@ use crate::files::recording::{self, Recording, TraceFile};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::Recorder;
-use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
+use crate::session::loops::serve::{
+    Ending, POSE_HZ, ServeOptions, ServeReport, Server, SweepBudget,
+};
 use crate::terminal;
 use crate::words::counted;
 
@@ -179,7 +181,11 @@ pub fn execute(args: &Args) -> Result<()> {
     print(args, &report, &verdict)?;
     finished?;
     let interrupted = report.ended_by == Ending::Interrupt;
-    args.common.after_report(if interrupted { Err(Error::Interrupted) } else { verdict.check() })
+    args.common.after_report(if interrupted {
+        Err(Error::Interrupted)
+    } else {
+        verdict.check(!args.json)
+    })
 }
 
 /// Faults in the tissue, where they are asked for.
@@ -199,10 +205,14 @@ fn counts(args: &Args, report: &ServeReport) -> Counts {
     Counts {
         answers: report.ticks_executed,
         late: report.flag_ticks.of(Flags::LATE),
-        floor_share: 0.0,
+        // Poses that came at once behind a silence: somebody stood still, not the tissue.
+        floor_share: report.ticks_late_behind_gaps as f64 / report.ticks_executed.max(1) as f64,
         sweeps: Some(report.sweeps),
         sweeps_max: args.tissue.sweeps.into(),
         overloads: report.overloads,
+        is_fixed: report.budget_us == SweepBudget::Off.to_string(),
+        is_anytime: args.tissue.dynamics.is_anytime(),
+        ..Counts::default()
     }
 }
 
@@ -267,7 +277,7 @@ fn print(args: &Args, report: &ServeReport, verdict: &Verdict) -> Result<()> {
     }
     tell_refused(&report.refused);
     terminal::say(format_args!(
-        "{} answered, {} late, {} repeated, {} refused, {} too fast, {} missing, watchdog fired {}",
+        "{} answered, {} without a sweep, {} repeated, {} refused, {} too fast, {} missing, watchdog fired {}",
         counted(report.ticks_executed, "tick"),
         report.ticks_late,
         report.poses_repeated,

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::session::loops::serve::SweepCounts;
 use crate::terminal;
+use crate::words::counted;
 
 /// Share of late answers that a session may have beyond those of the machine itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +49,7 @@ impl fmt::Display for LateShare {
 pub struct VerdictArgs {
     /// Exit code 1 where more answers are late than this, beyond those that the machine itself
     /// makes late; `off` for never
-    #[arg(long, value_name = "SHARE", default_value = "1%", allow_hyphen_values = true)]
+    #[arg(long, value_name = "PERCENT%|off", default_value = "1%", allow_hyphen_values = true)]
     late_share: LateShare,
 }
 
@@ -67,7 +68,8 @@ impl VerdictArgs {
             LateShare::AtMost(allowed) => Some(allowed),
         };
         let beyond = late_share - floor_share;
-        let is_held = counts.overloads == 0 && beyond <= allowed.unwrap_or(DEFAULT_SHARE);
+        let all = counts.overloads == 0 && counts.unanswered == 0;
+        let is_held = all && beyond <= allowed.unwrap_or(DEFAULT_SHARE);
         let Counts { sweeps, .. } = counts;
         Verdict {
             is_held,
@@ -88,6 +90,8 @@ const DEFAULT_SHARE: f64 = 0.01;
 pub struct Counts {
     /// Answers.
     pub answers: u64,
+    /// Poses without an answer.
+    pub unanswered: u64,
     /// Of these, the late ones.
     pub late: u64,
     /// Share of late answers that the machine makes by itself.
@@ -98,6 +102,10 @@ pub struct Counts {
     pub sweeps_max: u64,
     /// Times that the force fell to 0 since the tissue could not keep up.
     pub overloads: u64,
+    /// Whether every tick makes all its sweeps.
+    pub is_fixed: bool,
+    /// Whether it could do with fewer.
+    pub is_anytime: bool,
 }
 
 /// The verdict, for summaries and the last line.
@@ -117,13 +125,22 @@ pub struct Verdict {
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let held = if self.is_held { "1 kHz held" } else { "1 kHz NOT held" };
+        let held = match self.is_held {
+            true if self.floor_share > DEFAULT_SHARE => {
+                "1 kHz held by the tissue, not by the machine"
+            }
+            true => "1 kHz held",
+            false => "1 kHz NOT held",
+        };
         write!(
             f,
             "{held}: {:.2} % of the answers late, {:.2} % by the machine itself",
             100.0 * self.late_share,
             100.0 * self.floor_share
         )?;
+        if self.counts.unanswered > 0 {
+            write!(f, ", {} without an answer", counted(self.counts.unanswered, "pose"))?;
+        }
         if let Some(SweepCounts { p1, p50, .. }) = self.sweeps {
             write!(f, "; sweeps p1 {p1}, p50 {p50}")?;
         }
@@ -137,16 +154,34 @@ impl fmt::Display for Verdict {
 impl Verdict {
     /// What to change.
     fn remedy(&self) -> Option<&'static str> {
-        let Counts { sweeps_max, overloads, .. } = self.counts;
-        if overloads > 0 {
-            return Some(
-                "sweep longer than a pose period, so the force fell to 0: bake fewer cells with \
-                 `bake --cells N`, or take a faster core",
-            );
+        let Counts { sweeps_max, overloads, is_fixed, is_anytime, .. } = self.counts;
+        match (overloads > 0, is_fixed, is_anytime) {
+            (true, true, true) => {
+                return Some(
+                    "all sweeps of a tick together longer than a pose period let the force fall to \
+                     0: take --budget-us auto, or fewer --sweeps",
+                );
+            }
+            (true, true, false) => {
+                return Some(
+                    "all sweeps of a tick together longer than a pose period let the force fall to \
+                     0: take fewer --sweeps, --dynamics track, or fewer cells with `bake --cells N`",
+                );
+            }
+            (true, false, _) => {
+                return Some(
+                    "a sweep longer than a pose period let the force fall to 0: bake fewer cells \
+                     with `bake --cells N`, or take a faster core",
+                );
+            }
+            _ => {}
         }
         if self.is_held {
             let few = self.sweeps.is_some_and(|sweeps| sweeps.p50 < sweeps_max);
             return few.then_some("for more of them a smaller model or a faster core");
+        }
+        if self.counts.unanswered > 0 && self.late_share - self.floor_share <= DEFAULT_SHARE {
+            return None;
         }
         if self.floor_share > self.late_share / 2.0 {
             return Some("the machine itself is late: give each process a free core");
@@ -159,12 +194,16 @@ impl Verdict {
         terminal::say(format_args!("  {:<18}{self}", "verdict"))
     }
 
-    /// The exit code.
+    /// The exit code; `is_told` where the line was printed.
     ///
     /// # Errors
     /// More late answers than the user allows, or an overload.
-    pub fn check(&self) -> Result<()> {
-        if self.fails { Err(Error::check(self)) } else { Ok(()) }
+    pub fn check(&self, is_told: bool) -> Result<()> {
+        match (self.fails, is_told) {
+            (false, _) => Ok(()),
+            (true, true) => Err(Error::Reported(1)),
+            (true, false) => Err(Error::check(self)),
+        }
     }
 }
 
@@ -174,17 +213,24 @@ mod tests {
 
     fn verdict(share: &str, late: u64, overloads: u64) -> Verdict {
         let sweeps = Some(SweepCounts { p1: 1, p50: 4, max: 4 });
-        let counts =
-            Counts { answers: 1000, late, floor_share: 0.02, sweeps, sweeps_max: 4, overloads };
+        let counts = Counts {
+            answers: 1000,
+            late,
+            floor_share: 0.02,
+            sweeps,
+            sweeps_max: 4,
+            overloads,
+            ..Counts::default()
+        };
         VerdictArgs { late_share: share.parse().unwrap() }.judge(counts)
     }
 
     #[test]
     fn late_answers_count_beyond_the_machines_own() {
-        assert!(verdict("1%", 30, 0).check().is_ok());
-        assert!(verdict("1%", 31, 0).check().is_err());
-        assert!(verdict("off", 900, 0).check().is_ok() && !verdict("off", 900, 0).is_held);
-        assert!(verdict("50%", 0, 1).check().is_err(), "an overload fails");
+        assert!(verdict("1%", 30, 0).check(false).is_ok());
+        assert!(verdict("1%", 31, 0).check(true).is_err());
+        assert!(verdict("off", 900, 0).check(false).is_ok() && !verdict("off", 900, 0).is_held);
+        assert!(verdict("50%", 0, 1).check(true).is_err(), "an overload fails");
         assert!(
             verdict("1%", 31, 0).to_string().starts_with("1 kHz NOT held: 3.10 % of the answers")
         );

@@ -78,6 +78,10 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
                     row.escape_debug().take(60).collect::<String>()
                 )));
             }
+        } else if row.starts_with(HEADER) && row != header {
+            return Err(Error::input(format!(
+                "{name}:{line}: the header stands again as `{row}`; the first one is `{header}`"
+            )));
         } else if row == header && rules == Rules::Recorded {
             sequences.push(std::mem::take(&mut poses));
         } else if line > ROWS_MAX {

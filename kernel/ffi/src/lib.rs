@@ -73,7 +73,7 @@ pub use tick::{
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0100;
+pub const VERSION: u32 = 0x0200;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

@@ -140,7 +140,8 @@ fn a_control_that_was_killed_is_followed_by_another() {
 fn readers_that_join_and_leave_cost_no_answer() {
     let _turn = turn();
     let place = Place::new("readers");
-    let serve = place.serve(&["--ticks", "2000", "--json"]);
+    // With a hash in every answer.
+    let serve = place.serve(&["--ticks", "2000", "--json", "--budget-us", "off"]);
     let always = Outsider::join(&place.scene, false);
     let control = Running::chaincell(control_args(&place, &["--seconds", "2"]));
     let mut ticks = Vec::new();

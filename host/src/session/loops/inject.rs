@@ -176,9 +176,10 @@ impl Faults {
 }
 
 fn periods(kind: &str, text: &str) -> Result<f64, String> {
-    let periods = text.parse().ok().filter(|periods| (0.0..=SWEEP_PERIODS_MAX).contains(periods));
+    let periods =
+        text.parse().ok().filter(|&periods| periods > 0.0 && periods <= SWEEP_PERIODS_MAX);
     periods.ok_or_else(|| {
-        format!("{kind}:{text}: give 0 to {SWEEP_PERIODS_MAX} pose periods, as in {kind}:0.8")
+        format!("{kind}:{text}: give more than 0 and at most {SWEEP_PERIODS_MAX} pose periods, as in {kind}:0.8")
     })
 }
 

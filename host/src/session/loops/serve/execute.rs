@@ -16,7 +16,7 @@ impl Run<'_> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
     pub(super) fn execute(&mut self, arrived: Arrived) {
         let start_ns = now_ns();
-        self.late_run = 0;
+        (self.late_run, self.behind_gap) = (0, false);
         self.shared.begin_tick();
         let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
         self.shared.end_tick();
@@ -91,7 +91,10 @@ impl Run<'_> {
         }
         let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::Late);
         self.executed += 1;
-        self.late += u64::from(output.flags.contains(Flags::LATE));
+        let late = u64::from(output.flags.contains(Flags::LATE));
+        self.behind_gap |= arrived.restarts_ramp;
+        self.late += late;
+        self.late_behind_gaps += if self.behind_gap { late } else { 0 };
         self.late_run += 1;
         if self.late_run == LATE_RUN {
             self.shared.voice().shaper.begin_ramp();

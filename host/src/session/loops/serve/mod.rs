@@ -175,6 +175,9 @@ struct Run<'a> {
     late: u64,
     /// Last tick that made sweeps.
     force_tick: u64,
+    /// Of these, behind a silence or a gap, and whether those at hand are.
+    late_behind_gaps: u64,
+    behind_gap: bool,
     /// Late poses on end.
     late_run: u32,
     flag_ticks: FlagTicks,
@@ -228,6 +231,8 @@ impl<'a> Run<'a> {
             executed: 0,
             late: 0,
             force_tick: 0,
+            late_behind_gaps: 0,
+            behind_gap: false,
             late_run: 0,
             flag_ticks: FlagTicks::default(),
             sweeps: Latencies::new()?,
@@ -309,6 +314,7 @@ impl<'a> Run<'a> {
         ServeReport {
             ticks_executed: self.executed,
             ticks_late: self.late,
+            ticks_late_behind_gaps: self.late_behind_gaps,
             poses_missing: self.missing,
             overloads: voice.overloads(),
             sweeps: SweepCounts {

@@ -101,6 +101,8 @@ pub struct ServeReport {
     /// Of these, the ones that newer poses had overtaken: executed without a sweep, answered with
     /// the force of an earlier one.
     pub ticks_late: u64,
+    /// Of those, the ones that came at once behind a silence or a gap.
+    pub ticks_late_behind_gaps: u64,
     /// Poses that never came, by the numbers of their ticks: lost, or overwritten in a full queue.
     pub poses_missing: u64,
     /// Times that the tissue could not keep up with the poses, so that the force fell to 0.
