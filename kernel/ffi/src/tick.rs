@@ -124,7 +124,7 @@ unsafe fn tick(tissue: *mut Tissue, sample: *const Sample, sweeps: Sweeps) -> Re
         // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
         match sweeps {
-            Sweeps::All => body.tick(network, &sample),
+            Sweeps::All => body.tick_inlined(network, &sample),
             Sweeps::Late => body.tick_late(network, &sample),
             Sweeps::While(more, context) => body.tick_while(network, &sample, |done| {
                 // SAFETY: the caller says that it may be called with this context.

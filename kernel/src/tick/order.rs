@@ -16,9 +16,6 @@ use crate::terms::state::States;
 /// Bad samples in a row that the last good one stands in for.
 pub const HELD_TICKS_MAX: u32 = 10;
 
-/// Whether there is time for a further sweep, by the number of those done.
-type More<'a> = &'a mut dyn FnMut(u16) -> bool;
-
 impl<D: Dynamics> TissueMut<'_, D> {
     /// One tick of the network: infallible, with [`Settings::sweeps`](crate::Settings::sweeps)
     /// link passes whatever the input, none in the safe state.
@@ -27,7 +24,14 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
     /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
     pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.run(network, sample, Some(&mut |_| true))
+        self.run_sweeps(network, sample, &mut |_| true)
+    }
+
+    /// As [`Self::tick`], with its code in the caller: smaller in a program that has one caller and
+    /// no other kind of tick, as many with the C interface.
+    #[inline(always)]
+    pub fn tick_inlined(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
+        self.run::<false>(network, sample, |_| true)
     }
 
     /// As [`Self::tick`], but it ends after the first sweep for which `more` says no: `more` is
@@ -43,7 +47,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         sample: &ToolSample,
         mut more: impl FnMut(u16) -> bool,
     ) -> TickOutput {
-        self.run(network, sample, Some(&mut more))
+        self.run_sweeps(network, sample, &mut more)
     }
 
     /// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, by the
@@ -64,7 +68,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if self.head.level.is_forgotten() {
             return self.tick_while(network, sample, |_| false);
         }
-        self.run(network, sample, None)
+        self.run::<true>(network, sample, |_| false)
     }
 
     /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
@@ -82,13 +86,25 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
     }
 
-    /// A tick with sweeps while `more` says so, or without any. One function for all of them, so
-    /// that a firmware that uses several has the code of one.
-    fn run(
+    /// A tick with sweeps while `more` says so: one function for all that have sweeps, so that a
+    /// firmware that uses several has the code of one.
+    #[inline(never)]
+    fn run_sweeps(
         &mut self,
         network: &Network<'_>,
         sample: &ToolSample,
-        more: Option<More<'_>>,
+        more: &mut dyn FnMut(u16) -> bool,
+    ) -> TickOutput {
+        self.run::<false>(network, sample, more)
+    }
+
+    /// A tick with sweeps while `more` says so, or a late one.
+    #[inline(always)]
+    fn run<const LATE: bool>(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        more: impl FnMut(u16) -> bool,
     ) -> TickOutput {
         let mut flags = Flags::default();
         let cells = network.model().cells();
@@ -123,21 +139,22 @@ impl<D: Dynamics> TissueMut<'_, D> {
             sweeps: 0,
             flags,
         };
-        if more.is_some() {
+        if !LATE {
             tick.begin_terms();
         }
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            Some(radius) => tick.touch(&sample, radius, more.is_none()),
+            Some(radius) => tick.touch::<LATE>(&sample, radius),
             None => tick.follow(&sample),
         }
-        let Some(more) = more else { return tick.output(true) };
-        tick.unload();
-        tick.sweep(more);
-        tick.book();
-        tick.settle();
-        tick.output(false)
+        if !LATE {
+            tick.unload();
+            tick.sweep(more);
+            tick.book();
+            tick.settle();
+        }
+        tick.output::<LATE>()
     }
 
     fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
@@ -215,7 +232,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     }
 
     /// The bounded number of link passes.
-    fn sweep(&mut self, more: More<'_>) {
+    fn sweep(&mut self, mut more: impl FnMut(u16) -> bool) {
         let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let held = if current.is_none() { contacts } else { &[] };

@@ -26,9 +26,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// Force and energy of the state after the last update. A late tick repeats the force of the
     /// last one, while the tool still holds on, with the energy of the state now.
-    pub(super) fn output(mut self, is_late: bool) -> TickOutput {
+    pub(super) fn output<const LATE: bool>(mut self) -> TickOutput {
         let (model, settings) = (self.network.model(), self.network.settings());
-        if is_late {
+        if LATE {
             self.flags.insert(Flags::LATE);
             if self.head.closed {
                 self.flags.insert(Flags::BAND_CLOSED);
@@ -36,7 +36,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         let mut force_n = [0.0; 3];
         if self.head.engaged {
-            force_n = if is_late {
+            force_n = if LATE {
                 self.head.force_n
             } else {
                 scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))

@@ -3,8 +3,7 @@
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
 use crate::number::Number;
-use crate::number::cell::{Cell, add, dot, from_single, output, scale, single, sub};
-use crate::number::sqrt::sqrt;
+use crate::number::cell::{Cell, add, from_single, output, scale, single, sub};
 use crate::solver::Dynamics;
 use crate::terms::held;
 use crate::terms::probe::{Contacts, Sphere, normal, residual, spread};
@@ -16,19 +15,19 @@ const LOOK: f32 = 0.125;
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// The sphere follows the tool and pushes cells out.
-    pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32, is_late: bool) {
+    pub(super) fn touch<const LATE: bool>(&mut self, sample: &ToolSample, radius: f32) {
         let model = self.network.model();
         let from = self.head.applied;
         self.head.applied = self.step_towards(sample);
-        let way = sub(self.head.applied, from);
-        self.head.unseen += sqrt(dot(way, way));
+        let [x, y, z] = sub(self.head.applied, from);
+        self.head.unseen += x.abs() + y.abs() + z.abs();
         let unit = model.unit_m();
         let start = sub(self.head.tool_origin_m, model.centre_m())
             .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
         let sphere = Sphere::new(add(start, self.head.applied), radius);
-        let sphere = Sphere { only_pushes: is_late, ..sphere };
+        let sphere = Sphere { only_pushes: LATE, ..sphere };
         let touched = self.head.chosen > 0;
-        let changed = self.renew(&sphere);
+        let changed = self.renew::<LATE>(&sphere);
         if !touched && self.head.chosen > 0 {
             self.head.touched_at = self.head.applied;
             self.head.deepest = -1.0;
@@ -44,7 +43,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// Finds the contacts of this tick; whether they are others than in the last one. A late tick
     /// lets go of none, and seldom looks for further ones.
-    fn renew(&mut self, sphere: &Sphere) -> bool {
+    fn renew<const LATE: bool>(&mut self, sphere: &Sphere) -> bool {
         let (terms, state) = (self.terms(), &*self.state);
         let model = terms.model;
         let k = D::Number::from_single(model.saturation());
@@ -55,13 +54,13 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
-        if !sphere.only_pushes {
+        if !LATE {
             contacts.retain(|cell| {
                 let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
                 at(cell).is_some_and(|at| sphere.keeps(at, residual(terms, state, cell), mobility))
             });
         }
-        let is_looking = !sphere.only_pushes || self.head.unseen >= LOOK * sphere.radius;
+        let is_looking = !LATE || self.head.unseen >= LOOK * sphere.radius;
         let surface = if is_looking { model.surface } else { &[] };
         if is_looking {
             self.head.unseen = 0.0;

@@ -204,7 +204,7 @@ fn ticks_beyond_the_room_are_told_and_what_was_kept_is_replayed() {
     let place = Place::new("beyond");
     let trace = place.folder.path().join("a.trace");
     let record = ["--record", text(&trace), "--record-ticks", "30", "--ticks", "40", "--json"];
-    let all = ["--watchdog-ms", "0", "--budget-us", "off"];
+    let all = ["--watchdog-ms", "0", "--budget-us", "off", "--late-share", "off"];
     let serve = place.serve(&[&record[..], &all].concat());
     let outsider = Outsider::join(&place.scene, true);
     (0..40).for_each(|tick| outsider.send(pose(tick)));
