@@ -1,10 +1,10 @@
-//! Ticks that end in time, by the cycle counter: as many sweeps as fit, and none for a late sample.
+//! Ticks that end in time, by the cycle counter: as many sweeps as fit.
 
 use crate::measure::{MANY, Tissue, count, moving, network, put};
 use crate::scene::LONG;
 use crate::{board, console};
 
-/// Half the time of a whole tick from the worst state, interrupts on; then a late sample.
+/// Half the time of a whole tick from the worst state, interrupts on.
 pub fn meet(tissue: &mut Tissue) -> Option<()> {
     let network = network(MANY)?;
     put(tissue, LONG, &network)?;
@@ -17,7 +17,5 @@ pub fn meet(tissue: &mut Tissue) -> Option<()> {
     console::number("sweeps_at_most", MANY.into());
     console::number("sweeps_in_budget", output.sweeps.into());
     console::bits("hash_in_budget", tissue.state_hash(network.model()));
-    let late = count(|| tissue.tick_late(&network, &moving(1)));
-    console::number("instructions_of_late_tick", late);
     Some(())
 }

@@ -36,8 +36,6 @@ pub struct Figures {
     pub instructions_per_sweep_worst: u64,
     pub instructions_per_tick_rest: u64,
     pub instructions_one_sweep_tick_worst: u64,
-    /// Of a tick without a sweep, the tool moving.
-    pub instructions_of_late_tick: u64,
     /// Sweeps of a tick that ended when half the instructions of a whole one were used up.
     pub sweeps_in_budget: u64,
     /// Sweeps of that whole one.
@@ -91,7 +89,6 @@ impl Figures {
             instructions_per_sweep_worst: said.number("instructions_per_sweep_worst")?,
             instructions_per_tick_rest: said.number("instructions_per_tick_rest")?,
             instructions_one_sweep_tick_worst: said.number("instructions_of_one_sweep_tick")?,
-            instructions_of_late_tick: said.number("instructions_of_late_tick")?,
             sweeps_in_budget: said.number("sweeps_in_budget")?,
             sweeps_at_most: said.number("sweeps_at_most")?,
             cycles_per_tick_worst_estimate: estimate(target, worst, links, sweeps),
