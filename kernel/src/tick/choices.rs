@@ -38,8 +38,7 @@ impl Scheme {
         Settings { sweeps, tick_time, ..defaults }
     }
 
-    /// Whether a tick may end after any sweep, see
-    /// [`Dynamics::IS_ANYTIME`](crate::Dynamics::IS_ANYTIME).
+    /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].
     #[must_use]
     pub fn is_anytime(self) -> bool {
         matches!(self, Self::Track | Self::GaussSeidel)
