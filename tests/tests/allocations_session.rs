@@ -51,7 +51,7 @@ const WARM_UP_TICKS: u64 = 50;
 /// Ticks that are counted.
 const COUNTED_TICKS: u64 = 500;
 /// What iceoryx2 allocates for each sample that is sent.
-const BYTES_PER_SEND: u64 = 48;
+const BYTES_PER_SEND: u64 = 104;
 
 /// What iceoryx2 allocates to list the readers of a service.
 const BYTES_PER_LIST: u64 = 544;
