@@ -24,11 +24,14 @@ impl Place {
         Self { folder, model, scene: scene(test) }
     }
 
-    /// A server that holds the plane's middle, and has said that it is ready.
+    /// A server that holds the plane's middle, and has said that it is ready. How late its answers
+    /// are is the machine's matter, unless the options say otherwise.
     #[must_use]
     pub fn serve(&self, options: &[&str]) -> Running {
         let args = ["serve", text(&self.model), "--scene", &self.scene, "--contact", "40"];
-        let mut serve = Running::chaincell([&args, options].concat());
+        let judged = options.contains(&"--late-share");
+        let late = if judged { &[][..] } else { &["--late-share", "off"] };
+        let mut serve = Running::chaincell([&args, options, late].concat());
         serve.wait_for_line("ready");
         serve
     }

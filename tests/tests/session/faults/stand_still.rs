@@ -29,6 +29,7 @@ fn stopped(side: Side, ms: u64) -> (Value, Value, Vec<Timed>) {
     let path = hold(&place, POSES + ms);
     let mut control = control(&place, &["--path", text(&path), "--no-realtime"]);
     let mut seen = timed_until(&outsider, |force| force.tick >= 400);
+    let mut looked = Instant::now();
     let signal = |signal| match side {
         Side::Serve => serve.signal(signal),
         Side::Control => control.signal(signal),
@@ -36,15 +37,15 @@ fn stopped(side: Side, ms: u64) -> (Value, Value, Vec<Timed>) {
     signal(Signal::STOP);
     let stopped = Instant::now();
     while stopped.elapsed() < Duration::from_millis(ms) {
-        take(&outsider, &mut seen);
+        take(&outsider, &mut looked, &mut seen);
     }
     signal(Signal::CONT);
     while control.is_running() {
-        take(&outsider, &mut seen);
+        take(&outsider, &mut looked, &mut seen);
     }
     let report = control.end(SOON).json();
     let served = serve.interrupt().with(130).json();
-    take(&outsider, &mut seen);
+    take(&outsider, &mut looked, &mut seen);
     (report, served, seen)
 }
 
@@ -62,7 +63,7 @@ fn assert_no_jump(
     let all = of("ticks_executed") + of("poses_missing") + of("poses_throttled");
     assert_eq!(all, sent, "{served}");
     assert_eq!(count(report, "ticks_answered"), of("ticks_executed"), "{report}");
-    let forces: Vec<Force> = seen.iter().map(|(_, force)| *force).collect();
+    let forces: Vec<Force> = seen.iter().map(|(_, _, force)| *force).collect();
     assert_gentle(&forces);
     let most_n = largest_n(&forces);
     let step_n = report["largest_force_step_n"].as_f64().unwrap();
@@ -99,7 +100,7 @@ fn a_control_that_stood_still_throws_no_hand_and_the_force_falls_meanwhile() {
     for ms in STOPS_MS {
         one_of_a_few(|| {
             let found = stopped(Side::Control, ms);
-            let fell = |(_, force): &Timed| force.flags & (STALE | SAFE) == STALE | SAFE;
+            let fell = |(_, _, force): &Timed| force.flags & (STALE | SAFE) == STALE | SAFE;
             assert!(found.2.iter().any(fell) && count(&found.1, "watchdog_fired") >= 1);
             assert_no_jump(Side::Control, ms, &found)
         });
