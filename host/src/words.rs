@@ -1,4 +1,4 @@
-//! Words that depend on a number.
+//! Words that depend on a number, and numbers in words.
 
 use std::fmt;
 
@@ -8,6 +8,13 @@ pub fn counted(count: impl fmt::Display, noun: &str) -> String {
     let count = count.to_string();
     let ending = if count == "1" { "" } else { "s" };
     format!("{count} {noun}{ending}")
+}
+
+/// The share, 0 to 1, that a text like `1%` names.
+#[must_use]
+pub fn percent(text: &str) -> Option<f64> {
+    let percent: f64 = text.strip_suffix('%')?.parse().ok()?;
+    (0.0..=100.0).contains(&percent).then_some(percent / 100.0)
 }
 
 #[cfg(test)]

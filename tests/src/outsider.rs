@@ -15,6 +15,17 @@ use iceoryx2::service::port_factory::publish_subscribe;
 /// Longest wait for a service or a message.
 const LIMIT: Duration = Duration::from_secs(60);
 
+/// Flag: the sample was bad.
+pub const BAD_SAMPLE: u32 = 2;
+/// Flag: poses have stopped coming; the message is no answer.
+pub const STALE: u32 = 4;
+/// Flag: the force is zero.
+pub const SAFE: u32 = 16;
+/// Flag: the force is not of this pose.
+pub const LATE: u32 = 256;
+/// Flag: the tool counts as not engaged.
+pub const RELEASE_FIRST: u32 = 512;
+
 /// 24 bytes, as declared by the contract.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
 #[type_name("chaincell.ToolPose.v1")]

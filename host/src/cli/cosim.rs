@@ -83,7 +83,7 @@ struct CosimSummary {
     poses_missing: u64,
     overloads: u64,
     sweeps: SweepCounts,
-    budget_us: String,
+    budget_us: SweepBudget,
     flag_ticks: FlagTicks,
     step_ns: Summary,
     round_trip_ns: Summary,
@@ -119,7 +119,8 @@ pub fn execute(args: &Args) -> Result<()> {
     let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
-    // Earlier results are not removed for a session that has no room.
+    // Earlier results are not removed for a session that is refused or has no room.
+    args.budget.of(&args.tissue, tissue.engine())?;
     Folder::check_room(&out, Recorder::trace_records(poses.len()))?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
@@ -136,7 +137,6 @@ pub fn execute(args: &Args) -> Result<()> {
     let files = Files { model: &model_path, scratch: scratch.path(), out: Some(&out) };
     let mut serve_args = args.tissue.to_args();
     serve_args.extend(args.stage.to_args());
-    args.budget.of(&args.tissue, tissue.engine())?;
     serve_args.extend(args.budget.to_args());
     let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
     let session = session::run(&files, &poses, sides, &args.common)?;
@@ -185,13 +185,9 @@ fn summary(
     let verdict = args.verdict.judge(Counts {
         answers: reports.control.ticks_answered,
         late: reports.control.missed_deadlines,
-        floor_share: floor.floor_late_share,
-        sweeps: Some(reports.serve.sweeps),
-        sweeps_max: args.tissue.sweeps.into(),
-        overloads: reports.serve.overloads,
         unanswered: reports.control.ticks_unanswered,
-        is_fixed: reports.serve.budget_us == SweepBudget::Off.to_string(),
-        is_anytime: args.tissue.dynamics.is_anytime(),
+        floor_share: floor.floor_late_share,
+        ..Counts::of_tissue(&reports.serve, args.tissue.sweeps, tissue.engine().is_anytime())
     });
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =

@@ -23,9 +23,7 @@ use crate::files::recording::{self, Recording, TraceFile};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::Recorder;
-use crate::session::loops::serve::{
-    Ending, POSE_HZ, ServeOptions, ServeReport, Server, SweepBudget,
-};
+use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
 use crate::terminal;
 use crate::words::counted;
 
@@ -150,7 +148,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;
     let report = server.run(&mut tissue, &mut recorder)?;
-    let verdict = args.verdict.judge(counts(args, &report));
+    let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
     // Told last, so that it costs no other result.
     let finished = recorder.finish_trace();
     if let Some(folder) = &folder {
@@ -201,18 +199,13 @@ fn faults(args: &Args) -> Result<Faults> {
 }
 
 /// What this process knows of late answers: those to poses that newer ones had overtaken.
-fn counts(args: &Args, report: &ServeReport) -> Counts {
+fn counts(args: &Args, report: &ServeReport, is_anytime: bool) -> Counts {
     Counts {
         answers: report.ticks_executed,
         late: report.flag_ticks.of(Flags::LATE),
         // Poses that came at once behind a silence: somebody stood still, not the tissue.
         floor_share: report.ticks_late_behind_gaps as f64 / report.ticks_executed.max(1) as f64,
-        sweeps: Some(report.sweeps),
-        sweeps_max: args.tissue.sweeps.into(),
-        overloads: report.overloads,
-        is_fixed: report.budget_us == SweepBudget::Off.to_string(),
-        is_anytime: args.tissue.dynamics.is_anytime(),
-        ..Counts::default()
+        ..Counts::of_tissue(report, args.tissue.sweeps, is_anytime)
     }
 }
 

@@ -7,9 +7,12 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::session::loops::serve::SweepCounts;
+use crate::session::loops::serve::{ServeReport, SweepBudget, SweepCounts};
 use crate::terminal;
-use crate::words::counted;
+use crate::words::{counted, percent};
+
+/// What is allowed by default, and what counts as held where anything is allowed.
+const DEFAULT_SHARE: f64 = 0.01;
 
 /// Share of late answers that a session may have beyond those of the machine itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,11 +30,8 @@ impl FromStr for LateShare {
         if text == "off" {
             return Ok(Self::Off);
         }
-        let percent = text.strip_suffix('%').and_then(|number| number.parse::<f64>().ok());
-        match percent {
-            Some(percent) if (0.0..=100.0).contains(&percent) => Ok(Self::AtMost(percent / 100.0)),
-            _ => Err("give a share from 0% to 100%, as in 1%, or off".into()),
-        }
+        let share = percent(text).map(Self::AtMost);
+        share.ok_or_else(|| "give a share from 0% to 100%, as in 1%, or off".into())
     }
 }
 
@@ -49,7 +49,8 @@ impl fmt::Display for LateShare {
 pub struct VerdictArgs {
     /// Exit code 1 where more answers are late than this, beyond those that the machine itself
     /// makes late; `off` for never
-    #[arg(long, value_name = "PERCENT%|off", default_value = "1%", allow_hyphen_values = true)]
+    #[arg(long, value_name = "PERCENT%|off", default_value_t = LateShare::AtMost(DEFAULT_SHARE),
+        allow_hyphen_values = true)]
     late_share: LateShare,
 }
 
@@ -70,30 +71,19 @@ impl VerdictArgs {
         let beyond = late_share - floor_share;
         let all = counts.overloads == 0 && counts.unanswered == 0;
         let is_held = all && beyond <= allowed.unwrap_or(DEFAULT_SHARE);
-        let Counts { sweeps, .. } = counts;
-        Verdict {
-            is_held,
-            fails: allowed.is_some() && !is_held,
-            late_share,
-            floor_share,
-            sweeps,
-            counts,
-        }
+        Verdict { is_held, fails: allowed.is_some() && !is_held, late_share, floor_share, counts }
     }
 }
-
-/// What is allowed where nothing fails for it.
-const DEFAULT_SHARE: f64 = 0.01;
 
 /// What a session counted.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counts {
     /// Answers.
     pub answers: u64,
-    /// Poses without an answer.
-    pub unanswered: u64,
     /// Of these, the late ones.
     pub late: u64,
+    /// Poses without an answer.
+    pub unanswered: u64,
     /// Share of late answers that the machine makes by itself.
     pub floor_share: f64,
     /// Sweeps of the ticks, where this process knows them.
@@ -108,6 +98,20 @@ pub struct Counts {
     pub is_anytime: bool,
 }
 
+impl Counts {
+    /// What `serve` counted of the tissue, whose ticks make at most `sweeps_max` sweeps.
+    pub fn of_tissue(report: &ServeReport, sweeps_max: u16, is_anytime: bool) -> Self {
+        Self {
+            sweeps: Some(report.sweeps),
+            sweeps_max: sweeps_max.into(),
+            overloads: report.overloads,
+            is_fixed: report.budget_us == SweepBudget::Off,
+            is_anytime,
+            ..Self::default()
+        }
+    }
+}
+
 /// The verdict, for summaries and the last line.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Verdict {
@@ -117,8 +121,6 @@ pub struct Verdict {
     fails: bool,
     late_share: f64,
     floor_share: f64,
-    #[serde(skip)]
-    sweeps: Option<SweepCounts>,
     #[serde(skip)]
     counts: Counts,
 }
@@ -141,7 +143,7 @@ impl fmt::Display for Verdict {
         if self.counts.unanswered > 0 {
             write!(f, ", {} without an answer", counted(self.counts.unanswered, "pose"))?;
         }
-        if let Some(SweepCounts { p1, p50, .. }) = self.sweeps {
+        if let Some(SweepCounts { p1, p50, .. }) = self.counts.sweeps {
             write!(f, "; sweeps p1 {p1}, p50 {p50}")?;
         }
         match self.remedy() {
@@ -154,30 +156,25 @@ impl fmt::Display for Verdict {
 impl Verdict {
     /// What to change.
     fn remedy(&self) -> Option<&'static str> {
-        let Counts { sweeps_max, overloads, is_fixed, is_anytime, .. } = self.counts;
-        match (overloads > 0, is_fixed, is_anytime) {
-            (true, true, true) => {
-                return Some(
+        let Counts { sweeps, sweeps_max, overloads, is_fixed, is_anytime, .. } = self.counts;
+        if overloads > 0 {
+            return Some(match (is_fixed, is_anytime) {
+                (true, true) => {
                     "all sweeps of a tick together longer than a pose period let the force fall to \
-                     0: take --budget-us auto, or fewer --sweeps",
-                );
-            }
-            (true, true, false) => {
-                return Some(
+                     0: take --budget-us auto, or fewer --sweeps"
+                }
+                (true, false) => {
                     "all sweeps of a tick together longer than a pose period let the force fall to \
-                     0: take fewer --sweeps, --dynamics track, or fewer cells with `bake --cells N`",
-                );
-            }
-            (true, false, _) => {
-                return Some(
+                     0: take fewer --sweeps, --dynamics track, or fewer cells with `bake --cells N`"
+                }
+                (false, _) => {
                     "a sweep longer than a pose period let the force fall to 0: bake fewer cells \
-                     with `bake --cells N`, or take a faster core",
-                );
-            }
-            _ => {}
+                     with `bake --cells N`, or take a faster core"
+                }
+            });
         }
         if self.is_held {
-            let few = self.sweeps.is_some_and(|sweeps| sweeps.p50 < sweeps_max);
+            let few = sweeps.is_some_and(|sweeps| sweeps.p50 < sweeps_max);
             return few.then_some("for more of them a smaller model or a faster core");
         }
         if self.counts.unanswered > 0 && self.late_share - self.floor_share <= DEFAULT_SHARE {

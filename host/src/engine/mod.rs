@@ -140,9 +140,8 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         sweeps: Sweeps<'_>,
     ) -> TickOutput {
         match sweeps {
-            Sweeps::All => self.view().tick(network, sample),
+            Sweeps::Counted(sweeps) => self.view().tick_again(network, sample, sweeps),
             Sweeps::While(more) => self.view().tick_while(network, sample, more),
-            Sweeps::Late => self.view().tick_late(network, sample),
         }
     }
 
@@ -307,7 +306,7 @@ impl<'m> Engine<'m> {
 
     /// One tick, see [`TissueMut::tick`].
     pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
-        self.tick_by(sample, Sweeps::All)
+        self.tick_by(sample, Sweeps::ALL)
     }
 
     /// One tick with these sweeps, see [`TissueMut::tick_while`] and [`TissueMut::tick_late`].
@@ -317,7 +316,7 @@ impl<'m> Engine<'m> {
 
     /// The tick that made so many sweeps once, see [`TissueMut::tick_again`].
     pub fn tick_again(&mut self, sample: &ToolSample, sweeps: Option<u16>) -> TickOutput {
-        Sweeps::again(sweeps, |sweeps| self.tick_by(sample, sweeps))
+        self.tick_by(sample, Sweeps::Counted(sweeps))
     }
 
     /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].

@@ -50,7 +50,7 @@ impl<'m> Staged<'m> {
     /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
     /// settings' count.
     pub fn tick_again(&mut self, device: &ToolSample, sweeps: Option<u16>) -> TickOutput {
-        Sweeps::again(sweeps, |sweeps| self.tick_by(device, sweeps))
+        self.tick_by(device, Sweeps::Counted(sweeps))
     }
 
     /// The stage's settings, `None` without one.
@@ -62,7 +62,7 @@ impl<'m> Staged<'m> {
 
 impl TissueEngine for Staged<'_> {
     fn tick(&mut self, device: &ToolSample) -> TickOutput {
-        self.tick_by(device, Sweeps::All)
+        self.tick_by(device, Sweeps::ALL)
     }
 
     fn is_anytime(&self) -> bool {

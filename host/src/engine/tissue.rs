@@ -45,23 +45,18 @@ impl From<CommandError> for Refusal {
 
 /// Which sweeps a tick makes.
 pub enum Sweeps<'a> {
-    /// Those of the settings.
-    All,
+    /// So many, as [`TissueMut::tick_again`](chaincell_kernel::TissueMut::tick_again) has it: 0 for
+    /// a late tick, `None` for the settings' count.
+    Counted(Option<u16>),
     /// At least one, then as long as this says so, told how many are done.
     While(&'a mut dyn FnMut(u16) -> bool),
-    /// None: newer samples wait.
-    Late,
 }
 
 impl Sweeps<'_> {
-    /// Those of a tick that made so many once: 0 where it was late, `None` for the settings' count.
-    pub fn again<T>(sweeps: Option<u16>, tick: impl FnOnce(Sweeps<'_>) -> T) -> T {
-        match sweeps {
-            None => tick(Sweeps::All),
-            Some(0) => tick(Sweeps::Late),
-            Some(sweeps) => tick(Sweeps::While(&mut |done| done < sweeps)),
-        }
-    }
+    /// Those of the settings.
+    pub const ALL: Self = Self::Counted(None);
+    /// None: newer samples wait.
+    pub const LATE: Self = Self::Counted(Some(0));
 }
 
 /// A tissue that is advanced one tick at a time.

@@ -38,12 +38,6 @@ impl Scheme {
         Settings { sweeps, tick_time, ..defaults }
     }
 
-    /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].
-    #[must_use]
-    pub fn is_anytime(self) -> bool {
-        matches!(self, Self::Track | Self::GaussSeidel)
-    }
-
     /// Whether the scheme goes by [`Settings::tick_time`].
     #[must_use]
     pub fn goes_by_tick(self) -> bool {

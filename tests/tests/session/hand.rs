@@ -15,7 +15,7 @@ use chaincell_kernel::ToolSample;
 use chaincell_tests::closed_loop::{Choice, handle};
 use chaincell_tests::files::{bake, scratch};
 use chaincell_tests::handle::{Hand, Moving, TICK_S};
-use chaincell_tests::outsider::{Force, Outsider, Pose};
+use chaincell_tests::outsider::{Force, LATE, Outsider, Pose, STALE};
 use chaincell_tests::place::Place;
 use chaincell_tests::{scene, turn};
 use nalgebra::{Rotation3, Vector3};
@@ -27,8 +27,6 @@ const PREMIUM: usize = 1;
 const MADE_MAX_J: f64 = 1e-3;
 /// Ticks of a cycle of approach, press, hold and retreat: five seconds.
 const CYCLE: u64 = 5000;
-/// The message is no answer.
-const STALE: u32 = 4;
 
 /// Ticks of silence that the handle bears, and ticks in which its force falls and comes back.
 const RAMP: u32 = 20;
@@ -128,7 +126,7 @@ fn session(load: Load, stiffness_n_per_m: f64, cycles: u64) -> Session {
         while let Some(force) = outsider.try_receive() {
             heard = true;
             of.answers += usize::from(force.flags & STALE == 0);
-            of.late += usize::from(force.flags & 256 != 0);
+            of.late += usize::from(force.flags & LATE != 0);
             last = force;
         }
         let force_n = grip.shown(heard, Vector3::from(last.force_n));

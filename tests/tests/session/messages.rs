@@ -7,23 +7,15 @@ use std::time::Duration;
 
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::tools::{Forces, Poses, ToolForce, ToolPose, ToolsOutsider};
-use chaincell_tests::outsider::{Force, Outsider, Pose};
+use chaincell_tests::outsider::{
+    BAD_SAMPLE, Force, LATE, Outsider, Pose, RELEASE_FIRST, SAFE, STALE,
+};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, run, turn};
 use rustix::process::Signal;
 
 /// Longest life of a server that has got its last pose.
 const SOON: Duration = Duration::from_secs(20);
-/// The sample was bad.
-const BAD_SAMPLE: u32 = 2;
-/// Poses have stopped coming.
-const STALE: u32 = 4;
-/// The force is zero.
-const SAFE: u32 = 16;
-/// The force is not of this pose.
-const LATE: u32 = 256;
-/// The tool counts as not engaged.
-const RELEASE_FIRST: u32 = 512;
 /// Ticks of a press.
 const TICKS: u64 = 40;
 

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::session::ipc::payload::ToolPose;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS};
+use crate::words::percent;
 
 /// Longest delay of a late pose, and longest stop \[ms\].
 const SPAN_MS_MAX: u32 = 60_000;
@@ -184,11 +185,8 @@ fn periods(kind: &str, text: &str) -> Result<f64, String> {
 }
 
 fn share(kind: &str, text: &str) -> Result<f64, String> {
-    let percent = text.strip_suffix('%').and_then(|number| number.parse::<f64>().ok());
-    match percent {
-        Some(percent) if (0.0..=100.0).contains(&percent) => Ok(percent / 100.0),
-        _ => Err(format!("{kind}:{text}: give a share from 0% to 100%, as in {kind}:1%")),
-    }
+    percent(text)
+        .ok_or_else(|| format!("{kind}:{text}: give a share from 0% to 100%, as in {kind}:1%"))
 }
 
 fn whole(

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use chaincell_tests::files::{bake, scratch, text, write_path};
-use chaincell_tests::outsider::{Force, Outsider};
+use chaincell_tests::outsider::{Force, Outsider, SAFE, STALE};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Ended, Running, scene};
 use serde_json::Value;
@@ -27,10 +27,6 @@ use serde_json::Value;
 const SOON: Duration = Duration::from_secs(30);
 /// Ticks in which the tool goes to its depth, and holds from then on.
 const PRESS_TICKS: u64 = 200;
-/// Poses have stopped coming.
-const STALE: u32 = 4;
-/// The force is zero.
-const SAFE: u32 = 16;
 /// Part of the largest force that no step may reach: a ramp's own is a twentieth, what the tissue
 /// does meanwhile comes on top.
 const STEP_PART: f64 = 0.15;

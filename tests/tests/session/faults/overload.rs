@@ -1,14 +1,10 @@
 //! Sweeps that take long, poses that come late, and what the force does meanwhile.
 
-use chaincell_tests::outsider::{Outsider, Pose};
+use chaincell_tests::outsider::{LATE, Outsider, Pose, RELEASE_FIRST};
 use chaincell_tests::{run, turn};
 
 use super::*;
 
-/// The force is not of this pose.
-const LATE: u32 = 256;
-/// The tool counts as not engaged.
-const RELEASE_FIRST: u32 = 512;
 /// Five seconds of `cosim` with sweeps stretched to so many pose periods.
 fn stretched(periods: &str) -> Ended {
     let place = place("stretched");

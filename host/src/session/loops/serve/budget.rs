@@ -8,6 +8,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use super::POSE_HZ;
 use crate::session::timing::clock::{PERIOD_NS, SECOND_NS};
 
@@ -26,8 +28,9 @@ const SILENCE_PERIODS: u64 = 100;
 /// Longest budget that is taken \[us\].
 pub const BUDGET_US_MAX: u32 = 1_000_000;
 
-/// How long the sweeps of a tick may take.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// How long the sweeps of a tick may take; as text `auto`, `off` or microseconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum SweepBudget {
     /// As long as it takes: the settings' count.
     Off,
@@ -50,6 +53,20 @@ impl FromStr for SweepBudget {
                 _ => Err(format!("give auto, off, or microseconds from 1 to {BUDGET_US_MAX}")),
             },
         }
+    }
+}
+
+impl TryFrom<String> for SweepBudget {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<SweepBudget> for String {
+    fn from(budget: SweepBudget) -> Self {
+        budget.to_string()
     }
 }
 

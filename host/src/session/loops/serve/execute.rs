@@ -89,7 +89,7 @@ impl Run<'_> {
         if arrived.restarts_ramp {
             self.engine.restart_ramp();
         }
-        let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::Late);
+        let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::LATE);
         self.executed += 1;
         let late = u64::from(output.flags.contains(Flags::LATE));
         self.behind_gap |= arrived.restarts_ramp;

@@ -53,6 +53,7 @@ use watcher::Shared;
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
 /// Time for readers to take the last answer \[ns\].
 const LINGER_NS: u64 = 10 * MILLISECOND_NS;
+
 /// A scene whose services exist and that is ready for poses.
 #[derive(Debug)]
 pub struct Server {
@@ -172,9 +173,9 @@ struct Run<'a> {
     end_ns: u64,
     publishers: u64,
     executed: u64,
-    late: u64,
     /// Last tick that made sweeps.
     force_tick: u64,
+    late: u64,
     /// Of these, behind a silence or a gap, and whether those at hand are.
     late_behind_gaps: u64,
     behind_gap: bool,
@@ -322,7 +323,7 @@ impl<'a> Run<'a> {
                 p50: self.sweeps.at(0.5),
                 max: self.sweeps.summary().max,
             },
-            budget_us: self.server.options.budget.to_string(),
+            budget_us: self.server.options.budget,
             poses_repeated: self.repeated,
             poses_refused: self.refused,
             poses_throttled: self.throttled,

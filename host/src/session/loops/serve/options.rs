@@ -110,7 +110,7 @@ pub struct ServeReport {
     /// Sweeps of the ticks that were not late.
     pub sweeps: SweepCounts,
     /// Time for the sweeps of a tick: `auto`, `off`, or microseconds.
-    pub budget_us: String,
+    pub budget_us: SweepBudget,
     /// Poses whose tick was not above the publisher's last one: not executed.
     pub poses_repeated: u64,
     /// Poses of a second publisher while the first was alive, and poses with a bad tick: not
