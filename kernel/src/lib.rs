@@ -8,8 +8,8 @@
 //!
 //! - [`Model`]: the body, read in place from its image in flash.
 //! - [`Network`]: a model with [`Settings`] that fit it.
-//! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`] or
-//!   [`GaussSeidel`].
+//! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Predict`], [`Euler`], [`Rkl1`],
+//!   [`Rkl2`] or [`GaussSeidel`].
 //! - [`Number`]: what cells and links are computed in, a parameter of [`Track`] and [`Euler`]:
 //!   `f32`, fixed point ([`I8F24`]) or `f64`.
 //!
@@ -71,9 +71,10 @@ pub use number::Number;
 pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
 pub use solver::coarse::{coarse_room, probe_room};
-pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Rkl1, Rkl2, Track};
+pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Predict, Rkl1, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;
+pub use terms::rounding::Rounding;
 pub use terms::state::{TermState, TermStates};
 pub use tick::choice::Choice;
 pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};

@@ -16,8 +16,10 @@ const PRINTED_COORDINATE: f64 = 5e-9;
 /// Links of a body between input ids, with their rest lengths taken from positions at rest \[m\].
 #[derive(Debug, Clone)]
 pub struct Lattice {
+    /// In mean link lengths, as the kernel has them.
     links: Links,
     closed: Links,
+    unit_m: f64,
     stiffness_n_per_m: f64,
 }
 
@@ -37,8 +39,10 @@ impl Lattice {
     #[must_use]
     pub fn new(spec: &str, rest: &[[f64; 3]], stiffness_n_per_m: f64, alpha: f64) -> Self {
         let mesh = load(spec, &MeshOptions::default()).unwrap();
-        let links = Links::from_edges(rest, &mesh.links, alpha, &[]).unwrap();
-        Self { closed: links.closed(), links, stiffness_n_per_m }
+        let in_m = Links::from_edges(rest, &mesh.links, alpha, &[]).unwrap();
+        let unit_m = in_m.rest_lengths().iter().sum::<f64>() / mesh.links.len() as f64;
+        let links = Links::from_edges(&scaled(rest, unit_m), &mesh.links, alpha, &[]).unwrap();
+        Self { closed: links.closed(), links, unit_m, stiffness_n_per_m }
     }
 
     /// Force of the links on held nodes \[N\].
@@ -46,20 +50,28 @@ impl Lattice {
     pub fn force_n(&self, at: &[[f64; 3]], held: &[usize], closed: bool) -> [f64; 3] {
         let links = if closed { &self.closed } else { &self.links };
         // The residual of a link is half its excess.
-        links.force(at, held).map(|excess_m| 2.0 * self.stiffness_n_per_m * excess_m)
+        let force_unit_n = 2.0 * self.stiffness_n_per_m * self.unit_m;
+        links.force(&scaled(at, self.unit_m), held).map(|excess| force_unit_n * excess)
     }
 
-    /// Sum of k d^2 / 2 over all links \[J\], and how far a certified level may lie below it.
+    /// Sum of k d^2 / 2 over all links \[J\], and how far a certified level may lie below it: the
+    /// kernel's allowance, and the printing.
     ///
     /// Nine printed digits move a coordinate x by at most 5e-9 |x|, hence a node by 5e-9 sqrt(3) X
     /// with X the largest coordinate, and the length of a link, a difference of two lengths, by
     /// four times that. The level itself is printed as a single-precision number.
     #[must_use]
     pub fn energy_j(&self, at: &[[f64; 3]], closed: bool) -> (f64, f64) {
-        let largest_m = at.iter().flatten().fold(0.0_f64, |a, x| a.max(x.abs()));
-        let printing_m = 4.0 * 3.0_f64.sqrt() * PRINTED_COORDINATE * largest_m;
-        let sum = energy(&self.links, at, closed, |_| 0.5 * printing_m);
-        let sum = sum.times(2.0 * self.stiffness_n_per_m);
+        let at = scaled(at, self.unit_m);
+        let largest = at.iter().flatten().fold(0.0_f64, |a, x| a.max(x.abs()));
+        let printing = 4.0 * 3.0_f64.sqrt() * PRINTED_COORDINATE * largest;
+        let sum = energy(&self.links, &at, closed, |_| 0.5 * printing);
+        let sum = sum.times(2.0 * self.stiffness_n_per_m * self.unit_m * self.unit_m);
         (sum.energy, sum.allowance + PRINTED_LEVEL * sum.energy)
     }
+}
+
+/// Positions in units of a length.
+fn scaled(at: &[[f64; 3]], unit_m: f64) -> Vec<[f64; 3]> {
+    at.iter().map(|at| at.map(|x| x / unit_m)).collect()
 }

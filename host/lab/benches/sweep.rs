@@ -24,6 +24,7 @@ use chaincell_host::session::timing::histogram::Summary;
 use chaincell_kernel::{Model, ToolSample};
 use chaincell_lab::baseline::{Baseline, PerCell};
 use chaincell_lab::bodies::Variant;
+use chaincell_lab::cli::exit_code;
 use chaincell_lab::experiments::report::press::engine;
 use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::experiments::report::setting::Setting;
@@ -251,11 +252,5 @@ fn run() -> Result<()> {
 }
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(why) => {
-            eprintln!("{why}");
-            ExitCode::from(why.exit_code())
-        }
-    }
+    exit_code(run())
 }

@@ -20,9 +20,11 @@ const SPACING_MAX: f64 = 8.0;
 /// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
 /// number of hats n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
-/// matrix's own c' A c where share / 16 > eps n / share: share > sqrt(16 eps n).
+/// matrix's own c' A c where share / 16 > eps n / share: share > sqrt(16 eps n). It also covers what
+/// the kernel puts to 0 beside a probe, at most 1e-4 of the largest coordinate of c.
 const ROUNDING_ROOM: f64 = 1.0e-3;
 /// A hat that weighs less on all its cells together is left out: it has next to nothing to move.
+/// The matrix is that of the hats that stay, so the certificate loses nothing.
 const SUPPORT_MIN: f32 = 1.0e-2;
 /// Where every cell is fewer links than this away from a fixed one, sweeps alone settle the body
 /// as fast.

@@ -14,7 +14,8 @@ use crate::session::loops::serve::SweepBudget;
 pub struct BudgetArgs {
     /// Time for a tick from the arrival of its pose [us]: `auto` is the time between two poses,
     /// `off` makes all --sweeps whatever it takes. A tick makes at least one sweep and at most
-    /// --sweeps [default: auto under track and gauss-seidel, else off]
+    /// --sweeps [default: auto under track, predict and gauss-seidel,
+    /// else off]
     #[arg(long, value_name = "US|auto|off", allow_hyphen_values = true)]
     budget_us: Option<SweepBudget>,
 }

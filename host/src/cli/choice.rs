@@ -29,6 +29,10 @@ impl Help for Scheme {
                 "Conjugate directions under the energy guard, with a coarse level: follows the \
                  equilibrium"
             }
+            Self::Predict => {
+                "Track that knows how the body answers a move of the held cells: the force keeps up \
+                 in one or two sweeps a tick; 112 bytes a cell"
+            }
             Self::Rkl1 => {
                 "Deprecated, take rkl2 or track: Runge-Kutta-Legendre of first order, its trajectory \
                  only roughly right"

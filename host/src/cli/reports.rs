@@ -1,7 +1,9 @@
 //! What commands print about a model, as a table or as JSON.
 
 use chaincell_kernel::Contact;
-use chaincell_kernel::{Dynamics, Euler, GaussSeidel, Head, Model, Rkl1, Rkl2, Track, array_bytes};
+use chaincell_kernel::{
+    Dynamics, Euler, GaussSeidel, Head, Model, Predict, Rkl1, Rkl2, Track, array_bytes,
+};
 use serde::Serialize;
 
 use crate::error::Result;
@@ -48,6 +50,7 @@ pub struct ModelReport {
     ram_bytes_rkl1: usize,
     ram_bytes_rkl2: usize,
     ram_bytes_gauss_seidel: usize,
+    ram_bytes_predict: usize,
     checksum: String,
 }
 
@@ -88,6 +91,7 @@ impl ModelReport {
             ram_bytes_rkl1: ram_bytes::<Rkl1>(model),
             ram_bytes_rkl2: ram_bytes::<Rkl2>(model),
             ram_bytes_gauss_seidel: ram_bytes::<GaussSeidel>(model),
+            ram_bytes_predict: ram_bytes::<Predict>(model),
             checksum: format!("{:08x}", model.checksum()),
         }
     }
@@ -123,6 +127,7 @@ impl ModelReport {
         row("flash", format!("{} bytes", self.image_bytes))?;
         for (name, bytes) in [
             ("track", self.ram_bytes),
+            ("predict", self.ram_bytes_predict),
             ("euler", self.ram_bytes_euler),
             ("rkl1", self.ram_bytes_rkl1),
             ("rkl2", self.ram_bytes_rkl2),

@@ -34,7 +34,8 @@ pub struct TissueArgs {
     #[arg(long, default_value_t = 64, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(1..))]
     pub probe_capacity: u16,
-    /// Scheme: track follows the equilibrium; euler is the paper's own, for relaxation in time;
+    /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
+    /// cells; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
     /// least RAM and a model baked with --colours
     #[arg(long, value_parser = parser::<Scheme>(), default_value = Scheme::default().name())]
@@ -172,8 +173,8 @@ impl TissueArgs {
                 "--step{}: must be above 0 and at most {max}, the model's proven bound",
                 show(self.step)
             ),
-            SettingsError::TickTime => {
-                format!("--step{}: must be above 0 and finite", show(self.step))
+            SettingsError::TickTime { min } => {
+                format!("--step{}: must be finite and at least {min}", show(self.step))
             }
             SettingsError::MaxToolStep => format!(
                 "--max-tool-step-m{}: must be above 0 and finite",

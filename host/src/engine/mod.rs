@@ -15,8 +15,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, ResetError, Rkl1, Rkl2,
-    Settings, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
+    Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1,
+    Rkl2, Settings, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -250,6 +250,7 @@ impl<'m> Engine<'m> {
                 Box::new(Memory::<Track<0, I8F24>>::new(model, held))
             }
             (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
+            (Scheme::Predict, Arithmetic::F32) => Box::new(Memory::<Predict>::new(model, held)),
             (_, Arithmetic::Fixed | Arithmetic::F64) => {
                 return Err(Error::input(
                     "`number` fixed and f64: for `dynamics` euler and track only",

@@ -39,7 +39,7 @@
  *   CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 0)];
  *
  * Enough for every scheme but rkl2; for schemes that need less or more CHAINCELL_TISSUE_BYTES_OF
- * takes one of the CHAINCELL_CELL_BYTES_ numbers, and 0 hats for all but track. */
+ * takes one of the CHAINCELL_CELL_BYTES_ numbers, and 0 hats for all but track and predict. */
 #define CHAINCELL_TISSUE_BYTES(cells, contacts, hats) \
     CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, hats)
 #define CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, hats) \
@@ -81,9 +81,14 @@
 #define CHAINCELL_CELL_BYTES_EULER 32
 
 /**
- * Bytes a cell under rkl2, the most of all schemes.
+ * Bytes a cell under rkl2.
  */
 #define CHAINCELL_CELL_BYTES_RKL2 80
+
+/**
+ * Bytes a cell under predict, the most of all schemes.
+ */
+#define CHAINCELL_CELL_BYTES_PREDICT 112
 
 /**
  * Bytes a cell under gauss-seidel.
@@ -250,7 +255,7 @@ enum chaincell_code
      */
     CHAINCELL_CODE_SETTINGS_STEP = -41,
     /**
-     * `tick_time` is not positive and finite.
+     * `tick_time` is not finite, or below `limit`.
      */
     CHAINCELL_CODE_SETTINGS_TICK_TIME = -42,
     /**
@@ -420,6 +425,11 @@ enum chaincell_scheme
      * Euler in fixed point.
      */
     CHAINCELL_SCHEME_EULER_FIXED = 6,
+    /**
+     * Track that knows how the body answers a move of the chosen cells: 112 bytes a cell. Not in a
+     * library that was built without the feature `predict`.
+     */
+    CHAINCELL_SCHEME_PREDICT = 7,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -869,8 +879,11 @@ chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
  * What the device is given for what the tissue has answered to the tool of
  * `chaincell_stage_sample`. `tissue` and `output` may be one output.
  *
- * Where a pointer is bad the stage stays as it is, and an `output` that can be written says force
- * 0 with `CHAINCELL_FLAG_SAFE_STATE`.
+ * A tissue under a current tells neither work nor stiffness: a stage with coupling or passivity
+ * control then gives force 0 with `CHAINCELL_FLAG_SAFE_STATE`.
+ *
+ * Where a pointer is bad the stage stays as it is, and an `output` that can be written says the
+ * same.
  *
  * Safety
  * `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,

@@ -57,7 +57,7 @@ pub enum Code {
     SettingsSweeps = -40,
     /// `step` is not above 0 and at most `limit`, the model's proven bound.
     SettingsStep = -41,
-    /// `tick_time` is not positive and finite.
+    /// `tick_time` is not finite, or below `limit`.
     SettingsTickTime = -42,
     /// `max_tool_step_m` is not positive and finite.
     SettingsMaxToolStep = -43,
@@ -211,7 +211,7 @@ impl Code {
             Self::ModelValue => c"a value of the image is out of range: bake it again",
             Self::SettingsSweeps => c"sweeps must be 1 to 65535",
             Self::SettingsStep => c"step must be above 0 and at most the model's bound, step_max",
-            Self::SettingsTickTime => c"tick_time must be positive and finite",
+            Self::SettingsTickTime => c"tick_time must be finite, and at least the smallest time",
             Self::SettingsMaxToolStep => c"max_tool_step_m must be positive and finite",
             Self::SettingsMaxForce => c"max_force_n must be positive",
             Self::SettingsUnloading => c"unloading is none of chaincell_unloading",
@@ -345,7 +345,10 @@ impl From<SettingsError> for Refusal {
                 code: Code::SettingsStep,
                 detail: Detail { limit: max, ..Detail::default() },
             },
-            SettingsError::TickTime => Code::SettingsTickTime.into(),
+            SettingsError::TickTime { min } => Self {
+                code: Code::SettingsTickTime,
+                detail: Detail { limit: min, ..Detail::default() },
+            },
             SettingsError::MaxToolStep => Code::SettingsMaxToolStep.into(),
             SettingsError::MaxForce => Code::SettingsMaxForce.into(),
         }

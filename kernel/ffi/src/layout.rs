@@ -34,8 +34,10 @@ pub const TISSUE_WORDS: usize = 80;
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.
 pub const CELL_BYTES_EULER: usize = 32;
-/// Bytes a cell under rkl2, the most of all schemes.
+/// Bytes a cell under rkl2.
 pub const CELL_BYTES_RKL2: usize = 80;
+/// Bytes a cell under predict, the most of all schemes.
+pub const CELL_BYTES_PREDICT: usize = 112;
 /// Bytes a cell under gauss-seidel.
 pub const CELL_BYTES_GAUSS_SEIDEL: usize = 16;
 
@@ -73,6 +75,17 @@ macro_rules! by_scheme {
             }
             crate::settings::Scheme::EulerFixed => {
                 type $d = Euler<I8F24>;
+                $work
+            }
+            #[cfg(feature = "predict")]
+            crate::settings::Scheme::Predict => {
+                type $d = chaincell_kernel::Predict;
+                $work
+            }
+            // `Scheme::of` knows no such scheme then.
+            #[cfg(not(feature = "predict"))]
+            crate::settings::Scheme::Predict => {
+                type $d = Track;
                 $work
             }
         }
@@ -136,6 +149,7 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Track>(CELL_BYTES_TRACK
 const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
+const _: () = assert!(is_as_promised::<chaincell_kernel::Predict>(CELL_BYTES_PREDICT));
 const _: () = assert!(is_as_promised::<chaincell_kernel::GaussSeidel>(CELL_BYTES_GAUSS_SEIDEL));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Track<0, I8F24>>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTES_EULER));

@@ -43,8 +43,8 @@ mod tick;
 
 pub use code::{Code, Detail};
 pub use layout::{
-    ALIGN, CELL_BYTES_EULER, CELL_BYTES_GAUSS_SEIDEL, CELL_BYTES_RKL2, CELL_BYTES_TRACK,
-    TISSUE_BYTES, TISSUE_WORDS, Tissue,
+    ALIGN, CELL_BYTES_EULER, CELL_BYTES_GAUSS_SEIDEL, CELL_BYTES_PREDICT, CELL_BYTES_RKL2,
+    CELL_BYTES_TRACK, TISSUE_BYTES, TISSUE_WORDS, Tissue,
 };
 pub use model::{
     Info, MODEL_WORDS, ModelStorage, chaincell_model_cell, chaincell_model_info,

@@ -24,11 +24,14 @@ pub enum Scheme {
     TrackFixed = 5,
     /// Euler in fixed point.
     EulerFixed = 6,
+    /// Track that knows how the body answers a move of the chosen cells: 112 bytes a cell. Not in a
+    /// library that was built without the feature `predict`.
+    Predict = 7,
 }
 
 impl Scheme {
     /// Every scheme.
-    pub(crate) const ALL: [Self; 7] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::Track,
         Self::Euler,
         Self::Rkl1,
@@ -36,11 +39,14 @@ impl Scheme {
         Self::GaussSeidel,
         Self::TrackFixed,
         Self::EulerFixed,
+        Self::Predict,
     ];
 
     /// The scheme of a number from C.
     pub(crate) fn of(number: i32) -> Result<Self, Code> {
-        Self::ALL.into_iter().find(|&scheme| scheme as i32 == number).ok_or(Code::Scheme)
+        let is_built = |scheme: &Self| *scheme != Self::Predict || cfg!(feature = "predict");
+        let found = Self::ALL.into_iter().find(|&scheme| scheme as i32 == number);
+        found.filter(is_built).ok_or(Code::Scheme)
     }
 
     /// The kernel's scheme, and what it computes in.
@@ -54,6 +60,7 @@ impl Scheme {
             Self::GaussSeidel => (Scheme::GaussSeidel, Arithmetic::F32),
             Self::TrackFixed => (Scheme::Track, Arithmetic::Fixed),
             Self::EulerFixed => (Scheme::Euler, Arithmetic::Fixed),
+            Self::Predict => (Scheme::Predict, Arithmetic::F32),
         }
     }
 }

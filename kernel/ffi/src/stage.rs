@@ -223,8 +223,11 @@ unsafe fn give(
 /// What the device is given for what the tissue has answered to the tool of
 /// `chaincell_stage_sample`. `tissue` and `output` may be one output.
 ///
-/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says force
-/// 0 with `CHAINCELL_FLAG_SAFE_STATE`.
+/// A tissue under a current tells neither work nor stiffness: a stage with coupling or passivity
+/// control then gives force 0 with `CHAINCELL_FLAG_SAFE_STATE`.
+///
+/// Where a pointer is bad the stage stays as it is, and an `output` that can be written says the
+/// same.
 ///
 /// # Safety
 /// `stage` was made by `chaincell_stage_init` and no other thread uses it; `tissue` is an output,

@@ -31,7 +31,7 @@ pub extern "C" fn chaincell_tissue_size(
         return 0;
     }
     let room = match scheme {
-        Scheme::Track => coarse_room(hats, contacts),
+        Scheme::Track | Scheme::Predict => coarse_room(hats, contacts),
         _ => 0,
     };
     let sizes = Sizes { cells, contacts, room };

@@ -60,6 +60,15 @@ impl<'a> Model<'a> {
         self.alpha
     }
 
+    /// Whether some link has a band: it admits lengths other than its rest length.
+    #[must_use]
+    pub fn has_slack(&self) -> bool {
+        match self.link_alphas {
+            Some(alphas) => alphas.iter().any(|&alpha| alpha > 0.0),
+            None => self.alpha > 0.0,
+        }
+    }
+
     /// Saturation K of the output (Eq. 3) [mean link lengths].
     #[must_use]
     pub fn saturation(&self) -> f32 {
@@ -85,6 +94,14 @@ impl<'a> Model<'a> {
         let links = 2.0 * self.capacitance / self.degree_bound;
         let leak = self.resistance * self.capacitance;
         if leak < links { leak } else { links }
+    }
+
+    /// Smallest time that `rkl1` and `rkl2` advance a tick, 1e-12 of [`Self::step_max`]
+    /// [dimensionless time].
+    #[must_use]
+    pub fn tick_time_min(&self) -> f32 {
+        let least = 1.0e-12 * self.step_max();
+        if least > f32::MIN_POSITIVE { least } else { f32::MIN_POSITIVE }
     }
 
     /// Largest energy a tool may load into the body, in internal units

@@ -23,6 +23,7 @@
 //! on microcontrollers stand in `kernel/README.md`, with the scenes.
 
 pub mod cell;
+pub(crate) mod clamp;
 mod double;
 pub(crate) mod fixed_point;
 pub mod float_env;

@@ -20,12 +20,19 @@ pub trait Dynamics: Scheme + Copy {
     const RESIDUALS: usize = 1;
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
+    /// How many of those hold positions; the others hold what the scheme knows of the chosen cells.
+    const POINTS: usize = Self::ARRAYS;
     /// The residual for a number of cells, [`Self::RESIDUALS`] arrays.
     type Residual<const CELLS: usize>: CellArrays<Self::Number>;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
     /// Room for a coarse level, see [`coarse_room`](crate::coarse_room).
     type Room: Blocks;
+    /// The scheme without motion; what it knows of the chosen cells stays.
+    #[must_use]
+    fn stilled(self) -> Self {
+        Self::REST
+    }
     /// What [`Settings::tick_time`](crate::Settings::tick_time) may be so that a number of sweeps
     /// covers it; for schemes without it what `euler` covers [dimensionless time].
     #[must_use]

@@ -1,32 +1,50 @@
-//! What the guarded schemes have in common: how far rounding may move a computed energy.
+//! What the guarded schemes have in common: up to where a pass is accepted.
 
 use super::level::Level;
-use crate::number::sqrt::sqrt;
+use crate::number::cell::Cell;
 use crate::number::two_float::TwoFloat;
+use crate::terms::links::number::LinkNumber;
 use crate::terms::residual::Terms;
+use crate::terms::rounding::Rounding;
 
-/// Rounding allowance of an energy, 4 eps (E + sqrt(w E)) with w the smallest weight of a link: at
-/// most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in the worst case, and
-/// about what it has, since the links' errors add up like a random walk.
-pub(super) fn tolerance(energy: f32, weight_min: f32) -> f32 {
-    let energy = if energy > 0.0 { energy } else { 0.0 };
-    4.0 * f32::EPSILON * (energy + sqrt(weight_min * energy))
+/// What a pass found.
+pub(super) struct Pass<'a, N> {
+    /// Where it was made.
+    pub at: &'a [Cell<N>],
+    pub residual: &'a [Cell<N>],
+    /// Energy in internal units.
+    pub energy: TwoFloat,
+    /// The energy less the work of a current.
+    pub potential: TwoFloat,
 }
 
-/// Up to where a pass that found the energy `energy` is accepted. Under a current the level is no
-/// measure of the energies that were summed.
-pub(super) fn allowed(terms: Terms<'_, '_>, level: &Level, energy: TwoFloat) -> TwoFloat {
-    let scale = if terms.current.is_some() { energy.hi } else { level.leading() };
-    level.value().plus(tolerance(scale, terms.model.weight_min).into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tolerance_is_far_below_the_energy() {
-        assert!(tolerance(1.0, 1.0) < 1e-6 && tolerance(0.0, 1.0) == 0.0);
-        assert!(TwoFloat::from(1.0).exceeds(TwoFloat::from(1.0 - 1e-6)));
+/// Whether a pass is discarded: it is above the level by more than half of the allowance for
+/// rounding. Under a current the level is no measure of the energies that were summed.
+///
+/// Cost: nothing for a pass within the level or a few last places above it, nor for one so far above
+/// that no rounding explains it; between them one look at each cell.
+pub(super) fn discards<N: LinkNumber>(
+    terms: Terms<'_, '_>,
+    level: &Level,
+    pass: &Pass<'_, N>,
+) -> bool {
+    let Pass { at, residual, energy, potential } = *pass;
+    let (model, is_driven) = (terms.model, terms.current.is_some());
+    let scale = if is_driven { energy.hi } else { level.leading() };
+    let is_above = |rounding| exceeds(potential, level, scale, rounding);
+    // The part of the allowance that needs no sums.
+    if !is_above(Rounding::default()) {
+        return false;
     }
+    // A number whose spacing is everywhere the same needs no sums.
+    let is_even = N::GRAIN > 0.0;
+    let reach = if is_even { N::GRAIN } else { model.saturation() };
+    is_above(Rounding::at_most(model, reach, energy.hi))
+        || !is_even && is_above(Rounding::of_pass(model, at, residual))
+}
+
+/// Whether a potential is above the level by more than half of an allowance.
+#[inline(never)]
+fn exceeds(potential: TwoFloat, level: &Level, energy: f32, rounding: Rounding) -> bool {
+    potential.exceeds(level.value().plus((0.5 * rounding.allowance(energy)).into()))
 }

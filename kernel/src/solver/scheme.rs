@@ -4,6 +4,7 @@ use super::awake::Awake;
 use super::coarse::Coarse;
 use super::level::Level;
 use super::loops::Loops;
+use crate::backend::VectorUnit;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, peak};
@@ -64,6 +65,18 @@ impl<N: Number> Body<'_, '_, N> {
     }
 }
 
+/// The arrays of a body whose tool is chosen, cut to its size.
+pub(crate) struct Memory<'a, N = f32> {
+    pub state: &'a [Cell<N>],
+    pub residual: &'a mut [Cell<N>],
+    /// The scheme's own arrays.
+    pub own: &'a mut [Cell<N>],
+    /// Room for a coarse level.
+    pub room: &'a mut [Eight],
+    /// The vector unit to use.
+    pub vectors: Option<VectorUnit>,
+}
+
 /// What a scheme does; sealed, since the guarantees rest on it.
 pub trait Scheme {
     /// What cells and links are computed in.
@@ -90,6 +103,18 @@ pub trait Scheme {
     /// The tool moved the cells it holds.
     fn pushed(&mut self) {}
 
+    /// The tool moved them by `way` in this tick.
+    #[allow(private_interfaces)]
+    fn follow(
+        &mut self,
+        model: &Model<'_>,
+        own: &mut [Cell<Self::Number>],
+        awake: &mut Awake,
+        way: [f32; 3],
+    ) {
+        let _ = (model, own, awake, way);
+    }
+
     /// Whether a cell has moved since the last pass, or has momentum.
     fn has_moved(
         state: &[Cell<Self::Number>],
@@ -113,9 +138,24 @@ pub trait Scheme {
         0
     }
 
+    /// Whether it is prepared for the cells that were chosen last, so many.
+    fn is_prepared(&self, held: usize) -> bool {
+        let _ = held;
+        false
+    }
+
+    /// The tool has a probe from now on.
+    fn release(&mut self) {}
+
     /// These cells are the ones the tool will hold.
-    fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact<Self::Number>]) {
-        let _ = (model, room, held);
+    #[allow(private_interfaces)]
+    fn hold(
+        &mut self,
+        model: &Model<'_>,
+        memory: Memory<'_, Self::Number>,
+        held: &[Contact<Self::Number>],
+    ) {
+        let _ = (model, memory, held);
     }
 
     /// Blocks of room for a model and a probe.

@@ -26,7 +26,7 @@
 use core::marker::PhantomData;
 
 use super::euler::{linear_step, saturated_step};
-use super::guard::allowed;
+use super::guard::{Pass, discards};
 use super::scheme::{Body, Pace, Scheme};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slices::{copy_slice, eight, eight_values, put_pairs};
@@ -330,7 +330,8 @@ impl<F: Formula> SuperSteps<F> {
         let model = body.terms.model;
         let at = body.own.get(..body.state.len()).unwrap_or(&[]);
         let potential = body.terms.potential(energy, at, body.contacts);
-        if potential.exceeds(allowed(body.terms, body.level, energy)) {
+        let pass = Pass { at, residual: &*body.residual, energy, potential };
+        if discards(body.terms, body.level, &pass) {
             body.terms.states.restore(&body.awake.set, model.slice_count());
             return self.roll_back();
         }

@@ -23,9 +23,8 @@
 //!
 //! which without a coarse level is E(y) - a / 2. Where E(y) > U + tol, U the level of the last x,
 //! the pass is discarded and the next one starts at x itself, accepted without comparison. What is
-//! published is x, never y, and its energy never exceeds U (within tol = 4 eps (E + sqrt(w E)), w
-//! the smallest weight: at most the rounding 4 eps (E + sum of w u d / 2) that the sum may have in
-//! the worst case, and about what it has, since the links' errors add up like a random walk).
+//! published is x, never y, and its energy never exceeds U but for rounding; tol is half of the
+//! allowance for it ([`Rounding`](crate::Rounding)).
 //!
 //! A state beyond K is handled by plain steps from x, whose clamped moves D obey E falls by at
 //! least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
@@ -39,9 +38,9 @@ use super::Dynamics;
 use super::coarse::deflation::{deflate, probe_room};
 use super::coarse::held::{self, coarse_room};
 use super::conjugate::{Last, Products};
-use super::guard::allowed;
+use super::guard::{Pass, discards};
 use super::loops::{Loops, Moved, Points, coarse_basis};
-use super::scheme::{Body, Scheme};
+use super::scheme::{Body, Memory, Scheme};
 use crate::backend::slices::copy;
 use crate::model::Model;
 use crate::number::Sum;
@@ -74,6 +73,11 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
 }
 
 impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
+    /// Whether the next pass is at an extrapolated point.
+    pub(super) fn is_going(&self) -> bool {
+        self.going && !self.saturated
+    }
+
     /// A pass at the extrapolated point. Whether the guard discarded it.
     fn extrapolated(&mut self, body: &mut Body<'_, '_, N>) -> bool {
         let model = body.terms.model;
@@ -91,7 +95,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let sums = N::track_residual(body.terms, &body.awake.set, points, body.contacts);
         let [energy, fine, way, direction] = sums;
         let potential = body.terms.potential(energy, points.at, body.contacts);
-        if self.going && potential.exceeds(allowed(body.terms, body.level, energy)) {
+        let pass = Pass { at: points.at, residual: points.residual, energy, potential };
+        if self.going && discards(body.terms, body.level, &pass) {
             self.going = false;
             body.terms.states.restore(&body.awake.set, model.slice_count());
             return true;
@@ -270,9 +275,9 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     }
 
     #[allow(private_interfaces)]
-    fn hold(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) {
+    fn hold(&mut self, model: &Model<'_>, memory: Memory<'_, N>, held: &[Contact<N>]) {
         if let Some(basis) = &coarse_basis::<N>(model) {
-            held::hold(model, basis, room, held);
+            held::hold(model, basis, memory.room, held);
         }
     }
 }

@@ -19,8 +19,8 @@
 //! mostly the encoder's noise.
 
 use crate::number::cell::{dot, scale, sub};
+use crate::number::clamp::clamped;
 use crate::number::sqrt::sqrt;
-use crate::stage::clamp::clamped;
 use crate::stage::observer::Observer;
 use crate::stage::settings::Passivity;
 

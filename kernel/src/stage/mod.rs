@@ -28,7 +28,8 @@
 //! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and
 //! sigma.7; [`StageSettings::NONE`] sets none. The stage is a function of the samples and answers
 //! alone, so a recorded session replays to the same forces. It works with held cells and with a
-//! probe. Under a current leave `coupling` and `passivity` out.
+//! probe. Under a current the tissue tells neither work nor stiffness: a stage with coupling or
+//! passivity control gives no force there, in the safe state.
 //!
 //! **What it does not do.** Passivity is tested in closed loop with models of five handles and of
 //! soft and stiff hands (`tests/README.md`), not proven. Known, on models with links of 5000 N/m
@@ -67,7 +68,6 @@
 //! # Ok::<(), chaincell_kernel::stage::StageError>(())
 //! ```
 
-mod clamp;
 mod controller;
 mod coupling;
 mod finite;
@@ -87,15 +87,14 @@ pub use settings::{
 pub use slew::slew_limited;
 
 use crate::number::cell::{add, dot, scale, sub};
+use crate::number::clamp::clamped;
 use crate::tick::sample::{Flags, TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
+use nalgebra::Vector3;
 use observer::Observer;
 use ramp::Ramp;
 use watchdog::Watchdog;
-
-/// Room for rounding where a length is cut.
-const ROUND_DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
 
 /// Share of the ramp from which on the slew limit's doing is told from the ramp's.
 const SHARE_MIN: f32 = 0.01;
@@ -206,7 +205,8 @@ impl Stage {
     pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
         let (mut answer, is_sound) = finite::checked(tissue);
         (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
-        let is_safe = !is_sound || answer.flags.contains(Flags::SAFE_STATE);
+        let is_known = is_sound && !self.is_blind(&answer);
+        let is_safe = !is_known || answer.flags.contains(Flags::SAFE_STATE);
         if is_safe {
             self.asked = Asked::NONE;
             self.ramp.fall();
@@ -243,6 +243,16 @@ impl Stage {
             self.mark_safe(&mut answer);
         }
         answer
+    }
+
+    /// Whether the tissue is under a current: coupling and passivity control go by a stiffness and
+    /// a work that it does not tell. Cells that are held by position have a stiffness wherever they
+    /// make a force.
+    fn is_blind(&self, answer: &TickOutput) -> bool {
+        let goes_by_position =
+            self.settings.coupling.is_some() || self.settings.passivity.is_some();
+        let is_stiff = answer.stiffness_n_per_m > 0.0;
+        goes_by_position && answer.contacts > 0 && !is_stiff && answer.force_n != Vector3::zeros()
     }
 
     /// A step of the ramp: down where the ledger is overdrawn, none where the hand would get more
@@ -352,11 +362,11 @@ impl Stage {
     fn give(&mut self, answer: &mut TickOutput) {
         let share = self.ramp.share();
         let Asked { force, off } = self.asked;
-        let (asked, is_clamped) = clamp::clamped(force, self.settings.max_force_n);
+        let (asked, is_clamped) = clamped(force, self.settings.max_force_n);
         if is_clamped {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
-        let (asked, _) = clamp::clamped(sub(asked, off), self.settings.max_force_n);
+        let (asked, _) = clamped(sub(asked, off), self.settings.max_force_n);
         // From +0.0: -0.0 becomes +0.0.
         let target = on_ramp([0.0; 3], asked, share);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;

@@ -1,6 +1,7 @@
 //! Slew limit: how far a force may be from the one before.
 
 use crate::number::cell::{add, dot, scale, sub};
+use crate::number::clamp::ROUND_DOWN;
 use crate::number::sqrt::sqrt;
 
 /// `force_n` moved towards `target_n` by at most `most_n`, within the rounding of its coordinates
@@ -12,7 +13,7 @@ pub fn slew_limited(force_n: [f32; 3], target_n: [f32; 3], most_n: f32) -> [f32;
     if length <= most_n {
         return target_n;
     }
-    add(force_n, scale(super::ROUND_DOWN * most_n / length, way))
+    add(force_n, scale(ROUND_DOWN * most_n / length, way))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - `current`: a load, the current into the contact cells.
 //! - `probe`: which cells a sphere touches, and where it puts them.
+//! - [`rounding`]: how far rounding may move the energy.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
 //!
 //! **Adding a term** takes a file here, a file in [`model`](crate::model), and its entry in the list
@@ -43,6 +44,7 @@ pub(crate) mod number;
 pub(crate) mod pin;
 pub(crate) mod probe;
 pub(crate) mod residual;
+pub mod rounding;
 pub(crate) mod sliced;
 pub mod state;
 pub(crate) mod term;

@@ -21,8 +21,10 @@ use crate::number::cell::{Cell, output};
 use crate::terms::state::{TermState, words};
 
 /// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same
-/// model, settings and samples; a change that alters any raises it. Traces name it.
-pub const REVISION: u32 = 1;
+/// model, settings and samples; a change that alters any raises it. Traces name it. In revision 2
+/// the guard's allowance is that of [`Rounding`](crate::Rounding), and a clamped force is rounded
+/// down.
+pub const REVISION: u32 = 2;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;
 const PRIME: u64 = 0x9E37_79B1_85EB_CA87;

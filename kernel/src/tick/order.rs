@@ -38,8 +38,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// asked after each sweep but the last, and told how many are done. At least one sweep is made,
     /// at most [`Settings::sweeps`](crate::Settings::sweeps); [`TickOutput::sweeps`] says how many.
     ///
-    /// The published state is certified after every sweep of `track` and `gauss-seidel`. The sweeps
-    /// of the other schemes are the tissue's time: there `more` is not asked, see
+    /// The published state is certified after every sweep of `track`, `predict` and `gauss-seidel`.
+    /// The sweeps of the other schemes are the tissue's time: there `more` is not asked, see
     /// [`Dynamics::IS_ANYTIME`].
     pub fn tick_while(
         &mut self,

@@ -2,8 +2,8 @@
 
 use super::order::Tick;
 use super::sample::{Flags, TickOutput};
-use crate::number::cell::{dot, scale};
-use crate::number::sqrt::sqrt;
+use crate::number::cell::scale;
+use crate::number::clamp::clamped;
 use crate::solver::Dynamics;
 use crate::terms::held;
 
@@ -42,9 +42,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))
             };
             // Also of a repeated force: the limit may have changed.
-            let magnitude = sqrt(dot(force_n, force_n));
-            if magnitude > settings.max_force_n {
-                force_n = scale(settings.max_force_n / magnitude, force_n);
+            let (within_n, is_clamped) = clamped(force_n, settings.max_force_n);
+            if is_clamped {
+                force_n = within_n;
                 self.flags.insert(Flags::FORCE_CLAMPED);
             }
         }

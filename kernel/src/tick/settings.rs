@@ -10,7 +10,8 @@ pub struct Settings {
     pub sweeps: u16,
     /// Common step of `euler` a sweep, at most [`Model::step_max`] [dimensionless time].
     pub step: f32,
-    /// Time that `rkl1` and `rkl2` advance a tick [dimensionless time].
+    /// Time that `rkl1` and `rkl2` advance a tick, at least [`Model::tick_time_min`]
+    /// [dimensionless time].
     pub tick_time: f32,
     /// Largest motion of the contact cells a tick, or largest change of the current a tick \[m\].
     pub max_tool_step_m: f32,
@@ -35,9 +36,13 @@ pub enum SettingsError {
         /// The proven bound.
         max: f32,
     },
-    /// The time a tick is not positive and finite.
-    #[error("the time a tick must be positive and finite")]
-    TickTime,
+    /// The time a tick is below the smallest or not finite: where it is lost in rounding, no pass
+    /// is made and the energy stays unknown.
+    #[error("the time a tick must be finite and at least {min}")]
+    TickTime {
+        /// The smallest time.
+        min: f32,
+    },
     /// The tool's largest step is not positive and finite.
     #[error("the largest tool step must be positive and finite")]
     MaxToolStep,
@@ -76,13 +81,13 @@ impl<'m> Network<'m> {
     /// # Errors
     /// The first setting that is out of range, with the range.
     pub fn new(model: Model<'m>, settings: Settings) -> Result<Self, SettingsError> {
-        let max = model.step_max();
+        let (max, min) = (model.step_max(), model.tick_time_min());
         if settings.sweeps == 0 {
             Err(SettingsError::Sweeps)
         } else if !(settings.step > 0.0 && settings.step <= max) {
             Err(SettingsError::Step { max })
-        } else if !(settings.tick_time > 0.0 && settings.tick_time.is_finite()) {
-            Err(SettingsError::TickTime)
+        } else if !(settings.tick_time >= min && settings.tick_time.is_finite()) {
+            Err(SettingsError::TickTime { min })
         } else if !(settings.max_tool_step_m > 0.0 && settings.max_tool_step_m.is_finite()) {
             Err(SettingsError::MaxToolStep)
         } else if settings.max_force_n.is_nan() || settings.max_force_n <= 0.0 {

@@ -1,6 +1,8 @@
 //! Bodies with pins, a second term beside the links: what holds for the energy of links holds for
 //! the sum of both.
 
+mod predict;
+
 use std::vec::Vec;
 
 use fixed::types::I8F24;
@@ -8,7 +10,7 @@ use nalgebra::Vector3;
 
 use super::choices::{Drive, Unloading};
 use super::sample::{Flags, ToolSample};
-use super::settings::{Network, Settings};
+use super::settings::{Network, Settings, SettingsError};
 use super::tissue::{Tissue, TissueMut};
 use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
@@ -16,7 +18,7 @@ use crate::model::{Model, range};
 use crate::number::Number;
 use crate::number::cell::sub;
 use crate::number::two_float::{LANES, TwoFloat};
-use crate::solver::{Dynamics, Euler, GaussSeidel, Rkl1, Rkl2, Track};
+use crate::solver::{Dynamics, Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track};
 use crate::terms::pin::Displaced;
 use crate::terms::state::{CellState, State};
 use crate::terms::tests::{pinned, with_word};
@@ -225,7 +227,7 @@ fn with_pins_the_level_never_rises_and_bounds_the_energy() {
             }
         )*};
     }
-    under!(Track<ROOM>, Track<0, f64>, Track<0, I8F24>, Euler, Rkl1, Rkl2, GaussSeidel);
+    under!(Track<ROOM>, Predict<ROOM>, Track<0, f64>, Track<0, I8F24>, Euler, Rkl1, Rkl2, GaussSeidel);
     // The guard was put to the test.
     assert!(discarded > 0);
 }
@@ -419,4 +421,46 @@ fn a_saved_state_goes_on_with_the_same_bits() {
     }
     two.reset(&network).unwrap();
     assert!(two.view().term_words(&model).all(|word| word == 0), "a reset forgets");
+}
+
+/// A time that is lost in rounding would make no pass: the smallest is named, and makes one.
+#[test]
+fn the_smallest_time_makes_a_pass() {
+    let model = Model::from_bytes(ORGAN).unwrap();
+    let min = model.tick_time_min();
+    for tick_time in [1.0e-45, 0.99 * min, f32::NAN] {
+        let settings = Settings { tick_time, ..Settings::for_model(&model) };
+        assert_eq!(Network::new(model, settings).err(), Some(SettingsError::TickTime { min }));
+    }
+    let settings = Settings { tick_time: min, ..Settings::for_model(&model) };
+    let network = Network::new(model, settings).unwrap();
+    let mut tissue = Body::<Rkl2>::new();
+    tissue.reset(&network).unwrap();
+    let away = |cell: usize| model.rest_position(cell).map(|x| 1.2 * x);
+    let positions: Vec<[f32; 3]> = (0..CELLS).map(away).collect();
+    tissue.view().set_positions(&network, &positions).unwrap();
+    let output = press(&mut tissue, &network, [0.0; 3], 0);
+    assert!(output.energy_j > 0.0 && output.sweeps == settings.sweeps, "{output:?}");
+}
+
+/// A force that is cut is at most the largest.
+#[test]
+fn a_clamped_force_is_at_most_the_largest() {
+    let model = Model::from_bytes(ORGAN).unwrap();
+    let max_force_n = 0.1;
+    let settings = Settings { max_force_n, ..Settings::for_model(&model) };
+    let network = Network::new(model, settings).unwrap();
+    let mut tissue = Body::<Track<ROOM>>::new();
+    tissue.reset(&network).unwrap();
+    let free = (0..CELLS as u16).find(|&cell| !model.is_fixed(cell)).unwrap();
+    tissue.choose_contacts(&network, &[free]).unwrap();
+    let mut clamped = 0;
+    for tick in 0..200_usize {
+        let way = [0, 1, 2].map(|axis| 2.0 * noise(3 * (tick / 4) + axis) * model.unit_m());
+        let output = press(&mut tissue, &network, way, 1);
+        let squared: f64 = output.force_n.iter().map(|&x| f64::from(x) * f64::from(x)).sum();
+        assert!(squared.sqrt() <= f64::from(max_force_n), "{tick}: {}", squared.sqrt());
+        clamped += usize::from(output.flags.contains(Flags::FORCE_CLAMPED));
+    }
+    assert!(clamped > 20, "{clamped}");
 }

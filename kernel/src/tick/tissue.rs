@@ -15,6 +15,7 @@ use crate::number::two_float::Eight;
 use crate::number::{Number, float_env};
 use crate::solver::awake::Awake;
 use crate::solver::level::Level;
+use crate::solver::scheme::Memory;
 use crate::solver::{Blocks, CellArrays, Dynamics};
 use crate::terms::held::{self, Contact, ContactError};
 use crate::terms::links::number::LinkNumber;
@@ -260,7 +261,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if needed > room {
             return Err(ResetError::CoarseRoom { needed, room });
         }
+        let is_same = self.head.model == Some(network.model().checksum());
+        let dynamics = if is_same { self.head.dynamics.stilled() } else { D::REST };
         *self.head = Head::NEW;
+        self.head.dynamics = dynamics;
         self.head.model = Some(network.model().checksum());
         self.head.vectors = VectorUnit::find();
         self.residual.fill(Cell::ZERO);
@@ -268,7 +272,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
             *v = Cell::at(from_single(*rest));
         }
-        for array in self.own.chunks_mut(cells.max(1)).take(D::ARRAYS) {
+        for array in self.own.chunks_mut(cells.max(1)).take(D::POINTS) {
             for (own, v) in array.iter_mut().zip(&*self.state) {
                 *own = *v;
             }
@@ -307,7 +311,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return Err(StateError::Position(cell));
         }
         let kept = *self.head;
-        *self.head = Head { vectors: kept.vectors, ..Head::NEW };
+        *self.head = Head::NEW;
+        self.head.vectors = kept.vectors;
+        self.head.dynamics = kept.dynamics.stilled();
         self.head.model = kept.model;
         self.head.probe = kept.probe;
         self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
@@ -342,13 +348,36 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if needed > room {
             return Err(ContactError::CoarseRoom { needed, room });
         }
+        let is_prepared = self.head.dynamics.is_prepared(cells.len())
+            && self
+                .contacts
+                .iter()
+                .zip(cells)
+                .all(|(slot, &cell)| slot.cell() == usize::from(cell));
         for (slot, &cell) in self.contacts.iter_mut().zip(cells) {
             *slot = Contact::new(cell);
         }
         self.head.chosen = cells.len();
         self.head.probe = None;
-        D::hold(model, self.room, self.contacts.get(..cells.len()).unwrap_or(&[]));
+        if !is_prepared {
+            self.prepare(model);
+        }
         Ok(())
+    }
+
+    /// Lets the scheme prepare for the chosen cells.
+    fn prepare(&mut self, model: &Model<'_>) {
+        let cells = model.cells();
+        if let (Some(state), Some(residual), Some(own), Some(held)) = (
+            self.state.get(..cells),
+            self.residual.get_mut(..D::RESIDUALS * cells),
+            self.own.get_mut(..D::ARRAYS * cells),
+            self.contacts.get(..self.head.chosen),
+        ) {
+            let (room, vectors) = (&mut *self.room, self.head.vectors);
+            let memory = Memory { state, residual, own, room, vectors };
+            self.head.dynamics.hold(model, memory, held);
+        }
     }
 
     /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
@@ -378,6 +407,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             return Err(ContactError::ProbeRoom { needed, room });
         }
         self.head.chosen = 0;
+        self.head.dynamics.release();
         self.head.probe = Some(radius);
         Ok(())
     }

@@ -53,6 +53,7 @@ fn scheme(hats: usize, held: usize) -> Result<String, String> {
     let room = format!("{{ coarse_room({hats}, {held}) }}");
     match (scheme.as_str(), tier.as_str()) {
         ("track", "f32") => Ok(format!("Track<{room}>")),
+        ("predict", "f32") => Ok(format!("Predict<{room}>")),
         ("euler", "f32") => Ok("Euler".into()),
         ("track", "fixed") => Ok("Track<0, fixed::types::I8F24>".into()),
         ("euler", "fixed") => Ok("Euler<fixed::types::I8F24>".into()),

@@ -3,7 +3,7 @@
 //! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Model, Rkl1, Rkl2, Settings, Tissue, Track, Unloading,
+    Dynamics, Euler, GaussSeidel, Model, Predict, Rkl1, Rkl2, Settings, Tissue, Track, Unloading,
     coarse_room, include_model,
 };
 
@@ -114,6 +114,12 @@ scenes! {
     organ500_track {
         image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
         scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// The organ with a prediction and one sweep a tick.
+    organ500_predict {
+        image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
+        scheme: Predict<{ coarse_room(24, 7) }>, also: [], sweeps: 1, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// An organ whose links all differ, with hats.

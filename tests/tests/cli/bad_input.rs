@@ -198,9 +198,9 @@ fn run_parameters_out_of_range() {
         place.refuses_run(&["--dynamics", "euler", "--step", step], &["--step", bound]);
     }
     let mut scheme = ["--dynamics", "rkl2", "--step", ""];
-    for step in ["0", "-0.1", "NaN", "inf"] {
+    for step in ["0", "1e-45", "-0.1", "NaN", "inf"] {
         scheme[3] = step;
-        place.refuses_run(&scheme, &["--step", "must be above 0 and finite"]);
+        place.refuses_run(&scheme, &["--step", "must be finite and at least 0.0000000000005"]);
     }
     // 4 sweeps of at most 0.5 in a tick of 1 ms.
     for (constant_s, dynamics, why) in [

@@ -21,6 +21,32 @@ fn finite(value: &Value, place: &str) {
     }
 }
 
+/// Held cells under a hand that moves: every row has a time and a finite error at that setting.
+fn hand(found: &Value) {
+    let rows = found["hand"].as_array().unwrap();
+    for motion in ["straight at 80 mm/s", "circles with tremor"] {
+        for scheme in ["track", "track without hats"] {
+            let of = |row: &&Value| {
+                let named = row["motion"].as_str().unwrap().starts_with(motion);
+                named && row["scheme"] == scheme
+            };
+            let rows: Vec<&Value> = rows.iter().filter(of).collect();
+            let sweeps: Vec<u64> = rows.iter().map(|row| row["sweeps"].as_u64().unwrap()).collect();
+            assert_eq!(sweeps, [1, 2, 4, 8], "{motion}, {scheme}");
+            for row in &rows {
+                assert!(real(row, "/tick_ns/p50") > 0.0 && real(row, "/own_sweeps") > 0.0, "{row}");
+                assert!(real(row, "/main_sweeps") > 0.0, "{row}");
+                let [median, largest] =
+                    ["median", "largest"].map(|of| real(row, &format!("/force/{of}")));
+                assert!(0.0 < median && median <= largest && largest < 10.0, "{row}");
+                assert!((0.0..=1.0).contains(&real(row, "/snaps/share")), "{row}");
+            }
+            let error = |at: usize| real(rows[at], "/force/largest");
+            assert!(error(3) < 0.5 * error(0), "{motion}, {scheme}: {} {}", error(0), error(3));
+        }
+    }
+}
+
 #[test]
 fn a_quick_report_has_its_figures_and_files() {
     let place = files::scratch();
@@ -65,11 +91,16 @@ fn a_quick_report_has_its_figures_and_files() {
     assert_eq!(found["reference"], false);
     assert!(real(&found, "/seconds") > 0.0);
     let tools = found["tools"].as_array().unwrap();
-    assert!(tools.iter().all(|row| real(row, "/largest/force") < 10.0), "{tools:?}");
+    assert!(tools.iter().all(|row| real(row, "/force/largest") < 10.0), "{tools:?}");
+    assert!(tools.iter().all(|row| real(row, "/force/median") <= real(row, "/force/p90")));
+    hand(&found);
     // A ratio without a base is no number.
     finite(&found, "");
     let text = std::fs::read_to_string(out.join("REPORT.md")).unwrap();
     assert!(text.contains("generated organ") && text.contains("| track | 16 |"), "{text}");
+    for head in ["## A hand that moves", "left out as snaps [%]", "largest in snaps [%]"] {
+        assert!(text.contains(head), "{head} in {text}");
+    }
     for tool in ["held cells", "moving probe", "load"] {
         assert!(text.contains(&format!("| {tool}")), "{tool} in {text}");
     }
@@ -80,6 +111,8 @@ fn a_quick_report_has_its_figures_and_files() {
         "press.csv",
         "settle.csv",
         "tools.csv",
+        "hand.csv",
+        "hand.png",
         "time.csv",
         "numbers.csv",
         "growth.png",

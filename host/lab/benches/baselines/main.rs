@@ -30,6 +30,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use chaincell_host::error::{Error, Result};
+use chaincell_lab::cli::exit_code;
 use chaincell_lab::experiments::report::scene::Scene;
 use chaincell_lab::reference::vectors::distance;
 use serde::Serialize;
@@ -281,11 +282,5 @@ fn run_all() -> Result<()> {
 }
 
 fn main() -> ExitCode {
-    match run_all() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(why) => {
-            eprintln!("{why}");
-            ExitCode::from(why.exit_code())
-        }
-    }
+    exit_code(run_all())
 }

@@ -6,6 +6,8 @@ mod report;
 mod soak;
 mod stress;
 
+use std::process::ExitCode;
+
 use clap::{Parser, Subcommand};
 
 use chaincell_host::error::Result;
@@ -41,6 +43,17 @@ impl Cli {
             Work::Identify(args) => identify::execute(&args),
         }
     }
+}
+
+/// How an example or a bench ends: what went wrong goes to standard error.
+pub fn exit_code(ended: Result<()>) -> ExitCode {
+    ended.map_or_else(
+        |why| {
+            eprintln!("{why}");
+            ExitCode::from(why.exit_code())
+        },
+        |()| ExitCode::SUCCESS,
+    )
 }
 
 #[cfg(test)]

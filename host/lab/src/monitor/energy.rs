@@ -1,5 +1,7 @@
 //! The energy of positions in double precision: what the certified level is compared with.
 
+use chaincell_kernel::Rounding;
+
 use crate::reference::Links;
 use crate::reference::vectors::{minus, norm};
 
@@ -11,7 +13,7 @@ const EPS: f64 = f32::EPSILON as f64;
 pub struct Energy {
     /// Sum of w d^2 / 4.
     pub energy: f64,
-    /// How far rounding may move the energy of the same state in single precision.
+    /// The kernel's allowance for its rounding, and what the positions are off by beyond it.
     pub allowance: f64,
     /// How far rounding may move a force, in the unit of w d / 2: the direction of a link is as
     /// exact as its length.
@@ -28,10 +30,11 @@ impl Energy {
 
 /// Energy of the links at positions, with the bands as they are or `closed` to the rest lengths.
 ///
-/// `error` gives how far a stored position may be off along a link. With u the length of a link, d
-/// its part outside the band and r the errors of its two ends, the allowance is the sum of
-/// 4 eps (w d^2 / 4 + w u d / 2) for the kernel's sum and w r (d + r / 2) / 2 for the positions.
-/// For a force it is w d r / u, twice what an error r of the length does, at most w d / 2.
+/// Lengths are in the kernel's unit, mean link lengths from the centre. The allowance is that of
+/// [`Rounding`]. `error` gives how far a position may be off beyond single precision: with d the
+/// part of a link outside its band and r the errors of its two ends, it adds w r (d + r / 2) / 2.
+/// For a force the allowance is w d r / u, u being the link's length and r with the rounding of the
+/// positions: twice what an error r of the length does, at most w d / 2.
 ///
 /// Cost: one root a link.
 #[must_use]
@@ -43,6 +46,8 @@ pub fn energy(
 ) -> Energy {
     let errors: Vec<f64> = positions.iter().map(error).collect();
     let mut sum = Energy::default();
+    // Weight, and sum of w d^2, of the links of each cell.
+    let mut cells = vec![[0.0; 2]; positions.len()];
     for (link, ends) in links.ends().iter().enumerate() {
         let [i, j] = ends.map(|end| end as usize);
         let u = norm(minus(positions[j], positions[i]));
@@ -52,17 +57,32 @@ pub fn energy(
         let r = errors[i] + errors[j];
         let own = 0.25 * w * d * d;
         sum.energy += own;
-        sum.force_allowance += 0.5 * w * d * (2.0 * r / u).min(1.0);
-        sum.allowance += 4.0 * EPS * (own + 0.5 * w * u * d) + 0.5 * w * r * (d + 0.5 * r);
+        let off = r + EPS * (norm(positions[i]) + norm(positions[j]));
+        sum.force_allowance += 0.5 * w * d * (2.0 * off / u).min(1.0);
+        sum.allowance += 0.5 * w * r * (d + 0.5 * r);
+        for end in [i, j] {
+            cells[end][0] += w;
+            cells[end][1] += w * d * d;
+        }
     }
+    sum.allowance += allowance(links, positions, &cells, sum.energy);
     sum
 }
 
-/// How far a published position may be off [mean link lengths]: a step and its sum with the
-/// position round once each, to single precision and to the `resolution` of the numbers.
-#[must_use]
-pub fn rounding(position: &[f64; 3], resolution: f64) -> f64 {
-    EPS * norm(*position) + 0.5 * resolution
+/// The kernel's allowance for the energy of a state whose cells have these weights and sums of
+/// w d^2.
+fn allowance(links: &Links, positions: &[[f64; 3]], cells: &[[f64; 2]], energy: f64) -> f64 {
+    let mut sum = Rounding::default();
+    for (&w, &l0) in links.weights().iter().zip(links.rest_lengths()) {
+        sum.add_link(w as f32, l0 as f32);
+    }
+    for (at, &[weight, wd2]) in positions.iter().zip(cells) {
+        let mobility = if weight > 0.0 { 1.0 / weight } else { 0.0 };
+        let cell = Rounding::of_cell(at.map(|x| x as f32), mobility as f32, wd2 as f32);
+        sum.moment += cell.moment;
+        sum.stored += cell.stored;
+    }
+    sum.allowance(energy as f32).into()
 }
 
 #[cfg(test)]
@@ -80,11 +100,17 @@ mod tests {
         let closed = energy(&links, &at, true, |_| 0.0);
         assert!((closed.energy - links.closed().energy(&at)).abs() < 1e-15);
         assert!((closed.energy - 0.25 * (0.25 + 0.01)).abs() < 1e-15, "{closed:?}");
-        let moment = 4.0 * EPS * (exact.energy + 0.5 * 1.5 * 0.4);
-        assert!((exact.allowance - moment).abs() < 1e-15, "{exact:?}");
+        // Cell 0 has both links, at 0; cell 1 the taut one, at 1.5. The slack one has no part.
+        let moments = [2.0, 1.5 * 1.5 + 1.0].map(|moment| moment * EPS * EPS);
+        let slack = 5.0 * EPS * EPS;
+        let stored = (moments[0] + moments[1]) * 0.4 * 0.4;
+        let rounding = 4.0 * EPS * exact.energy
+            + 0.5 * stored.sqrt()
+            + (moments[0] + moments[1]) / 48.0
+            + slack;
+        assert!((exact.allowance / rounding - 1.0).abs() < 1e-5, "{exact:?}");
         // An error of e at both ends: e (d + e) for the taut link, e^2 for the slack one.
         let off = energy(&links, &at, false, |_| 0.01).allowance - exact.allowance;
         assert!((off - 0.01 * (0.4 + 0.01) - 0.01 * 0.01).abs() < 1e-15, "{off}");
-        assert_eq!(rounding(&[3.0, 4.0, 0.0], 0.5), 5.0 * EPS + 0.25);
     }
 }

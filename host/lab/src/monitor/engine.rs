@@ -3,14 +3,12 @@
 use chaincell_kernel::{Drive, Flags, Model, TickOutput, ToolSample, Unloading};
 
 use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst};
-use super::energy::{Energy, energy, rounding};
+use super::energy::{Energy, energy};
 use crate::reference::Links;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 
 /// How far fixed point may move a length [mean link lengths].
 const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
-/// Rounding of the largest force that is set.
-const FORCE_MAX: f64 = 1e-5;
 
 /// The tick before.
 #[derive(Debug, Clone, Copy)]
@@ -167,7 +165,7 @@ impl<'m> Monitor<'m> {
     }
 
     fn energy(&self, positions: &[[f64; 3]], closed: bool) -> Energy {
-        let error = |position: &[f64; 3]| rounding(position, self.resolution);
+        let error = |_: &[f64; 3]| 0.5 * self.resolution;
         energy(&self.links, positions, closed, error).times(self.model.energy_unit_j().into())
     }
 
@@ -175,7 +173,7 @@ impl<'m> Monitor<'m> {
     fn answer(&mut self, engine: &Engine<'_>, output: &TickOutput) {
         let force_n = output.force_n.cast::<f64>().norm();
         let most_n = f64::from(engine.network().settings().max_force_n);
-        self.hold(Check::Force, force_n <= most_n * (1.0 + FORCE_MAX) + 1e-30, || {
+        self.hold(Check::Force, force_n <= most_n, || {
             format!("{force_n:e} N, at most {most_n:e} N are set")
         });
         let safe = output.flags.contains(Flags::SAFE_STATE);

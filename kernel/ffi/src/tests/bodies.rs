@@ -6,7 +6,8 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Model, Network, Rkl1, Rkl2, ToolSample, Track, coarse_room,
+    Dynamics, Euler, GaussSeidel, Model, Network, Predict, Rkl1, Rkl2, ToolSample, Track,
+    coarse_room,
 };
 
 use super::{BOX, CELLS, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
@@ -84,6 +85,10 @@ fn every_scheme_gives_the_kernels_bits() {
         assert_eq!(alone(BOX, scheme, &ids), run, "{scheme:?}");
     }
     assert_eq!(alone(PLANE, Scheme::Track, &[40]), kernels::<Track>(PLANE, &[40], 4));
+    // Without slack there is something to predict.
+    let predicted = alone(CELLS, Scheme::Predict, &ids);
+    assert_eq!(predicted, kernels::<Predict>(CELLS, &ids, 4));
+    assert_ne!(predicted, alone(CELLS, Scheme::Track, &ids));
 }
 
 /// No state but that in the storages.

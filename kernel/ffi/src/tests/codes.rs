@@ -98,7 +98,7 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(SettingsError::Sweeps, Code::SettingsSweeps, none);
     let limit = Detail { limit: 0.25, ..none };
     becomes(SettingsError::Step { max: 0.25 }, Code::SettingsStep, limit);
-    becomes(SettingsError::TickTime, Code::SettingsTickTime, none);
+    becomes(SettingsError::TickTime { min: 0.25 }, Code::SettingsTickTime, limit);
     becomes(SettingsError::MaxToolStep, Code::SettingsMaxToolStep, none);
     becomes(SettingsError::MaxForce, Code::SettingsMaxForce, none);
     let capacity = ResetError::Capacity { needed: 81, capacity: 80 };

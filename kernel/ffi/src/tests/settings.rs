@@ -63,7 +63,11 @@ fn refused(change: fn(&mut Settings), wanted: Code) {
     let model = model_of(BOX);
     let mut settings = settings_of(&model, Scheme::Track);
     change(&mut settings);
-    let limit = if wanted == Code::SettingsStep { 1.0 / 9.0 } else { 0.0 };
+    let limit = match wanted {
+        Code::SettingsStep => 1.0 / 9.0,
+        Code::SettingsTickTime => 1.0e-12 * (1.0 / 9.0),
+        _ => 0.0,
+    };
     let mut detail = Detail::default();
     assert_eq!(call!(chaincell_settings_check(&model, &settings, &mut detail)), wanted);
     assert_eq!(detail, Detail { limit, ..Detail::default() });
@@ -86,6 +90,7 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.step = 0.12, Code::SettingsStep);
     refused(|s| s.step = f32::NAN, Code::SettingsStep);
     refused(|s| s.tick_time = 0.0, Code::SettingsTickTime);
+    refused(|s| s.tick_time = 1.0e-45, Code::SettingsTickTime);
     refused(|s| s.max_tool_step_m = f32::INFINITY, Code::SettingsMaxToolStep);
     refused(|s| s.max_force_n = -1.0, Code::SettingsMaxForce);
 }

@@ -61,20 +61,32 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
     }
 }
 
+/// The coarse direction: its values at a basis function.
+#[inline(always)]
+fn direction<'a>(basis: &CoarseBasis<'_>, room: &'a [Eight]) -> impl Fn(usize) -> [f32; 3] + 'a {
+    let stride = basis.stride();
+    let c = room.get(3 * basis.blocks()..6 * basis.blocks()).unwrap_or(&[]).as_flattened();
+    move |function| [0, 1, 2].map(|axis| c.get(axis * stride + function).copied().unwrap_or(0.0))
+}
+
 /// The coarse direction at the corners of a box.
 #[inline(always)]
 fn corners(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> Corners {
-    let stride = basis.stride();
-    let c = room.get(3 * basis.blocks()..6 * basis.blocks()).unwrap_or(&[]).as_flattened();
-    let value =
-        |axis: usize, function: usize| c.get(axis * stride + function).copied().unwrap_or(0.0);
+    let value = direction(basis, room);
     match basis.corners.get(at_box) {
         Some(corners) => corners.map(|function| match function {
             NO_HAT => [0.0; 3],
-            function => [0, 1, 2].map(|axis| value(axis, usize::from(function))),
+            function => value(usize::from(function)),
         }),
         None => [[0.0; 3]; LANES],
     }
+}
+
+/// The coarse direction at one cell.
+pub(crate) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [f32; 3] {
+    let value = direction(basis, room);
+    let hats = basis.row_of(cell);
+    hats.fold([0.0; 3], |sum, (function, weight)| add(sum, scale(weight, value(function))))
 }
 
 /// The update of all free cells with the coarse direction; whether some coordinate is beyond K.

@@ -254,3 +254,36 @@ fn every_setting_out_of_range_is_named() {
         assert_eq!(Stage::new(settings).map(|_| ()), Err(why), "{settings:?}");
     }
 }
+
+/// Under a current the tissue makes a force and tells neither work nor stiffness.
+#[test]
+fn a_stage_that_goes_by_position_gives_no_force_under_a_current() {
+    let sample = ToolSample { position_m: Vector3::zeros(), engaged: 1 };
+    let driven = TickOutput {
+        force_n: Vector3::new(0.0, 0.0, 1.0),
+        contacts: 3,
+        energy_j: 0.1,
+        ..TickOutput::NONE
+    };
+    let all = StageSettings { ramp_ticks: 0, ..StageSettings::for_device(Device::Falcon) };
+    let given = |settings: StageSettings, answer: &TickOutput| {
+        let mut stage = Stage::new(settings).unwrap();
+        let mut last = TickOutput::NONE;
+        for _ in 0..20 {
+            stage.sample(&sample);
+            last = stage.output(answer);
+        }
+        last
+    };
+    let coupled = StageSettings { passivity: None, ..all };
+    let passive = StageSettings { coupling: None, ..all };
+    for settings in [all, coupled, passive] {
+        let answer = given(settings, &driven);
+        assert_eq!(answer.force_n, Vector3::zeros());
+        assert!(answer.flags.contains(Flags::SAFE_STATE));
+    }
+    let answer = given(StageSettings { coupling: None, passivity: None, ..all }, &driven);
+    assert_eq!((answer.force_n, answer.flags), (driven.force_n, Flags::default()));
+    let answer = given(passive, &TickOutput { stiffness_n_per_m: 100.0, ..driven });
+    assert!(answer.force_n.z > 0.9 && !answer.flags.contains(Flags::SAFE_STATE));
+}

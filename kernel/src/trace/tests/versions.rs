@@ -12,15 +12,15 @@ static FALCON: &[u8] = include_bytes!("../../../../tests/data/traces/version2-fa
 #[test]
 fn every_version_is_read() {
     let before = Origin { revision: 1, release: [0, 1, 0] };
-    for (trace, scheme, number, drive) in [
-        (TRACK, Scheme::Track, Arithmetic::F32, Drive::Position),
-        (CURRENT, Scheme::Euler, Arithmetic::Fixed, Drive::Current),
-        (FALCON, Scheme::Rkl2, Arithmetic::F32, Drive::Position),
-        (&trace(), Scheme::Track, Arithmetic::F32, Drive::Position),
+    for (trace, scheme, number, drive, origin) in [
+        (TRACK, Scheme::Track, Arithmetic::F32, Drive::Position, before),
+        (CURRENT, Scheme::Euler, Arithmetic::Fixed, Drive::Current, before),
+        (FALCON, Scheme::Rkl2, Arithmetic::F32, Drive::Position, before),
+        (&trace(), Scheme::Track, Arithmetic::F32, Drive::Position, Origin::HERE),
     ] {
         let header = *Reader::open(trace).unwrap().header();
         assert_eq!((header.scheme, header.number), (scheme, number));
-        assert_eq!((header.origin, header.settings.drive), (before, drive));
+        assert_eq!((header.origin, header.settings.drive), (origin, drive));
         let (records, end) = read(trace).unwrap();
         assert_eq!(end, End::Complete);
         assert!(records.len() >= 30 && records.iter().all(|record| record.1[2] != 0));
@@ -42,5 +42,5 @@ fn another_revision_is_named_with_its_release_and_nothing_is_played() {
     let refused = reader.header().network(model()).err();
     assert_eq!(refused, Some(TraceError::Revision(origin)));
     let told = refused.unwrap().to_string();
-    assert!(told.contains("revision 2") && told.ends_with("with chaincell 7.8.9"), "{told}");
+    assert!(told.contains("revision 3") && told.ends_with("with chaincell 7.8.9"), "{told}");
 }

@@ -95,18 +95,17 @@ fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)>
 /// Every link out of its band, too long and then too short, the tool holding its cells; the larger
 /// of each figure.
 pub fn worst(tissue: &mut Tissue) -> Option<()> {
-    let (mut sweep, mut tick, mut one) = (0, 0, 0);
+    let (mut sweep, mut tick) = (0, 0);
     for state in [LONG, SHORT] {
         let (_, few) = counted(tissue, state, FEW)?;
         let (_, many) = counted(tissue, state, MANY)?;
         let (most, _) = counted(tissue, state, SWEEPS)?;
         sweep = sweep.max(many.wrapping_sub(few) / u32::from(MANY - FEW));
-        (tick, one) = (tick.max(most), one.max(few));
+        tick = tick.max(most);
         deep(tissue, state)?;
     }
     console::number("instructions_per_sweep_worst", sweep);
     console::number("instructions_per_tick_worst", tick);
-    console::number("instructions_of_one_sweep_tick", one);
     Some(())
 }
 

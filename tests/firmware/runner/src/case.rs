@@ -45,7 +45,7 @@ const PLAIN: Case = Case {
 const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 
 /// All of them.
-pub const CASES: [Case; 6] = [
+pub const CASES: [Case; 8] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
@@ -64,6 +64,21 @@ pub const CASES: [Case; 6] = [
         golden: Some("organ500_track"),
         ..PLAIN
     },
+    Case {
+        name: "organ500_predict",
+        bake: &["organ:500", "--hats=3.5", "--lean"],
+        scheme: "predict",
+        golden: Some("organ500_predict"),
+        needs_fpu: true,
+        ..PLAIN
+    },
+    Case {
+        name: "organ1000_predict",
+        bake: &["organ:1010", "--hats=none", "--lean"],
+        scheme: "predict",
+        needs_fpu: true,
+        ..OF_SIZE
+    },
     Case { name: "organ1000_track", bake: &["organ:1010", "--hats=4.5", "--lean"], ..OF_SIZE },
     Case {
         name: "organ1000_bare",
@@ -81,30 +96,18 @@ pub const CASES: [Case; 6] = [
     },
 ];
 
-/// Sizes for `--fit`: the organ with a few dozen hats, and without.
-pub const FIT: [(&str, [Case; 4]); 2] = [
-    (
-        "with hats",
-        [
-            fit("fit200", &["organ:200", "--hats=4.5", "--lean"]),
-            fit("fit500", &["organ:500", "--hats=4.5", "--lean"]),
-            fit("fit1000", &["organ:1000", "--hats=4.5", "--lean"]),
-            fit("fit1500", &["organ:1500", "--hats=4.5", "--lean"]),
-        ],
-    ),
-    (
-        "without hats",
-        [
-            fit("bare200", &["organ:200", "--hats=none", "--lean"]),
-            fit("bare500", &["organ:500", "--hats=none", "--lean"]),
-            fit("bare1000", &["organ:1000", "--hats=none", "--lean"]),
-            fit("bare1500", &["organ:1500", "--hats=none", "--lean"]),
-        ],
-    ),
+/// Bodies for `--fit`: schemes, sizes of the organ, spacings of its coarse level.
+pub const FIT: [(&str, &[u32], &[&str]); 2] = [
+    ("track", &[300, 500, 650, 700], &["3.5", "none"]),
+    ("predict", &[500, 650, 720, 900], &["6", "none"]),
 ];
 
-const fn fit(name: &'static str, bake: &'static [&'static str]) -> Case {
-    Case { name, bake, sweeps: 1, ticks_max: 10, ..PLAIN }
+/// The organ of a size with a coarse level of a spacing, a sweep a tick.
+pub fn fit(scheme: &'static str, cells: u32, spacing: &str) -> Case {
+    let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
+    let bake = [leak(format!("organ:{cells}")), leak(format!("--hats={spacing}")), "--lean"];
+    let name = leak(format!("{scheme}{cells}-{}", spacing.replace('.', "_")));
+    Case { name, bake: Box::leak(Box::new(bake)), scheme, sweeps: 1, ticks_max: 10, ..PLAIN }
 }
 
 /// A case ready to be built: its model and its scene.

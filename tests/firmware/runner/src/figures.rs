@@ -35,7 +35,6 @@ pub struct Figures {
     pub instructions_per_tick_worst: u64,
     pub instructions_per_sweep_worst: u64,
     pub instructions_per_tick_rest: u64,
-    pub instructions_one_sweep_tick_worst: u64,
     /// Sweeps of a tick that ended when half the instructions of a whole one were used up.
     pub sweeps_in_budget: u64,
     /// Sweeps of that whole one.
@@ -88,7 +87,6 @@ impl Figures {
             instructions_per_tick_worst: worst,
             instructions_per_sweep_worst: said.number("instructions_per_sweep_worst")?,
             instructions_per_tick_rest: said.number("instructions_per_tick_rest")?,
-            instructions_one_sweep_tick_worst: said.number("instructions_of_one_sweep_tick")?,
             sweeps_in_budget: said.number("sweeps_in_budget")?,
             sweeps_at_most: said.number("sweeps_at_most")?,
             cycles_per_tick_worst_estimate: estimate(target, worst, links, sweeps),
@@ -117,7 +115,7 @@ impl Figures {
     /// bits of this machine for the sweeps that it made.
     fn hold_budget(&self, ready: &Ready, tier: Tier, hash: u64) -> Result<()> {
         let (made, at_most) = (self.sweeps_in_budget, self.sweeps_at_most);
-        let is_ended = matches!(self.scheme, "track" | "gauss-seidel");
+        let is_ended = matches!(self.scheme, "track" | "predict" | "gauss-seidel");
         let is_right = if is_ended { (1..at_most).contains(&made) } else { made == at_most };
         ensure!(is_right, "{made} of {at_most} sweeps in half the instructions of all");
         let own = host::again(ready, tier, at_most.try_into()?, made.try_into()?)?;

@@ -5,7 +5,7 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Network, Rkl1, Rkl2, Settings, TermState,
+    Dynamics, Euler, GaussSeidel, Head, Model, Network, Predict, Rkl1, Rkl2, Settings, TermState,
     TermStates, TissueMut, ToolSample, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
@@ -107,6 +107,7 @@ impl Act for Endure {
 fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
     Ok(match (ready.scene.scheme, tier) {
         ("track", Tier::F32) => with::<Track, A>(ready, act),
+        ("predict", Tier::F32) => with::<Predict, A>(ready, act),
         ("euler", Tier::F32) => with::<Euler, A>(ready, act),
         ("rkl1", Tier::F32) => with::<Rkl1, A>(ready, act),
         ("rkl2", Tier::F32) => with::<Rkl2, A>(ready, act),

@@ -13,7 +13,7 @@ mod target;
 mod tier;
 mod trace;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
@@ -48,7 +48,7 @@ struct Args {
     /// All 2,000 ticks of the scenes; CHAINCELL_SLOW=1 does the same
     #[arg(long)]
     slow: bool,
-    /// How many organ cells fit a millisecond on the Cortex-M7
+    /// Which organs fit 480,000 instructions on the Cortex-M7, with the error of their force
     #[arg(long)]
     fit: bool,
     /// Write budgets.toml anew from what is measured
@@ -60,6 +60,9 @@ struct Args {
     /// The program that bakes models
     #[arg(long, env = "CHAINCELL")]
     chaincell: PathBuf,
+    /// The program that finds errors of the force, for --fit
+    #[arg(long, env = "CHAINCELL_PRESS_ERROR")]
+    press_error: Option<PathBuf>,
 }
 
 /// An image with the scene it plays.
@@ -307,31 +310,57 @@ impl Bench {
         Ok(())
     }
 
-    /// Measures the sizes and says how many cells fit.
+    /// Measures organs of some sizes and says which of them fit with their force.
     fn fit(&self) -> Result<()> {
-        for (kind, cases) in FIT {
-            let mut sizes = vec![];
-            for case in cases {
-                let ready = self.prepare(case)?;
-                let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
-                let image = self.build(target, &ready, Tier::F32, None)?;
-                let (ready, tier) = (Arc::new(ready), Tier::F32);
-                let built = Built { target, ready, tier, image, kind: Kind::Measured(host) };
-                let figures = self.emulate(&built, host)?;
-                let (cells, hats) = (figures.cells, figures.hats);
-                let tick = figures.instructions_one_sweep_tick_worst;
-                let sweep = figures.instructions_per_sweep_worst;
-                self.say(&format!(
-                    "{}, {cells} cells, {hats} hats: a tick of one sweep {tick}, a further sweep \
-                     {sweep}",
-                    figures.core
-                ));
-                sizes.push(fit::Size { cells, tick, sweep });
-            }
-            for line in fit::lines(&sizes) {
-                self.say(&format!("{kind}, {line}"));
+        let program = self.args.press_error.as_deref();
+        let program =
+            program.context("--fit needs --press-error, which tests/firmware/run gives")?;
+        self.say(&fit::Row::head());
+        let mut rows = vec![];
+        for (scheme, sizes, spacings) in FIT {
+            for spacing in spacings {
+                for &cells in sizes {
+                    rows.extend(self.fit_rows(program, scheme, cells, spacing)?);
+                }
             }
         }
+        self.say(&fit::headline(&rows));
         Ok(())
+    }
+
+    /// The organ of a size under a scheme, at some numbers of sweeps.
+    fn fit_rows(
+        &self,
+        program: &Path,
+        scheme: &'static str,
+        cells: u32,
+        spacing: &str,
+    ) -> Result<Vec<fit::Row>> {
+        let errors = fit::errors(program, scheme, cells, spacing)?;
+        let figures = self.organ(case::fit(scheme, cells, spacing))?;
+        let mut rows = vec![];
+        for errors in errors {
+            let (own, its) = ((figures.cells, figures.hats), (errors.cells, errors.hats));
+            ensure!(own == its, "organ:{cells}: cells and hats {own:?} and {its:?}");
+            // The worst of some ticks in a row: it holds what a moving tool costs.
+            let tick = figures.instructions_per_tick_worst;
+            let sweep = figures.instructions_per_sweep_worst;
+            let row = fit::Row::new(figures.links, tick, sweep, &errors);
+            if self.args.json {
+                println!("{}", serde_json::to_string(&row)?);
+            }
+            self.say(&row.line());
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    /// Figures of an organ on the Cortex-M7.
+    fn organ(&self, case: Case) -> Result<Figures> {
+        let ready = self.prepare(case)?;
+        let (target, host) = (&TARGETS[0], host::play(&ready, Tier::F32)?);
+        let image = self.build(target, &ready, Tier::F32, None)?;
+        let (ready, tier) = (Arc::new(ready), Tier::F32);
+        self.emulate(&Built { target, ready, tier, image, kind: Kind::Measured(host) }, host)
     }
 }

@@ -6,17 +6,21 @@ use std::path::PathBuf;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+use super::embedded;
 use super::exact::{ExactPress, PRESS_TICKS};
 use super::firmware::FirmwareRow;
 use super::flow::{self, FlowRow};
 use super::growth::{self, Growth};
+use super::hand::{self, Hand, HandRow};
 use super::machine::Machine;
+use super::motions::Motion;
 use super::numbers::{self, NumberRow};
 use super::press::{self, Errors, PressRow};
 use super::quiet::{self, Local};
 use super::scene::Scene;
 use super::setting::Setting;
 use super::settle::{Press, Settled};
+use super::snaps::Snaps;
 use super::tools::{self, ToolRow};
 use super::worst::{self, Sweep};
 use crate::baseline::{MassSpring, PerCell, Xpbd};
@@ -47,7 +51,7 @@ pub struct Track {
     pub sweeps: u16,
     /// Median tick of the press \[ns\].
     pub tick_ns_p50: u64,
-    /// Largest error of the field from tick 30 on, lags after snaps left out.
+    /// Largest error of the field from tick 30 on, snaps left out.
     pub field_error_max: f64,
     /// Largest error of the force, likewise.
     pub force_error_max: f64,
@@ -55,11 +59,9 @@ pub struct Track {
     pub field_error_after_20ms: f64,
     /// Likewise of the force.
     pub force_error_after_20ms: f64,
-    /// Ticks at which the exact path jumps from one equilibrium to another.
-    pub snaps: Vec<usize>,
-    /// Ticks with a field error above 7 % after those.
-    pub lag_ticks: usize,
-    /// Largest errors in those lags.
+    /// Where the exact path jumps from one equilibrium to another.
+    pub snaps: Snaps,
+    /// Largest errors there.
     pub largest_in_snaps: Errors,
 }
 
@@ -78,8 +80,8 @@ pub struct SceneFigures {
     pub contacts: usize,
     /// Depth of the press \[m\].
     pub depth_m: f64,
-    /// Ticks at which the path jumps.
-    pub snaps: Vec<usize>,
+    /// Where the path jumps.
+    pub snaps: Snaps,
     /// Largest residual of a reference [mean link lengths].
     pub reference_residual: f64,
     /// Moments of the path that were computed.
@@ -118,6 +120,8 @@ pub struct Report {
     pub scenes: Vec<SceneFigures>,
     /// One row a scene, scheme and number of sweeps.
     pub rows: Vec<PressRow>,
+    /// Held cells under a hand that moves.
+    pub hand: Vec<HandRow>,
     /// Every way in which a tool acts on a body.
     pub tools: Vec<ToolRow>,
     /// Time to equilibrium, every method.
@@ -144,7 +148,8 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     report.machine = Machine::read();
     let main = main_body(options, 0.0)?;
     let rounds = if options.quick { 51 } else { 301 };
-    report.sweep = Some(worst::sweep(&main, rounds)?);
+    let swept = worst::sweep(&main, rounds)?;
+    report.sweep = Some(swept);
     step(bar)?;
     report.rest_ns = Some(quiet::rest(&main, 20 * rounds)?.p50);
     step(bar)?;
@@ -154,6 +159,7 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     settle(options, report, bar)?;
     presses(options, &main, report, bar)?;
     let small = options.quick.then(|| Scene::organ_of(1000)).transpose()?;
+    report.hand = hands(options, &main, swept.mixed.simd_ns, || step(bar))?;
     report.tools = tools::run(small.as_ref().unwrap_or(&main), || step(bar))?;
     let steps: &[f64] =
         if options.quick { &[0.02, 0.1] } else { &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] };
@@ -177,6 +183,59 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     step(bar)
 }
 
+/// Straight in, two depths of the main body: the deeper one goes through the liver's snap.
+const FAST: Motion = Motion::Straight { speed_mm_per_s: 80.0, depth_mm: 15.0 };
+const FAST_DEEP: Motion = Motion::Straight { speed_mm_per_s: 80.0, depth_mm: 24.0 };
+/// Straight in, as the table of microcontrollers has it.
+const SLOW: Motion = embedded::MOTION;
+/// The large organ up to the tick before its first snap.
+const SHALLOW: Motion = Motion::Straight { speed_mm_per_s: 80.0, depth_mm: 6.9 };
+/// Cells of the large organ, and of the one that stands for the main body in the quick form.
+const LARGE_CELLS: usize = 16_500;
+const QUICK_CELLS: usize = 300;
+
+/// Motions of the main body and of the large organ.
+fn motions(options: &Options) -> [&'static [Motion]; 2] {
+    match options.quick {
+        true => [&[FAST, Motion::Circles], &[]],
+        false => [&[FAST_DEEP, FAST, SLOW, Motion::Circles], &[FAST, SHALLOW]],
+    }
+}
+
+/// Held cells under a hand that moves, alone: what [`collect`] measures of it.
+///
+/// # Errors
+/// As there.
+pub fn hands_alone(options: &Options) -> Result<Vec<HandRow>> {
+    let main = main_body(options, 0.0)?;
+    let main_ns = worst::sweep(&main, hand_rounds(options))?.mixed.simd_ns;
+    hands(options, &main, main_ns, || Ok(()))
+}
+
+fn hand_rounds(options: &Options) -> usize {
+    if options.quick { 15 } else { 101 }
+}
+
+/// The main body, whose sweep takes `main_ns`, and the large organ; the quick form has a small organ
+/// in the place of both. `after` is called behind each piece of work.
+fn hands(
+    options: &Options,
+    main: &Scene,
+    main_ns: u64,
+    mut after: impl FnMut() -> Result<()>,
+) -> Result<Vec<HandRow>> {
+    let other = Scene::organ_of(if options.quick { QUICK_CELLS } else { LARGE_CELLS })?;
+    let other_ns = worst::sweep(&other, hand_rounds(options))?.mixed.simd_ns;
+    let other = (&other, other_ns);
+    let bodies = if options.quick { vec![other] } else { vec![(main, main_ns), other] };
+    let mut rows = Vec::new();
+    for ((scene, own_ns), motions) in bodies.into_iter().zip(motions(options)) {
+        let hand = Hand { scene, motions, sweeps: &hand::SWEEPS, own_ns, main_ns };
+        rows.extend(hand.run(&mut after)?);
+    }
+    Ok(rows)
+}
+
 /// Pieces of work, for the progress bar.
 #[must_use]
 pub fn pieces(options: &Options) -> u64 {
@@ -184,7 +243,9 @@ pub fn pieces(options: &Options) -> u64 {
     let rows = scenes(options) * sweeps(options).len() * Setting::all(true).len();
     let paths = scenes(options) * PRESS_TICKS;
     let numbers = if options.quick { 1 } else { 3 };
-    (7 + settle + growth + rows + paths + numbers + 3) as u64
+    let hands = motions(options).map(|of_body| Hand::pieces(of_body, &hand::SWEEPS));
+    let hands: usize = hands.iter().sum();
+    (7 + settle + growth + rows + paths + numbers + hands + 3) as u64
 }
 
 fn methods() -> usize {
@@ -329,7 +390,6 @@ fn track(scene: &Scene, exact: &ExactPress) -> Result<(Track, PressRow)> {
         field_error_after_20ms: row.after_20ms.field,
         force_error_after_20ms: row.after_20ms.force,
         snaps: exact.snaps.clone(),
-        lag_ticks: row.lag_ticks,
         largest_in_snaps: row.largest_in_snaps,
     };
     Ok((track, row))

@@ -1,7 +1,8 @@
 //! What a press should give: the path of energy minima under the tool, followed tick by tick.
 
 use super::scene::Scene;
-use crate::reference::vectors::{distance, fields, plus, size};
+use super::snaps::Snaps;
+use crate::reference::vectors::{distance, fields, plus};
 use crate::reference::{Links, minimum};
 use chaincell_host::error::{Error, Result};
 
@@ -14,14 +15,10 @@ pub const DEPTH_LINKS: f64 = 3.0;
 /// Largest residual of a free cell at a reference [mean link lengths].
 pub const RESIDUAL: f64 = 1e-10;
 
-/// A move of the path in a tick beyond so many times the median one is a snap, where it is also
-/// above [`SNAP_MIN`] of the last displacement.
-const SNAP_FACTOR: f64 = 3.0;
-const SNAP_MIN: f64 = 0.02;
 /// A move so many times that of the stretch before is looked at tick by tick.
 const SUDDEN: f64 = 1.3;
 /// Ticks after such a move that are followed one by one.
-const SNAP_TICKS: usize = 30;
+const FINE_TICKS: usize = 30;
 
 /// A minimum on the path.
 pub struct Moment {
@@ -41,8 +38,8 @@ pub struct ExactPress {
     pub links: Links,
     /// Moments in ascending order of ticks, the last one at the end of the press.
     pub moments: Vec<Moment>,
-    /// Ticks at which the path jumps from one equilibrium to another.
-    pub snaps: Vec<usize>,
+    /// Where the path jumps from one equilibrium to another.
+    pub snaps: Snaps,
     /// Largest residual left at any moment [mean link lengths].
     pub residual_max: f64,
 }
@@ -117,7 +114,7 @@ impl ExactPress {
             if sudden && step > 1 {
                 // Once more, tick by tick, from where it was still smooth.
                 follower.at = before;
-                fine_until = from + step + SNAP_TICKS;
+                fine_until = from + step + FINE_TICKS;
                 continue;
             }
             after(step as u64)?;
@@ -131,7 +128,8 @@ impl ExactPress {
                 scene.name
             )));
         }
-        let snaps = snaps(&moments);
+        let path: Vec<_> = moments.iter().map(|moment| (moment.tick, moment.force_n)).collect();
+        let snaps = Snaps::of(&path);
         moments.remove(0);
         Ok(Self { links, moments, snaps, residual_max })
     }
@@ -151,48 +149,10 @@ impl ExactPress {
     }
 }
 
-/// Ticks at which a path jumps, those of one collapse once.
-fn snaps(moments: &[Moment]) -> Vec<usize> {
-    let move_of = |pair: &[Moment]| {
-        distance(&pair[0].field, &pair[1].field) / (pair[1].tick - pair[0].tick) as f64
-    };
-    let moves: Vec<f64> = moments.windows(2).map(move_of).collect();
-    let last = moments.last().map_or(0.0, |last| size(&last.field));
-    let limit = (SNAP_FACTOR * median(&moves)).max(SNAP_MIN * last);
-    let mut snaps: Vec<usize> = Vec::new();
-    for (moment, way) in moments.iter().skip(1).zip(moves) {
-        if way > limit && snaps.last().is_none_or(|&last| moment.tick > last + 1) {
-            snaps.push(moment.tick);
-        }
-    }
-    snaps
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::reference::vectors::norm;
-
-    #[test]
-    fn a_jump_of_the_path_is_a_snap_and_told_once() {
-        let moment = |tick: usize, u: f64| Moment {
-            tick,
-            field: vec![[u, 0.0, 0.0]],
-            force_n: [0.0; 3],
-            energy: 0.0,
-        };
-        let path =
-            [(0, 0.0), (5, 0.5), (10, 1.0), (15, 1.5), (16, 0.9), (17, 0.5), (18, 0.6), (23, 1.1)];
-        let moments: Vec<Moment> = path.iter().map(|&(tick, u)| moment(tick, u)).collect();
-        assert_eq!(snaps(&moments), [16]);
-        assert!(snaps(&moments[..4]).is_empty());
-    }
 
     #[test]
     fn a_path_has_its_moments_and_the_last_one_stands_for_what_follows() {

@@ -6,6 +6,7 @@
 //! | section of REPORT.md | question | numbers |
 //! |---|---|---|
 //! | Which setting for which budget | which sweeps and coarse level to take for a time budget: the least error among the settings that fit | `report_press.csv`, `report_time.csv` |
+//! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
 //! | Held cells, a moving probe, a load | error and time for each way in which a tool acts | `report_tools.csv` |
 //! | The sweep | time of one sweep in its worst state, at rest, and in a local press, beside a plain loop | `report_summary.json` |
 //! | Time to equilibrium | sweeps and time until a pressed cell is settled, beside mass-spring and position-based dynamics | `report_settle.csv` |
@@ -15,16 +16,19 @@
 //! | Cost over size | cost and sweeps over the size of the body | `report_growth.csv` |
 //!
 //! An error of the field is |u - `u_exact`| over |`u_exact`|, L2 over the cells; an error of the
-//! force is relative to the exact force. The largest errors count from tick 30 of a press on. Where
-//! the body snaps from one equilibrium to another every setting lags for some ticks: those ticks
-//! are counted apart. `report_summary.json` has every figure, the CSV files the rows of the tables.
+//! force is relative to the exact force. Which ticks count, and which are left out because the body
+//! snaps from one equilibrium to another, is one rule for all tables: see [`snaps`].
+//! `report_summary.json` has every figure, the CSV files the rows of the tables.
 
 pub mod collect;
+pub mod embedded;
 pub mod exact;
 pub mod firmware;
 pub mod flow;
 pub mod growth;
+pub mod hand;
 pub mod machine;
+pub mod motions;
 pub mod numbers;
 pub mod pareto;
 pub mod pictures;
@@ -32,8 +36,10 @@ pub mod press;
 pub mod quiet;
 pub mod recommend;
 pub mod scene;
+pub mod schemes;
 pub mod setting;
 pub mod settle;
+pub mod snaps;
 pub mod tables;
 pub mod tools;
 pub mod worst;

@@ -1,6 +1,7 @@
 //! The charts of a report.
 
 use super::collect::{BUDGET_NS, Report, Track};
+use super::hand::HandRow;
 use super::pareto::front;
 use super::press::{Errors, PressRow};
 use super::setting::Setting;
@@ -58,6 +59,11 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'st
             caption,
         )?;
     }
+    if !report.hand.is_empty() {
+        let caption =
+            "Held cells under a hand that moves: error of the force against time of a tick";
+        put(hand(&report.hand), "report_hand", caption)?;
+    }
     if let Some(track) = &report.track {
         let caption = "track in half a millisecond a tick: its errors during the press";
         put(time(report, track), "report_time", caption)?;
@@ -104,6 +110,25 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
     chart.front("best for its time", &marked)
 }
 
+/// Error of the force over time of a tick: every motion and scheme on the first body.
+fn hand(rows: &[HandRow]) -> Chart {
+    let of_first = rows.iter().filter(|row| row.body == rows[0].body);
+    let mut fronts: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
+    for row in of_first {
+        let name = format!("{}, {}", row.scheme, row.motion);
+        let point = [row.tick_ns.p50 as f64 * 1e-3, (100.0 * row.force.largest).max(LEAST)];
+        match fronts.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, points)) => points.push(point),
+            None => fronts.push((name, vec![point])),
+        }
+    }
+    let title =
+        format!("A hand that moves: error of the force against time a tick ({})", rows[0].body);
+    let axes = (Axis::log10("median tick [us]"), Axis::log10("largest error of the force [%]"));
+    let chart = Chart::new(&title, axes.0, axes.1).vertical(1000.0, "1 ms").horizontal(1.0, "1 %");
+    fronts.iter().fold(chart, |chart, (name, points)| chart.series(name, Style::MarkedLine, points))
+}
+
 /// Errors of `track` within the budget over the ticks of the press, snaps marked.
 fn time(report: &Report, track: &Track) -> Chart {
     let title = format!("track, {} a tick ({})", counted(track.sweeps, "sweep"), track.scene);
@@ -116,7 +141,7 @@ fn time(report: &Report, track: &Track) -> Chart {
         .series("field", Style::Line, &of(|errors| errors.field))
         .series("force", Style::Line, &of(|errors| errors.force))
         .horizontal(7.0, "7 %");
-    track.snaps.iter().fold(chart, |chart, &snap| chart.vertical(snap as f64, "snap"))
+    track.snaps.ticks.iter().fold(chart, |chart, &snap| chart.vertical(snap as f64, "snap"))
 }
 
 /// Error over link passes at each moment of the plane's trajectory.

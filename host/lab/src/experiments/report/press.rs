@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::exact::{ExactPress, HOLD_TICKS, Moment, PRESS_TICKS, depth};
 use super::scene::Scene;
 use super::setting::Setting;
+use super::snaps::{FIRST_TICK, Snaps};
 use super::worst;
 use crate::bodies::Variant;
 use crate::reference::Links;
@@ -14,15 +15,6 @@ use crate::reference::vectors::{distance, fields, minus, norm, size};
 use chaincell_host::engine::{Arithmetic, Contact, Engine};
 use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
-
-/// First tick whose error counts: before it everything is small.
-pub const FIRST_TICK: usize = 30;
-/// Error of the field above which a scheme lags after a snap.
-pub const LAG: f64 = 0.07;
-/// Ticks before a snap from which on it may come: the body hangs on a thread.
-const BEFORE_SNAP: usize = 5;
-/// A lag longer than this is no lag but an error.
-const LAG_TICKS_MAX: usize = 60;
 
 /// Field and force errors at one moment, as fractions.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -48,12 +40,10 @@ pub struct PressRow {
     pub tick_ns: Summary,
     /// A tick from positions scaled by 1.5.
     pub worst_tick_ns: Summary,
-    /// Largest errors from tick 30 to the end of the press, the lag after a snap left out.
+    /// Largest errors from tick 30 to the end of the press, snaps left out.
     pub largest: Errors,
-    /// Largest errors during the lags after snaps.
+    /// Largest errors inside snaps.
     pub largest_in_snaps: Errors,
-    /// Ticks with a field error above 7 % that follow snaps.
-    pub lag_ticks: usize,
     /// At the end of the press.
     pub at_end: Errors,
     /// 20 ms later.
@@ -168,24 +158,12 @@ impl PressRow {
         Self { scene, scheme: setting, sweeps, number: "f32", ..Self::default() }
     }
 
-    /// Largest errors during the press, those that follow a snap apart.
-    fn judge(&mut self, snaps: &[usize]) {
-        let (mut before, mut since) = (0, None);
-        for &(tick, now) in &self.path {
-            let stretch = tick - before;
-            before = tick;
-            if !(FIRST_TICK..=PRESS_TICKS).contains(&tick) {
-                continue;
-            }
-            let near = |&&snap: &&usize| tick + BEFORE_SNAP >= snap && tick < snap + stretch;
-            if let Some(&snap) = snaps.iter().rev().find(near) {
-                since = Some(snap);
-            } else if now.field <= LAG {
-                since = None;
-            }
-            if since.is_some_and(|snap| tick <= snap + LAG_TICKS_MAX) {
+    /// Largest errors during the press, those inside snaps apart.
+    fn judge(&mut self, snaps: &Snaps) {
+        let press = |&&(tick, _): &&(usize, Errors)| (FIRST_TICK..=PRESS_TICKS).contains(&tick);
+        for &(tick, now) in self.path.iter().filter(press) {
+            if snaps.hold(tick) {
                 self.largest_in_snaps = self.largest_in_snaps.larger(now);
-                self.lag_ticks += if now.field > LAG { stretch } else { 0 };
             } else {
                 self.largest = self.largest.larger(now);
             }
@@ -218,30 +196,25 @@ pub fn free_residual(links: &Links, at: &[[f64; 3]], contacts: &[u16]) -> (f64, 
 mod tests {
     use super::*;
 
-    /// Errors that follow a snap count apart until they have come down, and no longer than a lag.
+    /// Errors inside snaps count apart, those before tick 30 and after the press not at all.
     #[test]
-    fn lags_after_snaps_are_told_apart() {
-        let judged = |path: &[(usize, f64)], snaps: &[usize]| {
-            let mut row = PressRow::new("", Setting::TRACK, 4);
-            let errors = |field: f64| Errors { field, force: 0.1 * field };
-            row.path = path.iter().map(|&(tick, field)| (tick, errors(field))).collect();
-            row.judge(snaps);
-            (row.largest.field, row.largest_in_snaps.field, row.lag_ticks)
+    fn errors_inside_snaps_are_told_apart() {
+        let force = |tick: usize| if tick < 200 { [1.0, 0.0, 0.0] } else { [0.8, 0.0, 0.0] };
+        let path: Vec<_> = (0..=PRESS_TICKS).map(|tick| (tick, force(tick))).collect();
+        let mut row = PressRow::new("", Setting::TRACK, 4);
+        let error = |tick: usize| match tick {
+            0..30 | 301.. => 9.0,
+            200..=215 => 0.5,
+            216 => 0.2,
+            _ => 0.05,
         };
-        let path: Vec<(usize, f64)> = (1..=PRESS_TICKS)
-            .map(|tick| match tick {
-                1..30 => (tick, 9.0),
-                200..212 => (tick, 0.5),
-                240 => (tick, 0.2),
-                _ => (tick, 0.05),
-            })
+        row.path = (0..=PRESS_TICKS + HOLD_TICKS)
+            .map(|tick| (tick, Errors { field: error(tick), force: 0.1 * error(tick) }))
             .collect();
-        assert_eq!(judged(&path, &[200]), (0.2, 0.5, 12));
-        assert_eq!(judged(&path, &[]), (0.5, 0.0, 0));
-        // A scheme that goes over a little early.
-        assert_eq!(judged(&path, &[204]), (0.2, 0.5, 12));
-        // One that never comes back is wrong, not late.
-        let stuck: Vec<(usize, f64)> = (1..=PRESS_TICKS).map(|tick| (tick, 0.6)).collect();
-        assert_eq!(judged(&stuck, &[100]), (0.6, 0.6, BEFORE_SNAP + LAG_TICKS_MAX + 1));
+        row.judge(&Snaps::of(&path));
+        assert_eq!((row.largest.field, row.largest_in_snaps.field), (0.2, 0.5));
+        row.largest = Errors::default();
+        row.judge(&Snaps::default());
+        assert_eq!((row.largest.field, row.largest.force), (0.5, 0.05));
     }
 }

@@ -71,8 +71,19 @@ impl Scene {
         contact: Contact,
         alpha: f64,
     ) -> Result<Self> {
-        let alpha = PerCell::Uniform(alpha);
-        let options = BakeOptions { alpha, colours: true, ..BakeOptions::default() };
+        let options = BakeOptions { alpha: PerCell::Uniform(alpha), ..BakeOptions::default() };
+        Self::baked(name, source, mesh, fixed, contact, &options)
+    }
+
+    fn baked(
+        name: &'static str,
+        source: impl Into<String>,
+        mesh: &Mesh,
+        fixed: &[u32],
+        contact: Contact,
+        options: &BakeOptions,
+    ) -> Result<Self> {
+        let options = BakeOptions { colours: true, ..options.clone() };
         let image = bake(mesh, fixed, &options)?;
         let model = parse(&image)?;
         let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options };
@@ -149,9 +160,18 @@ impl Scene {
     /// # Errors
     /// As the generator and the bake.
     pub fn organ_of(cells: usize) -> Result<Self> {
+        Self::organ_with(cells, BasisSpacing::BySize)
+    }
+
+    /// The same with a coarse level of another spacing.
+    ///
+    /// # Errors
+    /// As the generator and the bake.
+    pub fn organ_with(cells: usize, spacing: BasisSpacing) -> Result<Self> {
         let spec = format!("organ:{cells}");
         let mesh = mesh::load(&spec, &MeshOptions::default())?;
-        Self::new("organ", spec, &mesh, &mesh.default_fixed, Contact::Auto, 0.0)
+        let options = BakeOptions { coarse_basis: spacing, ..BakeOptions::default() };
+        Self::baked("organ", spec, &mesh, &mesh.default_fixed, Contact::Auto, &options)
     }
 
     /// The real liver, its patch of seven cells pressed along its normal; one of them with

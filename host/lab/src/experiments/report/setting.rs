@@ -20,6 +20,9 @@ impl Setting {
     /// `track` as it comes.
     pub const TRACK: Self = Self { scheme: Scheme::Track, hats: true };
 
+    /// `predict` as it comes.
+    pub const PREDICT: Self = Self { scheme: Scheme::Predict, hats: true };
+
     /// Every scheme on a body, and `track` once more without the hats where it has some.
     #[must_use]
     pub fn all(has_hats: bool) -> Vec<Self> {

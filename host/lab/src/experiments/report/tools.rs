@@ -6,21 +6,23 @@ use chaincell_kernel::{Drive, Settings, ToolSample};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::press::{Errors, FIRST_TICK, field};
+use super::press::field;
 use super::scene::Scene;
-use super::setting::Setting;
+use super::schemes::{CANDIDATES, Candidate};
+use super::snaps::{FIRST_TICK, Snaps, Spread};
 use super::tables::{Table, percent, times};
-use crate::bodies::Variant;
 use crate::reference::vectors::{distance, size};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, rest_m};
+use chaincell_host::engine::{Contact, Engine, rest_m};
 use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_host::words::counted;
 
 /// Sweeps a tick of the reference.
 const REFERENCE_SWEEPS: u16 = 200;
-/// Sweeps a tick that are measured. The last number tells how far the reference itself may be off.
-const SWEEPS: [u16; 5] = [1, 2, 4, 8, REFERENCE_SWEEPS / 2];
+/// Sweeps a tick that are measured.
+const SWEEPS: [u16; 4] = [1, 2, 4, 8];
+/// Sweeps a tick of the row that tells how far the reference itself may be off.
+const CHECK_SWEEPS: u16 = REFERENCE_SWEEPS / 2;
 /// Ticks of the motion.
 const TICKS: usize = 300;
 /// Ticks between two looks at the errors.
@@ -55,16 +57,28 @@ pub struct ToolRow {
     pub links: usize,
     /// What the tool does.
     pub tool: String,
-    /// Sweeps a tick of `track`.
+    /// The scheme.
+    pub scheme: &'static str,
+    /// Sweeps a tick.
     pub sweeps: u16,
     /// A tick of the motion.
     pub tick_ns: Summary,
-    /// Largest errors against the reference.
-    pub largest: Errors,
+    /// Errors of the field against the reference.
+    pub field: Spread,
+    /// Errors of the force.
+    pub force: Spread,
+    /// Snaps of the reference.
+    pub snaps: Snaps,
 }
 
-/// Displacements [mean link lengths] and force \[N\] at the ticks that are looked at.
-type Path = Vec<(Vec<[f64; 3]>, Vector3<f64>)>;
+/// What a motion gave.
+#[derive(Default)]
+struct Path {
+    /// Force at every tick \[N\].
+    forces_n: Vec<Vector3<f64>>,
+    /// Displacements at the ticks that are looked at [mean link lengths].
+    fields: Vec<(usize, Vec<[f64; 3]>)>,
+}
 
 impl Tool {
     fn words(self) -> String {
@@ -80,7 +94,12 @@ impl Tool {
         }
     }
 
-    fn engine(self, scene: &Scene, sweeps: u16) -> Result<Engine<'_>> {
+    fn engine<'s>(
+        self,
+        scene: &'s Scene,
+        candidate: &Candidate,
+        sweeps: u16,
+    ) -> Result<Engine<'s>> {
         let model = scene.model()?;
         let unit_m = model.unit_m();
         let drive = if self == Self::Load { Drive::Current } else { Drive::default() };
@@ -90,8 +109,7 @@ impl Tool {
                 Contact::Probe { radius_m: PROBE_LINKS as f32 * unit_m, capacity: model.cells() }
             }
         };
-        let variant = Variant::plain(Setting::TRACK.scheme, Arithmetic::F32);
-        variant.unlimited(model, contact, sweeps, |settings| Settings { drive, ..settings })
+        (candidate.engine)(scene, contact, sweeps, &|settings| Settings { drive, ..settings })
     }
 
     /// The tool at a tick: a ramp to its depth; the probe's first half, then its way aside.
@@ -115,14 +133,15 @@ impl Tool {
     }
 
     /// Plays the motion.
-    fn play(self, scene: &Scene, sweeps: u16) -> Result<(Summary, Path)> {
-        let mut engine = self.engine(scene, sweeps)?;
-        let (mut times, mut path) = (Latencies::new()?, Path::new());
+    fn play(self, scene: &Scene, candidate: &Candidate, sweeps: u16) -> Result<(Summary, Path)> {
+        let mut engine = self.engine(scene, candidate, sweeps)?;
+        let (mut times, mut path) = (Latencies::new()?, Path::default());
         for tick in 0..=TICKS {
             let sample = self.sample(scene, tick)?;
             let output = times.time(|| engine.tick(&sample));
+            path.forces_n.push(output.force_n.map(f64::from));
             if tick >= FIRST_TICK && tick.is_multiple_of(LOOK_TICKS) {
-                path.push((field(&mut engine), output.force_n.map(f64::from)));
+                path.fields.push((tick, field(&mut engine)));
             }
         }
         Ok((times.summary(), path))
@@ -139,36 +158,57 @@ pub fn middle_m(scene: &Scene) -> Result<Vector3<f64>> {
     Ok(scene.contacts.iter().map(at).sum::<Vector3<f64>>() / scene.contacts.len() as f64)
 }
 
-/// Largest errors of a path against the reference; not finite where the reference has no force.
-fn largest(path: &Path, reference: &Path) -> Errors {
-    let field_max = reference.iter().map(|(field, _)| size(field)).fold(0.0, f64::max);
-    let force_max = reference.iter().map(|(_, force)| force.norm()).fold(0.0, f64::max);
-    let each = path.iter().zip(reference).map(|(now, exact)| Errors {
-        field: distance(&now.0, &exact.0) / size(&exact.0).max(FLOOR * field_max),
-        force: (now.1 - exact.1).norm() / exact.1.norm().max(FLOOR * force_max),
-    });
-    each.fold(Errors::default(), Errors::larger)
+impl Path {
+    /// Where the force jumps.
+    fn snaps(&self) -> Snaps {
+        let forces = self.forces_n.iter().map(|&force| force.into());
+        Snaps::of(&forces.enumerate().collect::<Vec<_>>())
+    }
+
+    /// Errors of field and force against the reference; not finite where that has no force.
+    fn errors(&self, reference: &Self, snaps: &Snaps) -> [Spread; 2] {
+        let fields = reference.fields.iter().map(|(_, field)| size(field));
+        let field_min = FLOOR * fields.fold(0.0, f64::max);
+        let forces = reference.forces_n.iter().map(|force| force.norm());
+        let force_min = FLOOR * forces.fold(0.0, f64::max);
+        let fields = self.fields.iter().zip(&reference.fields).map(|((tick, now), (_, exact))| {
+            (*tick, distance(now, exact) / size(exact).max(field_min))
+        });
+        let forces = self.forces_n.iter().zip(&reference.forces_n);
+        let forces = forces.map(|(now, exact)| (now - exact).norm() / exact.norm().max(force_min));
+        let fields: Vec<(usize, f64)> = fields.collect();
+        let forces: Vec<(usize, f64)> = forces.enumerate().collect();
+        [snaps.spread(&fields), snaps.spread(&forces)]
+    }
 }
 
-/// Every tool with every number of sweeps on a body; `after` is called behind each.
+/// Every tool with every scheme and number of sweeps on a body; `after` is called behind each tool.
 ///
 /// # Errors
 /// As the engine; what `after` says.
 pub fn run(scene: &Scene, mut after: impl FnMut() -> Result<()>) -> Result<Vec<ToolRow>> {
     let model = scene.model()?;
+    let [best, ..] = &CANDIDATES;
+    let all = CANDIDATES.iter().flat_map(|candidate| SWEEPS.map(|sweeps| (candidate, sweeps)));
+    let all: Vec<_> = all.chain([(best, CHECK_SWEEPS)]).collect();
     let mut rows = Vec::new();
     for tool in [Tool::Held, Tool::Probe, Tool::Load] {
-        let (_, reference) = tool.play(scene, REFERENCE_SWEEPS)?;
-        for sweeps in SWEEPS {
-            let (tick_ns, path) = tool.play(scene, sweeps)?;
+        let (_, reference) = tool.play(scene, best, REFERENCE_SWEEPS)?;
+        let snaps = reference.snaps();
+        for &(candidate, sweeps) in &all {
+            let (tick_ns, path) = tool.play(scene, candidate, sweeps)?;
+            let [field, force] = path.errors(&reference, &snaps);
             rows.push(ToolRow {
                 body: scene.source.clone(),
                 cells: model.cells(),
                 links: model.links(),
                 tool: tool.words(),
+                scheme: candidate.name,
                 sweeps,
                 tick_ns,
-                largest: largest(&path, &reference),
+                field,
+                force,
+                snaps: snaps.clone(),
             });
         }
         after()?;
@@ -182,21 +222,26 @@ pub fn markdown(rows: &[ToolRow]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let table = Table::of(rows)
         .column("tool", |row| &row.tool)
+        .column("scheme", |row| row.scheme)
         .column("sweeps a tick", |row| row.sweeps)
         .column("tick p50 / p99 / max [us]", |row| times(row.tick_ns))
-        .column("field, largest error [%]", |row| percent(row.largest.field))
-        .column("force, largest error [%]", |row| percent(row.largest.force));
+        .column("field, largest error [%]", |row| percent(row.field.largest))
+        .column("force, largest error [%]", |row| percent(row.force.largest))
+        .column("p90 [%]", |row| percent(row.force.p90))
+        .column("median [%]", |row| percent(row.force.median))
+        .column("largest in snaps [%]", |row| percent(row.force.in_snaps))
+        .column("left out as snaps [%]", |row| row.snaps.share_words());
     format!(
-        "## Held cells, a moving probe, a load\n\n{}: {}, {}, `track`, alpha 0, each motion {TICKS} \
-         ms long. The reference is the same tool with {} a tick; the row with {} shows how far it \
-         may be off itself. Errors: from tick {FIRST_TICK} on, of field and force over the larger \
-         of the reference at that tick and a fifth of its largest value. A body that snaps from one \
-         equilibrium to another makes every setting lag.\n\n{}",
+        "## Held cells, a moving probe, a load\n\n{}: {}, {}, alpha 0, each motion {TICKS} ms \
+         long. The reference is the same tool under `{}` with {} a tick; the row with \
+         {CHECK_SWEEPS} shows how far it may be off itself. Errors are those over the larger of the \
+         reference at that tick and a fifth of its largest value. {}\n\n{}",
         first.body,
         counted(first.cells, "cell"),
         counted(first.links, "link"),
+        CANDIDATES[0].name,
         counted(REFERENCE_SWEEPS, "sweep"),
-        SWEEPS[SWEEPS.len() - 1],
+        Snaps::rule(),
         table.table().markdown()
     )
 }
@@ -208,12 +253,14 @@ mod tests {
     #[test]
     fn more_sweeps_bring_every_tool_nearer_to_its_reference() {
         let rows = run(&Scene::plane(true).unwrap(), || Ok(())).unwrap();
-        assert_eq!(rows.len(), 3 * SWEEPS.len());
-        for of_tool in rows.chunks(SWEEPS.len()) {
-            let error = |at: usize| of_tool[at].largest.field;
-            let tool = &of_tool[0].tool;
-            assert!(error(4) < error(0).min(0.05), "{tool}: {} {}", error(0), error(4));
-            assert!(of_tool.iter().all(|row| row.largest.force.is_finite()), "{tool}");
+        let of_tool = CANDIDATES.len() * SWEEPS.len() + 1;
+        assert_eq!(rows.len(), 3 * of_tool);
+        for rows in rows.chunks(of_tool) {
+            let error = |at: usize| rows[at].field.largest;
+            let (tool, last) = (&rows[0].tool, of_tool - 1);
+            assert!(error(last) < error(0).min(0.05), "{tool}: {} {}", error(0), error(last));
+            assert!(rows.iter().all(|row| row.force.largest.is_finite()), "{tool}");
+            assert!(rows.iter().all(|row| row.force.median <= row.force.p90), "{tool}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod drift;
 mod elements;
+mod extent;
 mod floats;
 mod material;
 mod range;
@@ -16,13 +17,14 @@ use super::trial::Pose;
 
 /// All of them, in the order of the table.
 pub fn all() -> impl Iterator<Item = Case> {
-    let groups: [&[Case]; 10] = [
+    let groups: [&[Case]; 11] = [
         states::CASES,
         elements::CASES,
         material::CASES,
         supports::CASES,
         tool::CASES,
         range::CASES,
+        extent::CASES,
         floats::CASES,
         rest::CASES,
         tiers::CASES,

@@ -1,0 +1,21 @@
+//! The report's table of a hand that moves, alone: speed against error of the force for cells that
+//! are held, on the real liver (or the organ without it) and on the organ of 16,500 cells.
+//!
+//! ```sh
+//! CHAINCELL_REFERENCE=DIR cargo run --release -p chaincell-lab --example hand
+//! ```
+//!
+//! Prints Markdown. Takes some minutes, most of them for the minima in double precision.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use chaincell_lab::cli::exit_code;
+use chaincell_lab::experiments::report::collect::{Options, hands_alone};
+use chaincell_lab::experiments::report::hand::markdown;
+
+fn main() -> ExitCode {
+    let reference = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
+    let rows = hands_alone(&Options { quick: false, reference });
+    exit_code(rows.map(|rows| print!("{}", markdown(&rows, ""))))
+}

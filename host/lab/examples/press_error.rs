@@ -1,0 +1,51 @@
+//! Error of the force of a scheme on small organs under a straight press, as
+//! `tests/firmware/run --fit` puts it beside the instructions of microcontrollers:
+//!
+//! ```sh
+//! cargo run --release -p chaincell-lab --example press_error -- track:500:3.5 predict:500:none
+//! ```
+//!
+//! An argument is a scheme, a number of cells and the spacing of the coarse level in mean link
+//! lengths, `auto` as the bake chooses it, or `none`. One JSON object a line, one for each number of
+//! sweeps a tick.
+
+use std::process::ExitCode;
+
+use chaincell_host::bake::BasisSpacing;
+use chaincell_host::error::{Error, Result};
+use chaincell_lab::cli::exit_code;
+use chaincell_lab::experiments::report::embedded::errors;
+
+/// Sweeps a tick.
+const SWEEPS: [u16; 3] = [1, 2, 4];
+
+/// The body that an argument names.
+fn body(argument: &str) -> Option<(&str, usize, BasisSpacing)> {
+    let (scheme, body) = argument.split_once(':')?;
+    let (cells, spacing) = body.split_once(':')?;
+    let spacing = match spacing {
+        "auto" => BasisSpacing::BySize,
+        "none" => BasisSpacing::None,
+        links => BasisSpacing::Links(links.parse().ok()?),
+    };
+    Some((scheme, cells.parse().ok()?, spacing))
+}
+
+fn run() -> Result<()> {
+    for argument in std::env::args().skip(1) {
+        let wrong = || {
+            Error::input(format!(
+                "{argument}: SCHEME:CELLS:SPACING, with SPACING a number, auto or none"
+            ))
+        };
+        let (scheme, cells, spacing) = body(&argument).ok_or_else(wrong)?;
+        for row in errors(scheme, cells, spacing, &SWEEPS)? {
+            println!("{}", serde_json::to_string(&row).map_err(Error::check)?);
+        }
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    exit_code(run())
+}

@@ -1,0 +1,76 @@
+//! Error of the force on small organs, for the table of microcontrollers: these compute the same
+//! bits as this machine, so the error at a number of sweeps is found here and the instructions there.
+
+use serde::Serialize;
+
+use super::hand::{Reference, play};
+use super::motions::Motion;
+use super::scene::Scene;
+use super::schemes::CANDIDATES;
+use super::snaps::{Snaps, Spread};
+use chaincell_host::bake::BasisSpacing;
+use chaincell_host::error::{Error, Result};
+
+/// The motion of the table.
+pub const MOTION: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 15.0 };
+
+/// An organ with a number of sweeps a tick.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EmbeddedRow {
+    /// The scheme.
+    pub scheme: &'static str,
+    /// Its cells.
+    pub cells: usize,
+    /// Its coarse basis functions.
+    pub hats: usize,
+    /// Sweeps a tick.
+    pub sweeps: u16,
+    /// Errors of the force.
+    pub force: Spread,
+    /// Snaps of the reference.
+    pub snaps: Snaps,
+}
+
+/// Errors of a scheme on the organ of about so many cells, with a coarse level of this spacing.
+///
+/// # Errors
+/// A name that is none of the [`CANDIDATES`]; as the bake and the engine.
+pub fn errors(
+    scheme: &str,
+    cells: usize,
+    spacing: BasisSpacing,
+    sweeps: &[u16],
+) -> Result<Vec<EmbeddedRow>> {
+    let unknown = || Error::input(format!("{scheme}: no such scheme, take track or predict"));
+    let candidate = CANDIDATES.iter().find(|of| of.name == scheme).ok_or_else(unknown)?;
+    let scene = Scene::organ_with(cells, spacing)?;
+    let model = scene.model()?;
+    let reference = Reference::follow(&scene, MOTION, || Ok(()))?;
+    let row = |&sweeps: &u16| {
+        let (_, force) = play(&scene, &reference, MOTION, candidate, sweeps)?;
+        let snaps = reference.snaps.clone();
+        let (cells, hats) = (model.cells(), model.hats());
+        Ok(EmbeddedRow { scheme: candidate.name, cells, hats, sweeps, force, snaps })
+    };
+    sweeps.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coarse_level_and_sweeps_bring_a_small_organ_nearer() {
+        let bare = errors("track", 200, BasisSpacing::None, &[1, 4]).unwrap();
+        let hats = errors("track", 200, BasisSpacing::Links(3.5), &[1, 4]).unwrap();
+        assert_eq!((bare[0].hats, bare[0].cells), (0, hats[0].cells));
+        assert!(hats[0].hats > 0 && hats[0].snaps == bare[0].snaps);
+        for (bare, hats) in bare.iter().zip(&hats) {
+            assert!(hats.force.median < bare.force.median, "{bare:?} {hats:?}");
+        }
+        assert!(bare[1].force.median < bare[0].force.median, "{bare:?}");
+        let predicted = errors("predict", 200, BasisSpacing::None, &[1]).unwrap();
+        assert!(predicted[0].force.median < bare[0].force.median, "{predicted:?} {bare:?}");
+        assert!(errors("neither", 200, BasisSpacing::None, &[1]).is_err());
+    }
+}

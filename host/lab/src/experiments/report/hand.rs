@@ -1,0 +1,286 @@
+//! A hand that holds cells and moves: error of the force against time of a tick, for every scheme
+//! of a list, against the force of the energy's minimum followed tick by tick in double precision.
+
+use chaincell_kernel::ToolSample;
+use serde::Serialize;
+
+use super::motions::Motion;
+use super::scene::Scene;
+use super::schemes::{CANDIDATES, Candidate};
+use super::snaps::{Snaps, Spread};
+use super::tables::{Table, percent, us};
+use crate::reference::vectors::{minus, norm, plus};
+use crate::reference::{Links, minimum};
+use chaincell_host::engine::Contact;
+use chaincell_host::error::{Error, Result};
+use chaincell_host::session::timing::histogram::{Latencies, Summary};
+use chaincell_host::words::counted;
+
+/// Sweeps a tick that are measured.
+pub const SWEEPS: [u16; 4] = [1, 2, 4, 8];
+/// Part of the largest force below which an error is relative to that part.
+const FLOOR: f64 = 0.02;
+/// Largest residual of a free cell at a reference [mean link lengths].
+const RESIDUAL: f64 = 1e-8;
+
+/// A body under a motion, a scheme and a number of sweeps.
+#[derive(Debug, Clone, Serialize)]
+pub struct HandRow {
+    /// Where the body comes from.
+    pub body: String,
+    /// Its cells.
+    pub cells: usize,
+    /// Its links.
+    pub links: usize,
+    /// The motion.
+    pub motion: String,
+    /// The scheme.
+    pub scheme: &'static str,
+    /// Sweeps a tick.
+    pub sweeps: u16,
+    /// A tick of the motion.
+    pub tick_ns: Summary,
+    /// The median tick over a sweep of the links alone, of this body and of the report's main body.
+    pub own_sweeps: f64,
+    /// Likewise of the main body.
+    pub main_sweeps: f64,
+    /// Errors of the force.
+    pub force: Spread,
+    /// Snaps of the reference.
+    pub snaps: Snaps,
+}
+
+/// The forces that a motion should give \[N\], by tick.
+pub struct Reference {
+    forces_n: Vec<[f64; 3]>,
+    /// Their snaps.
+    pub snaps: Snaps,
+}
+
+impl Reference {
+    fn new(forces_n: Vec<[f64; 3]>) -> Self {
+        let path: Vec<_> = forces_n.iter().copied().enumerate().collect();
+        Self { snaps: Snaps::of(&path), forces_n }
+    }
+
+    /// Follows the minimum under the held cells of a scene, tick by tick; `after` is called behind
+    /// each.
+    ///
+    /// # Errors
+    /// A scene whose model is refused; a minimum that was not reached; what `after` says.
+    pub fn follow(
+        scene: &Scene,
+        motion: Motion,
+        mut after: impl FnMut() -> Result<()>,
+    ) -> Result<Self> {
+        let model = scene.model()?;
+        let links = Links::of_model(&model);
+        let contacts: Vec<usize> = scene.contacts.iter().map(|&cell| cell.into()).collect();
+        let (per_m, force_unit_n) =
+            (1.0 / f64::from(model.unit_m()), f64::from(model.force_unit_n()));
+        let mut at = links.rest().to_vec();
+        let mut forces_n = Vec::with_capacity(motion.ticks() + 1);
+        for tick in 0..=motion.ticks() {
+            let way_m = motion.sample(tick, scene.direction).position_m.map(f64::from);
+            let place = |&cell: &usize| (cell, plus(links.rest()[cell], per_m, way_m.into()));
+            let held: Vec<(usize, [f64; 3])> = contacts.iter().map(place).collect();
+            let found = minimum(&links, &held, &at, RESIDUAL);
+            if found.residual_max > 10.0 * RESIDUAL {
+                return Err(Error::check(format!(
+                    "{}: the reference of tick {tick} has a residual of {:e} mean link lengths",
+                    scene.source, found.residual_max
+                )));
+            }
+            let force = links.force(&found.positions, &contacts);
+            forces_n.push(force.map(|x| force_unit_n * x));
+            at = found.positions;
+            after()?;
+        }
+        Ok(Self::new(forces_n))
+    }
+
+    /// The same motion ended earlier.
+    fn until(&self, ticks: usize) -> Self {
+        Self::new(self.forces_n.iter().take(ticks + 1).copied().collect())
+    }
+
+    /// Errors of forces by tick, told apart by the snaps.
+    fn spread(&self, forces_n: &[[f64; 3]]) -> Spread {
+        let largest = self.forces_n.iter().map(|force| norm(*force)).fold(0.0, f64::max);
+        let each = forces_n
+            .iter()
+            .zip(&self.forces_n)
+            .map(|(now, exact)| norm(minus(*now, *exact)) / norm(*exact).max(FLOOR * largest));
+        self.snaps.spread(&each.enumerate().collect::<Vec<_>>())
+    }
+}
+
+/// What a scheme gave: times of the ticks and errors of the force.
+///
+/// # Errors
+/// As the engine.
+pub fn play(
+    scene: &Scene,
+    reference: &Reference,
+    motion: Motion,
+    candidate: &Candidate,
+    sweeps: u16,
+) -> Result<(Summary, Spread)> {
+    let contact = Contact::Cells(scene.contacts.clone());
+    let mut engine = (candidate.engine)(scene, contact, sweeps, &|settings| settings)?;
+    let mut times = Latencies::new()?;
+    let mut tick = |sample: &ToolSample| times.time(|| engine.tick(sample)).force_n;
+    let forces_n: Vec<[f64; 3]> = (0..=motion.ticks())
+        .map(|at| tick(&motion.sample(at, scene.direction)).map(f64::from).into())
+        .collect();
+    Ok((times.summary(), reference.spread(&forces_n)))
+}
+
+/// A body with its motions.
+pub struct Hand<'s> {
+    /// The body with the cells that the hand holds.
+    pub scene: &'s Scene,
+    /// Its motions. A straight one behind a deeper one of the same speed has the same reference.
+    pub motions: &'s [Motion],
+    /// Sweeps a tick.
+    pub sweeps: &'s [u16],
+    /// A sweep of its links alone, median \[ns\].
+    pub own_ns: u64,
+    /// The same of the report's main body.
+    pub main_ns: u64,
+}
+
+impl Hand<'_> {
+    /// Pieces of work: the references' ticks and the rows.
+    #[must_use]
+    pub fn pieces(motions: &[Motion], sweeps: &[u16]) -> usize {
+        let paths = motions.iter().enumerate().filter(|(at, motion)| {
+            motions.iter().take(*at).all(|earlier| !motion.begins(*earlier))
+        });
+        let ticks: usize = paths.map(|(_, motion)| motion.ticks() + 1).sum();
+        ticks + motions.len() * sweeps.len() * CANDIDATES.len()
+    }
+
+    /// Every motion with every scheme and number of sweeps; `after` is called behind each piece.
+    ///
+    /// # Errors
+    /// As the engine and [`Reference::follow`]; what `after` says.
+    pub fn run(&self, mut after: impl FnMut() -> Result<()>) -> Result<Vec<HandRow>> {
+        let mut followed: Vec<(Motion, Reference)> = Vec::new();
+        let mut rows = Vec::new();
+        for &motion in self.motions {
+            let known = followed.iter().find(|(earlier, _)| motion.begins(*earlier));
+            let reference = match known {
+                Some((_, reference)) => reference.until(motion.ticks()),
+                None => Reference::follow(self.scene, motion, &mut after)?,
+            };
+            for candidate in &CANDIDATES {
+                for &sweeps in self.sweeps {
+                    rows.push(self.row(&reference, motion, candidate, sweeps)?);
+                    after()?;
+                }
+            }
+            followed.push((motion, reference));
+        }
+        Ok(rows)
+    }
+
+    fn row(
+        &self,
+        reference: &Reference,
+        motion: Motion,
+        candidate: &Candidate,
+        sweeps: u16,
+    ) -> Result<HandRow> {
+        let model = self.scene.model()?;
+        let (tick_ns, force) = play(self.scene, reference, motion, candidate, sweeps)?;
+        let over = |ns: u64| tick_ns.p50 as f64 / ns.max(1) as f64;
+        Ok(HandRow {
+            body: self.scene.source.clone(),
+            cells: model.cells(),
+            links: model.links(),
+            motion: motion.words(),
+            scheme: candidate.name,
+            sweeps,
+            own_sweeps: over(self.own_ns),
+            main_sweeps: over(self.main_ns),
+            tick_ns,
+            force,
+            snaps: reference.snaps.clone(),
+        })
+    }
+}
+
+/// The section of the report.
+#[must_use]
+pub fn markdown(rows: &[HandRow], picture: &str) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let table = Table::of(rows)
+        .column("body", |row| format!("{}, {}", row.body, counted(row.cells, "cell")))
+        .column("motion", |row| &row.motion)
+        .column("scheme", |row| row.scheme)
+        .column("sweeps a tick", |row| row.sweeps)
+        .column("median tick [us]", |row| us(row.tick_ns.p50))
+        .column("in link sweeps, own / main body", |row| {
+            format!("{:.1} / {:.1}", row.own_sweeps, row.main_sweeps)
+        })
+        .column("force, largest error [%]", |row| percent(row.force.largest))
+        .column("median [%]", |row| percent(row.force.median))
+        .column("largest in snaps [%]", |row| percent(row.force.in_snaps))
+        .column("left out as snaps [%]", |row| row.snaps.share_words());
+    format!(
+        "## A hand that moves\n\n{picture}Held cells, alpha 0, at 1 kHz. The reference is the force \
+         of the energy's minimum of the same links under the same tool, followed tick by tick in \
+         f64 to a residual of {RESIDUAL:e} mean link lengths; errors are relative to it, or to {} % \
+         of its largest value where it is smaller. A link sweep is one sweep of `track` without a \
+         coarse level in the worst state, measured in the same run. {} {}\n\n{}",
+        percent(FLOOR),
+        Snaps::rule(),
+        Motion::description(),
+        table.table().markdown()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use chaincell_host::bake::BasisSpacing;
+
+    const DEEP: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 5.0 };
+    const SHALLOW: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 3.0 };
+
+    #[test]
+    fn more_sweeps_are_nearer_and_a_shallower_press_needs_no_second_reference() {
+        let scene = Scene::organ_with(200, BasisSpacing::None).unwrap();
+        let (motions, sweeps) = ([DEEP, SHALLOW], [1, 32]);
+        let hand =
+            Hand { scene: &scene, motions: &motions, sweeps: &sweeps, own_ns: 1, main_ns: 2 };
+        let mut pieces = 0;
+        let rows = hand.run(|| {
+            pieces += 1;
+            Ok(())
+        });
+        let rows = rows.unwrap();
+        assert_eq!(pieces, Hand::pieces(&motions, &sweeps));
+        assert_eq!(pieces, DEEP.ticks() + 1 + rows.len());
+        for of_motion in rows.chunks(2) {
+            let [few, many] = [0, 1].map(|at| of_motion[at].force.largest);
+            assert!(many < 0.01 && many < 0.2 * few, "{few} {many}");
+        }
+        assert!((rows[0].own_sweeps - 2.0 * rows[0].main_sweeps).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_error_is_relative_to_the_force_and_not_to_next_to_nothing() {
+        let reference = Reference::new(vec![[0.0, 0.0, 1.0]; 40]);
+        let near = vec![[0.0, 0.1, 1.0]; 40];
+        assert!((reference.spread(&near).largest - 0.1).abs() < 1e-12);
+        let mut forces_n = vec![[0.0, 0.0, 1.0]; 40];
+        forces_n[35] = [0.0; 3];
+        let reference = Reference { snaps: Snaps::default(), ..Reference::new(forces_n.clone()) };
+        forces_n[35] = [0.0, 0.0, 0.01];
+        assert!((reference.spread(&forces_n).largest - 0.5).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,145 @@
+//! `predict`: [`track`](super::Track) that knows how the body answers a move of the held cells.
+//!
+//! Where a tool moves the cells it holds by dp, the equilibrium of a linear body moves by
+//!
+//! ```text
+//! sum over a of dp_a phi_a,   K phi_a = 0 at the free cells, phi_a = e_a at the held ones
+//! ```
+//!
+//! K the second derivative of the energy. The fields phi_x, phi_y and phi_z are solved for when the
+//! cells are chosen, at rest with all links taut ([`response`]). When the tool moves, the point of
+//! the next pass and the one before it move along; the published point does not. The guard judges
+//! the pass as any other, so a prediction that is wrong, in a body that has turned or folded, costs
+//! a discarded pass at most, and the certificate is that of `track`.
+//!
+//! A sweep a tick then has the work that is left: what the body does otherwise than the fields say.
+//!
+//! There are no fields, and the scheme is `track` bit for bit, while a probe touches, under a
+//! current, and on a body with slack (alpha above 0): there the answer is local and changes with
+//! every link that becomes taut. A prediction moves every free cell, so it wakes the whole body.
+//!
+//! Cost: three arrays of cells more than `track`; nine multiplications a cell in a tick in which the
+//! tool moves. No sweep, no inner product. Choosing cells costs up to
+//! [`response::ITERATIONS_MAX`] linear link passes for each field, outside the tick, and nothing
+//! where they are the cells chosen last; it forgets the momentum of a body that still moves.
+
+mod fields;
+mod response;
+
+use super::Dynamics;
+use super::awake::Awake;
+use super::scheme::{Body, Memory, Scheme};
+use super::track::Track;
+use crate::model::Model;
+use crate::number::cell::Cell;
+use crate::number::two_float::Eight;
+use crate::terms::held::Contact;
+
+/// Arrays of `track`, then one for each field.
+const TRACK: usize = <Track as Dynamics>::ARRAYS;
+const ARRAYS: usize = TRACK + 3;
+
+/// State of the scheme; `ROOM` as for [`Track`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predict<const ROOM: usize = 0> {
+    track: Track<ROOM>,
+    /// How many cells were chosen last; `None` for a probe, and before any choice.
+    prepared: Option<usize>,
+    /// Whether the fields are those of the chosen cells.
+    pub(crate) is_known: bool,
+}
+
+impl<const ROOM: usize> Dynamics for Predict<ROOM> {
+    const NAME: &'static str = "predict";
+    const REST: Self = Self { track: Track::REST, prepared: None, is_known: false };
+    const IS_ANYTIME: bool = true;
+    const ARRAYS: usize = ARRAYS;
+    const POINTS: usize = TRACK;
+    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
+    type Arrays<const CELLS: usize> = [[Cell; CELLS]; ARRAYS];
+    type Room = [Eight; ROOM];
+
+    fn stilled(self) -> Self {
+        Self { track: self.track.stilled(), ..self }
+    }
+}
+
+impl<const ROOM: usize> Scheme for Predict<ROOM> {
+    type Number = f32;
+
+    #[allow(private_interfaces)]
+    fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
+        let cells = body.state.len();
+        let own = body.own.get_mut(..TRACK * cells).unwrap_or(&mut []);
+        self.track.sweep(&mut Body {
+            terms: body.terms,
+            pace: body.pace,
+            contacts: body.contacts,
+            held: body.held,
+            applied: body.applied,
+            coarse: body.coarse,
+            state: body.state,
+            residual: body.residual,
+            own,
+            room: body.room,
+            awake: body.awake,
+            level: body.level,
+        })
+    }
+
+    fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32) {
+        let cells = own.len() / ARRAYS;
+        self.track.place(own.get_mut(..TRACK * cells).unwrap_or(&mut []), cell, position, k);
+    }
+
+    fn pushed(&mut self) {
+        self.track.pushed();
+    }
+
+    #[allow(private_interfaces)]
+    fn follow(&mut self, model: &Model<'_>, own: &mut [Cell], awake: &mut Awake, way: [f32; 3]) {
+        if self.is_known && self.track.is_going() && fields::follow(model, own, awake, way) {
+            // Beyond the range: the next pass starts at the published point.
+            self.track.interrupt();
+        }
+    }
+
+    fn interrupt(&mut self) {
+        self.track.interrupt();
+    }
+
+    fn has_moved(state: &[Cell], own: &[Cell], residual: &[Cell], cell: usize) -> bool {
+        Track::<ROOM>::has_moved(state, own, residual, cell)
+    }
+
+    fn room(model: &Model<'_>, held: usize) -> usize {
+        Track::<ROOM>::room(model, held)
+    }
+
+    fn probe_room(model: &Model<'_>) -> usize {
+        Track::<ROOM>::probe_room(model)
+    }
+
+    #[allow(private_interfaces)]
+    fn deflate(model: &Model<'_>, room: &mut [Eight], held: &[Contact]) -> Option<u16> {
+        Track::<ROOM>::deflate(model, room, held)
+    }
+
+    fn is_prepared(&self, held: usize) -> bool {
+        self.prepared == Some(held)
+    }
+
+    fn release(&mut self) {
+        (self.prepared, self.is_known) = (None, false);
+    }
+
+    #[allow(private_interfaces)]
+    fn hold(&mut self, model: &Model<'_>, memory: Memory<'_>, held: &[Contact]) {
+        let Memory { state, residual, own, room, vectors } = memory;
+        self.track.hold(model, Memory { state, residual, own, room, vectors }, held);
+        self.is_known =
+            response::solve(model, Memory { state, residual, own, room, vectors }, held);
+        self.track.interrupt();
+        self.prepared = Some(held.len());
+    }
+}

@@ -1,0 +1,184 @@
+//! How a body answers a move of the held cells: K phi = 0 at the free cells, phi = 1 at the held
+//! ones, by conjugate gradients for each axis.
+//!
+//! K is the second derivative of the energy at rest with all links taut, for a link of weight w and
+//! direction n the matrix w n n' / 2 between its ends. The preconditioner is that of `track`:
+//! 1 / W, and the coarse level where the model has one.
+//!
+//! Source: M. R. Hestenes and E. Stiefel, Methods of conjugate gradients, 1952.
+
+use super::{ARRAYS, TRACK};
+use crate::backend::slices::copy;
+use crate::backend::{VectorUnit, run};
+use crate::model::Model;
+use crate::number::cell::{Cell, add, dot, scale, sub};
+use crate::number::two_float::Eight;
+use crate::solver::coarse::{Coarse, Solve, scalar};
+use crate::solver::scheme::Memory;
+use crate::terms::held::Contact;
+
+/// Most link passes for a field.
+pub const ITERATIONS_MAX: usize = 400;
+/// Part of the first residual, in the norm of the preconditioner, at which a field is good enough:
+/// what is left is far below what the body does otherwise than its field at rest says.
+const ENOUGH: f64 = 1.0e-3;
+/// Largest displacement of a cell that a field may have, for a unit move of the tool.
+const FIELD_MAX: f32 = 1.0e3;
+
+/// The system of one field, in the arrays of the scheme.
+struct System<'a, 'm> {
+    model: &'a Model<'m>,
+    held: &'a [Contact],
+    /// -K phi of the free cells.
+    residual: &'a mut [Cell],
+    /// The search direction.
+    way: &'a mut [Cell],
+    /// Its product with K, then the preconditioned residual.
+    product: &'a mut [Cell],
+    /// Room for a coarse level.
+    room: &'a mut [Eight],
+    vectors: Option<VectorUnit>,
+}
+
+/// Works out the three fields into the last arrays of the scheme. Whether they can be used: not on
+/// a body with slack, nor where nothing is held. The other arrays are at the state afterwards.
+pub(super) fn solve(model: &Model<'_>, mut memory: Memory<'_>, held: &[Contact]) -> bool {
+    let cells = memory.state.len();
+    if memory.own.len() != ARRAYS * cells || memory.residual.len() != cells {
+        return false;
+    }
+    let mut is_good = !held.is_empty() && !model.has_slack();
+    for axis in 0..ARRAYS - TRACK {
+        is_good = is_good && field(model, &mut memory, held, axis);
+    }
+    memory.residual.fill(Cell::ZERO);
+    for array in memory.own.chunks_mut(cells.max(1)).take(TRACK) {
+        copy(array, memory.state);
+    }
+    is_good
+}
+
+/// Works out the field of an axis; whether it can be used.
+fn field(model: &Model<'_>, memory: &mut Memory<'_>, held: &[Contact], axis: usize) -> bool {
+    let cells = memory.state.len();
+    let Some((points, fields)) = memory.own.split_at_mut_checked(TRACK * cells) else {
+        return false;
+    };
+    let Some((way, product)) = points.split_at_mut_checked(cells) else { return false };
+    let Some(field) = fields.get_mut(axis * cells..(axis + 1) * cells) else { return false };
+    field.fill(Cell::ZERO);
+    let unit = [0, 1, 2].map(|at| if at == axis { 1.0 } else { 0.0 });
+    put(field, held, Cell::at(unit));
+    let (residual, room, vectors) = (&mut *memory.residual, &mut *memory.room, memory.vectors);
+    let mut system = System { model, held, residual, way, product, room, vectors };
+    system.begin(field);
+    let first = system.precondition();
+    let mut left = first;
+    copy(system.way, system.product);
+    for _ in 0..ITERATIONS_MAX {
+        if left <= ENOUGH * ENOUGH * first {
+            break;
+        }
+        let curvature = system.curvature();
+        if curvature.is_nan() || curvature <= 0.0 {
+            break;
+        }
+        system.step(field, (left / curvature) as f32);
+        let next = system.precondition();
+        system.turn((next / left) as f32);
+        left = next;
+    }
+    // What is held or fixed is not predicted: it goes where the tool has it, or stays.
+    put(field, held, Cell::ZERO);
+    // What is not finite is not below it either.
+    field.iter().all(|field| field.xyz().iter().all(|x| x.abs() <= FIELD_MAX))
+}
+
+/// Gives the held cells a value.
+fn put(cells: &mut [Cell], held: &[Contact], value: Cell) {
+    for contact in held {
+        if let Some(cell) = cells.get_mut(contact.cell()) {
+            *cell = value;
+        }
+    }
+}
+
+/// Inner product, added up in the order of the cells.
+fn inner(a: &[Cell], b: &[Cell]) -> f64 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + f64::from(dot(a.xyz(), b.xyz())))
+}
+
+impl System<'_, '_> {
+    /// The residual of a field.
+    fn begin(&mut self, field: &[Cell]) {
+        multiply(self.model, field, self.residual);
+        put(self.residual, self.held, Cell::ZERO);
+        for residual in &mut *self.residual {
+            *residual = Cell::at(scale(-1.0, residual.xyz()));
+        }
+    }
+
+    /// The search direction's inner product with K times itself; that stands in the product.
+    fn curvature(&mut self) -> f64 {
+        multiply(self.model, self.way, self.product);
+        put(self.product, self.held, Cell::ZERO);
+        inner(self.way, self.product)
+    }
+
+    /// So far along the search direction.
+    fn step(&mut self, field: &mut [Cell], length: f32) {
+        for (field, way) in field.iter_mut().zip(&*self.way) {
+            *field = Cell::at(add(field.xyz(), scale(length, way.xyz())));
+        }
+        for (residual, product) in self.residual.iter_mut().zip(&*self.product) {
+            *residual = Cell::at(sub(residual.xyz(), scale(length, product.xyz())));
+        }
+    }
+
+    /// The preconditioned residual into the product; its inner product with the residual.
+    fn precondition(&mut self) -> f64 {
+        let basis = self.model.coarse_basis;
+        if let Some(basis) = basis {
+            scalar::restrict(&basis, self.residual, self.room);
+            let coarse = Coarse::Corrected(self.held.len());
+            run(self.vectors, Solve { basis, room: self.room, coarse });
+        }
+        for (cell, (product, residual)) in self.product.iter_mut().zip(&*self.residual).enumerate()
+        {
+            let mobility = self.model.mobility.get(cell).copied().unwrap_or(0.0);
+            let fine = scale(mobility, residual.xyz());
+            let coarse = basis.map_or([0.0; 3], |basis| scalar::at_cell(&basis, self.room, cell));
+            *product = Cell::at(add(fine, coarse));
+        }
+        put(self.product, self.held, Cell::ZERO);
+        inner(self.residual, self.product)
+    }
+
+    /// The next search direction.
+    fn turn(&mut self, share: f32) {
+        for (way, product) in self.way.iter_mut().zip(&*self.product) {
+            *way = Cell::at(add(product.xyz(), scale(share, way.xyz())));
+        }
+    }
+}
+
+/// K times a field, at the cells that can move.
+fn multiply(model: &Model<'_>, field: &[Cell], product: &mut [Cell]) {
+    let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
+    for (cell, product) in product.iter_mut().enumerate() {
+        let mut sum = [0.0; 3];
+        if model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0) {
+            let (rest, here) = (model.rest_position(cell), at(cell));
+            for (link, other) in model.neighbours(cell) {
+                let along = sub(model.rest_position(other), rest);
+                let squared = dot(along, along);
+                if squared > 0.0 {
+                    let stretch = dot(along, sub(here, at(other)));
+                    let factor = 0.5 * model.link_weight(link) * stretch / squared;
+                    sum = add(sum, scale(factor, along));
+                }
+            }
+        }
+        *product = Cell::at(sum);
+    }
+}
