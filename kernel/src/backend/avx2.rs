@@ -70,13 +70,23 @@ fn put_joined(lanes: __m256, low: &mut Cell, high: &mut Cell) {
 
 /// The two cells of a pair.
 #[inline(always)]
-fn two(chunk: &Chunk, pair: usize) -> [&Cell; 2] {
-    let [a, b, c, d, e, f, g, h] = chunk;
-    match pair {
-        0 => [a, b],
-        1 => [c, d],
-        2 => [e, f],
-        _ => [g, h],
+fn two(chunk: &Chunk, pair: usize) -> &[Cell; 2] {
+    match (pair, chunk) {
+        (0, [two @ .., _, _, _, _, _, _]) => two,
+        (1, [_, _, two @ .., _, _, _, _]) => two,
+        (2, [_, _, _, _, two @ .., _, _]) => two,
+        (_, [_, _, _, _, _, _, two @ ..]) => two,
+    }
+}
+
+/// The same, to be written.
+#[inline(always)]
+fn two_mut(chunk: &mut Chunk, pair: usize) -> &mut [Cell; 2] {
+    match (pair, chunk) {
+        (0, [two @ .., _, _, _, _, _, _]) => two,
+        (1, [_, _, two @ .., _, _, _, _]) => two,
+        (2, [_, _, _, _, two @ .., _, _]) => two,
+        (_, [_, _, _, _, _, _, two @ ..]) => two,
     }
 }
 
@@ -227,20 +237,14 @@ impl F32x8 for Avx2 {
 
     #[inline(always)]
     fn pair(chunk: &Chunk, pair: usize) -> Self {
-        let [low, high] = two(chunk, pair);
-        Self(joined(low, high))
+        // SAFETY: see `Avx2`; two cells are eight floats.
+        Self(unsafe { _mm256_loadu_ps(two(chunk, pair).as_ptr().cast()) })
     }
 
     #[inline(always)]
     fn put_pair(self, chunk: &mut Chunk, pair: usize) {
-        let [a, b, c, d, e, f, g, h] = chunk;
-        let (low, high) = match pair {
-            0 => (a, b),
-            1 => (c, d),
-            2 => (e, f),
-            _ => (g, h),
-        };
-        put_joined(self.0, low, high);
+        // SAFETY: see `Avx2`; two cells are eight floats.
+        unsafe { _mm256_storeu_ps(two_mut(chunk, pair).as_mut_ptr().cast(), self.0) };
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::f32x8::Chunk;
 use crate::number::Number;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
@@ -23,50 +23,83 @@ pub(crate) fn clear<N: Number>(cells: &mut [Cell<N>], slices: impl Iterator<Item
     }
 }
 
-/// A slice of `cells`; beyond the end the last cell repeats, in `buffer`.
-#[inline(always)]
-pub(crate) fn eight<'a>(cells: &'a [Cell], slice: usize, buffer: &'a mut Chunk) -> &'a Chunk {
-    match cells.get(slice * LANES..).and_then(|left| left.first_chunk()) {
-        Some(chunk) => chunk,
-        None => {
-            let mut left = cells.get(slice * LANES..).unwrap_or(&[]).iter();
-            for slot in &mut *buffer {
-                *slot = left.next().or(cells.last()).copied().unwrap_or(Cell::ZERO);
-            }
-            buffer
+/// An array by slices: the whole ones where they are, and a copy of what is left over.
+pub(crate) struct Chunks<'a, T> {
+    whole: &'a [[T; LANES]],
+    last: [T; LANES],
+}
+
+impl<'a, T: Copy> Chunks<'a, T> {
+    /// Beyond the end stands `beyond`.
+    #[inline(always)]
+    pub fn new(values: &'a [T], beyond: T) -> Self {
+        let (whole, rest) = values.as_chunks();
+        Self { whole, last: padded(rest, beyond) }
+    }
+
+    #[inline(always)]
+    pub fn at(&self, slice: usize) -> &[T; LANES] {
+        match self.whole.get(slice) {
+            Some(chunk) => chunk,
+            None => last(&self.last),
         }
+    }
+
+}
+
+impl<'a> Chunks<'a, Cell> {
+    /// Beyond the end the last cell repeats.
+    #[inline(always)]
+    pub fn repeated(cells: &'a [Cell]) -> Self {
+        Self::new(cells, cells.last().copied().unwrap_or(Cell::ZERO))
     }
 }
 
-/// A slice of `cells`; beyond the end 0, in `buffer`.
-#[inline(always)]
-pub(crate) fn eight_or_zero<'a>(
-    cells: &'a [Cell],
-    slice: usize,
-    buffer: &'a mut Chunk,
-) -> &'a Chunk {
-    match cells.get(slice * LANES..).and_then(|left| left.first_chunk()) {
-        Some(chunk) => chunk,
-        None => {
-            let left = cells.get(slice * LANES..).unwrap_or(&[]);
-            for (slot, cell) in buffer.iter_mut().zip(left) {
-                *slot = *cell;
-            }
-            buffer
+/// [`Chunks`] of cells to be written, then to be ended by [`Self::finish`].
+pub(crate) struct ChunksMut<'a> {
+    whole: &'a mut [Chunk],
+    rest: &'a mut [Cell],
+    last: Chunk,
+}
+
+impl<'a> ChunksMut<'a> {
+    /// Beyond the end stands +0.0.
+    #[inline(always)]
+    pub fn new(cells: &'a mut [Cell]) -> Self {
+        let (whole, rest) = cells.as_chunks_mut();
+        let last = padded(rest, Cell::ZERO);
+        Self { whole, rest, last }
+    }
+
+    #[inline(always)]
+    pub fn at(&mut self, slice: usize) -> &mut Chunk {
+        match self.whole.get_mut(slice) {
+            Some(chunk) => chunk,
+            None => last(&mut self.last),
         }
+    }
+
+    /// Writes what is left over back; what lies beyond the end is dropped.
+    #[inline(always)]
+    pub fn finish(self) {
+        copy(self.rest, &self.last);
     }
 }
 
-/// A slice of values a cell; beyond the end 0.
+/// What is left over. Not inlined: else the compiler chooses every cell of a slice by itself.
+#[cold]
+#[inline(never)]
+fn last<T>(chunk: T) -> T {
+    chunk
+}
+
 #[inline(always)]
-pub(crate) fn eight_values(values: &[f32], slice: usize) -> [f32; LANES] {
-    match values.get(slice * LANES..).and_then(|left| left.first_chunk()) {
-        Some(values) => *values,
-        None => {
-            let mut left = values.get(slice * LANES..).unwrap_or(&[]).iter();
-            [0.0; LANES].map(|zero| left.next().copied().unwrap_or(zero))
-        }
+fn padded<T: Copy>(rest: &[T], beyond: T) -> [T; LANES] {
+    let mut last = [beyond; LANES];
+    for (slot, value) in last.iter_mut().zip(rest) {
+        *slot = *value;
     }
+    last
 }
 
 /// Copies a slice between arrays of the same length; nothing where they are shorter.
@@ -83,43 +116,5 @@ pub(crate) fn copy_slice(to: &mut [Cell], from: &[Cell], slice: usize) {
 pub(crate) fn copy<N: Number>(to: &mut [Cell<N>], from: &[Cell<N>]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = *from;
-    }
-}
-
-/// Writes a slice as pairs of cells; what lies beyond the end is dropped.
-#[inline(always)]
-pub(crate) fn put_pairs<V: F32x8>(cells: &mut [Cell], slice: usize, pairs: [V; 4]) {
-    let [a, b, c, d] = pairs;
-    let mut buffer = [Cell::ZERO; LANES];
-    let whole = cells.get_mut(slice * LANES..).and_then(|left| left.first_chunk_mut());
-    let is_whole = whole.is_some();
-    let chunk = whole.unwrap_or(&mut buffer);
-    a.put_pair(chunk, 0);
-    b.put_pair(chunk, 1);
-    c.put_pair(chunk, 2);
-    d.put_pair(chunk, 3);
-    if !is_whole {
-        put_last(cells, slice, &buffer);
-    }
-}
-
-/// Writes a slice from its lanes; what lies beyond the end is dropped.
-#[inline(always)]
-pub(crate) fn put_lanes<V: F32x8>(cells: &mut [Cell], slice: usize, lanes: [V; 4]) {
-    match cells.get_mut(slice * LANES..).and_then(|left| left.first_chunk_mut()) {
-        Some(chunk) => V::put_transposed(lanes, chunk),
-        None => {
-            let mut buffer = [Cell::ZERO; LANES];
-            V::put_transposed(lanes, &mut buffer);
-            put_last(cells, slice, &buffer);
-        }
-    }
-}
-
-#[cold]
-fn put_last(cells: &mut [Cell], slice: usize, chunk: &Chunk) {
-    let last = cells.get_mut(slice * LANES..).unwrap_or(&mut []);
-    for (cell, value) in last.iter_mut().zip(chunk) {
-        *cell = *value;
     }
 }

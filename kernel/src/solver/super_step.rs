@@ -29,7 +29,7 @@ use super::euler::{linear_step, saturated_step};
 use super::guard::{Pass, discards};
 use super::scheme::{Body, Pace, Scheme};
 use crate::backend::f32x8::F32x8;
-use crate::backend::slices::{copy_slice, eight, eight_values, put_pairs};
+use crate::backend::slices::{Chunks, ChunksMut, copy_slice};
 use crate::backend::{Work, run};
 use crate::model::Model;
 use crate::number::cell::{Cell, peak};
@@ -115,34 +115,34 @@ impl Work for Stage<'_, '_> {
         let mut moved = Moved::NOTHING;
         let zero = V::splat(0.0);
         let mut peak = zero;
+        let mobility = Chunks::new(self.model.mobility, 0.0);
+        let arrays = [self.published, self.residual, self.first];
+        let [published, residual, first] = arrays.map(|cells| Chunks::new(cells, Cell::ZERO));
+        let (mut at, mut before) = (ChunksMut::new(self.at), ChunksMut::new(self.before));
         for slice in self.awake.set.iter(self.model.slice_count()) {
-            let mut buffers = [[Cell::ZERO; 8]; 5];
-            let [b0, b1, b2, b3, b4] = &mut buffers;
-            let published = eight(self.published, slice, b0);
-            let at = eight(self.at, slice, b1);
-            let before = eight(self.before, slice, b2);
-            let residual = eight(self.residual, slice, b3);
-            let first = eight(self.first, slice, b4);
-            let mobility = eight_values(self.model.mobility, slice);
-            let (mut next, mut last) = ([zero; 4], [zero; 4]);
+            let (mobility, published) = (mobility.at(slice), published.at(slice));
+            let (residual, first) = (residual.at(slice), first.at(slice));
+            let (at, before) = (at.at(slice), before.at(slice));
             let mut changed = zero;
-            for (pair, (next, last)) in next.iter_mut().zip(&mut last).enumerate() {
+            for pair in 0..4 {
                 let start = V::pair(published, pair);
-                let free = V::spread(&mobility, pair).above(zero);
+                let free = V::spread(mobility, pair).above(zero);
                 let driven = V::pair(residual, pair).times(m).plus(V::pair(first, pair).times(g));
-                *last = V::pair(at, pair);
+                let last = V::pair(at, pair);
                 let (one, two) = (last.minus(start), V::pair(before, pair).minus(start));
                 let way = one.times(mu).plus(two.times(nu)).plus(driven.keep(free)).positions();
-                *next = start.plus(way);
-                changed = changed.larger_magnitude(next.minus(*last));
-                peak = peak.larger_magnitude(*next);
+                let next = start.plus(way);
+                changed = changed.larger_magnitude(next.minus(last));
+                peak = peak.larger_magnitude(next);
+                next.put_pair(at, pair);
+                last.put_pair(before, pair);
             }
-            put_pairs(self.at, slice, next);
-            put_pairs(self.before, slice, last);
             if !self.awake.spread.contains(slice) && V::any(changed.above(zero)) {
                 moved.slices.insert(slice);
             }
         }
+        at.finish();
+        before.finish();
         moved.reach(peak, self.model.saturation());
         moved
     }

@@ -6,7 +6,7 @@ use super::residual::Terms;
 use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
-use crate::backend::slices::{eight, put_lanes};
+use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
@@ -100,32 +100,26 @@ impl<R: Reduce> Work for SlicedResidual<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
-    fn run<V: F32x8>(mut self) {
-        let varied = self.links.differ();
-        for slice in self.awake.iter(self.terms.model.slice_count()) {
-            if varied {
-                self.slice::<V, true>(slice);
+    fn run<V: F32x8>(self) {
+        let Self { terms, links, awake, at, residual, mut contacts, reduce } = self;
+        let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(residual));
+        let varied = links.differ();
+        for slice in awake.iter(terms.model.slice_count()) {
+            let [x, y, z, _] = V::transposed(cells.at(slice));
+            let here = [x, y, z];
+            let mut sum = if varied {
+                links.residual::<V, true>(slice, here)
             } else {
-                self.slice::<V, false>(slice);
+                links.residual::<V, false>(slice, here)
+            };
+            terms.model.others.slice(slice, at, &mut sum, &|cell| terms.states.at(cell));
+            if let Some(contacts) = contacts.of_slice(slice) {
+                drive(&mut sum, terms.current, contacts);
             }
+            reduce.slice(slice, here, sum);
+            V::put_transposed(sum, residual.at(slice));
         }
-    }
-}
-
-impl<R: Reduce> SlicedResidual<'_, '_, R> {
-    #[inline(always)]
-    fn slice<V: F32x8, const VARIED: bool>(&mut self, slice: usize) {
-        let mut buffer = [Cell::ZERO; LANES];
-        let [x, y, z, _] = V::transposed(eight(self.at, slice, &mut buffer));
-        let here = [x, y, z];
-        let mut sum = self.links.residual::<V, VARIED>(slice, here);
-        let state = |cell| self.terms.states.at(cell);
-        self.terms.model.others.slice(slice, self.at, &mut sum, &state);
-        if let Some(contacts) = self.contacts.of_slice(slice) {
-            drive(&mut sum, self.terms.current, contacts);
-        }
-        self.reduce.slice(slice, here, sum);
-        put_lanes(self.residual, slice, sum);
+        residual.finish();
     }
 }
 

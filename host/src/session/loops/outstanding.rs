@@ -2,9 +2,9 @@
 
 use crate::session::ipc::services::QUEUE_MESSAGES;
 
-/// Poses that can be under way: both queues full, twice over. An answer that is later than that
-/// has been pushed out of a queue.
-const ROOM: usize = 4 * QUEUE_MESSAGES;
+/// Poses that can be under way: those of 16 s, which a controller that stood still for so long sends
+/// at once, before the first answer to them arrives.
+const ROOM: usize = 16 * QUEUE_MESSAGES;
 
 /// A pose under way; `index` is `u64::MAX` where none is.
 #[derive(Debug, Clone, Copy)]

@@ -19,13 +19,16 @@ pub(crate) struct SlicedLinks<'a, 'm> {
     links: Links<'a, 'm>,
     slices: Slices<'m>,
     at: &'a [Cell],
+    /// The band of all links where they do not differ.
+    band: Band,
 }
 
 impl<'a, 'm> SlicedLinks<'a, 'm> {
     /// `None` for a model without slices, or another number of cells.
     pub fn of(links: Links<'a, 'm>, at: &'a [Cell]) -> Option<Self> {
         let slices = links.model.slices?;
-        (at.len() == links.model.cells()).then_some(Self { links, slices, at })
+        let band = Band::new(links.alpha(0));
+        (at.len() == links.model.cells()).then_some(Self { links, slices, at, band })
     }
 
     /// Whether links differ in what this tick needs of them.
@@ -40,7 +43,7 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
     pub fn residual<V: F32x8, const VARIED: bool>(&self, slice: usize, here: [V; 3]) -> [V; 4] {
         let mut sum = [V::splat(0.0); 4];
         let mut void = V::splat(0.0).below(V::splat(0.0));
-        let mut law = Law::uniform(Band::new(self.links.alpha(0)));
+        let mut law = Law::uniform(self.band);
         for group in range(self.slices.rows, slice) {
             // SAFETY: the last row start is the number of groups; a model's slices name only its
             // cells, and `at` has as many.

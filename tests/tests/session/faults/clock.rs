@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use chaincell_tests::{chaincell, turn};
+use chaincell_tests::turn;
 
 use super::*;
 
@@ -34,8 +34,8 @@ fn a_wall_clock_that_jumps_at_every_look_changes_nothing() {
     serve.wait_for_line("ready");
     let outsider = Outsider::join(&place.scene, false);
     let path = hold(&place, 800);
-    let control_args = ["control", "--scene", &place.scene, "--json", "--path", text(&path)];
-    let control = jumping(chaincell().args(control_args).args(["--wait", "event"]));
+    let mut control = control_command(&place, &["--path", text(&path), "--wait", "event"]);
+    let control = jumping(&mut control);
     let (ended, seen) = until_end(control, &outsider);
     assert_undisturbed("wall clock jumps by 400 days at every look", ended, serve, &seen, 800);
 }
@@ -51,9 +51,9 @@ fn clocks_a_day_apart_are_no_matter() {
     }
     let (place, serve, outsider) = served("apart");
     let path = hold(&place, 800);
-    let control_args = ["control", "--scene", &place.scene, "--json", "--path", text(&path)];
+    let control = control_command(&place, &["--path", text(&path)]);
     let mut command = Command::new("unshare");
-    command.args(apart).arg(chaincell().get_program()).args(control_args);
+    command.args(apart).arg(control.get_program()).args(control.get_args());
     let (ended, seen) = until_end(Running::start(&mut command), &outsider);
     assert_undisturbed("monotonic clocks a day apart", ended, serve, &seen, 800);
 }

@@ -15,12 +15,13 @@ mod stand_still;
 mod two_publishers;
 
 use std::path::PathBuf;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use chaincell_tests::files::{bake, scratch, text, write_path};
 use chaincell_tests::outsider::{Force, Outsider, SAFE, STALE};
 use chaincell_tests::place::Place;
-use chaincell_tests::{Ended, Running, scene};
+use chaincell_tests::{Ended, Running, chaincell, scene};
 use serde_json::Value;
 
 /// Longest life of a process whose work is done.
@@ -75,11 +76,18 @@ fn hold(place: &Place, ticks: u64) -> PathBuf {
     path
 }
 
+/// The command line of a controller on the place's scene.
+fn control_command(place: &Place, options: &[&str]) -> Command {
+    let mut command = chaincell();
+    // How late the answers are is not the question.
+    command.args(["control", "--scene", &place.scene, "--json", "--late-share", "off"]);
+    command.args(options);
+    command
+}
+
 /// A controller on the place's scene.
 fn control(place: &Place, options: &[&str]) -> Running {
-    // How late the answers are is not the question.
-    let args = ["control", "--scene", &place.scene, "--json", "--late-share", "off"];
-    Running::chaincell([&args, options].concat())
+    Running::start(&mut control_command(place, options))
 }
 
 /// A controller that presses, and holds for so many ticks in all.
@@ -184,16 +192,32 @@ fn count(report: &Value, name: &str) -> u64 {
     report[name].as_u64().unwrap_or_else(|| panic!("no {name} in {report}"))
 }
 
-/// Every message is a number, and no step of the force comes near a jump.
+/// Every message is a number, and 0 where it says so.
 #[track_caller]
-fn assert_gentle(seen: &[Force]) {
+fn assert_sound(seen: &[Force]) {
     for force in seen {
         assert!(force.force_n.iter().all(|x| x.is_finite()), "{force:?}");
         assert!(force.flags & SAFE == 0 || force.force_n == [0.0; 3], "{force:?}");
     }
+}
+
+/// Besides, no step of the force comes near a jump.
+#[track_caller]
+fn assert_gentle(seen: &[Force]) {
+    assert_sound(seen);
     let (step_n, most_n) = (largest_step_n(seen), largest_n(seen));
     assert!(most_n > 0.1, "almost no force: {most_n} N");
     assert!(step_n <= STEP_PART * most_n, "a step of {step_n} N, the largest force {most_n} N");
+}
+
+/// The same of a server whose machine let it work. Else the force fell to 0, as it has to.
+#[track_caller]
+fn assert_gentle_in_time(fault: &str, served: &Value, seen: &[Force]) {
+    if count(served, "overloads") == 0 {
+        return assert_gentle(seen);
+    }
+    println!("SKIPPED | {fault} | steps of the force: the machine was overloaded |");
+    assert_sound(seen);
 }
 
 /// All ticks were answered, none late by a jump of the force; told as a row of the table.
@@ -202,8 +226,9 @@ fn assert_undisturbed(fault: &str, ended: Ended, serve: Running, seen: &[Force],
     let report = ended.with(0).json();
     let found = ["ticks_answered", "ticks_unanswered", "foreign_answers"];
     assert_eq!(found.map(|name| count(&report, name)), [ticks, 0, 0]);
-    assert_gentle(seen);
-    assert_eq!(count(&serve.interrupt().with(130).json(), "ticks_executed"), ticks);
+    let served = serve.interrupt().with(130).json();
+    assert_eq!(count(&served, "ticks_executed"), ticks);
+    assert_gentle_in_time(fault, &served, seen);
     tell_seen(fault, ticks, 0, seen);
 }
 

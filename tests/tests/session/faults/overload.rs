@@ -5,6 +5,9 @@ use chaincell_tests::{run, turn};
 
 use super::*;
 
+/// Share of ticks late without a tissue from which on a machine says nothing of the tissue.
+const BUSY: f64 = 0.02;
+
 /// Five seconds of `cosim` with sweeps stretched to so many pose periods.
 fn stretched(periods: &str) -> Ended {
     let place = place("stretched");
@@ -22,6 +25,11 @@ fn a_sweep_below_the_pose_period_is_a_force_in_time() {
             assert_eq!(count(&report, "ticks_answered"), sent, "{report}");
             assert_eq!(report["state_hash"], report["replay_state_hash"]);
             let (late, overloads) = (count(&report, "ticks_late"), count(&report, "overloads"));
+            let floor = report["verdict"]["floor_share"].as_f64().unwrap();
+            if floor > BUSY {
+                println!("SKIPPED | {periods} | the machine alone is late in {floor} of the ticks |");
+                return Ok(());
+            }
             let p99 = |name: &str| report[name]["p99"].as_u64().unwrap();
             let most_ns = 3_000_000 + p99("floor_round_trip_ns");
             println!(
@@ -61,10 +69,13 @@ fn a_sweep_above_the_pose_period_takes_the_force_away_within_forty_milliseconds(
             let report = control.end(SOON).with(0).json();
             let served = serve.interrupt().with(130).json();
             assert_eq!(count(&report, "ticks_answered"), 1500);
-            assert_eq!(count(&served, "overloads"), 1, "{served}");
-            assert_gentle(&seen);
+            assert_sound(&seen);
             let last = seen.last().unwrap();
             assert_eq!(last.flags & (LATE | SAFE), LATE | SAFE, "{last:?}");
+            if count(&served, "overloads") != 1 {
+                return Err(format!("{periods}: overloaded before the sweeps were slow: {served}"));
+            }
+            assert_gentle(&seen);
             let before_n = seen.iter().find(|force| force.tick == from).map_or(0.0, size_n);
             if before_n == 0.0 {
                 return Err(format!("{periods}: no force when the sweeps began to be slow"));

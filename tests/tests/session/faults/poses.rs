@@ -17,7 +17,7 @@ fn press(faults: &str) -> (Value, Value, Vec<Force>) {
     let (ended, seen) = until_end(control, &outsider);
     let report = ended.with(0).json();
     let served = serve.interrupt().with(130).json();
-    assert_gentle(&seen);
+    assert_gentle_in_time(faults, &served, &seen);
     let injected = &report["injected"];
     let (lost, overtaken) = (count(injected, "lost"), count(injected, "overtaken"));
     assert_eq!(count(&report, "ticks_sent"), POSES - lost, "{faults}");
@@ -69,6 +69,21 @@ fn ten_times_as_fast() {
     let (report, served, _) = press("rate:10000");
     assert_eq!(count(&report["injected"], "rate_hz"), 10_000);
     assert_eq!((count(&served, "sends_failed"), count(&served, "poses_throttled")), (0, 0));
+}
+
+/// Poses beyond the rate, some of them lost before: each is counted once.
+#[test]
+fn too_fast_and_lost() {
+    let _turn = turn();
+    let (place, serve, _) = served("fast-lost");
+    let path = hold(&place, 3 * POSES);
+    let args = ["--path", text(&path), "--inject", "rate:10000,lost:2%", "--inject-seed=7"];
+    let report = control(&place, &args).end(SOON).json();
+    let served = serve.interrupt().with(130).json();
+    let of = |name: &str| count(&served, name);
+    assert!(of("poses_throttled") > 0 && count(&report["injected"], "lost") > 0);
+    let all = of("ticks_executed") + of("poses_missing") + of("poses_throttled");
+    assert_eq!(all, 3 * POSES, "{served}");
 }
 
 /// Beyond the burst that a server takes at once, `cosim` lets it take the rate that it asks for.

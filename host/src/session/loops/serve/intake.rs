@@ -106,6 +106,8 @@ impl Run<'_> {
                 return;
             }
         }
+        let step = step.unwrap_or(1);
+        self.missing += step - 1;
         if !self.rate.takes(arrival_ns) {
             complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
             return;
@@ -113,7 +115,7 @@ impl Run<'_> {
         self.waiter
             .arrived(arrival_ns, arrival_ns.saturating_sub(self.shared.voice().shaper.heard_ns()));
         self.waiter.expect_after(arrival_ns);
-        let restarts_ramp = self.has_gap(step.unwrap_or(1), usual, arrival_ns);
+        let restarts_ramp = self.has_gap(step, usual, arrival_ns);
         let at_ns = arrival_ns;
         let mut arrived = Arrived { pose, asked, at_ns, restarts_ramp, release_first: false };
         self.has_released |= pose.engaged == 0;
@@ -127,7 +129,6 @@ impl Run<'_> {
     /// controller that counts in larger steps all the time has no gap.
     fn has_gap(&mut self, step: u64, usual: u64, arrival_ns: u64) -> bool {
         let was_silent = self.shared.voice().shaper.hear(arrival_ns);
-        self.missing += step - 1;
         let bearable = u64::from(self.server.options.watchdog_ms);
         let is_gap = bearable != 0 && step > bearable && step / 2 > usual;
         if is_gap && !was_silent {

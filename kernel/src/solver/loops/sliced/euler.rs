@@ -2,7 +2,7 @@
 
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
-use crate::backend::slices::{eight_or_zero, eight_values, put_pairs};
+use crate::backend::slices::{Chunks, ChunksMut};
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::solver::awake::Awake;
@@ -24,27 +24,28 @@ impl Work for Step<'_, '_> {
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let (step, zero) = (V::splat(self.step), V::splat(0.0));
+        let mobility = Chunks::new(self.model.mobility, 0.0);
+        let residual = Chunks::new(self.residual, Cell::ZERO);
+        let mut state = ChunksMut::new(self.state);
         let mut peak = zero;
         for slice in self.awake.set.iter(self.model.slice_count()) {
-            let (mut here, mut there) = ([Cell::ZERO; 8], [Cell::ZERO; 8]);
-            let residual = eight_or_zero(self.residual, slice, &mut here);
-            let state = eight_or_zero(self.state, slice, &mut there);
-            let mobility = eight_values(self.model.mobility, slice);
-            let mut pairs = [zero; 4];
+            let (mobility, residual) = (mobility.at(slice), residual.at(slice));
+            let state = state.at(slice);
             let mut changed = zero;
-            for (pair, slot) in pairs.iter_mut().enumerate() {
+            for pair in 0..4 {
                 let v = V::pair(state, pair);
-                let free = V::spread(&mobility, pair).above(zero);
+                let free = V::spread(mobility, pair).above(zero);
                 let way = V::pair(residual, pair).times(step).keep(free).positions();
-                *slot = v.plus(way);
-                changed = changed.larger_magnitude(slot.minus(v));
-                peak = peak.larger_magnitude(*slot);
+                let next = v.plus(way);
+                changed = changed.larger_magnitude(next.minus(v));
+                peak = peak.larger_magnitude(next);
+                next.put_pair(state, pair);
             }
-            put_pairs(self.state, slice, pairs);
             if !self.awake.spread.contains(slice) && V::any(changed.above(zero)) {
                 self.moved.slices.insert(slice);
             }
         }
+        state.finish();
         self.moved.reach(peak, self.model.saturation());
     }
 }

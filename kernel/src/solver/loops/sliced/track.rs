@@ -2,7 +2,7 @@
 
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
-use crate::backend::slices::{eight, eight_or_zero, eight_values, put_pairs};
+use crate::backend::slices::{Chunks, ChunksMut};
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Lanes, Plain, TwoFloat};
@@ -11,17 +11,23 @@ use crate::solver::loops::{Moved, Points};
 use crate::terms::sliced::Reduce;
 
 /// The sums of a pass: sum of w d^2, r . r / W, r . s, r . `z_last`.
-pub(crate) struct Sums<'a, 'm> {
-    model: &'a Model<'m>,
-    published: &'a [Cell],
-    before: &'a [Cell],
+pub(crate) struct Sums<'a> {
+    mobility: Chunks<'a, f32>,
+    published: Chunks<'a, Cell>,
+    before: Chunks<'a, Cell>,
     energy: Lanes,
     products: [Plain; 3],
 }
 
-impl<'a, 'm> Sums<'a, 'm> {
-    pub fn new(model: &'a Model<'m>, published: &'a [Cell], before: &'a [Cell]) -> Self {
-        Self { model, published, before, energy: Lanes::ZERO, products: [Plain::ZERO; 3] }
+impl<'a> Sums<'a> {
+    pub fn new(model: &'a Model<'_>, published: &'a [Cell], before: &'a [Cell]) -> Self {
+        Self {
+            mobility: Chunks::new(model.mobility, 0.0),
+            published: Chunks::repeated(published),
+            before: Chunks::repeated(before),
+            energy: Lanes::ZERO,
+            products: [Plain::ZERO; 3],
+        }
     }
 
     /// Energy in internal units, and the products.
@@ -31,13 +37,12 @@ impl<'a, 'm> Sums<'a, 'm> {
     }
 }
 
-impl Reduce for Sums<'_, '_> {
+impl Reduce for Sums<'_> {
     #[inline(always)]
     fn slice<V: F32x8>(&mut self, slice: usize, at: [V; 3], [x, y, z, wd2]: [V; 4]) {
-        let (mut here, mut there) = ([Cell::ZERO; 8], [Cell::ZERO; 8]);
-        let published = V::transposed(eight(self.published, slice, &mut here));
-        let before = V::transposed(eight(self.before, slice, &mut there));
-        let m = V::load(&eight_values(self.model.mobility, slice));
+        let published = V::transposed(self.published.at(slice));
+        let before = V::transposed(self.before.at(slice));
+        let m = V::load(self.mobility.at(slice));
         let squared = x.times(x.times(m)).plus(y.times(y.times(m))).plus(z.times(z.times(m)));
         let way = x
             .times(at[0].minus(before[0]))
@@ -68,40 +73,71 @@ impl Work for Step<'_, '_, '_> {
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
-        let points = self.points;
-        let (zero, least) = (V::splat(0.0), V::splat(f32::from_bits(1)));
+        let Points { published, at, before, residual } = self.points;
+        let mut slices = Slices {
+            mobility: Chunks::new(self.model.mobility, 0.0),
+            residual: Chunks::new(residual, Cell::ZERO),
+            published: ChunksMut::new(published),
+            at: ChunksMut::new(at),
+            before: ChunksMut::new(before),
+        };
+        let (factors, zero) = (self.factors.map(|factor| V::splat(factor)), V::splat(0.0));
         let mut peak = zero;
         for slice in self.awake.set.iter(self.model.slice_count()) {
-            let mut buffers = [[Cell::ZERO; 8]; 3];
-            let [here, there, other] = &mut buffers;
-            let residual = eight_or_zero(points.residual, slice, here);
-            let at = eight_or_zero(points.at, slice, there);
-            let before = eight_or_zero(points.before, slice, other);
-            let mobility = eight_values(self.model.mobility, slice);
-            let (mut last, mut next, mut ahead) = ([zero; 4], [zero; 4], [zero; 4]);
-            let mut started = zero;
-            let slots = last.iter_mut().zip(&mut next).zip(&mut ahead);
-            for (pair, ((last, next), ahead)) in slots.enumerate() {
-                let z = V::pair(residual, pair).times(V::spread(&mobility, pair)).positions();
-                let y = V::pair(at, pair);
-                let way = y.minus(V::pair(before, pair));
-                *last = y;
-                *next = y.plus(z);
-                *ahead = y.plus(alpha.times(z)).plus(beta.times(way));
-                // The neighbours of cells that moved before are awake.
-                let still = zero.larger_magnitude(way).below(least);
-                let moves = zero.larger_magnitude(ahead.minus(y)).larger_magnitude(next.minus(y));
-                started = started.larger_magnitude(moves.keep(still));
-                peak = peak.larger_magnitude(*next).larger_magnitude(*ahead);
-            }
-            put_pairs(points.published, slice, next);
-            put_pairs(points.before, slice, last);
-            put_pairs(points.at, slice, ahead);
-            if V::any(started.above(zero)) && !self.awake.spread.contains(slice) {
+            if self.awake.spread.contains(slice) {
+                slices.step::<V, false>(slice, factors, &mut peak);
+            } else if V::any(slices.step::<V, true>(slice, factors, &mut peak).above(zero)) {
                 self.moved.slices.insert(slice);
             }
         }
+        let Slices { published, at, before, .. } = slices;
+        published.finish();
+        at.finish();
+        before.finish();
         self.moved.reach(peak, self.model.saturation());
+    }
+}
+
+/// What an update reads and writes.
+struct Slices<'a> {
+    mobility: Chunks<'a, f32>,
+    residual: Chunks<'a, Cell>,
+    published: ChunksMut<'a>,
+    at: ChunksMut<'a>,
+    before: ChunksMut<'a>,
+}
+
+impl Slices<'_> {
+    /// Moves the cells of a slice. Where asked for, gives how far those went that stood still
+    /// before: the neighbours of the others are awake.
+    #[inline(always)]
+    fn step<V: F32x8, const STARTED: bool>(
+        &mut self,
+        slice: usize,
+        [alpha, beta]: [V; 2],
+        peak: &mut V,
+    ) -> V {
+        let (mobility, residual) = (self.mobility.at(slice), self.residual.at(slice));
+        let (at, before) = (self.at.at(slice), self.before.at(slice));
+        let published = self.published.at(slice);
+        let (zero, least) = (V::splat(0.0), V::splat(f32::from_bits(1)));
+        let mut started = zero;
+        for pair in 0..4 {
+            let z = V::pair(residual, pair).times(V::spread(mobility, pair)).positions();
+            let y = V::pair(at, pair);
+            let way = y.minus(V::pair(before, pair));
+            let next = y.plus(z);
+            let ahead = y.plus(alpha.times(z)).plus(beta.times(way));
+            if STARTED {
+                let still = zero.larger_magnitude(way).below(least);
+                let moves = zero.larger_magnitude(ahead.minus(y)).larger_magnitude(next.minus(y));
+                started = started.larger_magnitude(moves.keep(still));
+            }
+            *peak = peak.larger_magnitude(next).larger_magnitude(ahead);
+            next.put_pair(published, pair);
+            y.put_pair(before, pair);
+            ahead.put_pair(at, pair);
+        }
+        started
     }
 }
