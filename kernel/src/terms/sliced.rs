@@ -103,14 +103,14 @@ impl<R: Reduce> Work for SlicedResidual<'_, '_, R> {
     fn run<V: F32x8>(self) {
         let Self { terms, links, awake, at, residual, mut contacts, reduce } = self;
         let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(residual));
-        let varied = links.differ();
+        let (varied, even) = (links.differ(), links.even());
         for slice in awake.iter(terms.model.slice_count()) {
             let [x, y, z, _] = V::transposed(cells.at(slice));
             let here = [x, y, z];
             let mut sum = if varied {
-                links.residual::<V, true>(slice, here)
+                links.residual::<V, true>(slice, here, even)
             } else {
-                links.residual::<V, false>(slice, here)
+                links.residual::<V, false>(slice, here, even)
             };
             terms.model.others.slice(slice, at, &mut sum, &|cell| terms.states.at(cell));
             if let Some(contacts) = contacts.of_slice(slice) {

@@ -19,16 +19,13 @@ pub(crate) struct SlicedLinks<'a, 'm> {
     links: Links<'a, 'm>,
     slices: Slices<'m>,
     at: &'a [Cell],
-    /// The band of all links where they do not differ.
-    band: Band,
 }
 
 impl<'a, 'm> SlicedLinks<'a, 'm> {
     /// `None` for a model without slices, or another number of cells.
     pub fn of(links: Links<'a, 'm>, at: &'a [Cell]) -> Option<Self> {
         let slices = links.model.slices?;
-        let band = Band::new(links.alpha(0));
-        (at.len() == links.model.cells()).then_some(Self { links, slices, at, band })
+        (at.len() == links.model.cells()).then_some(Self { links, slices, at })
     }
 
     /// Whether links differ in what this tick needs of them.
@@ -37,13 +34,24 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
         self.slices.weights.is_some() || !self.links.closed && self.slices.alphas.is_some()
     }
 
-    /// Residual and sum of w d^2 of the cells of a slice, which are `here`. `VARIED` where links
-    /// differ.
+    /// What a tick needs of all links where they do not differ.
     #[inline(always)]
-    pub fn residual<V: F32x8, const VARIED: bool>(&self, slice: usize, here: [V; 3]) -> [V; 4] {
+    pub fn even<V: F32x8>(&self) -> Law<V> {
+        Law::uniform(Band::new(self.links.alpha(0)))
+    }
+
+    /// Residual and sum of w d^2 of the cells of a slice, which are `here`. `VARIED` where links
+    /// differ, else the law of all is `even`.
+    #[inline(always)]
+    pub fn residual<V: F32x8, const VARIED: bool>(
+        &self,
+        slice: usize,
+        here: [V; 3],
+        even: Law<V>,
+    ) -> [V; 4] {
         let mut sum = [V::splat(0.0); 4];
         let mut void = V::splat(0.0).below(V::splat(0.0));
-        let mut law = Law::uniform(self.band);
+        let mut law = even;
         for group in range(self.slices.rows, slice) {
             // SAFETY: the last row start is the number of groups; a model's slices name only its
             // cells, and `at` has as many.
@@ -98,11 +106,13 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
 }
 
 /// Bands and weights of eight links.
-struct Law<V> {
+#[derive(Clone, Copy)]
+pub(crate) struct Law<V> {
     low: V,
     high: V,
     low_squared: V,
     high_squared: V,
+    coincident: V,
     weight: Option<V>,
 }
 
@@ -115,6 +125,7 @@ impl<V: F32x8> Law<V> {
             high: V::splat(band.high),
             low_squared: V::splat(band.low_squared),
             high_squared: V::splat(band.high_squared),
+            coincident: V::splat(COINCIDENT),
             weight: None,
         }
     }
@@ -129,6 +140,7 @@ impl<V: F32x8> Law<V> {
             high,
             low_squared: low.times(low).times(V::splat(1.0 - RIM)),
             high_squared: high.times(high).times(V::splat(1.0 + RIM)),
+            coincident: V::splat(COINCIDENT),
             weight: Some(weight),
         }
     }
@@ -164,17 +176,17 @@ fn add_links<V: F32x8>(
     if !V::any(taut) {
         return;
     }
-    *void = V::either(*void, u2.below(l02.times(V::splat(COINCIDENT))));
+    *void = V::either(*void, u2.below(l02.times(law.coincident)));
     let u = u2.root();
     let d = u.minus(l0.times(V::select(above, law.high, law.low)));
     let wd = match law.weight {
         Some(weight) => weight.times(d),
         None => d,
     };
-    let factor = wd.over(u.plus(u)).keep(taut);
     let [x, y, z, wd2] = sum;
+    *wd2 = wd2.plus(wd.times(d).keep(taut));
+    let factor = wd.over(u.plus(u)).keep(taut);
     *x = x.plus(factor.times(dx));
     *y = y.plus(factor.times(dy));
     *z = z.plus(factor.times(dz));
-    *wd2 = wd2.plus(wd.times(d).keep(taut));
 }
