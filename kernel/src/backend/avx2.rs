@@ -261,6 +261,33 @@ impl F32x8 for Avx2 {
     }
 
     #[inline(always)]
+    fn in_turn(values: &[f32; LANES], pair: usize) -> Self {
+        let (pairs, _) = values.as_chunks::<2>();
+        let [a, b] = pairs.get(pair).copied().unwrap_or([0.0; 2]);
+        // SAFETY: see `Avx2`.
+        Self(unsafe { _mm256_setr_ps(a, b, a, b, a, b, a, b) })
+    }
+
+    #[inline(always)]
+    fn woven(self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe {
+            let (low, high) = (_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let (first, second) = (_mm_unpacklo_ps(low, high), _mm_unpackhi_ps(low, high));
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
+        })
+    }
+
+    #[inline(always)]
+    fn unwoven(self) -> Self {
+        // SAFETY: see `Avx2`.
+        Self(unsafe {
+            let order = _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7);
+            _mm256_permutevar8x32_ps(self.0, order)
+        })
+    }
+
+    #[inline(always)]
     unsafe fn couple(cells: &[Cell], [first, second]: [u16; 2]) -> Self {
         // SAFETY: the caller's promise.
         let (first, second) = unsafe {

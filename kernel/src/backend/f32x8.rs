@@ -67,6 +67,12 @@ pub trait F32x8: Copy {
     fn put_pair(self, chunk: &mut Chunk, pair: usize);
     /// Value 2 `pair` in the first four lanes, value 2 `pair` + 1 in the others.
     fn spread(values: &[f32; LANES], pair: usize) -> Self;
+    /// Values 2 `pair` and 2 `pair` + 1 in turn, four times.
+    fn in_turn(values: &[f32; LANES], pair: usize) -> Self;
+    /// Lanes 0 to 3 in the even lanes, lanes 4 to 7 in the odd ones.
+    fn woven(self) -> Self;
+    /// The inverse of [`Self::woven`].
+    fn unwoven(self) -> Self;
     /// Two cells, one after the other.
     ///
     /// # Safety
@@ -265,6 +271,25 @@ impl F32x8 for Lanes8 {
         let at = |index: usize| values.get(index).copied().unwrap_or(0.0);
         let (a, b) = (at(2 * pair), at(2 * pair + 1));
         Self([a, a, a, a, b, b, b, b])
+    }
+
+    #[inline(always)]
+    fn in_turn(values: &[f32; LANES], pair: usize) -> Self {
+        let at = |index: usize| values.get(index).copied().unwrap_or(0.0);
+        let (a, b) = (at(2 * pair), at(2 * pair + 1));
+        Self([a, b, a, b, a, b, a, b])
+    }
+
+    #[inline(always)]
+    fn woven(self) -> Self {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        Self([a, e, b, f, c, g, d, h])
+    }
+
+    #[inline(always)]
+    fn unwoven(self) -> Self {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        Self([a, c, e, g, b, d, f, h])
     }
 
     #[inline(always)]

@@ -199,6 +199,30 @@ impl F32x8 for Neon {
     }
 
     #[inline(always)]
+    fn in_turn(values: &[f32; LANES], pair: usize) -> Self {
+        let (pairs, _) = values.as_chunks::<2>();
+        let both = pairs.get(pair).copied().unwrap_or([0.0; 2]);
+        // SAFETY: see `Neon`; two floats are there to be read.
+        let four = unsafe {
+            let two = vld1_f32(both.as_ptr());
+            vcombine_f32(two, two)
+        };
+        Self(four, four)
+    }
+
+    #[inline(always)]
+    fn woven(self) -> Self {
+        // SAFETY: see `Neon`.
+        unsafe { Self(vzip1q_f32(self.0, self.1), vzip2q_f32(self.0, self.1)) }
+    }
+
+    #[inline(always)]
+    fn unwoven(self) -> Self {
+        // SAFETY: see `Neon`.
+        unsafe { Self(vuzp1q_f32(self.0, self.1), vuzp2q_f32(self.0, self.1)) }
+    }
+
+    #[inline(always)]
     unsafe fn couple(cells: &[Cell], [first, second]: [u16; 2]) -> Self {
         // SAFETY: the caller's promise.
         let (first, second) = unsafe {

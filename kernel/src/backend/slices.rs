@@ -44,7 +44,6 @@ impl<'a, T: Copy> Chunks<'a, T> {
             None => last(&self.last),
         }
     }
-
 }
 
 impl<'a> Chunks<'a, Cell> {

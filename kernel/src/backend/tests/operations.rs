@@ -143,6 +143,7 @@ impl Operands {
             two.put_pair(&mut back, pair);
             seen.exact("put_pair", &back.map(|cell| cell.0).concat());
             seen.exact("spread", &lanes(V::spread(&self.a, pair)));
+            seen.exact("in_turn", &lanes(V::in_turn(&self.a, pair)));
             seen.exact("positions", &lanes(two.positions()));
         }
         let couple = [self.ids[0], self.ids[1]];
@@ -152,6 +153,8 @@ impl Operands {
         // SAFETY: as above.
         unsafe { two.uncouple(&mut back, couple) };
         seen.exact("couple", &lanes(two));
+        seen.exact("woven", &lanes(two.woven()));
+        seen.exact("unwoven", &lanes(two.unwoven()));
         seen.exact("uncouple", &back.map(|cell| cell.0).concat());
         // SAFETY: as above.
         let values = unsafe { V::couple_values(self.cells.as_flattened(), couple) };

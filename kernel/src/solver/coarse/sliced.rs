@@ -1,8 +1,10 @@
 //! The loops between cells and basis functions, two cells side by side: restriction and the coarse
 //! update.
 //!
-//! A box keeps its eight basis functions in registers while its cells go by. Where a box has an odd
-//! number of cells its last one stands twice, the second time without weights.
+//! Sums over basis functions are taken with the two cells woven: x of one, x of the other, and so on.
+//! The weights of both then come by a single load. A box keeps its eight basis functions in registers
+//! while its cells go by. Where a box has an odd number of cells its last one stands twice, the second
+//! time without weights.
 
 #![allow(unsafe_code)]
 
@@ -44,18 +46,18 @@ impl Work for Restrict<'_, '_> {
             let mut sum = [V::splat(0.0); LANES];
             for (&ids, weights) in cells.iter().zip(weights) {
                 // SAFETY: the model's boxes name only its cells, and there are as many residuals.
-                let r = unsafe { V::couple(self.residual, ids) };
+                let r = unsafe { V::couple(self.residual, ids) }.woven();
                 let [a, b, c, d, e, f, g, h] = sum;
                 let [low, high] = weights;
                 sum = [
-                    a.plus(V::spread(low, 0).times(r)),
-                    b.plus(V::spread(low, 1).times(r)),
-                    c.plus(V::spread(low, 2).times(r)),
-                    d.plus(V::spread(low, 3).times(r)),
-                    e.plus(V::spread(high, 0).times(r)),
-                    f.plus(V::spread(high, 1).times(r)),
-                    g.plus(V::spread(high, 2).times(r)),
-                    h.plus(V::spread(high, 3).times(r)),
+                    a.plus(V::in_turn(low, 0).times(r)),
+                    b.plus(V::in_turn(low, 1).times(r)),
+                    c.plus(V::in_turn(low, 2).times(r)),
+                    d.plus(V::in_turn(low, 3).times(r)),
+                    e.plus(V::in_turn(high, 0).times(r)),
+                    f.plus(V::in_turn(high, 1).times(r)),
+                    g.plus(V::in_turn(high, 2).times(r)),
+                    h.plus(V::in_turn(high, 3).times(r)),
                 ];
             }
             let flat = sums.as_flattened_mut();
@@ -63,7 +65,7 @@ impl Work for Restrict<'_, '_> {
                 if function == NO_HAT {
                     continue;
                 }
-                for (axis, term) in sum.folded().xyz().into_iter().enumerate() {
+                for (axis, term) in sum.unwoven().folded().xyz().into_iter().enumerate() {
                     if let Some(slot) = flat.get_mut(axis * blocks * LANES + usize::from(function))
                     {
                         *slot += term;
@@ -132,7 +134,7 @@ impl Work for CoarseStep<'_, '_> {
     }
 }
 
-/// The coarse direction at the corners of a box, each twice.
+/// The coarse direction at the corners of a box, each twice, woven.
 #[inline(always)]
 fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> [V; LANES] {
     let blocks = basis.blocks();
@@ -146,7 +148,7 @@ fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> 
                 let x = c.get(function).copied().unwrap_or(0.0);
                 let y = c.get(stride + function).copied().unwrap_or(0.0);
                 let z = c.get(2 * stride + function).copied().unwrap_or(0.0);
-                *twice = V::twice(Cell::at([x, y, z]));
+                *twice = V::twice(Cell::at([x, y, z])).woven();
             }
         }
     }
@@ -157,12 +159,12 @@ fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> 
 #[inline(always)]
 fn along<V: F32x8>(corners: &[V; LANES], [low, high]: &[Eight; 2]) -> V {
     let [a, b, c, d, e, f, g, h] = *corners;
-    let sum = V::spread(low, 0).times(a);
-    let sum = sum.plus(V::spread(low, 1).times(b));
-    let sum = sum.plus(V::spread(low, 2).times(c));
-    let sum = sum.plus(V::spread(low, 3).times(d));
-    let sum = sum.plus(V::spread(high, 0).times(e));
-    let sum = sum.plus(V::spread(high, 1).times(f));
-    let sum = sum.plus(V::spread(high, 2).times(g));
-    sum.plus(V::spread(high, 3).times(h))
+    let sum = V::in_turn(low, 0).times(a);
+    let sum = sum.plus(V::in_turn(low, 1).times(b));
+    let sum = sum.plus(V::in_turn(low, 2).times(c));
+    let sum = sum.plus(V::in_turn(low, 3).times(d));
+    let sum = sum.plus(V::in_turn(high, 0).times(e));
+    let sum = sum.plus(V::in_turn(high, 1).times(f));
+    let sum = sum.plus(V::in_turn(high, 2).times(g));
+    sum.plus(V::in_turn(high, 3).times(h)).unwoven()
 }

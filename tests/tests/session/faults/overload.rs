@@ -27,7 +27,9 @@ fn a_sweep_below_the_pose_period_is_a_force_in_time() {
             let (late, overloads) = (count(&report, "ticks_late"), count(&report, "overloads"));
             let floor = report["verdict"]["floor_share"].as_f64().unwrap();
             if floor > BUSY {
-                println!("SKIPPED | {periods} | the machine alone is late in {floor} of the ticks |");
+                println!(
+                    "SKIPPED | {periods} | the machine alone is late in {floor} of the ticks |"
+                );
                 return Ok(());
             }
             let p99 = |name: &str| report[name]["p99"].as_u64().unwrap();
