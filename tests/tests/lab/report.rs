@@ -112,7 +112,7 @@ fn a_quick_report_has_its_figures_and_files() {
         "settle.csv",
         "tools.csv",
         "hand.csv",
-        "hand.png",
+        "hand_1.png",
         "time.csv",
         "numbers.csv",
         "growth.png",

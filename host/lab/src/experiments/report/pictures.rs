@@ -13,6 +13,8 @@ use chaincell_host::words::counted;
 
 /// Errors below this are drawn at it \[%\].
 const LEAST: f64 = 1e-3;
+/// How the names of the pictures of a hand begin, one for each motion.
+pub const HAND: &str = "report_hand_";
 
 /// Rows of the main body, ascending in sweeps.
 pub fn main_rows(report: &Report) -> Vec<&PressRow> {
@@ -31,10 +33,10 @@ fn point(row: &PressRow, error: fn(&PressRow) -> f64) -> [f64; 2] {
 ///
 /// # Errors
 /// As [`Chart::write`].
-pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'static str)>> {
+pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> {
     let mut written = Vec::new();
-    let mut put = |chart: Chart, name: &'static str, caption: &'static str| {
-        chart.write(folder, name).map(|_| written.push((name, caption)))
+    let mut put = |chart: Chart, name: &str, caption: &str| {
+        chart.write(folder, name).map(|_| written.push((name.to_owned(), caption.to_owned())))
     };
     if !report.rows.is_empty() {
         let field = |row: &PressRow| row.largest.field;
@@ -59,10 +61,9 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(&'static str, &'st
             caption,
         )?;
     }
-    if !report.hand.is_empty() {
-        let caption =
-            "Held cells under a hand that moves: error of the force against time of a tick";
-        put(hand(&report.hand), "report_hand", caption)?;
+    for (number, motion) in motions(&report.hand).into_iter().enumerate() {
+        let caption = format!("Held cells, {motion}: error of the force against time of a tick");
+        put(hand(&report.hand, motion), &format!("{HAND}{}", number + 1), &caption)?;
     }
     if let Some(track) = &report.track {
         let caption = "track in half a millisecond a tick: its errors during the press";
@@ -110,23 +111,34 @@ fn budget(report: &Report, title: &str, error_title: &str, error: fn(&PressRow) 
     chart.front("best for its time", &marked)
 }
 
-/// Error of the force over time of a tick: every motion and scheme on the first body.
-fn hand(rows: &[HandRow]) -> Chart {
-    let of_first = rows.iter().filter(|row| row.body == rows[0].body);
-    let mut fronts: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
-    for row in of_first {
-        let name = format!("{}, {}", row.scheme, row.motion);
+/// The first body's rows.
+fn of_first(rows: &[HandRow]) -> impl Iterator<Item = &HandRow> {
+    rows.iter().filter(|row| row.body == rows[0].body)
+}
+
+/// The motions of the first body, in their order.
+fn motions(rows: &[HandRow]) -> Vec<&str> {
+    let mut motions: Vec<&str> = of_first(rows).map(|row| row.motion.as_str()).collect();
+    motions.dedup();
+    motions
+}
+
+/// Error of the force over time of a tick: every scheme under a motion of the first body.
+fn hand(rows: &[HandRow], motion: &str) -> Chart {
+    let mut schemes: Vec<(&str, Vec<[f64; 2]>)> = Vec::new();
+    for row in of_first(rows).filter(|row| row.motion == motion) {
         let point = [row.tick_ns.p50 as f64 * 1e-3, (100.0 * row.force.largest).max(LEAST)];
-        match fronts.iter_mut().find(|(known, _)| *known == name) {
+        match schemes.iter_mut().find(|(known, _)| *known == row.scheme) {
             Some((_, points)) => points.push(point),
-            None => fronts.push((name, vec![point])),
+            None => schemes.push((row.scheme, vec![point])),
         }
     }
-    let title =
-        format!("A hand that moves: error of the force against time a tick ({})", rows[0].body);
+    let title = format!("A hand that moves: {motion} ({})", rows[0].body);
     let axes = (Axis::log10("median tick [us]"), Axis::log10("largest error of the force [%]"));
     let chart = Chart::new(&title, axes.0, axes.1).vertical(1000.0, "1 ms").horizontal(1.0, "1 %");
-    fronts.iter().fold(chart, |chart, (name, points)| chart.series(name, Style::MarkedLine, points))
+    schemes
+        .iter()
+        .fold(chart, |chart, (name, points)| chart.series(name, Style::MarkedLine, points))
 }
 
 /// Errors of `track` within the budget over the ticks of the press, snaps marked.

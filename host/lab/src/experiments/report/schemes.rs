@@ -11,6 +11,8 @@ use chaincell_kernel::Settings;
 pub struct Candidate {
     /// The name.
     pub name: &'static str,
+    /// Whether it is another one, bit for bit, unless the tool holds cells.
+    pub for_held_cells: bool,
     /// Builds an engine at rest: the body, what the tool touches, sweeps a tick, and a change of
     /// the settings. The tool is not slowed down.
     pub engine: for<'s> fn(&'s Scene, Contact, u16, Change<'_>) -> Result<Engine<'s>>,
@@ -23,16 +25,19 @@ pub type Change<'c> = &'c dyn Fn(Settings) -> Settings;
 pub const CANDIDATES: [Candidate; 4] = [
     Candidate {
         name: "track",
+        for_held_cells: false,
         engine: |scene, contact, sweeps, change| of(scene, Setting::TRACK, contact, sweeps, change),
     },
     Candidate {
         name: "predict",
+        for_held_cells: true,
         engine: |scene, contact, sweeps, change| {
             of(scene, Setting::PREDICT, contact, sweeps, change)
         },
     },
     Candidate {
         name: "predict without hats",
+        for_held_cells: true,
         engine: |scene, contact, sweeps, change| {
             let bare = Setting { hats: false, ..Setting::PREDICT };
             of(scene, bare, contact, sweeps, change)
@@ -40,6 +45,7 @@ pub const CANDIDATES: [Candidate; 4] = [
     },
     Candidate {
         name: "track without hats",
+        for_held_cells: false,
         engine: |scene, contact, sweeps, change| {
             let bare = Setting { hats: false, ..Setting::TRACK };
             of(scene, bare, contact, sweeps, change)

@@ -61,10 +61,10 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
 }
 
 /// The report as Markdown.
-fn markdown(report: &Report, pictures: &[(&str, &str)], command: &str) -> String {
+fn markdown(report: &Report, pictures: &[(String, String)], command: &str) -> String {
     let mut text = head(report, command);
     let picture = |text: &mut String, wanted: &str| {
-        for (name, caption) in pictures.iter().filter(|(name, _)| *name == wanted) {
+        for (name, caption) in pictures.iter().filter(|(name, _)| name.starts_with(wanted)) {
             let _ = writeln!(text, "![{caption}]({name}.png)\n");
         }
     };
@@ -75,7 +75,7 @@ fn markdown(report: &Report, pictures: &[(&str, &str)], command: &str) -> String
     picture(&mut text, "report_time");
     picture(&mut text, "report_force");
     let mut of_hand = String::new();
-    picture(&mut of_hand, "report_hand");
+    picture(&mut of_hand, pictures::HAND);
     text += &hand::markdown(&report.hand, &of_hand);
     text += &tools::markdown(&report.tools);
     text += &sweep(report);
