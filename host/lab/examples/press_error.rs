@@ -32,6 +32,9 @@ fn body(argument: &str) -> Option<(&str, usize, BasisSpacing)> {
 }
 
 fn run() -> Result<()> {
+    if std::env::args().len() < 2 {
+        return Err(Error::input("no body: give SCHEME:CELLS:SPACING, as in track:500:3.5"));
+    }
     for argument in std::env::args().skip(1) {
         let wrong = || {
             Error::input(format!(
