@@ -10,12 +10,18 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use chaincell_host::error::Error;
 use chaincell_lab::cli::exit_code;
 use chaincell_lab::experiments::report::collect::{Options, hands_alone};
 use chaincell_lab::experiments::report::hand::markdown;
 
 fn main() -> ExitCode {
-    let reference = std::env::var_os("CHAINCELL_REFERENCE").map(PathBuf::from);
+    if std::env::args().len() > 1 {
+        let why = "takes no arguments; CHAINCELL_REFERENCE names the folder of the real liver";
+        return exit_code(Err(Error::input(why)));
+    }
+    let reference = std::env::var_os("CHAINCELL_REFERENCE").filter(|folder| !folder.is_empty());
+    let reference = reference.map(PathBuf::from);
     if reference.is_none() {
         eprintln!("SKIPPED the liver: CHAINCELL_REFERENCE is not set; the generated organ instead");
     }

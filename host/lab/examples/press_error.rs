@@ -26,7 +26,7 @@ fn body(argument: &str) -> Option<(&str, usize, BasisSpacing)> {
     let spacing = match spacing {
         "auto" => BasisSpacing::BySize,
         "none" => BasisSpacing::None,
-        links => BasisSpacing::Links(links.parse().ok()?),
+        links => BasisSpacing::Links(links.parse().ok().filter(|&links| links >= 1.0)?),
     };
     Some((scheme, cells.parse().ok()?, spacing))
 }
@@ -35,13 +35,14 @@ fn run() -> Result<()> {
     if std::env::args().len() < 2 {
         return Err(Error::input("no body: give SCHEME:CELLS:SPACING, as in track:500:3.5"));
     }
-    for argument in std::env::args().skip(1) {
-        let wrong = || {
-            Error::input(format!(
-                "{argument}: SCHEME:CELLS:SPACING, with SPACING a number, auto or none"
-            ))
-        };
-        let (scheme, cells, spacing) = body(&argument).ok_or_else(wrong)?;
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let wrong = |argument: &str| {
+        Error::input(format!(
+            "{argument:?}: SCHEME:CELLS:SPACING, with SPACING a number from 1 on, auto or none"
+        ))
+    };
+    let bodies = arguments.iter().map(|argument| body(argument).ok_or_else(|| wrong(argument)));
+    for (scheme, cells, spacing) in bodies.collect::<Result<Vec<_>>>()? {
         for row in errors(scheme, cells, spacing, &SWEEPS)? {
             println!("{}", serde_json::to_string(&row).map_err(Error::check)?);
         }

@@ -30,10 +30,10 @@ pub struct TissueArgs {
     /// radius [m] around the tool pushes surface cells out
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
-    /// Most cells that a probe touches at a time
-    #[arg(long, default_value_t = 64, value_name = "N", allow_negative_numbers = true,
+    /// Most cells that a probe touches at a time [default: 64]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(1..))]
-    pub probe_capacity: u16,
+    pub probe_capacity: Option<u16>,
     /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
     /// cells; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
@@ -71,6 +71,12 @@ pub struct TissueArgs {
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub max_force_n: Option<f32>,
 }
+
+/// Most cells that a probe touches at a time unless `--probe-capacity` says otherwise.
+const PROBE_CAPACITY: u16 = 64;
+
+/// Why a scheme takes no time.
+const STATIC: &str = "this scheme answers the static question; take --dynamics euler, rkl1 or rkl2";
 
 /// Every parameter in force, for summaries.
 #[derive(Debug, Clone, Serialize)]
@@ -123,13 +129,29 @@ impl TissueArgs {
         if self.max_force_n.is_some_and(f32::is_infinite) {
             return Err(self.refuse(SettingsError::MaxForce));
         }
-        Engine::with_contact(network, self.dynamics, self.number, self.contact(&model)?)
+        let contact = self.contact(&model)?;
+        self.tell_where_predict_is_track(&model, &contact);
+        Engine::with_contact(network, self.dynamics, self.number, contact)
+    }
+
+    fn tell_where_predict_is_track(&self, model: &Model<'_>, contact: &Contact) {
+        let why = match contact {
+            _ if self.dynamics != Scheme::Predict => return,
+            Contact::Probe { .. } => "with a probe",
+            _ if self.drive == Drive::Current => "under a current",
+            _ if model.has_slack() => "on a model with slack (--alpha of bake)",
+            _ => return,
+        };
+        log::warn!("--dynamics predict: {why} it is track, which needs less memory");
     }
 
     /// Step a sweep, and time a tick for the schemes that go by it.
     fn times(&self, model: &Model<'_>, defaults: &Settings) -> Result<(f32, f32)> {
         let by_tick = self.dynamics.goes_by_tick();
         let Some(constant_s) = self.time_constant_s else {
+            if let (Some(step), false) = (self.step, by_tick || self.dynamics == Scheme::Euler) {
+                return Err(Error::input(format!("--step {step}: {STATIC}")));
+            }
             let given = |otherwise: f32| self.step.unwrap_or(otherwise);
             return Ok(if by_tick {
                 (defaults.step, given(defaults.tick_time))
@@ -147,10 +169,7 @@ impl TissueArgs {
             return Ok((defaults.step, tick_time));
         }
         if self.dynamics != Scheme::Euler {
-            return refused(
-                "this scheme answers the static question; take --dynamics euler, rkl1 or rkl2"
-                    .into(),
-            );
+            return refused(STATIC.into());
         }
         let sweeps = f32::from(self.sweeps.max(1));
         let (step, bound) = (tick_time / sweeps, model.step_max());
@@ -188,7 +207,17 @@ impl TissueArgs {
 
     /// What the tool touches.
     fn contact(&self, model: &Model<'_>) -> Result<Contact> {
+        if self.contact == "probe" {
+            let why = "--contact probe: give its radius [m], as in probe:0.012";
+            return Err(Error::input(why));
+        }
         let Some(radius) = self.contact.strip_prefix("probe:") else {
+            if let Some(capacity) = self.probe_capacity {
+                return Err(Error::input(format!(
+                    "--probe-capacity {capacity}: there is no probe; give --contact probe:RADIUS, \
+                     or leave it out"
+                )));
+            }
             return contact_cells(&self.contact, model).map(Contact::Cells);
         };
         if self.drive == Drive::Current {
@@ -199,7 +228,9 @@ impl TissueArgs {
         }
         let contact = &self.contact;
         let radius_m: f32 = radius.parse().map_err(|_| {
-            Error::input(format!("--contact {contact}: {radius:?} is no radius [m]"))
+            Error::input(format!(
+                "--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"
+            ))
         })?;
         let most_m = model.saturation() * model.unit_m();
         if !(radius_m > 0.0 && radius_m <= most_m) {
@@ -208,13 +239,16 @@ impl TissueArgs {
                  body's own bound (--k-m of bake)"
             )));
         }
-        Ok(Contact::Probe { radius_m, capacity: self.probe_capacity.into() })
+        Ok(Contact::Probe {
+            radius_m,
+            capacity: self.probe_capacity.unwrap_or(PROBE_CAPACITY).into(),
+        })
     }
 
     /// The same arguments for a child process.
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args = vec![format!("--contact={}", self.contact)];
-        args.push(format!("--probe-capacity={}", self.probe_capacity));
+        args.extend(self.probe_capacity.map(|count| format!("--probe-capacity={count}")));
         args.push(format!("--dynamics={}", self.dynamics.name()));
         args.push(format!("--number={}", self.number.name()));
         args.push(format!("--sweeps={}", self.sweeps));

@@ -127,6 +127,9 @@ pub struct Verdict {
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.counts.answers + self.counts.unanswered == 0 {
+            return f.write_str("no pose came, nothing to judge");
+        }
         let held = match self.is_held {
             true if self.floor_share > DEFAULT_SHARE => {
                 "1 kHz held by the tissue, not by the machine"

@@ -215,6 +215,12 @@ fn run_parameters_out_of_range() {
         let scheme = ["--dynamics", dynamics, "--time-constant-s", constant_s];
         place.refuses_run(&scheme, &["--time-constant-s", why]);
     }
+    for dynamics in ["track", "predict", "gauss-seidel"] {
+        let step = ["--dynamics", dynamics, "--step", "0.01"];
+        place.refuses_run(&step, &["--step 0.01", "answers the static question"]);
+    }
+    place.refuses_run(&["--probe-capacity", "3"], &["--probe-capacity 3", "there is no probe"]);
+    place.refuses_run(&["--contact", "probe"], &["--contact probe", "as in probe:0.012"]);
     let both = ["--dynamics", "euler", "--step", "0.1", "--time-constant-s", "1"];
     place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);
     place.refuses_run(&["--dynamics", "gauss-seidel"], &["gauss-seidel", "--colours"]);

@@ -396,3 +396,25 @@ fn the_force_is_shortened_to_its_limit() {
     }
     assert!((1..40).contains(&clamped), "{clamped}");
 }
+
+#[test]
+fn predict_says_where_it_is_track() {
+    let slack = Place::plane(&["--alpha", "0.05"]);
+    let tight = Place::plane(&["--alpha", "0"]);
+    let path = slack.folder.path().join("path.csv");
+    write_path(&path, [(0, [0.0; 3], 0), (1, [0.0; 3], 1)].into_iter());
+    let said = |place: &Place, options: &[&str]| {
+        let out = place.folder.path().join("out");
+        let options = [&["--dynamics", "predict", "--force"], options].concat();
+        play(&place.model, &path, &out, &options).with(0).err
+    };
+    for (place, options, why) in [
+        (&tight, &["--contact", "probe:0.02"][..], "with a probe it is track"),
+        (&tight, &["--drive", "current"][..], "under a current it is track"),
+        (&slack, &[][..], "on a model with slack"),
+    ] {
+        let err = said(place, options);
+        assert!(err.contains(why), "{err}");
+    }
+    assert!(!said(&tight, &[]).contains("it is track"));
+}

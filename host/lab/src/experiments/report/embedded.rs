@@ -34,7 +34,7 @@ pub struct EmbeddedRow {
 /// Errors of a scheme on the organ of about so many cells, with a coarse level of this spacing.
 ///
 /// # Errors
-/// A name that is none of the [`CANDIDATES`]; as the bake and the engine.
+/// A name that is none of the [`CANDIDATES`] with a coarse level; as the bake and the engine.
 pub fn errors(
     scheme: &str,
     cells: usize,
@@ -42,7 +42,8 @@ pub fn errors(
     sweeps: &[u16],
 ) -> Result<Vec<EmbeddedRow>> {
     let unknown = || Error::input(format!("{scheme}: no such scheme, take track or predict"));
-    let candidate = CANDIDATES.iter().find(|of| of.name == scheme).ok_or_else(unknown)?;
+    let known = || CANDIDATES.iter().find(|of| of.name == scheme && of.hats);
+    let candidate = known().ok_or_else(unknown)?;
     let scene = Scene::organ_with(cells, spacing)?;
     let model = scene.model()?;
     let reference = Reference::follow(&scene, MOTION, || Ok(()))?;
@@ -71,6 +72,8 @@ mod tests {
         assert!(bare[1].force.median < bare[0].force.median, "{bare:?}");
         let predicted = errors("predict", 200, BasisSpacing::None, &[1]).unwrap();
         assert!(predicted[0].force.median < bare[0].force.median, "{predicted:?} {bare:?}");
-        assert!(errors("neither", 200, BasisSpacing::None, &[1]).is_err());
+        for name in ["neither", "track without hats"] {
+            assert!(errors(name, 200, BasisSpacing::None, &[1]).is_err(), "{name}");
+        }
     }
 }

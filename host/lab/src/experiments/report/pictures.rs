@@ -49,7 +49,7 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
             caption,
         )?;
         let force = |row: &PressRow| row.largest.force;
-        let caption = "The same for the force";
+        let caption = "Error of the force against time of a tick, the same settings";
         put(
             budget(
                 report,
@@ -135,7 +135,10 @@ fn hand(rows: &[HandRow], motion: &str) -> Chart {
     }
     let title = format!("A hand that moves: {motion} ({})", rows[0].body);
     let axes = (Axis::log10("median tick [us]"), Axis::log10("largest error of the force [%]"));
-    let chart = Chart::new(&title, axes.0, axes.1).vertical(1000.0, "1 ms").horizontal(1.0, "1 %");
+    let mut chart = Chart::new(&title, axes.0, axes.1).horizontal(1.0, "1 %");
+    if schemes.iter().any(|(_, points)| points.iter().any(|[tick_us, _]| *tick_us > 300.0)) {
+        chart = chart.vertical(1000.0, "1 ms");
+    }
     schemes
         .iter()
         .fold(chart, |chart, (name, points)| chart.series(name, Style::MarkedLine, points))

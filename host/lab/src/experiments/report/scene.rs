@@ -181,6 +181,13 @@ impl Scene {
     /// Reference data that cannot be read.
     pub fn liver(reference: &Path, alpha: f64, one_cell: bool) -> Result<Self> {
         let path = reference.join("meshes/liver_5762.msh41.msh");
+        if !path.is_file() {
+            return Err(Error::input(format!(
+                "reference data: there is no {}; name the folder that has it, or none for a \
+                 generated organ",
+                path.display()
+            )));
+        }
         let mesh = mesh::load(&path.to_string_lossy(), &MeshOptions::default())?;
         let mut sets = Npz::open(&reference.join("meshes/liver_5762.npz"))?;
         let direction = sets.vectors("dirn")?.first().copied().unwrap_or(DOWN);

@@ -13,6 +13,8 @@ pub struct Candidate {
     pub name: &'static str,
     /// Whether it is another one, bit for bit, unless the tool holds cells.
     pub for_held_cells: bool,
+    /// Whether it uses the coarse level of a model.
+    pub hats: bool,
     /// Builds an engine at rest: the body, what the tool touches, sweeps a tick, and a change of
     /// the settings. The tool is not slowed down.
     pub engine: for<'s> fn(&'s Scene, Contact, u16, Change<'_>) -> Result<Engine<'s>>,
@@ -26,11 +28,13 @@ pub const CANDIDATES: [Candidate; 4] = [
     Candidate {
         name: "track",
         for_held_cells: false,
+        hats: true,
         engine: |scene, contact, sweeps, change| of(scene, Setting::TRACK, contact, sweeps, change),
     },
     Candidate {
         name: "predict",
         for_held_cells: true,
+        hats: true,
         engine: |scene, contact, sweeps, change| {
             of(scene, Setting::PREDICT, contact, sweeps, change)
         },
@@ -38,6 +42,7 @@ pub const CANDIDATES: [Candidate; 4] = [
     Candidate {
         name: "predict without hats",
         for_held_cells: true,
+        hats: false,
         engine: |scene, contact, sweeps, change| {
             let bare = Setting { hats: false, ..Setting::PREDICT };
             of(scene, bare, contact, sweeps, change)
@@ -46,6 +51,7 @@ pub const CANDIDATES: [Candidate; 4] = [
     Candidate {
         name: "track without hats",
         for_held_cells: false,
+        hats: false,
         engine: |scene, contact, sweeps, change| {
             let bare = Setting { hats: false, ..Setting::TRACK };
             of(scene, bare, contact, sweeps, change)

@@ -176,7 +176,8 @@ fn track(report: &Report) -> String {
         ),
     };
     format!(
-        "`track` in half a millisecond a tick (median {} us): {} on `{}`, cells held by the tool. From tick \
+        "`track` in half a millisecond a tick (chosen by an earlier timing; here the median is {} us): \
+         {} on `{}`, cells held by the tool. From tick \
          {FIRST_TICK} on the field is within {} %, the force within {} %; 20 ms after the press \
          {} % and {} %. {inside}\n\n",
         us(track.tick_ns_p50),
@@ -411,7 +412,8 @@ fn growth(report: &Report) -> String {
         .column("RAM a cell [bytes]", |row| format!("{:.1}", row.ram_bytes_per_cell))
         .column("flash a cell [bytes]", |row| format!("{:.1}", row.flash_bytes_per_cell));
     format!(
-        "## Cost over size\n\nGenerated organs, `track`, worst case. Slope of log(time) over \
+        "## Cost over size\n\nGenerated organs, `track`, the time of one sweep from its worst state; a \
+         sweep has no error of its own. Slope of log(time) over \
          log(links): {:.2} (1 is linear). Sweeps to settle: with hats, held cells pressed by a mean \
          link length in one step, until the field stays within 5 % of its end. They depend on where \
          the press falls against the grid of the hats; a body has at most 400 hats, which stand \
