@@ -402,7 +402,7 @@ fn predict_says_where_it_is_track() {
     let slack = Place::plane(&["--alpha", "0.05"]);
     let tight = Place::plane(&["--alpha", "0"]);
     let path = slack.folder.path().join("path.csv");
-    write_path(&path, [(0, [0.0; 3], 0), (1, [0.0; 3], 1)].into_iter());
+    write_path(&path, [(0, [0.0; 3], 0), (1, [0.0; 3], 1)]);
     let said = |place: &Place, options: &[&str]| {
         let out = place.folder.path().join("out");
         let options = [&["--dynamics", "predict", "--force"], options].concat();
