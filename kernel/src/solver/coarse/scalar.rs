@@ -63,7 +63,10 @@ pub(crate) fn restrict(basis: &CoarseBasis<'_>, residual: &[Cell], room: &mut [E
 
 /// The coarse direction: its values at a basis function.
 #[inline(always)]
-fn direction<'a>(basis: &CoarseBasis<'_>, room: &'a [Eight]) -> impl Fn(usize) -> [f32; 3] + 'a {
+pub(super) fn direction<'a>(
+    basis: &CoarseBasis<'_>,
+    room: &'a [Eight],
+) -> impl Fn(usize) -> [f32; 3] + 'a {
     let stride = basis.stride();
     let c = room.get(3 * basis.blocks()..6 * basis.blocks()).unwrap_or(&[]).as_flattened();
     move |function| [0, 1, 2].map(|axis| c.get(axis * stride + function).copied().unwrap_or(0.0))

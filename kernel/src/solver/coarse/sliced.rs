@@ -8,6 +8,7 @@
 
 #![allow(unsafe_code)]
 
+use super::scalar::direction;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
@@ -137,18 +138,12 @@ impl Work for CoarseStep<'_, '_> {
 /// The coarse direction at the corners of a box, each twice, woven.
 #[inline(always)]
 fn corners<V: F32x8>(basis: &CoarseBasis<'_>, room: &[Eight], at_box: usize) -> [V; LANES] {
-    let blocks = basis.blocks();
-    let stride = blocks * LANES;
-    let c = room.get(3 * blocks..6 * blocks).unwrap_or(&[]).as_flattened();
+    let value = direction(basis, room);
     let mut twice = [V::splat(0.0); LANES];
     if let Some(corners) = basis.corners.get(at_box) {
         for (twice, &function) in twice.iter_mut().zip(corners) {
             if function != NO_HAT {
-                let function = usize::from(function);
-                let x = c.get(function).copied().unwrap_or(0.0);
-                let y = c.get(stride + function).copied().unwrap_or(0.0);
-                let z = c.get(2 * stride + function).copied().unwrap_or(0.0);
-                *twice = V::twice(Cell::at([x, y, z])).woven();
+                *twice = V::twice(Cell::at(value(usize::from(function)))).woven();
             }
         }
     }
