@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::hand::{Reference, play};
 use super::motions::Motion;
 use super::scene::Scene;
-use super::schemes::CANDIDATES;
+use super::setting::Setting;
 use super::snaps::{Snaps, Spread};
 use chaincell_host::bake::BasisSpacing;
 use chaincell_host::error::{Error, Result};
@@ -18,7 +18,7 @@ pub const MOTION: Motion = Motion::Straight { speed_mm_per_s: 50.0, depth_mm: 15
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EmbeddedRow {
     /// The scheme.
-    pub scheme: &'static str,
+    pub scheme: Setting,
     /// Its cells.
     pub cells: usize,
     /// Its coarse basis functions.
@@ -34,7 +34,7 @@ pub struct EmbeddedRow {
 /// Errors of a scheme on the organ of about so many cells, with a coarse level of this spacing.
 ///
 /// # Errors
-/// A name that is none of the [`CANDIDATES`] with a coarse level; as the bake and the engine.
+/// Another name than `track` and `predict`; as the bake and the engine.
 pub fn errors(
     scheme: &str,
     cells: usize,
@@ -42,16 +42,16 @@ pub fn errors(
     sweeps: &[u16],
 ) -> Result<Vec<EmbeddedRow>> {
     let unknown = || Error::input(format!("{scheme}: no such scheme, take track or predict"));
-    let known = || CANDIDATES.iter().find(|of| of.name == scheme && of.hats);
-    let candidate = known().ok_or_else(unknown)?;
+    let known = [Setting::TRACK, Setting::PREDICT];
+    let setting = known.into_iter().find(|of| of.to_string() == scheme).ok_or_else(unknown)?;
     let scene = Scene::organ_with(cells, spacing)?;
     let model = scene.model()?;
     let reference = Reference::follow(&scene, MOTION, || Ok(()))?;
     let row = |&sweeps: &u16| {
-        let (_, force) = play(&scene, &reference, MOTION, candidate, sweeps)?;
+        let (_, force) = play(&scene, &reference, MOTION, setting, sweeps)?;
         let snaps = reference.snaps.clone();
         let (cells, hats) = (model.cells(), model.hats());
-        Ok(EmbeddedRow { scheme: candidate.name, cells, hats, sweeps, force, snaps })
+        Ok(EmbeddedRow { scheme: setting, cells, hats, sweeps, force, snaps })
     };
     sweeps.iter().map(row).collect()
 }

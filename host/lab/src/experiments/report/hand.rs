@@ -5,13 +5,13 @@ use chaincell_kernel::ToolSample;
 use serde::Serialize;
 
 use super::motions::Motion;
+use super::press::engine;
 use super::scene::Scene;
-use super::schemes::{CANDIDATES, Candidate};
+use super::setting::Setting;
 use super::snaps::{Snaps, Spread};
 use super::tables::{Table, percent, us};
 use crate::reference::vectors::{minus, norm, plus};
 use crate::reference::{Links, minimum};
-use chaincell_host::engine::Contact;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_host::words::counted;
@@ -35,7 +35,7 @@ pub struct HandRow {
     /// The motion.
     pub motion: String,
     /// The scheme.
-    pub scheme: &'static str,
+    pub scheme: Setting,
     /// Sweeps a tick.
     pub sweeps: u16,
     /// A tick of the motion.
@@ -123,11 +123,10 @@ pub fn play(
     scene: &Scene,
     reference: &Reference,
     motion: Motion,
-    candidate: &Candidate,
+    setting: Setting,
     sweeps: u16,
 ) -> Result<(Summary, Spread)> {
-    let contact = Contact::Cells(scene.contacts.clone());
-    let mut engine = (candidate.engine)(scene, contact, sweeps, &|settings| settings)?;
+    let mut engine = engine(scene, setting, sweeps)?;
     let mut times = Latencies::new()?;
     let mut tick = |sample: &ToolSample| times.time(|| engine.tick(sample)).force_n;
     let forces_n: Vec<[f64; 3]> = (0..=motion.ticks())
@@ -158,7 +157,7 @@ impl Hand<'_> {
             motions.iter().take(*at).all(|earlier| !motion.begins(*earlier))
         });
         let ticks: usize = paths.map(|(_, motion)| motion.ticks() + 1).sum();
-        ticks + motions.len() * sweeps.len() * CANDIDATES.len()
+        ticks + motions.len() * sweeps.len() * Setting::COMPARED.len()
     }
 
     /// Every motion with every scheme and number of sweeps; `after` is called behind each piece.
@@ -174,9 +173,9 @@ impl Hand<'_> {
                 Some((_, reference)) => reference.until(motion.ticks()),
                 None => Reference::follow(self.scene, motion, &mut after)?,
             };
-            for candidate in &CANDIDATES {
+            for setting in Setting::COMPARED {
                 for &sweeps in self.sweeps {
-                    rows.push(self.row(&reference, motion, candidate, sweeps)?);
+                    rows.push(self.row(&reference, motion, setting, sweeps)?);
                     after()?;
                 }
             }
@@ -189,18 +188,18 @@ impl Hand<'_> {
         &self,
         reference: &Reference,
         motion: Motion,
-        candidate: &Candidate,
+        setting: Setting,
         sweeps: u16,
     ) -> Result<HandRow> {
         let model = self.scene.model()?;
-        let (tick_ns, force) = play(self.scene, reference, motion, candidate, sweeps)?;
+        let (tick_ns, force) = play(self.scene, reference, motion, setting, sweeps)?;
         let over = |ns: u64| tick_ns.p50 as f64 / ns.max(1) as f64;
         Ok(HandRow {
             body: self.scene.source.clone(),
             cells: model.cells(),
             links: model.links(),
             motion: motion.words(),
-            scheme: candidate.name,
+            scheme: setting,
             sweeps,
             own_sweeps: over(self.own_ns),
             main_sweeps: over(self.main_ns),

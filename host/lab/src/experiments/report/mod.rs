@@ -36,7 +36,6 @@ pub mod press;
 pub mod quiet;
 pub mod recommend;
 pub mod scene;
-pub mod schemes;
 pub mod setting;
 pub mod settle;
 pub mod snaps;

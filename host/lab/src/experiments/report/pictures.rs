@@ -125,7 +125,7 @@ fn motions(rows: &[HandRow]) -> Vec<&str> {
 
 /// Error of the force over time of a tick: every scheme under a motion of the first body.
 fn hand(rows: &[HandRow], motion: &str) -> Chart {
-    let mut schemes: Vec<(&str, Vec<[f64; 2]>)> = Vec::new();
+    let mut schemes: Vec<(Setting, Vec<[f64; 2]>)> = Vec::new();
     for row in of_first(rows).filter(|row| row.motion == motion) {
         let point = [row.tick_ns.p50 as f64 * 1e-3, (100.0 * row.force.largest).max(LEAST)];
         match schemes.iter_mut().find(|(known, _)| *known == row.scheme) {
@@ -139,9 +139,9 @@ fn hand(rows: &[HandRow], motion: &str) -> Chart {
     if schemes.iter().any(|(_, points)| points.iter().any(|[tick_us, _]| *tick_us > 300.0)) {
         chart = chart.vertical(1000.0, "1 ms");
     }
-    schemes
-        .iter()
-        .fold(chart, |chart, (name, points)| chart.series(name, Style::MarkedLine, points))
+    schemes.iter().fold(chart, |chart, (setting, points)| {
+        chart.series(&setting.to_string(), Style::MarkedLine, points)
+    })
 }
 
 /// Errors of `track` within the budget over the ticks of the press, snaps marked.

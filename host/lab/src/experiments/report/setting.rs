@@ -23,6 +23,14 @@ impl Setting {
     /// `predict` as it comes.
     pub const PREDICT: Self = Self { scheme: Scheme::Predict, hats: true };
 
+    /// Those that the tables of a moving tool compare; the first one is the engine's default.
+    pub const COMPARED: [Self; 4] = [
+        Self::TRACK,
+        Self::PREDICT,
+        Self { hats: false, ..Self::PREDICT },
+        Self { hats: false, ..Self::TRACK },
+    ];
+
     /// Every scheme on a body, and `track` once more without the hats where it has some.
     #[must_use]
     pub fn all(has_hats: bool) -> Vec<Self> {

@@ -8,11 +8,12 @@ use serde::Serialize;
 
 use super::press::field;
 use super::scene::Scene;
-use super::schemes::{CANDIDATES, Candidate};
+use super::setting::Setting;
 use super::snaps::{FIRST_TICK, Snaps, Spread};
 use super::tables::{Table, percent, times};
+use crate::bodies::Variant;
 use crate::reference::vectors::{distance, size};
-use chaincell_host::engine::{Contact, Engine, rest_m};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
 use chaincell_host::words::counted;
@@ -58,7 +59,7 @@ pub struct ToolRow {
     /// What the tool does.
     pub tool: String,
     /// The scheme.
-    pub scheme: &'static str,
+    pub scheme: Setting,
     /// Sweeps a tick.
     pub sweeps: u16,
     /// A tick of the motion.
@@ -94,13 +95,8 @@ impl Tool {
         }
     }
 
-    fn engine<'s>(
-        self,
-        scene: &'s Scene,
-        candidate: &Candidate,
-        sweeps: u16,
-    ) -> Result<Engine<'s>> {
-        let model = scene.model()?;
+    fn engine<'s>(self, scene: &'s Scene, setting: Setting, sweeps: u16) -> Result<Engine<'s>> {
+        let model = scene.model_for(setting)?;
         let unit_m = model.unit_m();
         let drive = if self == Self::Load { Drive::Current } else { Drive::default() };
         let contact = match self {
@@ -109,7 +105,8 @@ impl Tool {
                 Contact::Probe { radius_m: PROBE_LINKS as f32 * unit_m, capacity: model.cells() }
             }
         };
-        (candidate.engine)(scene, contact, sweeps, &|settings| Settings { drive, ..settings })
+        let variant = Variant::plain(setting.scheme, Arithmetic::F32);
+        variant.unlimited(model, contact, sweeps, |settings| Settings { drive, ..settings })
     }
 
     /// The tool at a tick: a ramp to its depth; the probe's first half, then its way aside.
@@ -133,8 +130,8 @@ impl Tool {
     }
 
     /// Plays the motion.
-    fn play(self, scene: &Scene, candidate: &Candidate, sweeps: u16) -> Result<(Summary, Path)> {
-        let mut engine = self.engine(scene, candidate, sweeps)?;
+    fn play(self, scene: &Scene, setting: Setting, sweeps: u16) -> Result<(Summary, Path)> {
+        let mut engine = self.engine(scene, setting, sweeps)?;
         let (mut times, mut path) = (Latencies::new()?, Path::default());
         for tick in 0..=TICKS {
             let sample = self.sample(scene, tick)?;
@@ -188,23 +185,25 @@ impl Path {
 /// As the engine; what `after` says.
 pub fn run(scene: &Scene, mut after: impl FnMut() -> Result<()>) -> Result<Vec<ToolRow>> {
     let model = scene.model()?;
-    let [best, ..] = &CANDIDATES;
-    let all = CANDIDATES.iter().flat_map(|candidate| SWEEPS.map(|sweeps| (candidate, sweeps)));
+    let best = Setting::TRACK;
+    let all =
+        Setting::COMPARED.into_iter().flat_map(|setting| SWEEPS.map(|sweeps| (setting, sweeps)));
     let all: Vec<_> = all.chain([(best, CHECK_SWEEPS)]).collect();
     let mut rows = Vec::new();
     for tool in [Tool::Held, Tool::Probe, Tool::Load] {
         let (_, reference) = tool.play(scene, best, REFERENCE_SWEEPS)?;
         let snaps = reference.snaps();
-        let of_tool = all.iter().filter(|(scheme, _)| tool == Tool::Held || !scheme.for_held_cells);
-        for &(candidate, sweeps) in of_tool {
-            let (tick_ns, path) = tool.play(scene, candidate, sweeps)?;
+        let is_new = |setting: Setting| tool == Tool::Held || setting.scheme != Scheme::Predict;
+        let of_tool = all.iter().filter(|(setting, _)| is_new(*setting));
+        for &(setting, sweeps) in of_tool {
+            let (tick_ns, path) = tool.play(scene, setting, sweeps)?;
             let [field, force] = path.errors(&reference, &snaps);
             rows.push(ToolRow {
                 body: scene.source.clone(),
                 cells: model.cells(),
                 links: model.links(),
                 tool: tool.words(),
-                scheme: candidate.name,
+                scheme: setting,
                 sweeps,
                 tick_ns,
                 field,
@@ -241,7 +240,7 @@ pub fn markdown(rows: &[ToolRow]) -> String {
         first.body,
         counted(first.cells, "cell"),
         counted(first.links, "link"),
-        CANDIDATES[0].name,
+        Setting::TRACK,
         counted(REFERENCE_SWEEPS, "sweep"),
         Snaps::rule(),
         table.table().markdown()
