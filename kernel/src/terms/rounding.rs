@@ -5,9 +5,9 @@
 //! internal units, and eps the spacing of `f32`, a state of energy E has the allowance
 //!
 //! ```text
-//! 4 eps E + sqrt(S) / 2 + M / 48 + R
+//! 4 eps E + sqrt(S) / 2 + 2 sqrt(T) + M / 48 + R
 //! M = sum of W (|x|^2 + 1) eps^2,   S = sum of W (|x|^2 + 1) e eps^2   over the cells
-//! R = sum of w l0^2 eps^2   over the links
+//! T = the largest term of S,   R = sum of w l0^2 eps^2   over the links
 //! ```
 //!
 //! cells whose links are all slack left out.
@@ -18,6 +18,9 @@
 //!   random walk. |r|^2 is at most W e / 4, so the second term is more than three times its standard
 //!   deviation. The same term stands for the rounding of the lengths of links, which are at most the
 //!   sum of the |x| of both ends.
+//! - Where one link holds nearly all of the energy its errors are no random walk. A difference of
+//!   coordinates, its square and root, the bound and the published point round its length by up to
+//!   2.75 eps times the |x| of both ends together. 2 sqrt(T) and the part above cover that.
 //! - The curvature is at most that of the Laplacian of weight w / 2 and only ever adds energy: M / 48
 //!   is the mean of what it adds where the last place of every coordinate is as coarse as it may be.
 //! - A link that is outside its band by less than 2 eps l0 counts as slack: R is what all of them may
@@ -27,9 +30,10 @@
 //! is slack allows a soft one nothing. The 1 stands for links about the centre.
 //!
 //! A guard compares passes, and what rounding makes of fixed cells and of slack links is the same in
-//! each: it sums over the free cells alone. It takes half of the allowance for the energies that it
-//! compares. The other half is for the rounding of the point that is published. The sums are made
-//! where an energy is found above the level, so a pass that lowers it pays nothing for them.
+//! each: it sums over the free cells alone, without T. It takes half of the allowance for the
+//! energies that it compares. The other half is for the rounding of the point that is published. The
+//! sums are made where an energy is found above the level, so a pass that lowers it pays nothing for
+//! them.
 
 use crate::model::Model;
 use crate::number::cell::{Cell, single};
@@ -46,11 +50,20 @@ pub struct Rounding {
     pub moment: f32,
     /// S = sum of W (|x|^2 + 1) e eps^2.
     pub stored: f32,
+    /// T = the largest term of S; 0 in a pass.
+    pub largest: f32,
     /// R = sum of w l0^2 eps^2; 0 in a pass.
     pub slack: f32,
 }
 
 impl Rounding {
+    /// Adds a cell's sums.
+    pub fn add_cell(&mut self, cell: Self) {
+        self.moment += cell.moment;
+        self.stored += cell.stored;
+        self.largest = if cell.largest > self.largest { cell.largest } else { self.largest };
+    }
+
     /// Adds what a link of this weight and rest length may store as a slack one. In internal units.
     pub fn add_link(&mut self, weight: f32, rest_length: f32) {
         self.slack += weight * rest_length * rest_length * EPSILON_SQUARED;
@@ -62,7 +75,8 @@ impl Rounding {
     pub fn of_cell([x, y, z]: [f32; 3], mobility: f32, wd2: f32) -> Self {
         if mobility > 0.0 && wd2 > 0.0 {
             let moment = (x * x + y * y + z * z + 1.0) * EPSILON_SQUARED / mobility;
-            Self { moment, stored: moment * wd2, slack: 0.0 }
+            let stored = moment * wd2;
+            Self { moment, stored, largest: stored, slack: 0.0 }
         } else {
             Self::default()
         }
@@ -71,7 +85,7 @@ impl Rounding {
     /// At least that of any state of energy E = `energy` in which no coordinate is beyond `reach`.
     pub(crate) fn at_most(model: &Model<'_>, reach: f32, energy: f32) -> Self {
         let cell = 2.0 * model.degree_bound * (3.0 * reach * reach + 1.0) * EPSILON_SQUARED;
-        Self { moment: cell * model.cells() as f32, stored: 8.0 * cell * energy, slack: 0.0 }
+        Self { moment: cell * model.cells() as f32, stored: 8.0 * cell * energy, ..Self::default() }
     }
 
     /// That of a pass at `at` with these residuals: the sums over its free cells. A cell that
@@ -104,6 +118,7 @@ impl Rounding {
         let positive = |x: f32| if x > 0.0 && x.is_finite() { x } else { 0.0 };
         4.0 * f32::EPSILON * positive(energy)
             + 0.5 * sqrt(positive(self.stored))
+            + 2.0 * sqrt(positive(self.largest))
             + positive(self.moment) / 48.0
             + positive(self.slack)
     }
@@ -133,7 +148,12 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_allows_nothing() {
-        let lost = Rounding { moment: f32::INFINITY, stored: f32::NAN, slack: f32::NAN };
+        let lost = Rounding {
+            moment: f32::INFINITY,
+            stored: f32::NAN,
+            largest: f32::NAN,
+            slack: f32::NAN,
+        };
         assert_eq!(lost.allowance(f32::NEG_INFINITY), 0.0);
     }
 }
