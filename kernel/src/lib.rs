@@ -64,8 +64,10 @@ pub mod tick;
 pub mod trace;
 
 pub use backend::VectorUnit;
+pub use backend::team::{Job, Team, Workers};
 pub use fixed::types::I8F24;
 pub use model::image::ModelError;
+pub use model::parts;
 pub use model::{COORDINATE_MAX, Model, image};
 pub use number::Number;
 pub use number::cell::Cell;

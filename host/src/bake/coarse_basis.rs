@@ -102,7 +102,7 @@ fn weights([x, y, z]: [f64; 3]) -> [f32; 8] {
     })
 }
 
-/// The free cells by box, with their weights; the numbers of the hats.
+/// The free cells by part of the body and box, with their weights; the numbers of the hats.
 struct Level {
     count: usize,
     rows: Vec<u32>,
@@ -117,11 +117,13 @@ struct Level {
 impl Level {
     fn new(body: &OrderedCells, mobility: &[f32], spacing: f64) -> Self {
         let grid = Grid::new(&body.rest, spacing);
-        let mut by_box: Vec<(usize, u16, [usize; 3], [f64; 3])> = (body.rest.iter().enumerate())
+        let part = |cell: usize| parts::of_cell(body.rest.len(), cell);
+        let mut by_box: Vec<((usize, usize), u16, [usize; 3], [f64; 3])> = (body.rest.iter())
+            .enumerate()
             .filter(|&(cell, _)| mobility[cell] > 0.0)
             .map(|(cell, &position)| {
                 let (at, inside) = grid.locate(position);
-                (grid.box_index(at), cell as u16, at, inside)
+                ((part(cell), grid.box_index(at)), cell as u16, at, inside)
             })
             .collect();
         by_box.sort_unstable_by_key(|&(at_box, cell, ..)| (at_box, cell));

@@ -15,6 +15,7 @@
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
+use chaincell_kernel::Team;
 use chaincell_kernel::{
     Dynamics, Head, I8F24, Network, NumberOf, TermState, TermStates, TissueMut, array_bytes,
 };
@@ -240,6 +241,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
                 states: TermStates::new(core::slice::from_raw_parts_mut(states, cells)),
+                team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),
         }

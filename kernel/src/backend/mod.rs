@@ -11,6 +11,7 @@ mod neon;
 pub(crate) mod slice_set;
 pub(crate) mod slices;
 mod sums;
+pub(crate) mod team;
 #[cfg(test)]
 pub(crate) mod tests;
 

@@ -1,5 +1,7 @@
 //! Sets of slices of eight consecutive cells.
 
+use core::ops::Range;
+
 use crate::model::image::CELLS_MAX;
 use crate::number::two_float::LANES;
 
@@ -41,8 +43,22 @@ impl SliceSet {
     /// The slices of the set among the first `slices`, ascending.
     #[inline(always)]
     pub fn iter(&self, slices: usize) -> Iter<'_> {
-        let words = self.0.get(..slices.div_ceil(64)).unwrap_or(&self.0);
-        Iter { words, at: 0, left: words.first().copied().unwrap_or(0) }
+        self.iter_in(0..slices)
+    }
+
+    /// The same from a multiple of 64 on. Before the end of all slices the range ends at one too.
+    #[inline(always)]
+    pub fn iter_in(&self, slices: Range<usize>) -> Iter<'_> {
+        let words = self.0.get(..slices.end.div_ceil(64)).unwrap_or(&self.0);
+        let at = slices.start / 64;
+        Iter { words, at, left: words.get(at).copied().unwrap_or(0) }
+    }
+
+    /// Takes in the slices of another set.
+    pub fn unite(&mut self, other: &Self) {
+        for (word, more) in self.0.iter_mut().zip(other.0) {
+            *word |= more;
+        }
     }
 }
 
@@ -72,6 +88,7 @@ impl Iterator for Iter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec;
     use std::vec::Vec;
 
     #[test]
@@ -81,6 +98,12 @@ mod tests {
             set.insert(slice);
         }
         assert_eq!(set.iter(8192).collect::<Vec<_>>(), [3, 64, 130, 8191]);
+        let parts = [0..64, 64..128, 128..8192].map(|part| set.iter_in(part).collect::<Vec<_>>());
+        assert_eq!(parts, [vec![3], vec![64], vec![130, 8191]]);
+        let mut both = SliceSet::EMPTY;
+        both.insert(5);
+        both.unite(&set);
+        assert_eq!(both.iter(8192).collect::<Vec<_>>(), [3, 5, 64, 130, 8191]);
         assert!(set.contains(64) && !set.contains(65) && !set.is_empty(1000));
         for slices in [0, 1, 63, 64, 65, 8192] {
             set.fill(slices);

@@ -1,7 +1,11 @@
 //! The basis of the coarse level: trilinear hat functions over the rest shape, and the inverse of
 //! the curvature bound between them, both from the bake.
 
+use core::ops::Range;
+
 use super::image::{HATS_MAX, ModelError, NO_HAT, Sections, kind};
+use super::parts;
+use super::range;
 use crate::number::two_float::{Eight, LANES};
 
 /// The basis functions of a model.
@@ -21,6 +25,9 @@ pub(crate) struct CoarseBasis<'a> {
     pub entry: &'a [u16],
     /// Rows of the inverse.
     pub inverse: &'a [Eight],
+    /// Whether the body has several parts, the cells of each box lie in one of them, and the boxes
+    /// are in the order of the parts.
+    pub is_in_parts: bool,
 }
 
 impl<'a> CoarseBasis<'a> {
@@ -32,15 +39,28 @@ impl<'a> CoarseBasis<'a> {
         };
         let corners: &[[u16; LANES]] = sections.required(kind::HAT_CORNERS)?;
         let pairs: &[[u16; 2]] = sections.required(kind::HAT_CELLS)?;
+        let rows = sections.sized(kind::HAT_ROWS, corners.len() + 1)?;
         Ok(Some(Self {
             count,
-            rows: sections.sized(kind::HAT_ROWS, corners.len() + 1)?,
+            rows,
             corners,
             cells: pairs,
             weights: sections.sized(kind::HAT_WEIGHTS, pairs.len())?,
             entry: sections.sized(kind::HAT_ENTRY, cells)?,
             inverse: sections.sized(kind::HAT_INVERSE, count * count.div_ceil(LANES))?,
+            is_in_parts: parts::count(cells) > 1 && is_in_parts(rows, pairs, cells),
         }))
+    }
+
+    /// The boxes of a part, of a body that [is in parts](Self::is_in_parts).
+    pub fn boxes_of(&self, part: usize) -> Range<usize> {
+        let Range { start, end } = parts::cells(self.entry.len(), part);
+        let until = |cell: usize| {
+            self.rows.partition_point(|&row| {
+                self.cells.get(row as usize).is_some_and(|pair| usize::from(pair[0]) < cell)
+            })
+        };
+        until(start)..until(end)
     }
 
     /// Blocks of a vector over the basis functions.
@@ -80,4 +100,20 @@ impl<'a> CoarseBasis<'a> {
             hats.map(move |(corner, &hat)| (usize::from(hat), self.weight(entry, corner)))
         })
     }
+}
+
+/// Whether the cells of each box lie in one part, and the boxes in the order of the parts.
+fn is_in_parts(rows: &[u32], pairs: &[[u16; 2]], cells: usize) -> bool {
+    let mut part = 0;
+    (0..rows.len().saturating_sub(1)).all(|at_box| {
+        let pairs = pairs.get(range(rows, at_box)).unwrap_or(&[]);
+        let here = |part| {
+            let of = parts::cells(cells, part);
+            pairs.as_flattened().iter().all(|&cell| of.contains(&usize::from(cell)))
+        };
+        while part < parts::PARTS && !here(part) {
+            part += 1;
+        }
+        part < parts::PARTS
+    })
 }

@@ -4,12 +4,14 @@
 //! - `read`: [`Model`] and what it borrows from the image; `validate` checks all of it once.
 //! - `query`: what a model tells of its body.
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
+//! - `parts`: what threads share of a large body.
 //! - `terms`: what the terms of the energy beside the links store, the static list of them.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 pub(crate) mod coarse_basis;
 mod embedded_mesh;
 pub mod image;
+pub mod parts;
 #[cfg(test)]
 pub(crate) mod pin;
 mod query;

@@ -13,6 +13,7 @@ use super::term::{CellTerm, Term};
 use crate::backend::VectorUnit;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
+use crate::backend::team::Team;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, from_single, output, single};
 use crate::number::two_float::{LANES, TwoFloat};
@@ -26,6 +27,8 @@ pub(crate) struct Terms<'a, 'm> {
     pub closed: bool,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
+    /// Who runs the parts of a large body.
+    pub team: Team<'a>,
     /// The current into each contact cell; `None` where the tool holds them.
     pub current: Option<[f32; 3]>,
     /// What the terms keep of the cells.

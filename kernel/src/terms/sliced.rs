@@ -1,13 +1,18 @@
 //! One pass over slices: eight cells side by side.
 
+use core::ops::Range;
+
 use super::held::Contact;
 use super::links::sliced::SlicedLinks;
 use super::residual::Terms;
+use super::state::{CellState, State, States};
 use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
+use crate::model::parts::{self, PARTS};
+use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 
@@ -37,6 +42,7 @@ impl Energy {
 }
 
 /// Contact cells, ascending, met slice by slice.
+#[derive(Clone, Copy)]
 pub(crate) struct Contacts<'a> {
     contacts: &'a [Contact],
     /// Those before this one lie in earlier slices.
@@ -80,31 +86,72 @@ pub(crate) fn residual(
         return false;
     };
     terms.update(awake, at);
-    let contacts = Contacts::new(contacts);
-    run(terms.vectors, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
+    let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
+    let (slices, state) = (0..model.slice_count(), |cell| terms.states.at(cell));
+    #[rustfmt::skip]
+    let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+    run(terms.vectors, pass);
     true
 }
 
-/// A pass over the awake slices, and what it sums on the way.
-pub(crate) struct SlicedResidual<'a, 'm, R> {
-    pub terms: Terms<'a, 'm>,
+/// The same part by part, each with its own sums, for a body of several parts. Not where terms keep
+/// states.
+pub(crate) fn residual_in_parts(
+    terms: Terms<'_, '_>,
+    awake: &SliceSet,
+    at: &[Cell],
+    residual: &mut [Cell],
+    contacts: &[Contact],
+    sums: &mut [impl Reduce + Send; PARTS],
+) -> bool {
+    let (Some(_), Some(links)) = (terms.vectors, SlicedLinks::of(terms.links(), at)) else {
+        return false;
+    };
+    if States::ANY {
+        return false;
+    }
+    let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
+    let (mut sums, mut part) = (sums.iter_mut(), 0);
+    // No term keeps a state: else the parts would have to share it.
+    let state = |_| State::REST;
+    let passes = parts::split_mut(residual).map(|residual| {
+        let (slices, reduce) = (parts::slices(model.cells(), part), sums.next()?);
+        part += 1;
+        #[rustfmt::skip]
+        let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+        Some(pass)
+    });
+    terms.team.run(terms.vectors, passes);
+    true
+}
+
+/// A pass over the awake slices among some, and what it sums on the way.
+pub(crate) struct SlicedResidual<'a, 'm, R, S> {
+    pub model: &'a Model<'m>,
+    pub current: Option<[f32; 3]>,
     pub links: SlicedLinks<'a, 'm>,
     pub awake: &'a SliceSet,
+    /// A part of the body.
+    pub slices: Range<usize>,
     pub at: &'a [Cell],
+    /// Of the cells in these slices.
     pub residual: &'a mut [Cell],
     pub contacts: Contacts<'a>,
+    /// What the terms keep of a cell.
+    pub state: S,
     pub reduce: &'a mut R,
 }
 
-impl<R: Reduce> Work for SlicedResidual<'_, '_, R> {
+impl<R: Reduce, S: Fn(usize) -> State> Work for SlicedResidual<'_, '_, R, S> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let Self { terms, links, awake, at, residual, mut contacts, reduce } = self;
-        let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(residual));
+        let Self { links, at, mut contacts, reduce, state, .. } = self;
+        let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(self.residual));
         let (varied, even) = (links.differ(), links.even());
-        for slice in awake.iter(terms.model.slice_count()) {
+        let first = self.slices.start;
+        for slice in self.awake.iter_in(self.slices) {
             let [x, y, z, _] = V::transposed(cells.at(slice));
             let here = [x, y, z];
             let mut sum = if varied {
@@ -112,12 +159,12 @@ impl<R: Reduce> Work for SlicedResidual<'_, '_, R> {
             } else {
                 links.residual::<V, false>(slice, here, even)
             };
-            terms.model.others.slice(slice, at, &mut sum, &|cell| terms.states.at(cell));
+            self.model.others.slice(slice, at, &mut sum, &state);
             if let Some(contacts) = contacts.of_slice(slice) {
-                drive(&mut sum, terms.current, contacts);
+                drive(&mut sum, self.current, contacts);
             }
             reduce.slice(slice, here, sum);
-            V::put_transposed(sum, residual.at(slice));
+            V::put_transposed(sum, residual.at(slice - first));
         }
         residual.finish();
     }

@@ -4,6 +4,7 @@
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
+use crate::backend::team::Team;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::Dynamics;
@@ -135,6 +136,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             room,
             contacts,
             states,
+            team: self.team,
             work: TwoFloat::ZERO,
             sweeps: 0,
             flags,
@@ -199,6 +201,7 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub room: &'a mut [Eight],
     pub contacts: &'a mut [Contact<D::Number>],
     pub states: States<'a>,
+    pub team: Team<'a>,
     /// What the tool's motion did to E.
     pub work: TwoFloat,
     /// Sweeps made.
@@ -210,7 +213,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     pub fn terms(&self) -> Terms<'a, 'm> {
         let (model, current) = (self.network.model(), self.current());
         let (closed, vectors) = (self.head.closed, self.head.vectors);
-        Terms { model, closed, vectors, current, states: self.states }
+        Terms { model, closed, vectors, team: self.team, current, states: self.states }
     }
 
     /// The corrections of the terms for this tick, and what they do to the energy.
@@ -248,6 +251,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
                 model: self.network.model(),
                 closed: self.head.closed,
                 vectors: self.head.vectors,
+                team: self.team,
                 current,
                 states: self.states,
             },

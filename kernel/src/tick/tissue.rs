@@ -7,6 +7,7 @@ use super::hash::state_hash;
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use crate::backend::VectorUnit;
+use crate::backend::team::Team;
 use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
@@ -133,6 +134,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             room: self.room.flat(),
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
+            team: Team::ALONE,
         }
     }
 
@@ -236,6 +238,8 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub contacts: &'a mut [Contact<D::Number>],
     /// What the terms of the energy keep, of as many cells as `state`.
     pub states: TermStates<'a>,
+    /// Who runs the parts of a large body; it changes no bit.
+    pub team: Team<'a>,
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {

@@ -8,14 +8,19 @@
 
 #![allow(unsafe_code)]
 
+use core::ops::Range;
+
 use super::scalar::direction;
-use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
+use crate::backend::{Work, run};
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_HAT;
+use crate::model::parts::{self, PARTS};
 use crate::model::range;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, LANES};
+use crate::solver::loops::Points;
+use crate::terms::residual::Terms;
 
 /// The pairs of cells of a box, with their weights.
 #[inline(always)]
@@ -77,46 +82,80 @@ impl Work for Restrict<'_, '_> {
     }
 }
 
-/// The update of all free cells with the coarse direction: z = r / W + P c, then
+/// The update of all free cells, part by part where there are several; whether some coordinate is
+/// beyond K.
+pub(crate) fn step(
+    terms: Terms<'_, '_>,
+    basis: &CoarseBasis<'_>,
+    room: &[Eight],
+    points: &mut Points<'_, f32>,
+    factors: [f32; 2],
+) -> bool {
+    let (model, k) = (terms.model, terms.model.saturation());
+    let mobility = model.mobility;
+    if !basis.is_in_parts {
+        let (boxes, mut beyond) = (0..basis.corners.len(), false);
+        let (points, beyond_k) = (points.reborrow(), &mut beyond);
+        #[rustfmt::skip]
+        let step = CoarseStep { basis: *basis, boxes, first: 0, mobility, room, points, factors, k, beyond_k };
+        run(terms.vectors, step);
+        return beyond;
+    }
+    let mut beyond = [false; PARTS];
+    let mut each = beyond.iter_mut().zip(parts::split(mobility));
+    let steps = points.parts().map(|points| {
+        let ((part, points), (beyond_k, mobility)) = (points?, each.next()?);
+        let (boxes, first) = (basis.boxes_of(part), parts::cells(model.cells(), part).start);
+        #[rustfmt::skip]
+        let step = CoarseStep { basis: *basis, boxes, first, mobility, room, points, factors, k, beyond_k };
+        Some(step)
+    });
+    terms.team.run(terms.vectors, steps);
+    beyond.contains(&true)
+}
+
+/// The update of all free cells of some boxes with the coarse direction: z = r / W + P c, then
 /// x = y + z, `y_last` = y, y = y + alpha z + beta (y - `y_last`).
-pub(crate) struct CoarseStep<'a, 'm> {
-    pub basis: CoarseBasis<'m>,
-    pub mobility: &'m [f32],
-    pub room: &'a [Eight],
-    pub published: &'a mut [Cell],
-    pub at: &'a mut [Cell],
-    pub before: &'a mut [Cell],
-    pub residual: &'a [Cell],
-    pub alpha: f32,
-    pub beta: f32,
+struct CoarseStep<'a, 'm> {
+    basis: CoarseBasis<'m>,
+    /// Their cells are those of the arrays: `first` and those behind it.
+    boxes: Range<usize>,
+    first: usize,
+    mobility: &'a [f32],
+    room: &'a [Eight],
+    points: Points<'a, f32>,
+    factors: [f32; 2],
     /// Saturation K.
-    pub k: f32,
+    k: f32,
+    /// Whether some coordinate is beyond K.
+    beyond_k: &'a mut bool,
 }
 
 impl Work for CoarseStep<'_, '_> {
-    /// Whether some coordinate is beyond K.
-    type Output = bool;
+    type Output = ();
 
     #[inline(always)]
-    fn run<V: F32x8>(self) -> bool {
-        let cells = self.basis.entry.len();
-        let lengths = [self.published.len(), self.at.len(), self.before.len(), self.residual.len()];
-        if lengths != [cells; 4] || self.mobility.len() != cells {
-            return false;
+    fn run<V: F32x8>(self) {
+        let Points { published, at, before, residual } = self.points;
+        let cells = self.mobility.len();
+        if [published.len(), at.len(), before.len(), residual.len()] != [cells; 4] {
+            return;
         }
-        let (alpha, beta) = (V::splat(self.alpha), V::splat(self.beta));
+        let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
         let mut peak = V::splat(0.0);
-        for at_box in 0..self.basis.corners.len() {
+        for at_box in self.boxes {
             let corners = corners::<V>(&self.basis, self.room, at_box);
             let (cells, weights) = pairs(&self.basis, at_box);
-            for (&ids, weights) in cells.iter().zip(weights) {
-                // SAFETY: the model's boxes name only its cells, and every array has as many.
+            for (ids, weights) in cells.iter().zip(weights) {
+                let ids = ids.map(|id| id.wrapping_sub(self.first as u16));
+                // SAFETY: the boxes name only cells of these arrays, which are as long as each
+                // other, and the first of them is `first`.
                 let (r, m, y, last) = unsafe {
                     (
-                        V::couple(self.residual, ids),
+                        V::couple(residual, ids),
                         V::couple_values(self.mobility, ids),
-                        V::couple(self.at, ids),
-                        V::couple(self.before, ids),
+                        V::couple(at, ids),
+                        V::couple(before, ids),
                     )
                 };
                 let z = r.times(m).positions().plus(along(&corners, weights));
@@ -125,13 +164,13 @@ impl Work for CoarseStep<'_, '_> {
                 peak = peak.larger_magnitude(next).larger_magnitude(ahead);
                 // SAFETY: as above.
                 unsafe {
-                    y.uncouple(self.before, ids);
-                    next.uncouple(self.published, ids);
-                    ahead.uncouple(self.at, ids);
+                    y.uncouple(before, ids);
+                    next.uncouple(published, ids);
+                    ahead.uncouple(at, ids);
                 }
             }
         }
-        V::any(peak.above(V::splat(self.k)))
+        *self.beyond_k = V::any(peak.above(V::splat(self.k)));
     }
 }
 

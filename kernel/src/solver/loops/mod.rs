@@ -21,6 +21,7 @@ use super::awake::Awake;
 use super::coarse::Coarse;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
+use crate::model::parts::{self, PARTS};
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::Cell;
@@ -41,6 +42,27 @@ pub struct Points<'a, N> {
     pub residual: &'a mut [Cell<N>],
 }
 
+impl<N> Points<'_, N> {
+    /// The same arrays, for a shorter time.
+    #[inline(always)]
+    pub(crate) fn reborrow(&mut self) -> Points<'_, N> {
+        let Points { published, at, before, residual } = self;
+        Points { published, at, before, residual }
+    }
+
+    /// The arrays of the body's parts, with their numbers.
+    pub(crate) fn parts(&mut self) -> [Option<(usize, Points<'_, N>)>; PARTS] {
+        let others = [&mut *self.at, &mut *self.before, &mut *self.residual];
+        let [mut at, mut before, mut residual] =
+            others.map(|array| parts::split_mut(array).into_iter().enumerate());
+        parts::split_mut(self.published).map(|published| {
+            let (part, at) = at.next()?;
+            let (before, residual) = (before.next()?.1, residual.next()?.1);
+            Some((part, Points { published, at, before, residual }))
+        })
+    }
+}
+
 /// What an update did. It is a kilobyte, so updates write it in place.
 pub(crate) struct Moved {
     /// Slices whose cells moved and whose neighbours may be asleep.
@@ -51,6 +73,12 @@ pub(crate) struct Moved {
 
 impl Moved {
     pub const NOTHING: Self = Self { slices: SliceSet::EMPTY, beyond: false };
+
+    /// Takes in what another update did.
+    pub fn unite(&mut self, other: &Self) {
+        self.slices.unite(&other.slices);
+        self.beyond |= other.beyond;
+    }
 
     /// Takes in the largest magnitudes by lane.
     #[inline(always)]

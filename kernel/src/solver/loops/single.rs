@@ -8,7 +8,8 @@ use crate::backend::slice_set::SliceSet;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
-use crate::solver::coarse::sliced::{CoarseStep, Restrict};
+use crate::model::parts;
+use crate::solver::coarse::sliced::Restrict;
 use crate::solver::coarse::{self, Coarse, Solve};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
@@ -39,6 +40,10 @@ impl Loops for f32 {
         points: &mut Points<'_, f32>,
         contacts: &[Contact],
     ) -> [TwoFloat; 4] {
+        if parts::count(terms.model.cells()) > 1 {
+            let sums = sliced::track::residual_in_parts(terms, awake, points, contacts);
+            return sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts));
+        }
         let mut sums = sliced::track::Sums::new(terms.model, points.published, points.before);
         if sliced_terms::residual(terms, awake, points.at, points.residual, contacts, &mut sums) {
             sums.totals()
@@ -56,9 +61,7 @@ impl Loops for f32 {
     ) {
         let model = terms.model;
         match terms.vectors {
-            Some(_) => {
-                run(terms.vectors, sliced::track::Step { model, awake, points, factors, moved });
-            }
+            Some(_) => sliced::track::step(terms, awake, points, factors, moved),
             #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
             None => vfp::track(model, awake, points, factors, moved),
             #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
@@ -90,11 +93,7 @@ impl Loops for f32 {
         if terms.vectors.is_none() {
             return coarse::scalar::step(terms.model, &basis, room, points, [alpha, beta]);
         }
-        let (mobility, k) = (terms.model.mobility, terms.model.saturation());
-        let Points { published, at, before, residual } = points;
-        #[rustfmt::skip]
-        let step = CoarseStep { basis, mobility, room, published, at, before, residual, alpha, beta, k };
-        run(terms.vectors, step)
+        coarse::sliced::step(terms, &basis, room, points, [alpha, beta])
     }
 
     fn euler_step(

@@ -5,8 +5,8 @@ use core::ops;
 use super::{Range, part, part_mut};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
-use crate::model::Model;
-use crate::number::Sum;
+use crate::model::{Model, parts};
+use crate::number::{Number, Sum};
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
@@ -21,12 +21,47 @@ pub(crate) fn residual<N: Loops>(
     points: &mut Points<'_, N>,
     contacts: &[Contact<N>],
 ) -> [TwoFloat; 4] {
-    let model = terms.model;
+    let cells = terms.model.cells();
     let tally = terms.residuals(awake, points.at, points.residual, contacts);
-    let mut energy = N::WideSum::default();
-    let (mut squared, mut way, mut direction) =
-        (N::Sum::default(), N::Sum::default(), N::Sum::default());
-    for slice in awake.iter(model.slice_count()) {
+    let mut totals = [TwoFloat::ZERO; 4];
+    for part in 0..parts::count(cells) {
+        let of = sums(terms.model, awake.iter_in(parts::slices(cells, part)), points);
+        // What is counted beside the sums is that of the whole body.
+        let tally = if part == 0 { tally } else { N::Tally::default() };
+        let energy = N::energy(&of.energy, tally).times_power_of_two(0.125);
+        let of = [energy, of.squared.total(), of.way.total(), of.direction.total()];
+        totals = if part == 0 { of } else { plus(totals, of) };
+    }
+    totals
+}
+
+/// The totals of two parts together.
+pub(crate) fn plus([a, b, c, d]: [TwoFloat; 4], [e, f, g, h]: [TwoFloat; 4]) -> [TwoFloat; 4] {
+    [a.plus(e), b.plus(f), c.plus(g), d.plus(h)]
+}
+
+/// Sums of w d^2, r . r / W, r . s and r . `z_last`.
+struct Sums<N: Number> {
+    energy: N::WideSum,
+    squared: N::Sum,
+    way: N::Sum,
+    direction: N::Sum,
+}
+
+/// The sums over some slices.
+#[inline(always)]
+fn sums<N: Loops>(
+    model: &Model<'_>,
+    slices: impl Iterator<Item = usize>,
+    points: &Points<'_, N>,
+) -> Sums<N> {
+    let mut sums = Sums::<N> {
+        energy: N::WideSum::default(),
+        squared: N::Sum::default(),
+        way: N::Sum::default(),
+        direction: N::Sum::default(),
+    };
+    for slice in slices {
         let cells = cells_of(slice, model.cells());
         let here = part(points.residual, &cells).zip(part(points.at, &cells));
         let there = part(points.published, &cells).zip(part(points.before, &cells));
@@ -34,14 +69,13 @@ pub(crate) fn residual<N: Loops>(
         for (lane, (((r, at), (published, before)), &mobility)) in all {
             let (residual, before) = (r.xyz(), before.xyz());
             let z = scale(N::from_single(mobility), residual);
-            energy.add(lane, N::energy_term(r.w()));
-            squared.add(lane, N::inner(residual, z));
-            way.add(lane, N::inner(residual, sub(at.xyz(), before)));
-            direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
+            sums.energy.add(lane, N::energy_term(r.w()));
+            sums.squared.add(lane, N::inner(residual, z));
+            sums.way.add(lane, N::inner(residual, sub(at.xyz(), before)));
+            sums.direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
         }
     }
-    let energy = N::energy(&energy, tally).times_power_of_two(0.125);
-    [energy, squared.total(), way.total(), direction.total()]
+    sums
 }
 
 /// See `Loops::track_step`.

@@ -1,14 +1,21 @@
 //! The loops of `track` over slices: its inner products and its update.
 
-use crate::backend::Work;
+use core::ops::Range;
+
+use crate::backend::slice_set::SliceSet;
+use crate::backend::{Work, run};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slices::{Chunks, ChunksMut};
+use crate::model::parts::{self, PARTS};
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Lanes, Plain, TwoFloat};
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Moved, Points};
-use crate::terms::sliced::Reduce;
+use crate::solver::loops::scalar::track::plus;
+use crate::terms::held::Contact;
+use crate::terms::residual::Terms;
+use crate::terms::sliced::{self, Reduce};
 
 /// The sums of a pass: sum of w d^2, r . r / W, r . s, r . `z_last`.
 pub(crate) struct Sums<'a> {
@@ -59,23 +66,66 @@ impl Reduce for Sums<'_> {
     }
 }
 
+/// The pass of a body of several parts; `None` where slices cannot be used.
+pub(crate) fn residual_in_parts(
+    terms: Terms<'_, '_>,
+    awake: &SliceSet,
+    points: &mut Points<'_, f32>,
+    contacts: &[Contact],
+) -> Option<[TwoFloat; 4]> {
+    let Points { published, at, before, residual } = points;
+    let mut sums = [(); PARTS].map(|()| Sums::new(terms.model, published, before));
+    if !sliced::residual_in_parts(terms, awake, at, residual, contacts, &mut sums) {
+        return None;
+    }
+    sums.iter().map(Sums::totals).reduce(plus)
+}
+
+/// The update of awake slices without a coarse level, part by part where there are several.
+pub(crate) fn step(
+    terms: Terms<'_, '_>,
+    awake: &Awake,
+    points: &mut Points<'_, f32>,
+    factors: [f32; 2],
+    moved: &mut Moved,
+) {
+    let (mobility, saturation) = (terms.model.mobility, terms.model.saturation());
+    if parts::count(mobility.len()) == 1 {
+        let (slices, points) = (0..terms.model.slice_count(), points.reborrow());
+        let step = Step { awake, slices, mobility, points, factors, saturation, moved };
+        return run(terms.vectors, step);
+    }
+    let mut all = [(); PARTS].map(|()| Moved::NOTHING);
+    let mut each = all.iter_mut().zip(parts::split(mobility));
+    let steps = points.parts().map(|points| {
+        let ((part, points), (moved, of)) = (points?, each.next()?);
+        let slices = parts::slices(mobility.len(), part);
+        Some(Step { awake, slices, mobility: of, points, factors, saturation, moved })
+    });
+    terms.team.run(terms.vectors, steps);
+    all.iter().for_each(|of| moved.unite(of));
+}
+
 /// The update of awake slices without a coarse level.
-pub(crate) struct Step<'a, 'b, 'm> {
-    pub model: &'a Model<'m>,
+pub(crate) struct Step<'a> {
     pub awake: &'a Awake,
-    pub points: &'a mut Points<'b, f32>,
+    /// A part of the body; the arrays are those of its cells.
+    pub slices: Range<usize>,
+    pub mobility: &'a [f32],
+    pub points: Points<'a, f32>,
     pub factors: [f32; 2],
+    pub saturation: f32,
     pub moved: &'a mut Moved,
 }
 
-impl Work for Step<'_, '_, '_> {
+impl Work for Step<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let Points { published, at, before, residual } = self.points;
         let mut slices = Slices {
-            mobility: Chunks::new(self.model.mobility, 0.0),
+            mobility: Chunks::new(self.mobility, 0.0),
             residual: Chunks::new(residual, Cell::ZERO),
             published: ChunksMut::new(published),
             at: ChunksMut::new(at),
@@ -83,10 +133,12 @@ impl Work for Step<'_, '_, '_> {
         };
         let (factors, zero) = (self.factors.map(|factor| V::splat(factor)), V::splat(0.0));
         let mut peak = zero;
-        for slice in self.awake.set.iter(self.model.slice_count()) {
+        let first = self.slices.start;
+        for slice in self.awake.set.iter_in(self.slices) {
+            let here = slice - first;
             if self.awake.spread.contains(slice) {
-                slices.step::<V, false>(slice, factors, &mut peak);
-            } else if V::any(slices.step::<V, true>(slice, factors, &mut peak).above(zero)) {
+                slices.step::<V, false>(here, factors, &mut peak);
+            } else if V::any(slices.step::<V, true>(here, factors, &mut peak).above(zero)) {
                 self.moved.slices.insert(slice);
             }
         }
@@ -94,7 +146,7 @@ impl Work for Step<'_, '_, '_> {
         published.finish();
         at.finish();
         before.finish();
-        self.moved.reach(peak, self.model.saturation());
+        self.moved.reach(peak, self.saturation);
     }
 }
 

@@ -9,6 +9,7 @@ use std::vec::Vec;
 
 use super::{Loops, Moved, Points, scalar, sliced};
 use crate::backend::slice_set::SliceSet;
+use crate::backend::team::Team;
 use crate::backend::tests::unit;
 use crate::backend::{VectorUnit, run};
 use crate::model::image::CELLS_MAX;
@@ -73,7 +74,7 @@ impl Case {
 
     fn terms<'a, 'm>(&self, model: &'a Model<'m>) -> Terms<'a, 'm> {
         let (closed, states) = (self.closed, States::NONE);
-        Terms { model, closed, vectors: None, current: None, states }
+        Terms { model, closed, vectors: None, team: Team::ALONE, current: None, states }
     }
 
     /// Pass and updates cell by cell.
@@ -99,11 +100,19 @@ impl Case {
                 let links = SlicedLinks::of(terms.links(), points.at).unwrap();
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
                 let (contacts, reduce) = (Contacts::new(held), &mut sums);
-                run(unit, SlicedResidual { terms, links, awake, at, residual, contacts, reduce });
+                let (current, slices) = (terms.current, 0..model.slice_count());
+                let state = |cell| terms.states.at(cell);
+                #[rustfmt::skip]
+                let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+                run(unit, pass);
                 sums.totals()
             },
             &|awake, points, moved| {
-                run(unit, sliced::track::Step { model, awake, points, factors: FACTORS, moved });
+                let (slices, mobility) = (0..model.slice_count(), model.mobility);
+                let (points, factors, saturation) = (points.reborrow(), FACTORS, model.saturation());
+                #[rustfmt::skip]
+                let step = sliced::track::Step { awake, slices, mobility, points, factors, saturation, moved };
+                run(unit, step);
             },
             &|awake, state, residual, moved| {
                 let step = 0.2;

@@ -1,0 +1,125 @@
+//! Sharing a loop among threads that a host lends.
+//!
+//! The kernel has no threads. It cuts a loop over a large body into [`PARTS`] parts
+//! that touch no memory of each other, and asks its [`Workers`] to run them. The parts are fixed by
+//! the model alone, and each has its own sums: any number of threads gives the same bits.
+
+use core::marker::PhantomData;
+
+use super::{VectorUnit, Work, run};
+use crate::model::parts::PARTS;
+
+/// One part of a loop.
+pub type Job<'j> = &'j mut (dyn FnMut() + Send);
+
+/// Threads that a host lends to the kernel.
+pub trait Workers: Sync {
+    /// Runs each of these jobs once, in any order and on any threads, and returns when the last of
+    /// them has ended. A job that is left out is run by the caller.
+    fn run(&self, jobs: &mut [Job<'_>]);
+}
+
+/// Who runs the parts of a loop: the calling thread alone, or workers. Nobody helps, and nothing is
+/// kept, on targets without a vector unit.
+#[derive(Clone, Copy, Default)]
+pub struct Team<'a> {
+    #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+    workers: Option<&'a dyn Workers>,
+    workers_of: PhantomData<&'a ()>,
+}
+
+impl<'a> Team<'a> {
+    /// The calling thread alone.
+    pub const ALONE: Self = Self {
+        #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+        workers: None,
+        workers_of: PhantomData,
+    };
+
+    /// These workers, where the target has a vector unit. The bits are those of one thread.
+    #[must_use]
+    pub fn of(workers: &'a dyn Workers) -> Self {
+        #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+        return Self { workers: Some(workers), workers_of: PhantomData };
+        #[cfg(not(any(
+            target_arch = "x86_64",
+            all(target_arch = "aarch64", target_feature = "neon")
+        )))]
+        {
+            let _ = workers;
+            Self::ALONE
+        }
+    }
+
+    fn share(self, jobs: &mut [Job<'_>]) {
+        #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+        if let Some(workers) = self.workers {
+            workers.run(jobs);
+        }
+        #[cfg(not(any(
+            target_arch = "x86_64",
+            all(target_arch = "aarch64", target_feature = "neon")
+        )))]
+        let _ = jobs;
+    }
+
+    /// Does the works of the parts on the unit.
+    #[inline(always)]
+    pub(crate) fn run<W>(self, unit: Option<VectorUnit>, mut works: [Option<W>; PARTS])
+    where
+        W: Work<Output = ()> + Send,
+    {
+        let mut jobs = works.each_mut().map(|slot| {
+            move || {
+                if let Some(work) = slot.take() {
+                    run(unit, work);
+                }
+            }
+        });
+        let mut jobs = jobs.each_mut().map(|job| job as Job<'_>);
+        self.share(&mut jobs);
+        for job in jobs {
+            job();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::f32x8::F32x8;
+    use super::*;
+    use core::sync::atomic::{AtomicUsize, Ordering};
+
+    struct Count<'a>(&'a AtomicUsize);
+
+    impl Work for Count<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<V: F32x8>(self) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Runs the first jobs only, in threads of their own.
+    struct FirstThree;
+
+    impl Workers for FirstThree {
+        fn run(&self, jobs: &mut [Job<'_>]) {
+            std::thread::scope(|scope| {
+                for job in jobs.iter_mut().take(3) {
+                    scope.spawn(|| job());
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn each_part_is_done_once_whoever_helps() {
+        for team in [Team::ALONE, Team::of(&FirstThree)] {
+            let count = AtomicUsize::new(0);
+            team.run(VectorUnit::find(), [(); PARTS].map(|()| Some(Count(&count))));
+            assert_eq!(count.into_inner(), PARTS);
+        }
+    }
+}
