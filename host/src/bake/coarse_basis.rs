@@ -4,6 +4,7 @@
 //! axes up to what fits the body's box; hats that no free cell touches are left out.
 
 use chaincell_kernel::image::{HATS_MAX, NO_HAT, kind};
+use chaincell_kernel::parts;
 use nalgebra::DMatrix;
 
 use super::image::Sections;
@@ -118,7 +119,7 @@ impl Level {
     fn new(body: &OrderedCells, mobility: &[f32], spacing: f64) -> Self {
         let grid = Grid::new(&body.rest, spacing);
         let part = |cell: usize| parts::of_cell(body.rest.len(), cell);
-        let mut by_box: Vec<((usize, usize), u16, [usize; 3], [f64; 3])> = (body.rest.iter())
+        let mut by_box: Vec<_> = (body.rest.iter())
             .enumerate()
             .filter(|&(cell, _)| mobility[cell] > 0.0)
             .map(|(cell, &position)| {

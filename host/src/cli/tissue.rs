@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::choice::parser;
 use crate::choice;
 use crate::engine::contact::contact_cells;
+use crate::engine::threads::{ThreadCount, Threads};
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::words::counted;
@@ -55,6 +56,10 @@ pub struct TissueArgs {
     /// Sweeps a tick
     #[arg(long, default_value_t = 4, value_name = "N", allow_negative_numbers = true)]
     pub sweeps: u16,
+    /// Threads that share the sweeps of a body of 16,384 cells or more, under track and predict, each
+    /// on a processor of its own; auto leaves one processor free. The bits do not depend on it
+    #[arg(long, default_value_t = ThreadCount::Of(1), value_name = "N|auto", allow_negative_numbers = true)]
+    pub threads: ThreadCount,
     /// What the tool's displacement does to the contact cells: it prescribes their positions, or it
     /// is the current into each of them (the paper's drive), a load of 2 k times the displacement
     /// [N]
@@ -131,7 +136,26 @@ impl TissueArgs {
         }
         let contact = self.contact(&model)?;
         self.tell_where_predict_is_track(&model, &contact);
-        Engine::with_contact(network, self.dynamics, self.number, contact)
+        let cells = model.cells();
+        let mut engine = Engine::with_contact(network, self.dynamics, self.number, contact)?;
+        engine.share(self.threads(cells)?);
+        Ok(engine)
+    }
+
+    /// The threads beside the ticking one.
+    fn threads(&self, cells: usize) -> Result<Option<Threads>> {
+        let (is_shared, number) =
+            (matches!(self.dynamics, Scheme::Track | Scheme::Predict), self.number);
+        match self.threads {
+            ThreadCount::Auto if !is_shared || number != Arithmetic::F32 => Ok(None),
+            ThreadCount::Of(count @ 2..) if !is_shared || number != Arithmetic::F32 => {
+                Err(Error::input(format!(
+                    "--threads {count}: threads share the sweeps of --dynamics track and predict in \
+                     --number f32; leave it out"
+                )))
+            }
+            count => count.start(cells),
+        }
     }
 
     fn tell_where_predict_is_track(&self, model: &Model<'_>, contact: &Contact) {
@@ -252,6 +276,7 @@ impl TissueArgs {
         args.push(format!("--dynamics={}", self.dynamics.name()));
         args.push(format!("--number={}", self.number.name()));
         args.push(format!("--sweeps={}", self.sweeps));
+        args.push(format!("--threads={}", self.threads));
         args.push(format!("--drive={}", self.drive.name()));
         args.push(format!("--unloading={}", self.unloading.name()));
         for (option, value) in [

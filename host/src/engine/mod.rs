@@ -7,6 +7,7 @@ pub mod flag_ticks;
 pub mod motion;
 pub mod order;
 pub mod staged;
+pub mod threads;
 pub mod tissue;
 
 use std::cell::OnceCell;
@@ -16,12 +17,13 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1,
-    Rkl2, Settings, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
+    Rkl2, Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
 
 use crate::error::{Error, Result};
+use threads::Threads;
 use tissue::{Node, Refusal, Sweeps};
 
 /// What the tool touches while engaged.
@@ -57,6 +59,7 @@ struct Memory<D: Dynamics> {
     room: Vec<[f32; 8]>,
     contacts: Vec<Slot<D::Number>>,
     states: Vec<TermState>,
+    threads: Option<Threads>,
 }
 
 impl<D: Dynamics> Memory<D> {
@@ -74,6 +77,7 @@ impl<D: Dynamics> Memory<D> {
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
             states: vec![TermState::REST; cells],
+            threads: None,
         }
     }
 
@@ -86,6 +90,7 @@ impl<D: Dynamics> Memory<D> {
             room: &mut self.room,
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
+            team: self.threads.as_ref().map_or(Team::ALONE, |threads| Team::of(threads)),
         }
     }
 }
@@ -110,6 +115,7 @@ trait AnyTissue {
     fn nodes(&mut self, model: &Model<'_>, shown: &[u32], to: &mut [Node]);
     fn set_positions(&mut self, network: &Network<'_>, positions: &[[f32; 3]]) -> Result<()>;
     fn go_scalar(&mut self);
+    fn share(&mut self, threads: Option<Threads>);
     fn forbid_sleep(&mut self, model: &Model<'_>);
     fn ram_bytes(&self) -> usize;
 }
@@ -179,6 +185,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 
     fn go_scalar(&mut self) {
         self.view().go_scalar();
+    }
+
+    fn share(&mut self, threads: Option<Threads>) {
+        self.threads = threads;
     }
 
     fn forbid_sleep(&mut self, model: &Model<'_>) {
@@ -318,6 +328,13 @@ impl<'m> Engine<'m> {
     /// The tick that made so many sweeps once, see [`TissueMut::tick_again`].
     pub fn tick_again(&mut self, sample: &ToolSample, sweeps: Option<u16>) -> TickOutput {
         self.tick_by(sample, Sweeps::Counted(sweeps))
+    }
+
+    /// Shares the sweeps of `track` and `predict` with these threads from here on, on a body of
+    /// several [`parts`](chaincell_kernel::parts); `None` for the ticking thread alone. The bits are
+    /// the same.
+    pub fn share(&mut self, threads: Option<Threads>) {
+        self.tissue.share(threads);
     }
 
     /// Whether a tick may end after any sweep, see [`Dynamics::IS_ANYTIME`].

@@ -39,7 +39,10 @@ impl<'a> Team<'a> {
     /// These workers, where the target has a vector unit. The bits are those of one thread.
     #[must_use]
     pub fn of(workers: &'a dyn Workers) -> Self {
-        #[cfg(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon")))]
+        #[cfg(any(
+            target_arch = "x86_64",
+            all(target_arch = "aarch64", target_feature = "neon")
+        ))]
         return Self { workers: Some(workers), workers_of: PhantomData };
         #[cfg(not(any(
             target_arch = "x86_64",

@@ -117,3 +117,44 @@ fn is_in_parts(rows: &[u32], pairs: &[[u16; 2]], cells: usize) -> bool {
         part < parts::PARTS
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parts of a body of so many cells begin at multiples of 2,048.
+    const CELLS: usize = 16_384;
+
+    #[test]
+    fn boxes_are_found_by_part_where_they_are_in_order() {
+        // Two boxes in part 0, none in part 1, an empty one, one each in part 2 and 7.
+        let (rows, pairs) =
+            ([0, 1, 3, 3, 4, 5], [[0, 1], [5, 9], [2047, 2047], [4096, 6143], [14336, 16383]]);
+        assert!(is_in_parts(&rows, &pairs, CELLS));
+        let basis = CoarseBasis {
+            count: 1,
+            rows: &rows,
+            corners: &[[NO_HAT; LANES]; 5],
+            cells: &pairs,
+            weights: &[],
+            entry: &[NO_HAT; CELLS],
+            inverse: &[],
+            is_in_parts: true,
+        };
+        let boxes = [0, 1, 2, 3, 7].map(|part| basis.boxes_of(part));
+        let pairs_of = boxes.map(|boxes| {
+            boxes.flat_map(|at_box| range(&rows, at_box)).collect::<std::vec::Vec<_>>()
+        });
+        assert_eq!(
+            pairs_of,
+            [std::vec![0, 1, 2], std::vec![], std::vec![3], std::vec![], std::vec![4]]
+        );
+    }
+
+    #[test]
+    fn boxes_across_parts_or_out_of_their_order_are_seen() {
+        assert!(!is_in_parts(&[0, 1], &[[2047, 2048]], CELLS));
+        assert!(!is_in_parts(&[0, 1, 2], &[[2048, 2048], [0, 0]], CELLS));
+        assert!(!is_in_parts(&[0, 1], &[[16_384, 0]], CELLS));
+    }
+}

@@ -11,8 +11,8 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
-use crate::model::parts::{self, PARTS};
 use crate::model::Model;
+use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 

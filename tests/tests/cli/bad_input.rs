@@ -233,6 +233,12 @@ fn run_parameters_out_of_range() {
     for sweeps in ["-1", "65536", "1.5", "x"] {
         place.refuses_run(&["--sweeps", sweeps], &["--sweeps", sweeps]);
     }
+    for threads in ["0", "9", "-1", "many"] {
+        place.refuses_run(&["--threads", threads], &["--threads", threads, "1 to 8, or auto"]);
+    }
+    place.refuses_run(&["--threads", "2"], &["--threads 2", "16384 cells or more"]);
+    let euler = ["--threads", "2", "--dynamics", "euler"];
+    place.refuses_run(&euler, &["--threads 2", "--dynamics track and predict"]);
     place.refuses_run(&["--snapshot-ticks", "5"], &["--snapshot-ticks 5", "0 to 4"]);
     place.refuses_run(&["--snapshot-ticks", "1,9"], &["--snapshot-ticks 9", "0 to 4"]);
     place.refuses_run(&["--snapshot-ticks", "1,-1"], &["--snapshot-ticks", "-1"]);

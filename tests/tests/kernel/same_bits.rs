@@ -4,10 +4,11 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
+use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::MeshOptions;
-use chaincell_kernel::VectorUnit;
 use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{VectorUnit, parts};
 use chaincell_lab::bodies::Shape;
 use chaincell_lab::states::State;
 use nalgebra::Vector3;
@@ -33,8 +34,8 @@ fn body(spec: &str) -> Shape {
     Shape::generated_with(spec, &options).unwrap()
 }
 
-/// One engine on the vector unit, one without.
-struct Twins<'m>([Engine<'m>; 2]);
+/// One engine on the vector unit, one without, and for large bodies one with several threads.
+struct Twins<'m>(Vec<Engine<'m>>);
 
 impl<'m> Twins<'m> {
     fn new(model: Model<'m>, scheme: Scheme, unloading: Unloading) -> Self {
@@ -45,19 +46,31 @@ impl<'m> Twins<'m> {
         let free = (0..model.cells() as u16).filter(|&cell| !model.is_fixed(cell));
         let free: Vec<u16> = free.collect();
         let contacts = [free[free.len() / 3], free[free.len() / 2]];
-        let mut twins = [(); 2].map(|()| Engine::new(network, scheme, &contacts).unwrap());
+        let engine = || Engine::new(network, scheme, &contacts).unwrap();
+        let mut twins = vec![engine(), engine()];
         twins[1].go_scalar();
+        if parts::count(model.cells()) > 1 {
+            let mut shared = engine();
+            match ThreadCount::Of(2).start(model.cells()) {
+                Ok(threads) => shared.share(threads),
+                Err(why) => println!("SKIPPED threads: {why}"),
+            }
+            twins.push(shared);
+        }
         Self(twins)
     }
 
     /// One tick of both; the hash is that of the state after it.
     fn tick(&mut self, sample: &ToolSample, what: &str) -> u64 {
-        let [vector, scalar] = self.0.each_mut().map(|engine| {
+        let mut answers = self.0.iter_mut().map(|engine| {
             let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } = engine.tick(sample);
             let force = force_n.data.0[0].map(f32::to_bits);
             (force, [energy_j, work_j].map(f32::to_bits), contacts, flags, engine.state_hash())
         });
-        assert_eq!(vector, scalar, "{what}");
+        let vector = answers.next().unwrap();
+        for (engine, other) in answers.enumerate() {
+            assert_eq!(vector, other, "{what}, engine {}", engine + 1);
+        }
         vector.4
     }
 }
@@ -110,6 +123,30 @@ fn trajectories_are_the_same_without_the_vector_unit() {
                 hashes.dedup();
                 assert!(hashes.len() > 150, "{spec} {scheme:?}: the body hardly moved");
             }
+        }
+    }
+}
+
+/// Bodies of several parts, awake in all of them or in a few.
+#[test]
+fn trajectories_of_large_bodies_are_the_same_with_several_threads() {
+    let spec = "organ:16800";
+    let shape = body(spec);
+    for (coarse_basis, alpha) in [(BasisSpacing::Links(3.5), 0.0), (BasisSpacing::None, 0.05)] {
+        let alpha = PerCell::Uniform(alpha);
+        let options = BakeOptions { alpha, coarse_basis, ..BakeOptions::default() };
+        let image = shape.bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        assert_eq!(parts::count(model.cells()), parts::PARTS);
+        for scheme in [Scheme::Track, Scheme::Predict] {
+            let mut twins = Twins::new(model, scheme, Unloading::Release);
+            let mut hashes = vec![twins.0[0].state_hash()];
+            for tick in 0..40 {
+                let what = format!("{spec} {options:?} {scheme:?} tick {tick}");
+                hashes.push(twins.tick(&stroke(4 * tick, model.unit_m()), &what));
+            }
+            hashes.dedup();
+            assert!(hashes.len() > 30, "{scheme:?}: the body hardly moved");
         }
     }
 }

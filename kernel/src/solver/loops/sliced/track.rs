@@ -2,17 +2,17 @@
 
 use core::ops::Range;
 
-use crate::backend::slice_set::SliceSet;
-use crate::backend::{Work, run};
 use crate::backend::f32x8::F32x8;
+use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
-use crate::model::parts::{self, PARTS};
+use crate::backend::{Work, run};
 use crate::model::Model;
+use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{Lanes, Plain, TwoFloat};
 use crate::solver::awake::Awake;
-use crate::solver::loops::{Moved, Points};
 use crate::solver::loops::scalar::track::plus;
+use crate::solver::loops::{Moved, Points};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::sliced::{self, Reduce};

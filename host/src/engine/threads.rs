@@ -1,0 +1,188 @@
+//! Threads that share the sweeps of a large body with the thread that ticks it.
+//!
+//! Each is pinned to a processor of its own. Between the loops of a tick, and for up to two
+//! milliseconds behind one, a thread waits by looking for work, without a system call; then it
+//! sleeps. The bits are those of one thread.
+
+use std::fmt::{self, Display};
+use std::hint::spin_loop;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use chaincell_kernel::{Job, Workers, parts};
+use rayon_core::{ThreadPool, ThreadPoolBuilder, Yield, yield_now};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+use crate::error::{Error, Result};
+use crate::words::counted;
+
+/// How long a thread looks for work before it sleeps.
+const LOOKING: Duration = Duration::from_millis(2);
+
+/// How many threads sweep a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ThreadCount {
+    /// So many, 1 to [`parts::PARTS`].
+    Of(usize),
+    /// One on a small body, else one less than there are processors.
+    Auto,
+}
+
+impl FromStr for ThreadCount {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text.parse() {
+            _ if text == "auto" => Ok(Self::Auto),
+            Ok(count @ 1..=parts::PARTS) => Ok(Self::Of(count)),
+            _ => Err(format!("give 1 to {}, or auto", parts::PARTS)),
+        }
+    }
+}
+
+impl Display for ThreadCount {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Of(count) => count.fmt(to),
+            Self::Auto => "auto".fmt(to),
+        }
+    }
+}
+
+impl ThreadCount {
+    /// The threads for a body of so many cells; `None` where the ticking thread is alone.
+    ///
+    /// # Errors
+    /// More threads than the body has parts, or than there are processors.
+    pub fn start(self, cells: usize) -> Result<Option<Threads>> {
+        let processors = processors().len();
+        let most = parts::count(cells);
+        let count = match self {
+            Self::Auto if most == 1 => 1,
+            Self::Auto => processors.saturating_sub(1).clamp(1, most),
+            Self::Of(count) => count,
+        };
+        if count > most {
+            return Err(Error::input(format!(
+                "--threads {count}: a body of {} is swept by one thread, several share one of {} \
+                 cells or more; leave it out",
+                counted(cells as u64, "cell"),
+                parts::CELLS_SHARED
+            )));
+        }
+        if count > processors {
+            return Err(Error::input(format!(
+                "--threads {count}: this process may use {}; take at most as many threads",
+                counted(processors as u64, "processor")
+            )));
+        }
+        if count == 1 { Ok(None) } else { Threads::new(count).map(Some) }
+    }
+}
+
+/// Helpers of the thread that made them.
+pub struct Threads {
+    pool: ThreadPool,
+    /// Whether the ticking thread is pinned, from its first shared loop on: not before, since a process
+    /// that it starts would have that processor alone.
+    pinned: Once,
+    /// Helpers that look for work.
+    awake: Arc<AtomicUsize>,
+}
+
+impl Threads {
+    /// As many threads, with the ticking one.
+    fn new(count: usize) -> Result<Self> {
+        let failed =
+            |why: &dyn Display| Error::check(format!("--threads {count}: {why}; take --threads 1"));
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(count - 1)
+            .thread_name(|index| format!("sweep-{}", index + 1))
+            .start_handler(move |index| {
+                if let Some(&processor) = processors().get(index + 1) {
+                    pin(processor);
+                }
+            })
+            .build()
+            .map_err(|why| failed(&why))?;
+        Ok(Self { pool, pinned: Once::new(), awake: Arc::default() })
+    }
+
+    /// Has every helper look for work.
+    fn wake(&self) {
+        let count = self.pool.current_num_threads();
+        while self.awake.load(Ordering::Relaxed) < count {
+            self.awake.fetch_add(1, Ordering::Relaxed);
+            let awake = Arc::clone(&self.awake);
+            self.pool.spawn(move || {
+                look_for_work();
+                awake.fetch_sub(1, Ordering::Relaxed);
+            });
+        }
+    }
+}
+
+/// The processors that this process might use before any of its threads was pinned; none where the
+/// system does not tell.
+fn processors() -> &'static [usize] {
+    static PROCESSORS: OnceLock<Vec<usize>> = OnceLock::new();
+    PROCESSORS.get_or_init(|| {
+        let allowed = sched_getaffinity(None).unwrap_or_default();
+        (0..CpuSet::MAX_CPU).filter(|&processor| allowed.is_set(processor)).collect()
+    })
+}
+
+/// Pins the calling thread to a processor; one that cannot be pinned works from where it is.
+fn pin(processor: usize) {
+    let mut only = CpuSet::new();
+    only.set(processor);
+    if let Err(why) = sched_setaffinity(None, &only) {
+        log::warn!("a sweeping thread cannot be pinned to processor {processor}: {why}");
+    }
+}
+
+/// Does what work there is until none has come for a while.
+fn look_for_work() {
+    let mut last = Instant::now();
+    while last.elapsed() < LOOKING {
+        if yield_now() == Some(Yield::Executed) {
+            last = Instant::now();
+        } else {
+            spin_loop();
+        }
+    }
+}
+
+impl Workers for Threads {
+    fn run(&self, jobs: &mut [Job<'_>]) {
+        self.pinned.call_once(|| {
+            if let Some(&processor) = processors().first() {
+                pin(processor);
+            }
+        });
+        self.wake();
+        let jobs: Vec<Mutex<&mut Job<'_>>> = jobs.iter_mut().map(Mutex::new).collect();
+        let (next, helping) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let work = || {
+            while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                job.lock().unwrap_or_else(PoisonError::into_inner)();
+            }
+        };
+        self.pool.in_place_scope(|scope| {
+            for _ in 0..self.pool.current_num_threads() {
+                helping.fetch_add(1, Ordering::Relaxed);
+                scope.spawn(|_| {
+                    work();
+                    helping.fetch_sub(1, Ordering::Release);
+                });
+            }
+            work();
+            // Without a system call; what is left of the scope behind it takes no time.
+            while helping.load(Ordering::Acquire) > 0 {
+                spin_loop();
+            }
+        });
+    }
+}
