@@ -111,7 +111,7 @@ mod tests {
         fn run(&self, jobs: &mut [Job<'_>]) {
             std::thread::scope(|scope| {
                 for job in jobs.iter_mut().take(3) {
-                    scope.spawn(|| job());
+                    scope.spawn(job);
                 }
             });
         }

@@ -22,8 +22,8 @@ use crate::terms::state::{TermState, words};
 
 /// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same
 /// model, settings and samples; a change that alters any raises it. Traces name it. In revision 2
-/// the guard's allowance is that of [`Rounding`](crate::Rounding), and a clamped force is rounded
-/// down.
+/// the guard's allowance is that of [`Rounding`](crate::Rounding), a clamped force is rounded down,
+/// and large bodies are summed in [`parts`](crate::parts).
 pub const REVISION: u32 = 2;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;
