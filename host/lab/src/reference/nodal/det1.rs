@@ -15,7 +15,7 @@ pub(super) struct Unit {
 /// The nearest matrix of determinant 1 has the singular vectors of the given one. Its stretches q
 /// solve `q_i` (`q_i` - `s_i`) = p with one p for all, so the least one gives the other two, and
 /// their product leaves one equation in one unknown. For a product of `s` up to about 6 that is the
-/// nearest of all; a body that swollen has two candidates, and this stays with the one that small
+/// nearest of all; beyond there may be two candidates, and this stays with the one that small
 /// strain leads to.
 pub(super) fn nearest(s: [f64; 3]) -> Unit {
     // At the upper end every q is at least 1 or at least its s, whose product is at least 1.

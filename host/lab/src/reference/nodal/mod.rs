@@ -51,7 +51,7 @@ impl Nodal {
     /// ever.
     ///
     /// # Errors
-    /// As [`Shape::new`] and [`Law`]; a fixed node beyond the last.
+    /// As [`Shape::new`]; moduli out of the ranges of [`Law`]; a fixed node beyond the last.
     pub fn new(
         rest_m: &[[f64; 3]],
         tetrahedra: &[[u32; 4]],
@@ -78,14 +78,6 @@ impl Nodal {
             moduli: law.moduli()?,
             link_m,
         })
-    }
-
-    /// The same body under another law.
-    ///
-    /// # Errors
-    /// As [`Law`].
-    pub fn with_law(self, law: Law) -> Result<Self> {
-        Ok(Self { law, moduli: law.moduli()?, ..self })
     }
 
     /// Rest positions \[m\].
