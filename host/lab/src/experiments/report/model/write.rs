@@ -77,8 +77,9 @@ pub fn bars(rows: &[ModelRow]) -> Vec<Judged> {
         };
         let rows: Vec<&ModelRow> = rows.iter().filter(of).collect();
         let forces = || rows.iter().map(|row| row.force);
+        let depths = if from == to { from.to_string() } else { format!("{from} to {to}") };
         (!rows.is_empty()).then(|| Judged {
-            what: format!("{}, nu 0.{}, {from} to {to} mm", bar.body, bar.poisson_percent),
+            what: format!("{}, nu 0.{}, {depths} mm", bar.body, bar.poisson_percent),
             field: [rows.iter().map(|row| row.field).fold(0.0, f64::max), bar.field_max],
             force: (
                 [forces().fold(f64::INFINITY, f64::min), forces().fold(0.0, f64::max)],
