@@ -31,8 +31,11 @@ use law::{Moduli, Tangent};
 pub use shape::{Half, Shape, volume_m3};
 use stretches::Stretches;
 
-/// Beta: the part of the shape's stiffness that acts on tetrahedra. With none, 15 % of the modes
-/// of a mesh have next to no energy; with all of it, it is as stiff as linear tetrahedra.
+/// Beta: the part of the shape's stiffness that acts on tetrahedra.
+///
+/// A small displacement has at least beta / (1 + beta) of the energy of shape that linear
+/// tetrahedra give it (mu |sym|^2 each), so no pattern that cancels in the means goes free: of
+/// a^2 + beta b^2 with a + b = c that is the least.
 pub const SPREAD: f64 = 0.2;
 
 /// A body of nodal shapes. Positions \[m\], residuals \[N\], energy \[J\].
@@ -78,12 +81,6 @@ impl Nodal {
             moduli: law.moduli()?,
             link_m,
         })
-    }
-
-    /// Rest positions \[m\].
-    #[must_use]
-    pub fn rest(&self) -> &[[f64; 3]] {
-        &self.rest
     }
 
     /// What the mesh gives.

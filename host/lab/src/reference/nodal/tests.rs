@@ -161,6 +161,40 @@ fn a_uniform_strain_is_exact() {
     }
 }
 
+/// A pattern that changes sign from node to node cancels in the mean gradients; the spread keeps it
+/// from going free.
+#[test]
+fn no_pattern_goes_free() {
+    let mesh = load("box:5x5x5x0.01", &MeshOptions::default()).unwrap();
+    let parity = |[x, y, z]: [f64; 3]| ((x + y + z) / 0.01).round() as i64 & 1;
+    let checkered: Vec<[f64; 3]> =
+        mesh.nodes_m.iter().map(|x| [1e-8 * (1 - 2 * parity(*x)) as f64, 0.0, 0.0]).collect();
+    let fields_m = (0..20).map(|seed| random(mesh.nodes_m.len(), 1e-8, 300 + seed));
+    for law in laws() {
+        let body = body(&mesh, Law { poisson: 0.0, ..law });
+        for d in fields_m.clone().chain([checkered.clone()]) {
+            let tetrahedron = |nodes: &[u32; 4]| {
+                let (volume, slope) = gradient(&mesh, nodes, &d);
+                volume * (0.5 * (slope + slope.transpose())).norm_squared()
+            };
+            let linear = mesh.tetrahedra.iter().map(tetrahedron).sum::<f64>() * body.moduli.mu_pa;
+            let (energy, _) = residual(&body, &fields(&mesh.nodes_m, 1.0, &d));
+            let share = energy / linear;
+            assert!(share > SPREAD / (1.0 + SPREAD) - 1e-5, "{law:?}: {share}");
+        }
+    }
+}
+
+/// Volume and gradient of a field in a tetrahedron.
+fn gradient(mesh: &Mesh, nodes: &[u32; 4], d: &[[f64; 3]]) -> (f64, Matrix3<f64>) {
+    let (volume, gradients) = element(&mesh.nodes_m, *nodes).unwrap();
+    let mut slope = Matrix3::zeros();
+    for (&i, g) in nodes.iter().zip(gradients) {
+        slope += Vector3::from(d[i as usize]) * Vector3::from(g).transpose();
+    }
+    (volume, slope)
+}
+
 /// d'L d for L = 2 mu ((1 - beta) Ln + beta Lc) + 3 lambda Ln, with a band 8 mu Ln more.
 fn bound(body: &Nodal, mesh: &Mesh, d: &[[f64; 3]]) -> f64 {
     let (mu, lambda) = (body.moduli.mu_pa, body.moduli.lambda_pa);
@@ -168,11 +202,7 @@ fn bound(body: &Nodal, mesh: &Mesh, d: &[[f64; 3]]) -> f64 {
     let nodal = 2.0 * mu * (1.0 - SPREAD) + 3.0 * lambda + band;
     let node = |i: usize| body.shape.volume_m3(i) * body.shape.slope(d, i).norm_squared();
     let tetrahedron = |nodes: &[u32; 4]| {
-        let (volume, gradients) = element(&mesh.nodes_m, *nodes).unwrap();
-        let mut slope = Matrix3::zeros();
-        for (&i, g) in nodes.iter().zip(gradients) {
-            slope += Vector3::from(d[i as usize]) * Vector3::from(g).transpose();
-        }
+        let (volume, slope) = gradient(mesh, nodes, d);
         volume * slope.norm_squared()
     };
     let nodes = nodal * (0..d.len()).map(node).sum::<f64>();
