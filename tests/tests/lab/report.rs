@@ -101,6 +101,7 @@ fn a_quick_report_has_its_figures_and_files() {
     for head in ["## A hand that moves", "left out as snaps [%]", "largest in snaps [%]"] {
         assert!(text.contains(head), "{head} in {text}");
     }
+    assert!(text.contains("## Model error\n\nSKIPPED"), "{text}");
     for tool in ["held cells", "moving probe", "load"] {
         assert!(text.contains(&format!("| {tool}")), "{tool} in {text}");
     }

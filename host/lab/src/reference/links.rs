@@ -2,14 +2,12 @@
 
 use chaincell_kernel::Model;
 
+use super::elastic::Elastic;
 use super::vectors::{dot, minus, norm, plus};
 use chaincell_host::error::{Error, Result};
 
 /// Below this fraction of l0^2 a link takes its direction from the rest shape, as in the kernel.
 const COINCIDENT: f64 = 1e-12;
-
-/// Cells whose positions are prescribed, each with its position.
-pub type Held = [(usize, [f64; 3])];
 
 /// A body's links in double precision, in the model's order of cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,15 +146,6 @@ impl Links {
         &self.fixed
     }
 
-    /// Which cells may move: neither fixed nor held.
-    pub(super) fn free(&self, held: &Held) -> Vec<bool> {
-        let mut free: Vec<bool> = self.fixed.iter().map(|fixed| !fixed).collect();
-        for &(cell, _) in held {
-            free[cell] = false;
-        }
-        free
-    }
-
     #[inline]
     fn pull(&self, link: usize, p: &[[f64; 3]]) -> Option<Pull> {
         let [i, j] = self.ends[link].map(|end| end as usize);
@@ -211,14 +200,43 @@ impl Links {
     /// [`Model::force_unit_n`] it is in newtons.
     #[must_use]
     pub fn force(&self, p: &[[f64; 3]], of: &[usize]) -> [f64; 3] {
-        let mut residual = vec![[0.0; 3]; p.len()];
-        self.residual(p, &mut residual);
-        of.iter().fold([0.0; 3], |sum, &cell| plus(sum, 1.0, residual[cell]))
+        Elastic::force(self, p, of)
+    }
+}
+
+impl Elastic for Links {
+    type Curvature = Vec<LinkCurvature>;
+
+    fn fixed(&self) -> &[bool] {
+        &self.fixed
     }
 
-    /// Second derivative of E at `p`, link by link, the links between two cells that are not free
-    /// left out.
-    pub(super) fn curvature(&self, p: &[[f64; 3]], free: &[bool]) -> Vec<LinkCurvature> {
+    fn length_unit(&self) -> f64 {
+        self.rest_length.iter().sum::<f64>() / self.rest_length.len() as f64
+    }
+
+    /// The residual of a link of weight 1 is half its excess.
+    fn residual_unit(&self) -> f64 {
+        self.length_unit()
+    }
+
+    /// W / 2, the diagonal of the links' Laplacian.
+    fn scale(&self) -> Vec<f64> {
+        let mut scale = vec![0.0; self.rest.len()];
+        for (ends, w) in self.ends.iter().zip(&self.weight) {
+            for &end in ends {
+                scale[end as usize] += 0.5 * w;
+            }
+        }
+        scale
+    }
+
+    fn residual(&self, p: &[[f64; 3]], residual: &mut [[f64; 3]]) -> f64 {
+        Self::residual(self, p, residual)
+    }
+
+    /// Link by link, the links between two cells that are not free left out.
+    fn curvature(&self, p: &[[f64; 3]], free: &[bool]) -> Vec<LinkCurvature> {
         let mut all = Vec::with_capacity(self.ends.len());
         for (link, &ends) in self.ends.iter().enumerate() {
             let [i, j] = ends.map(|end| end as usize);
@@ -252,18 +270,28 @@ impl Links {
         }
         all
     }
+
+    fn times(&self, curvature: &Self::Curvature, v: &[[f64; 3]], product: &mut [[f64; 3]]) {
+        product.fill([0.0; 3]);
+        for link in curvature {
+            let [i, j] = link.ends.map(|end| end as usize);
+            let pulled = symmetric_times(&link.block, minus(v[i], v[j]));
+            product[i] = plus(product[i], 1.0, pulled);
+            product[j] = plus(product[j], -1.0, pulled);
+        }
+    }
 }
 
 /// The 3 x 3 block of a link in the second derivative of E: xx, yy, zz, xy, xz, yz.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LinkCurvature {
-    pub ends: [u32; 2],
-    pub block: [f64; 6],
+pub struct LinkCurvature {
+    ends: [u32; 2],
+    block: [f64; 6],
 }
 
 /// A symmetric 3 x 3 block times a vector.
 #[inline]
-pub(super) fn symmetric_times(block: &[f64; 6], v: [f64; 3]) -> [f64; 3] {
+fn symmetric_times(block: &[f64; 6], v: [f64; 3]) -> [f64; 3] {
     let [xx, yy, zz, xy, xz, yz] = *block;
     [
         xx * v[0] + xy * v[1] + xz * v[2],
@@ -307,12 +335,7 @@ mod tests {
                 let mut unit = [[0.0; 3]; 4];
                 unit[cell][axis] = 1.0;
                 let mut product = [[0.0; 3]; 4];
-                for link in &curvature {
-                    let [i, j] = link.ends.map(|end| end as usize);
-                    let pulled = symmetric_times(&link.block, minus(unit[i], unit[j]));
-                    product[i] = plus(product[i], 1.0, pulled);
-                    product[j] = plus(product[j], -1.0, pulled);
-                }
+                links.times(&curvature, &unit, &mut product);
                 for other in 0..4 {
                     for x in 0..3 {
                         let slope = (r_minus[other][x] - r_plus[other][x]) / (2.0 * step);

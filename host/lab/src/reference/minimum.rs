@@ -1,13 +1,13 @@
 //! A local minimum of the energy under prescribed cells, followed from a start.
 //!
 //! Trust-region Newton with preconditioned conjugate gradients (Steihaug 1983; Nocedal and Wright,
-//! Numerical Optimization, algorithms 4.1 and 7.2). Compressed links make the second derivative
+//! Numerical Optimization, algorithms 4.1 and 7.2). What is compressed makes the second derivative
 //! indefinite: a direction of negative curvature is followed to the rim of the trust region, so a
 //! body that buckles leaves the saddle downhill. No cell moves more than a quarter of a mean rest
 //! length an iteration, which keeps the descent in the valley of its start.
 
-use super::links::{Held, LinkCurvature, Links, symmetric_times};
-use super::vectors::{dot, fields, minus, plus};
+use super::elastic::{Elastic, Held};
+use super::vectors::{dot, fields, plus};
 
 /// Most Newton steps; a warm start takes about ten, a fold a few hundred.
 const ITERATIONS_MAX: usize = 2000;
@@ -36,17 +36,18 @@ pub struct Minimum {
 /// Follows the energy downhill from `start`, the cells `held` put at their positions, until no
 /// free cell has a residual above `tolerance`.
 ///
-/// Lengths and `tolerance` are in the unit of the links' positions (the residual of a link is half
-/// its excess). Cost: a few hundred link passes from a warm start; memory of six numbers a link.
+/// Positions are in the body's unit, `tolerance` in that of its residual (that of a link is half
+/// its excess). Cost: a few hundred passes over the body from a warm start; memory of one second
+/// derivative.
 #[must_use]
-pub fn minimum(links: &Links, held: &Held, start: &[[f64; 3]], tolerance: f64) -> Minimum {
-    Descent::new(links, held, start).run(tolerance)
+pub fn minimum<E: Elastic>(body: &E, held: &Held, start: &[[f64; 3]], tolerance: f64) -> Minimum {
+    Descent::new(body, held, start).run(tolerance)
 }
 
-struct Descent<'a> {
-    links: &'a Links,
+struct Descent<'a, E> {
+    body: &'a E,
     free: Vec<bool>,
-    /// W / 2 of every cell: the diagonal of the preconditioner and of the trust region's norm.
+    /// The diagonal of the preconditioner and of the trust region's norm.
     scale: Vec<f64>,
     unit: f64,
     positions: Vectors,
@@ -61,25 +62,20 @@ struct Step {
     on_rim: bool,
 }
 
-impl<'a> Descent<'a> {
-    fn new(links: &'a Links, held: &Held, start: &[[f64; 3]]) -> Self {
+impl<'a, E: Elastic> Descent<'a, E> {
+    fn new(body: &'a E, held: &Held, start: &[[f64; 3]]) -> Self {
         let mut positions = start.to_vec();
         for &(cell, position) in held {
             positions[cell] = position;
         }
-        let mut scale = vec![0.0; positions.len()];
-        for (ends, w) in links.ends().iter().zip(links.weights()) {
-            for &end in ends {
-                scale[end as usize] += 0.5 * w;
-            }
-        }
-        let mut free = links.free(held);
+        let scale = body.scale();
+        let mut free = body.free(held);
         for (free, scale) in free.iter_mut().zip(&scale) {
             *free &= *scale > 0.0;
         }
-        let unit = links.rest_lengths().iter().sum::<f64>() / links.rest_lengths().len() as f64;
+        let unit = body.length_unit();
         let residual = vec![[0.0; 3]; positions.len()];
-        let mut descent = Self { links, free, scale, unit, positions, residual, energy: 0.0 };
+        let mut descent = Self { body, free, scale, unit, positions, residual, energy: 0.0 };
         (descent.energy, descent.residual) = descent.evaluate(&descent.positions);
         descent
     }
@@ -87,12 +83,8 @@ impl<'a> Descent<'a> {
     /// Energy and masked residual.
     fn evaluate(&self, positions: &[[f64; 3]]) -> (f64, Vectors) {
         let mut residual = vec![[0.0; 3]; positions.len()];
-        let energy = self.links.residual(positions, &mut residual);
-        for (r, &free) in residual.iter_mut().zip(&self.free) {
-            if !free {
-                *r = [0.0; 3];
-            }
-        }
+        let energy = self.body.residual(positions, &mut residual);
+        self.mask(&mut residual);
         (energy, residual)
     }
 
@@ -152,7 +144,7 @@ impl<'a> Descent<'a> {
     }
 
     fn conjugate_gradients(&self, radius: f64, tolerance: f64) -> Step {
-        let curvature = self.links.curvature(&self.positions, &self.free);
+        let curvature = self.body.curvature(&self.positions, &self.free);
         let precondition = |r: &[[f64; 3]]| -> Vectors {
             let each = r.iter().zip(&self.scale);
             each.map(|(r, s)| if *s > 0.0 { r.map(|x| x / s) } else { [0.0; 3] }).collect()
@@ -165,11 +157,12 @@ impl<'a> Descent<'a> {
         let mut rho = inner(&r, &y);
         let mut decrease = 0.0;
         // Inexact Newton: as accurate as the distance from the minimum deserves.
-        let reached = largest(&r) / self.unit;
+        let reached = largest(&r) / self.body.residual_unit();
         let aim = (0.3 * tolerance).max(largest(&r) * reached.sqrt().clamp(1e-4, 0.1));
         let mut product = vec![[0.0; 3]; cells];
         for _ in 0..INNER_MAX {
-            self.multiply(&curvature, &p, &mut product);
+            self.body.times(&curvature, &p, &mut product);
+            self.mask(&mut product);
             let kappa = inner(&p, &product);
             let stride = rho / kappa;
             let to_rim = || self.to_rim(&way, &p, radius);
@@ -208,25 +201,16 @@ impl<'a> Descent<'a> {
 
     /// What the quadratic model promises for a step.
     fn promised(&self, way: &[[f64; 3]]) -> f64 {
-        let curvature = self.links.curvature(&self.positions, &self.free);
+        let curvature = self.body.curvature(&self.positions, &self.free);
         let mut product = vec![[0.0; 3]; way.len()];
-        self.multiply(&curvature, way, &mut product);
+        self.body.times(&curvature, way, &mut product);
         inner(&self.residual, way) - 0.5 * inner(way, &product)
     }
 
-    fn multiply(&self, curvature: &[LinkCurvature], v: &[[f64; 3]], product: &mut [[f64; 3]]) {
-        product.fill([0.0; 3]);
-        for link in curvature {
-            let [i, j] = link.ends.map(|end| end as usize);
-            let pulled = symmetric_times(&link.block, minus(v[i], v[j]));
-            product[i] = plus(product[i], 1.0, pulled);
-            product[j] = plus(product[j], -1.0, pulled);
-        }
-        for (x, &free) in product.iter_mut().zip(&self.free) {
-            if !free {
-                *x = [0.0; 3];
-            }
-        }
+    /// Puts zero where nothing may move.
+    fn mask(&self, field: &mut [[f64; 3]]) {
+        let cells = field.iter_mut().zip(&self.free);
+        cells.filter(|(_, free)| !**free).for_each(|(x, _)| *x = [0.0; 3]);
     }
 }
 
@@ -246,6 +230,7 @@ fn add(a: &mut [[f64; 3]], factor: f64, b: &[[f64; 3]]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::links::Links;
     use super::super::vectors::norm;
     use super::*;
 

@@ -1,19 +1,24 @@
-//! Double-precision references of the link network: the energy minimum and the exact trajectory
-//! under prescribed cells, computed by the project itself.
+//! Double-precision references: the energy minimum of links and of nodal tissue under prescribed
+//! cells, and the exact trajectory of links, computed by the project itself.
 //!
-//! Everything here reads the same links as the kernel: rest lengths, weights and bands are those
-//! of the model, widened to `f64`. Lengths are in the unit of the positions given.
+//! [`Links`] are those of the kernel: rest lengths, weights and bands are those of the model,
+//! widened to `f64`, lengths in the unit of the positions given. [`Nodal`] tissue is made of a
+//! mesh, in metres and newtons. Both are [`Elastic`], which is what [`minimum`] needs.
 
+mod elastic;
 #[cfg(test)]
 mod grouped;
 mod links;
 mod minimum;
+pub mod nodal;
 mod npz;
 pub mod profile;
 mod trajectory;
 pub mod vectors;
 
-pub use links::{Held, Links};
+pub use elastic::{Elastic, Held};
+pub use links::Links;
 pub use minimum::{Minimum, minimum};
+pub use nodal::Nodal;
 pub use npz::Npz;
 pub use trajectory::trajectory;

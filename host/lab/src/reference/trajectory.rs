@@ -4,7 +4,8 @@
 //! Wanner, Solving Ordinary Differential Equations I, section II.4 and II.5). A page of our own:
 //! the crates at hand keep every step of every unknown, which here are thousands of both.
 
-use super::links::{Held, Links};
+use super::elastic::{Elastic, Held};
+use super::links::Links;
 use super::vectors::plus;
 
 /// Coefficients of the stages; the last row is the solution of order 5 too.

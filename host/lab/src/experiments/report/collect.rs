@@ -13,6 +13,7 @@ use super::flow::{self, FlowRow};
 use super::growth::{self, Growth};
 use super::hand::{self, Hand, HandRow};
 use super::machine::Machine;
+use super::model::{self, ModelRow};
 use super::motions::Motion;
 use super::numbers::{self, NumberRow};
 use super::press::{self, Errors, PressRow};
@@ -122,6 +123,8 @@ pub struct Report {
     pub rows: Vec<PressRow>,
     /// Held cells under a hand that moves.
     pub hand: Vec<HandRow>,
+    /// Exact equilibria of models against finite elements, where reference data was at hand.
+    pub model: Vec<ModelRow>,
     /// Every way in which a tool acts on a body.
     pub tools: Vec<ToolRow>,
     /// Time to equilibrium, every method.
@@ -160,6 +163,9 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     presses(options, &main, report, bar)?;
     let small = options.quick.then(|| Scene::organ_of(1000)).transpose()?;
     report.hand = hands(options, &main, swept.mixed.simd_ns, || step(bar))?;
+    if let Some(folder) = &options.reference {
+        report.model = model::run(folder, options.quick, || step(bar))?;
+    }
     report.tools = tools::run(small.as_ref().unwrap_or(&main), || step(bar))?;
     let steps: &[f64] =
         if options.quick { &[0.02, 0.1] } else { &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] };
@@ -245,7 +251,8 @@ pub fn pieces(options: &Options) -> u64 {
     let numbers = if options.quick { 1 } else { 3 };
     let hands = motions(options).map(|of_body| Hand::pieces(of_body, &hand::SWEEPS));
     let hands: usize = hands.iter().sum();
-    (7 + settle + growth + rows + paths + numbers + hands + 3) as u64
+    let models = options.reference.as_ref().map_or(0, |_| model::pieces(options.quick));
+    (7 + settle + growth + rows + paths + numbers + hands + models + 3) as u64
 }
 
 fn methods() -> usize {

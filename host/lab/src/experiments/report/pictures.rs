@@ -2,6 +2,7 @@
 
 use super::collect::{BUDGET_NS, Report, Track};
 use super::hand::HandRow;
+use super::model;
 use super::pareto::front;
 use super::press::{Errors, PressRow};
 use super::setting::Setting;
@@ -64,6 +65,9 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
     for (number, motion) in motions(&report.hand).into_iter().enumerate() {
         let caption = format!("Held cells, {motion}: error of the force against time of a tick");
         put(hand(&report.hand, motion), &format!("{HAND}{}", number + 1), &caption)?;
+    }
+    for (number, (chart, caption)) in model::charts(&report.model).into_iter().enumerate() {
+        put(chart, &format!("{}{}", model::PICTURE, number + 1), &caption)?;
     }
     if let Some(track) = &report.track {
         let caption = "track in half a millisecond a tick: its errors during the press";

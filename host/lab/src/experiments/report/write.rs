@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::collect::Report;
 use super::exact::{HOLD_TICKS, PRESS_TICKS, RESIDUAL};
 use super::hand;
+use super::model;
 use super::pictures;
 use super::press::{Errors, PressRow};
 use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
@@ -44,6 +45,7 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     for (name, rows) in [
         ("report_press.csv", csv(&report.rows)),
         ("report_hand.csv", csv(&report.hand)),
+        (model::CSV, csv(&report.model)),
         ("report_tools.csv", csv(&report.tools)),
         ("report_settle.csv", csv(&report.settled)),
         ("report_numbers.csv", csv(&report.numbers)),
@@ -77,6 +79,9 @@ fn markdown(report: &Report, pictures: &[(String, String)], command: &str) -> St
     let mut of_hand = String::new();
     picture(&mut of_hand, pictures::HAND);
     text += &hand::markdown(&report.hand, &of_hand);
+    let mut of_model = String::new();
+    picture(&mut of_model, model::PICTURE);
+    text += &model::markdown(&report.model, &of_model);
     text += &tools::markdown(&report.tools);
     text += &sweep(report);
     text += &settled(report);
