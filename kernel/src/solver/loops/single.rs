@@ -40,7 +40,7 @@ impl Loops for f32 {
         points: &mut Points<'_, f32>,
         contacts: &[Contact],
     ) -> [TwoFloat; 4] {
-        if parts::count(terms.model.cells()) > 1 {
+        if terms.vectors.is_some() && parts::count(terms.model.cells()) > 1 {
             let sums = sliced::track::residual_in_parts(terms, awake, points, contacts);
             return sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts));
         }
