@@ -3,12 +3,12 @@
 use core::ops;
 
 use super::{Range, part, part_mut};
-use crate::backend::slice_set::SliceSet;
+use crate::backend::slice_set::{Iter, SliceSet};
 use crate::backend::slices::cells_of;
 use crate::model::{Model, parts};
+use crate::number::Sum;
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::TwoFloat;
-use crate::number::{Number, Sum};
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Loops, Moved, Points};
 use crate::terms::held::Contact;
@@ -21,16 +21,29 @@ pub(crate) fn residual<N: Loops>(
     points: &mut Points<'_, N>,
     contacts: &[Contact<N>],
 ) -> [TwoFloat; 4] {
-    let cells = terms.model.cells();
+    let model = terms.model;
     let tally = terms.residuals(awake, points.at, points.residual, contacts);
+    if parts::count(model.cells()) > 1 {
+        return in_parts(model, awake, points, tally);
+    }
+    sums(model, awake.iter(model.slice_count()), points, tally)
+}
+
+/// The sums of a body of several parts. Not inlined: no firmware's body has any.
+#[cold]
+#[inline(never)]
+fn in_parts<N: Loops>(
+    model: &Model<'_>,
+    awake: &SliceSet,
+    points: &Points<'_, N>,
+    mut tally: N::Tally,
+) -> [TwoFloat; 4] {
     let mut totals = [TwoFloat::ZERO; 4];
-    for part in 0..parts::count(cells) {
-        let of = sums(terms.model, awake.iter_in(parts::slices(cells, part)), points);
+    for part in 0..parts::PARTS {
+        let slices = awake.iter_in(parts::slices(model.cells(), part));
+        totals = plus(totals, sums(model, slices, points, tally));
         // What is counted beside the sums is that of the whole body.
-        let tally = if part == 0 { tally } else { N::Tally::default() };
-        let energy = N::energy(&of.energy, tally).times_power_of_two(0.125);
-        let of = [energy, of.squared.total(), of.way.total(), of.direction.total()];
-        totals = if part == 0 { of } else { plus(totals, of) };
+        tally = N::Tally::default();
     }
     totals
 }
@@ -40,27 +53,17 @@ pub(crate) fn plus([a, b, c, d]: [TwoFloat; 4], [e, f, g, h]: [TwoFloat; 4]) -> 
     [a.plus(e), b.plus(f), c.plus(g), d.plus(h)]
 }
 
-/// Sums of w d^2, r . r / W, r . s and r . `z_last`.
-struct Sums<N: Number> {
-    energy: N::WideSum,
-    squared: N::Sum,
-    way: N::Sum,
-    direction: N::Sum,
-}
-
-/// The sums over some slices.
-#[inline(always)]
+/// Energy, r . r / W, r . s and r . `z_last` of some slices.
+#[inline(never)]
 fn sums<N: Loops>(
     model: &Model<'_>,
-    slices: impl Iterator<Item = usize>,
+    slices: Iter<'_>,
     points: &Points<'_, N>,
-) -> Sums<N> {
-    let mut sums = Sums::<N> {
-        energy: N::WideSum::default(),
-        squared: N::Sum::default(),
-        way: N::Sum::default(),
-        direction: N::Sum::default(),
-    };
+    tally: N::Tally,
+) -> [TwoFloat; 4] {
+    let mut energy = N::WideSum::default();
+    let (mut squared, mut way, mut direction) =
+        (N::Sum::default(), N::Sum::default(), N::Sum::default());
     for slice in slices {
         let cells = cells_of(slice, model.cells());
         let here = part(points.residual, &cells).zip(part(points.at, &cells));
@@ -69,13 +72,14 @@ fn sums<N: Loops>(
         for (lane, (((r, at), (published, before)), &mobility)) in all {
             let (residual, before) = (r.xyz(), before.xyz());
             let z = scale(N::from_single(mobility), residual);
-            sums.energy.add(lane, N::energy_term(r.w()));
-            sums.squared.add(lane, N::inner(residual, z));
-            sums.way.add(lane, N::inner(residual, sub(at.xyz(), before)));
-            sums.direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
+            energy.add(lane, N::energy_term(r.w()));
+            squared.add(lane, N::inner(residual, z));
+            way.add(lane, N::inner(residual, sub(at.xyz(), before)));
+            direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
         }
     }
-    sums
+    let energy = N::energy(&energy, tally).times_power_of_two(0.125);
+    [energy, squared.total(), way.total(), direction.total()]
 }
 
 /// See `Loops::track_step`.
