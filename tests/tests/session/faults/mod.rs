@@ -37,13 +37,14 @@ const TRIES: usize = 3;
 
 /// Whether one of a few tries holds; the last one says why not.
 #[track_caller]
-fn one_of_a_few(mut attempt: impl FnMut() -> Result<(), String>) {
-    for left in (0..TRIES).rev() {
+fn one_of_a_few<T>(mut attempt: impl FnMut() -> Result<T, String>) -> T {
+    for _ in 1..TRIES {
         match attempt() {
-            Ok(()) => return,
-            Err(why) => assert!(left > 0, "{why}"),
+            Ok(held) => return held,
+            Err(why) => println!("another try: {why}"),
         }
     }
+    attempt().unwrap_or_else(|why| panic!("{why}"))
 }
 
 /// A stiff plane, whose middle a server holds with some newtons, and a scene.
@@ -204,32 +205,51 @@ fn assert_sound(seen: &[Force]) {
 /// Besides, no step of the force comes near a jump.
 #[track_caller]
 fn assert_gentle(seen: &[Force]) {
+    gentle(seen).unwrap_or_else(|why| panic!("{why}"));
+}
+
+/// Whether no step of sound messages comes near a jump, and where one does.
+#[track_caller]
+fn gentle(seen: &[Force]) -> Result<(), String> {
     assert_sound(seen);
     let (step_n, most_n) = (largest_step_n(seen), largest_n(seen));
     assert!(most_n > 0.1, "almost no force: {most_n} N");
-    assert!(step_n <= STEP_PART * most_n, "a step of {step_n} N, the largest force {most_n} N");
+    let at = seen.windows(2).find(|pair| largest_step_n(pair) >= step_n);
+    let why = || format!("a step of {step_n} N, the largest force {most_n} N: {at:?}");
+    if step_n <= STEP_PART * most_n { Ok(()) } else { Err(why()) }
 }
 
 /// The same of a server whose machine let it work. Else the force fell to 0, as it has to.
+///
+/// A machine that keeps a server waiting for some poses makes a few of them late: with ticks that
+/// end in time the force then goes back to the tissue's at once. That is worth another try.
 #[track_caller]
-fn assert_gentle_in_time(fault: &str, served: &Value, seen: &[Force]) {
+fn gentle_in_time(fault: &str, served: &Value, seen: &[Force]) -> Result<(), String> {
     if count(served, "overloads") == 0 {
-        return assert_gentle(seen);
+        return gentle(seen);
     }
     println!("SKIPPED | {fault} | steps of the force: the machine was overloaded |");
     assert_sound(seen);
+    Ok(())
 }
 
 /// All ticks were answered, none late by a jump of the force; told as a row of the table.
 #[track_caller]
-fn assert_undisturbed(fault: &str, ended: Ended, serve: Running, seen: &[Force], ticks: u64) {
+fn undisturbed(
+    fault: &str,
+    ended: Ended,
+    serve: Running,
+    seen: &[Force],
+    ticks: u64,
+) -> Result<(), String> {
     let report = ended.with(0).json();
     let found = ["ticks_answered", "ticks_unanswered", "foreign_answers"];
     assert_eq!(found.map(|name| count(&report, name)), [ticks, 0, 0]);
     let served = serve.interrupt().with(130).json();
     assert_eq!(count(&served, "ticks_executed"), ticks);
-    assert_gentle_in_time(fault, &served, seen);
+    gentle_in_time(fault, &served, seen)?;
     tell_seen(fault, ticks, 0, seen);
+    Ok(())
 }
 
 /// A row of the table: what was done, ticks answered and lost, largest step and largest force.
