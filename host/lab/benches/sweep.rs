@@ -41,8 +41,12 @@ const QUICK_ROUNDS: usize = 5;
 const QUICK_CELLS: usize = 500;
 /// Ticks of a counted run.
 const COUNTED_TICKS: u32 = 4;
-/// What the tool of a late tick is.
-const LATE: [&str; 2] = ["late tick, held cells", "late tick, probe"];
+/// What the tool of a late tick is, and under which scheme.
+const LATE: [(&str, Scheme); 3] = [
+    ("late tick, held cells", Scheme::Track),
+    ("late tick, probe", Scheme::Track),
+    ("late tick, predict", Scheme::Predict),
+];
 /// Late ticks of the long and of the short counted run, and ticks of the press before them.
 const LATE_TICKS: [u16; 2] = [64, 0];
 const PRESS_TICKS: u16 = 100;
@@ -136,12 +140,12 @@ fn check(scene: &Scene) -> Result<()> {
 /// The run that valgrind counts: late ticks behind a press, many or none.
 fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let (true, Some(&ticks)) = (number < LATE.len(), LATE_TICKS.get(length)) else {
-        return Err(Error::input("--late and --length are 0 or 1"));
+        return Err(Error::input("--late is 0 to 2 and --length 0 or 1"));
     };
     let model = scene.model()?;
     let (unit_m, centre_m) = (f64::from(model.unit_m()), model.centre_m().map(f64::from));
     let (contact, away_m) = match number {
-        0 => (Contact::Cells(scene.contacts.clone()), 0.0),
+        0 | 2 => (Contact::Cells(scene.contacts.clone()), 0.0),
         _ => (Contact::Probe { radius_m: RADIUS_M, capacity: 200 }, f64::from(RADIUS_M)),
     };
     let touched = scene.contacts.first().copied().unwrap_or_default();
@@ -151,10 +155,11 @@ fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
         let at = |x| (centre_m[x] + unit_m * rest[x] + way_m * scene.direction[x]) as f32;
         ToolSample { position_m: Vector3::from([0, 1, 2].map(at)), engaged: 1 }
     };
-    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+    let (name, scheme) = LATE[number];
+    let variant = Variant::plain(scheme, Arithmetic::F32);
     let mut engine = variant.unlimited(model, contact, 4, |settings| settings)?;
     let contacts = (0..PRESS_TICKS).map(|tick| engine.tick(&sample(tick)).contacts).last();
-    eprintln!("{}: {} cells", LATE[number], contacts.unwrap_or(0));
+    eprintln!("{name}: {} cells", contacts.unwrap_or(0));
     for tick in PRESS_TICKS..PRESS_TICKS + ticks {
         black_box(engine.tick_again(black_box(&sample(tick)), Some(0)));
     }
@@ -190,7 +195,7 @@ fn count(model: &Model<'_>, form: &str) -> Result<()> {
         println!("{name:<28} {sweep:>16.0} {:>12.1}", sweep / (2 * model.links()) as f64);
         sweeps.push(sweep);
     }
-    for (number, name) in LATE.into_iter().enumerate() {
+    for (number, (name, _)) in LATE.into_iter().enumerate() {
         let number = number.to_string();
         let long = instructions(&[form, "--late", &number, "--length", "0"])?;
         let short = instructions(&[form, "--late", &number, "--length", "1"])?;

@@ -4,7 +4,6 @@ use std::ffi::OsString;
 
 use chaincell_kernel::Choice;
 
-use super::tissue::TissueArgs;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::session::loops::serve::SweepBudget;
@@ -25,7 +24,7 @@ impl BudgetArgs {
     ///
     /// # Errors
     /// One for a scheme whose sweeps are the tissue's time.
-    pub fn of(self, tissue: &TissueArgs, engine: &Engine<'_>) -> Result<SweepBudget> {
+    pub fn of(self, engine: &Engine<'_>) -> Result<SweepBudget> {
         match self.budget_us {
             None if engine.is_anytime() => Ok(SweepBudget::Auto),
             None => Ok(SweepBudget::Off),
@@ -33,7 +32,7 @@ impl BudgetArgs {
             Some(budget) => Err(Error::input(format!(
                 "--budget-us {budget}: under --dynamics {} the sweeps are the tissue's time, so \
                  their number is fixed; leave it out, or take --dynamics track",
-                tissue.dynamics.name()
+                engine.scheme().name()
             ))),
         }
     }

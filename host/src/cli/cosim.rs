@@ -120,7 +120,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
-    args.budget.of(&args.tissue, tissue.engine())?;
+    args.budget.of(tissue.engine())?;
     Folder::check_room(&out, Recorder::trace_records(poses.len()))?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {

@@ -104,7 +104,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let rows = poses.iter().map(Vec::len).sum();
     Folder::check_room(&args.out, rows)?;
     let folder = Folder::open(&args.out, args.force)?;
-    let (dynamics, number) = (args.tissue.dynamics, args.tissue.number);
+    let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let front = begun.bytes().to_vec();
     let place = folder.file(recording::TRACE);
@@ -167,7 +167,7 @@ fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result
         Some(_) if !tissue.is_anytime() => Err(Error::input(format!(
             "{path}: it has the column sweeps, but under --dynamics {} the sweeps are the tissue's \
              time, and their number is fixed; leave the column out, or take --dynamics track",
-            args.tissue.dynamics.name()
+            tissue.engine().scheme().name()
         ))),
         Some(most) if most > args.tissue.sweeps => Err(Error::input(format!(
             "{path}: a tick of {most} sweeps, --sweeps {} is the most that a tick makes; pass \

@@ -130,7 +130,7 @@ pub fn execute(args: &Args) -> Result<()> {
         max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
-        budget: args.budget.of(&args.tissue, tissue.engine())?,
+        budget: args.budget.of(tissue.engine())?,
         sweep_ns: faults.sweep_ns(),
         sweep_after: faults.sweep_after.into(),
         histogram: args.common.histogram,
@@ -143,7 +143,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let server = Server::open(&options)?.with_state(nodes, args.state_hz)?.with_commands()?;
     // Commands may set parameters: what is written is what the session began with.
     let settings = args.tissue.report(tissue.engine());
-    let (dynamics, number) = (args.tissue.dynamics, args.tissue.number);
+    let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let (folder, mut recorder) = recorder(args, begun, &image)?;
     terminal::say("ready")?;

@@ -38,9 +38,10 @@ pub struct TissueArgs {
     /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
     /// cells; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
-    /// least RAM and a model baked with --colours
-    #[arg(long, value_parser = parser::<Scheme>(), default_value = Scheme::default().name())]
-    pub dynamics: Scheme,
+    /// least RAM and a model baked with --colours [default: predict where the tool holds cells of a
+    /// model without slack, else track]
+    #[arg(long, value_parser = parser::<Scheme>())]
+    dynamics: Option<Scheme>,
     /// Numbers that cells and links are computed in
     #[arg(long, value_parser = parser::<Arithmetic>(), default_value = Arithmetic::default().name(),
         value_name = "TYPE")]
@@ -119,8 +120,10 @@ pub struct TissueReport {
 impl TissueArgs {
     /// The engine for a model.
     pub fn engine<'m>(&self, model: Model<'m>) -> Result<Engine<'m>> {
-        let defaults = self.dynamics.settings(&model, self.sweeps);
-        let (step, tick_time) = self.times(&model, &defaults)?;
+        let contact = self.contact(&model)?;
+        let scheme = self.scheme(&model, &contact);
+        let defaults = scheme.settings(&model, self.sweeps);
+        let (step, tick_time) = self.times(scheme, &model, &defaults)?;
         let settings = Settings {
             sweeps: self.sweeps,
             step,
@@ -134,18 +137,35 @@ impl TissueArgs {
         if self.max_force_n.is_some_and(f32::is_infinite) {
             return Err(self.refuse(SettingsError::MaxForce));
         }
-        let contact = self.contact(&model)?;
-        self.tell_where_predict_is_track(&model, &contact);
         let cells = model.cells();
-        let mut engine = Engine::with_contact(network, self.dynamics, self.number, contact)?;
-        engine.share(self.threads(cells)?);
+        let mut engine = Engine::with_contact(network, scheme, self.number, contact)?;
+        engine.share(self.threads(scheme, cells)?);
         Ok(engine)
     }
 
+    /// The scheme that was asked for, or the one that suits the scene.
+    fn scheme(&self, model: &Model<'_>, contact: &Contact) -> Scheme {
+        let why_track = match contact {
+            Contact::Probe { .. } => Some("with a probe"),
+            _ if self.drive == Drive::Current => Some("under a current"),
+            _ if model.has_slack() => Some("on a model with slack (--alpha of bake)"),
+            _ => None,
+        };
+        match (self.dynamics, why_track) {
+            (None, None) if self.number == Arithmetic::F32 => Scheme::Predict,
+            (None, _) => Scheme::Track,
+            (Some(Scheme::Predict), Some(why)) => {
+                log::warn!("--dynamics predict: {why} it is track, which needs less memory");
+                Scheme::Predict
+            }
+            (Some(scheme), _) => scheme,
+        }
+    }
+
     /// The threads beside the ticking one.
-    fn threads(&self, cells: usize) -> Result<Option<Threads>> {
-        let (is_shared, number) =
-            (matches!(self.dynamics, Scheme::Track | Scheme::Predict), self.number);
+    fn threads(&self, scheme: Scheme, cells: usize) -> Result<Option<Threads>> {
+        let is_shared = matches!(scheme, Scheme::Track | Scheme::Predict);
+        let number = self.number;
         match self.threads {
             ThreadCount::Auto if !is_shared || number != Arithmetic::F32 => Ok(None),
             ThreadCount::Of(count @ 2..) if !is_shared || number != Arithmetic::F32 => {
@@ -158,22 +178,11 @@ impl TissueArgs {
         }
     }
 
-    fn tell_where_predict_is_track(&self, model: &Model<'_>, contact: &Contact) {
-        let why = match contact {
-            _ if self.dynamics != Scheme::Predict => return,
-            Contact::Probe { .. } => "with a probe",
-            _ if self.drive == Drive::Current => "under a current",
-            _ if model.has_slack() => "on a model with slack (--alpha of bake)",
-            _ => return,
-        };
-        log::warn!("--dynamics predict: {why} it is track, which needs less memory");
-    }
-
     /// Step a sweep, and time a tick for the schemes that go by it.
-    fn times(&self, model: &Model<'_>, defaults: &Settings) -> Result<(f32, f32)> {
-        let by_tick = self.dynamics.goes_by_tick();
+    fn times(&self, scheme: Scheme, model: &Model<'_>, defaults: &Settings) -> Result<(f32, f32)> {
+        let by_tick = scheme.goes_by_tick();
         let Some(constant_s) = self.time_constant_s else {
-            if let (Some(step), false) = (self.step, by_tick || self.dynamics == Scheme::Euler) {
+            if let (Some(step), false) = (self.step, by_tick || scheme == Scheme::Euler) {
                 return Err(Error::input(format!("--step {step}: {STATIC}")));
             }
             let given = |otherwise: f32| self.step.unwrap_or(otherwise);
@@ -192,7 +201,7 @@ impl TissueArgs {
         if by_tick {
             return Ok((defaults.step, tick_time));
         }
-        if self.dynamics != Scheme::Euler {
+        if scheme != Scheme::Euler {
             return refused(STATIC.into());
         }
         let sweeps = f32::from(self.sweeps.max(1));
@@ -273,7 +282,7 @@ impl TissueArgs {
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args = vec![format!("--contact={}", self.contact)];
         args.extend(self.probe_capacity.map(|count| format!("--probe-capacity={count}")));
-        args.push(format!("--dynamics={}", self.dynamics.name()));
+        args.extend(self.dynamics.map(|scheme| format!("--dynamics={}", scheme.name())));
         args.push(format!("--number={}", self.number.name()));
         args.push(format!("--sweeps={}", self.sweeps));
         args.push(format!("--threads={}", self.threads));
@@ -300,16 +309,16 @@ impl TissueArgs {
             Contact::Cells(_) => (None, None),
             Contact::Probe { radius_m, capacity } => (Some(radius_m), Some(capacity)),
         };
-        let by_tick = self.dynamics.goes_by_tick();
+        let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
         TissueReport {
-            dynamics: self.dynamics,
+            dynamics: engine.scheme(),
             number: self.number,
             sweeps_per_tick: settings.sweeps,
             step: if by_tick { settings.tick_time } else { settings.step },
             step_bound: model.step_max(),
             time_constant_s: self.time_constant_s,
-            network_time_per_tick: match self.dynamics {
+            network_time_per_tick: match engine.scheme() {
                 Scheme::Euler => Some(euler),
                 _ => by_tick.then_some(settings.tick_time),
             },

@@ -330,6 +330,12 @@ impl<'m> Engine<'m> {
         self.tick_by(sample, Sweeps::Counted(sweeps))
     }
 
+    /// The scheme that it ticks by.
+    #[must_use]
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
+    }
+
     /// Shares the sweeps of `track` and `predict` with these threads from here on, on a body of
     /// several [`parts`](chaincell_kernel::parts); `None` for the ticking thread alone. The bits are
     /// the same.

@@ -103,16 +103,9 @@ pub trait Scheme {
     /// The tool moved the cells it holds.
     fn pushed(&mut self) {}
 
-    /// The tool moved them by `way` in this tick.
-    #[allow(private_interfaces)]
-    fn follow(
-        &mut self,
-        model: &Model<'_>,
-        own: &mut [Cell<Self::Number>],
-        awake: &mut Awake,
-        way: [f32; 3],
-    ) {
-        let _ = (model, own, awake, way);
+    /// The tool moved them by `way`.
+    fn follow(&mut self, way: [f32; 3]) {
+        let _ = way;
     }
 
     /// Whether a cell has moved since the last pass, or has momentum.

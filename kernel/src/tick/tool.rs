@@ -107,8 +107,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         if self.head.applied != from {
             self.load(change);
-            let (model, way) = (self.network.model(), sub(self.head.applied, from));
-            self.head.dynamics.follow(model, self.own, &mut self.head.awake, way);
+            self.head.dynamics.follow(sub(self.head.applied, from));
         }
     }
 

@@ -398,6 +398,26 @@ fn the_force_is_shortened_to_its_limit() {
 }
 
 #[test]
+fn the_default_scheme_is_the_one_that_suits_the_scene() {
+    let slack = Place::plane(&["--alpha", "0.05"]);
+    let tight = Place::plane(&["--alpha", "0"]);
+    for (place, options, scheme) in [
+        (&tight, &[][..], "predict"),
+        (&tight, &["--contact", "probe:0.02"], "track"),
+        (&tight, &["--drive", "current"], "track"),
+        (&tight, &["--number", "f64"], "track"),
+        (&slack, &[], "track"),
+    ] {
+        let found = place.run("found", &press(5, D), options);
+        assert_eq!(summary(&found.out)["dynamics"], scheme, "{options:?}");
+        // Left to choose or told: the same run.
+        let told = [&["--dynamics", scheme], options].concat();
+        let told = place.run("told", &press(5, D), &told);
+        assert_eq!(found.hash(), told.hash(), "{options:?}");
+    }
+}
+
+#[test]
 fn predict_says_where_it_is_track() {
     let slack = Place::plane(&["--alpha", "0.05"]);
     let tight = Place::plane(&["--alpha", "0"]);

@@ -40,16 +40,15 @@ impl Loops for f32 {
         points: &mut Points<'_, f32>,
         contacts: &[Contact],
     ) -> [TwoFloat; 4] {
-        if terms.vectors.is_some() && parts::count(terms.model.cells()) > 1 {
-            let sums = sliced::track::residual_in_parts(terms, awake, points, contacts);
-            return sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts));
+        if terms.vectors.is_none() {
+            return scalar::track::residual(terms, awake, points, contacts);
         }
-        let mut sums = sliced::track::Sums::new(terms.model, points.published, points.before);
-        if sliced_terms::residual(terms, awake, points.at, points.residual, contacts, &mut sums) {
-            sums.totals()
+        let sums = if parts::count(terms.model.cells()) > 1 {
+            sliced::track::residual_in_parts(terms, awake, points, contacts)
         } else {
-            scalar::track::residual(terms, awake, points, contacts)
-        }
+            sliced::track::residual(terms, awake, points, contacts)
+        };
+        sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts))
     }
 
     fn track_step(

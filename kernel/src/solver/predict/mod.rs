@@ -27,11 +27,10 @@ mod fields;
 mod response;
 
 use super::Dynamics;
-use super::awake::Awake;
 use super::scheme::{Body, Memory, Scheme};
 use super::track::Track;
 use crate::model::Model;
-use crate::number::cell::Cell;
+use crate::number::cell::{Cell, add};
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
 
@@ -47,11 +46,15 @@ pub struct Predict<const ROOM: usize = 0> {
     prepared: Option<usize>,
     /// Whether the fields are those of the chosen cells.
     pub(crate) is_known: bool,
+    /// How far the held cells went since the last pass; the fields follow before the next one, so a
+    /// tick without a pass does not pay for them.
+    ahead: [f32; 3],
 }
 
 impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const NAME: &'static str = "predict";
-    const REST: Self = Self { track: Track::REST, prepared: None, is_known: false };
+    const REST: Self =
+        Self { track: Track::REST, prepared: None, is_known: false, ahead: [0.0; 3] };
     const IS_ANYTIME: bool = true;
     const ARRAYS: usize = ARRAYS;
     const POINTS: usize = TRACK;
@@ -60,7 +63,19 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     type Room = [Eight; ROOM];
 
     fn stilled(self) -> Self {
-        Self { track: self.track.stilled(), ..self }
+        Self { track: self.track.stilled(), ahead: [0.0; 3], ..self }
+    }
+}
+
+impl<const ROOM: usize> Predict<ROOM> {
+    /// Takes the points of the sweeps to where the fields say, before a pass.
+    fn catch_up(&mut self, body: &mut Body<'_, '_>) {
+        let way = core::mem::take(&mut self.ahead);
+        let follows = self.is_known && way != [0.0; 3] && self.track.is_going();
+        if follows && fields::follow(body.terms.model, body.own, body.awake, way) {
+            // Beyond the range: the next pass starts at the published point.
+            self.track.interrupt();
+        }
     }
 }
 
@@ -69,6 +84,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
 
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
+        self.catch_up(body);
         let cells = body.state.len();
         let own = body.own.get_mut(..TRACK * cells).unwrap_or(&mut []);
         self.track.sweep(&mut Body {
@@ -96,12 +112,8 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
         self.track.pushed();
     }
 
-    #[allow(private_interfaces)]
-    fn follow(&mut self, model: &Model<'_>, own: &mut [Cell], awake: &mut Awake, way: [f32; 3]) {
-        if self.is_known && self.track.is_going() && fields::follow(model, own, awake, way) {
-            // Beyond the range: the next pass starts at the published point.
-            self.track.interrupt();
-        }
+    fn follow(&mut self, way: [f32; 3]) {
+        self.ahead = add(self.ahead, way);
     }
 
     fn interrupt(&mut self) {
@@ -130,7 +142,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
     }
 
     fn release(&mut self) {
-        (self.prepared, self.is_known) = (None, false);
+        (self.prepared, self.is_known, self.ahead) = (None, false, [0.0; 3]);
     }
 
     #[allow(private_interfaces)]
@@ -140,6 +152,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
         self.is_known =
             response::solve(model, Memory { state, residual, own, room, vectors }, held);
         self.track.interrupt();
+        self.ahead = [0.0; 3];
         self.prepared = Some(held.len());
     }
 }

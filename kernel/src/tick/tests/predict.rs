@@ -107,6 +107,35 @@ fn one_sweep_with_prediction_is_nearer_than_two_without() {
     assert!(one < 0.02 && one < 0.5 * two, "{one}, without prediction {two}");
 }
 
+/// Poses that come too late for a sweep move no point of the sweeps; the next pass starts where it
+/// does without them.
+#[test]
+fn a_late_pose_leaves_the_fields_to_the_next_pass() {
+    let network = network(ORGAN, 1);
+    let model = *network.model();
+    let free = |cell: &usize| !held().contains(&(*cell as u16));
+    let points = |body: &mut Body<Predict<ROOM>>| -> Vec<Cell> {
+        let own = body.view().own.to_vec();
+        (0..CELLS).filter(free).map(|cell| own[cell]).collect()
+    };
+    let mut bodies = [(); 2].map(|()| body::<Predict<ROOM>>(&network, &held()));
+    for body in &mut bodies {
+        (0..40).for_each(|tick| _ = body.tick(&network, &sample(&model, tick, 0.01)));
+    }
+    let [late, straight] = &mut bodies;
+    let before = points(late);
+    for tick in 40..44 {
+        late.tick_late(&network, &sample(&model, tick, 0.01));
+    }
+    assert_eq!(points(late), before);
+    let forces = [late, straight].map(|body| {
+        let force = body.tick(&network, &sample(&model, 44, 0.01)).force_n;
+        assert_ne!(points(body), before);
+        force.dot(&force).sqrt()
+    });
+    assert!((forces[0] - forces[1]).abs() < 1e-4 * forces[1], "{forces:?}");
+}
+
 #[test]
 fn every_unit_and_any_sleep_give_the_same_bits() {
     let network = network(ORGAN, 2);

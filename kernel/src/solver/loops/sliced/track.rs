@@ -66,6 +66,18 @@ impl Reduce for Sums<'_> {
     }
 }
 
+/// The pass of a body of one part; `None` where slices cannot be used.
+pub(crate) fn residual(
+    terms: Terms<'_, '_>,
+    awake: &SliceSet,
+    points: &mut Points<'_, f32>,
+    contacts: &[Contact],
+) -> Option<[TwoFloat; 4]> {
+    let mut sums = Sums::new(terms.model, points.published, points.before);
+    sliced::residual(terms, awake, points.at, points.residual, contacts, &mut sums)
+        .then(|| sums.totals())
+}
+
 /// The pass of a body of several parts; `None` where slices cannot be used.
 pub(crate) fn residual_in_parts(
     terms: Terms<'_, '_>,
