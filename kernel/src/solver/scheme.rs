@@ -37,7 +37,8 @@ pub(crate) struct Body<'a, 'm, N = f32> {
     pub state: &'a mut [Cell<N>],
     /// Room for the residual.
     pub residual: &'a mut [Cell<N>],
-    /// The scheme's own arrays, one after the other, each as long as `state`.
+    /// The scheme's own arrays, one after the other, each as long as `state`; those that its sweeps
+    /// use, once they have begun.
     pub own: &'a mut [Cell<N>],
     /// Room for a coarse level.
     pub room: &'a mut [Eight],
@@ -83,8 +84,9 @@ pub trait Scheme {
     type Number: Loops;
 
     /// A tick's sweeps begin.
-    fn begin(&mut self, model: &Model<'_>, pace: Pace) {
-        let _ = (model, pace);
+    #[allow(private_interfaces)]
+    fn begin(&mut self, body: &mut Body<'_, '_, Self::Number>) {
+        let _ = body;
     }
 
     /// One sweep: at most one link pass and one update. Whether the pass was rolled back.

@@ -27,7 +27,7 @@ use core::marker::PhantomData;
 
 use super::euler::{linear_step, saturated_step};
 use super::guard::{Pass, discards};
-use super::scheme::{Body, Pace, Scheme};
+use super::scheme::{Body, Scheme};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slices::{Chunks, ChunksMut, copy_slice};
 use crate::backend::{Work, run};
@@ -349,9 +349,10 @@ impl<F: Formula> SuperSteps<F> {
 impl<F: Formula> Scheme for SuperSteps<F> {
     type Number = f32;
 
-    fn begin(&mut self, model: &Model<'_>, pace: Pace) {
-        self.left = pace.sweeps;
-        self.due += pace.tick_time / model.step_max();
+    #[allow(private_interfaces)]
+    fn begin(&mut self, body: &mut Body<'_, '_>) {
+        self.left = body.pace.sweeps;
+        self.due += body.pace.tick_time / body.terms.model.step_max();
         self.done = 0;
         self.first = 0.0;
     }

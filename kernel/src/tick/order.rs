@@ -267,7 +267,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
             awake: &mut self.head.awake,
             level: &mut self.head.level,
         };
-        self.head.dynamics.begin(self.network.model(), pace);
+        self.head.dynamics.begin(&mut body);
         for done in 1..=sweeps {
             if self.head.dynamics.sweep(&mut body) {
                 self.flags.insert(Flags::ROLLED_BACK);

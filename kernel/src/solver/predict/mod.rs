@@ -67,40 +67,25 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     }
 }
 
-impl<const ROOM: usize> Predict<ROOM> {
-    /// Takes the points of the sweeps to where the fields say, before a pass.
-    fn catch_up(&mut self, body: &mut Body<'_, '_>) {
-        let way = core::mem::take(&mut self.ahead);
-        let follows = self.is_known && way != [0.0; 3] && self.track.is_going();
-        if follows && fields::follow(body.terms.model, body.own, body.awake, way) {
-            // Beyond the range: the next pass starts at the published point.
-            self.track.interrupt();
-        }
-    }
-}
-
 impl<const ROOM: usize> Scheme for Predict<ROOM> {
     type Number = f32;
 
+    /// Takes the points of the sweeps to where the fields say, and leaves the arrays of `track`.
+    #[allow(private_interfaces)]
+    fn begin(&mut self, body: &mut Body<'_, '_>) {
+        let (cells, own) = (body.state.len(), core::mem::take(&mut body.own));
+        let way = core::mem::take(&mut self.ahead);
+        let follows = way != [0.0; 3] && self.is_known && self.track.is_going();
+        if follows && fields::follow(body.terms.model, own, body.awake, way) {
+            // Beyond the range: the next pass starts at the published point.
+            self.track.interrupt();
+        }
+        body.own = own.get_mut(..TRACK * cells).unwrap_or(&mut []);
+    }
+
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
-        self.catch_up(body);
-        let cells = body.state.len();
-        let own = body.own.get_mut(..TRACK * cells).unwrap_or(&mut []);
-        self.track.sweep(&mut Body {
-            terms: body.terms,
-            pace: body.pace,
-            contacts: body.contacts,
-            held: body.held,
-            applied: body.applied,
-            coarse: body.coarse,
-            state: body.state,
-            residual: body.residual,
-            own,
-            room: body.room,
-            awake: body.awake,
-            level: body.level,
-        })
+        self.track.sweep(body)
     }
 
     fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32) {

@@ -23,6 +23,9 @@ pub(crate) fn residual<N: Loops>(
 ) -> [TwoFloat; 4] {
     let model = terms.model;
     let tally = terms.residuals(awake, points.at, points.residual, contacts);
+    if awake.is_empty(model.slice_count()) {
+        return [TwoFloat::ZERO; 4];
+    }
     if parts::count(model.cells()) > 1 {
         return in_parts(model, awake, points, tally);
     }
