@@ -2,7 +2,7 @@
 //!
 //! Each is pinned to a processor of its own. Between the loops of a tick, and for up to two
 //! milliseconds behind one, a thread waits by looking for work, without a system call; then it
-//! sleeps. The bits are those of one thread.
+//! sleeps. A shared loop takes a few small blocks of the heap. The bits are those of one thread.
 
 use std::fmt::{self, Display};
 use std::hint::spin_loop;
