@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chaincell_kernel::Model;
 use serde::Serialize;
 
 use super::control::ticks;
@@ -9,10 +10,11 @@ use super::model_file;
 use super::run::play;
 use super::session::{self, Files, LoopArgs, Sides, tell_refused};
 use super::tissue::TissueArgs;
+use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::session::timing::cold;
+use crate::session::timing::cold::{self, ColdSteps};
 use crate::session::timing::histogram::Summary;
 use crate::terminal;
 use crate::words::counted;
@@ -72,12 +74,12 @@ pub fn execute(args: &Args) -> Result<()> {
     args.common.check()?;
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = Staged::new(args.tissue.engine(model)?, None)?;
-    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
-    let alone = play(&mut tissue, std::slice::from_ref(&poses), |_, _| Ok(()))?;
-    interrupt::check()?;
-    let cold =
-        if args.worst { Some(cold::measure(tissue.engine_mut(), WORST_TICKS)?) } else { None };
+    // On a thread of its own: one that sweeps with others stays on its processor, and so would the
+    // programs that it starts.
+    let (poses, alone, cold) = std::thread::scope(|scope| {
+        let measured = scope.spawn(|| alone(args, model, ticks)).join();
+        measured.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })?;
     let scratch = session::scratch()?;
     let files = Files { model: &args.model, scratch: scratch.path(), out: None };
     let sides = Sides { serve_args: args.tissue.to_args(), ..Sides::default() };
@@ -88,7 +90,7 @@ pub fn execute(args: &Args) -> Result<()> {
         links: model.links(),
         sweeps_per_tick: args.tissue.sweeps,
         ticks: control.ticks_sent,
-        step_alone_ns: alone.step.summary(),
+        step_alone_ns: alone,
         worst_step_ns: cold.as_ref().map(|cold| cold.step),
         worst_streamed_bytes: cold.as_ref().map(|cold| cold.streamed_bytes),
         step_ns: serve.step_ns,
@@ -108,6 +110,21 @@ pub fn execute(args: &Args) -> Result<()> {
     } else {
         Ok(())
     }
+}
+
+/// The press, the steps of it without a session, and with `--worst` those from the worst state.
+fn alone(
+    args: &Args,
+    model: Model<'_>,
+    ticks: u64,
+) -> Result<(Vec<Pose>, Summary, Option<ColdSteps>)> {
+    let mut tissue = Staged::new(args.tissue.engine(model)?, None)?;
+    let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
+    let alone = play(&mut tissue, std::slice::from_ref(&poses), |_, _| Ok(()))?;
+    interrupt::check()?;
+    let cold =
+        if args.worst { Some(cold::measure(tissue.engine_mut(), WORST_TICKS)?) } else { None };
+    Ok((poses, alone.step.summary(), cold))
 }
 
 fn print(args: &Args, summary: &LatencySummary) -> Result<()> {
