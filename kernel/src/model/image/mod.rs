@@ -135,6 +135,53 @@ pub mod kind {
     pub const FINE_TRIANGLES: u32 = 36;
     /// With `FINE_REST`, optional, for display: tetrahedra over the nodes ([u32; 4]).
     pub const FINE_TETRAHEDRA: u32 = 37;
+    /// Optional, needs `SLICE_ROWS`: the body is made of nodal shapes, its links carry no force;
+    /// the law of the shape (u32, one word: [`super::LAW_DET1`]).
+    pub const NODAL: u32 = 38;
+    /// With `NODAL`: numbers of the cells, by slice, number and lane, see [`super::nodal`]
+    /// ([[f32; 8]; 8] a slice).
+    pub const NODAL_CELLS: u32 = 39;
+    /// With `NODAL`: numbers of the half-links, by group of `SLICE_ROWS`, number and lane, see
+    /// [`super::nodal`] ([[f32; 8]; 10] a group).
+    pub const NODAL_SLOTS: u32 = 40;
+}
+
+/// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
+pub const LAW_DET1: u32 = 0;
+
+/// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in
+/// 2 `k_ref` / l, so that energies come out in the kernel's own unit.
+pub mod nodal {
+    /// Numbers of a cell.
+    pub const CELL_ROWS: usize = 8;
+    /// `V_i`: a quarter of the volume of its tetrahedra; 1 beyond the last cell.
+    pub const VOLUME: usize = 0;
+    /// mu, the shear modulus.
+    pub const MU: usize = 1;
+    /// 3 lambda.
+    pub const LAMBDA_3: usize = 2;
+    /// `a_ii`, three rows: minus the sum of its half-links' `a_ij`.
+    pub const OWN: usize = 3;
+    /// At least the sum of the magnitudes of its row in the bound L of the curvature.
+    pub const BOUND: usize = 6;
+    /// Stiffness of the band of stretches; 0 for none.
+    pub const BAND: usize = 7;
+
+    /// Numbers of a half-link from cell i, its lane, to the other end j. 0 for padding.
+    pub const SLOT_ROWS: usize = 10;
+    /// `a_ij`, three rows: sum over the tetrahedra with both of `V_t` / 4 times the gradient of
+    /// j's hat function.
+    pub const AREA: usize = 0;
+    /// `a_ji`, three rows: the same with i's.
+    pub const BACK_AREA: usize = 3;
+    /// 2 beta times the sum over the same tetrahedra of mu `V_t` times minus the product of both
+    /// gradients, mu the mean of the corners'.
+    pub const SPREAD: usize = 6;
+    /// The rest position of j less that of i, three rows, by single-precision subtraction.
+    pub const REST: usize = 7;
+
+    /// Beta, the part of the shape's stiffness that acts on tetrahedra.
+    pub const BETA: f32 = 0.2;
 }
 
 /// Word indices of the `PARAMS` section.
