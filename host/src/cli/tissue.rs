@@ -148,6 +148,7 @@ impl TissueArgs {
         let why_track = match contact {
             Contact::Probe { .. } => Some("with a probe"),
             _ if self.drive == Drive::Current => Some("under a current"),
+            _ if model.is_nodal() => Some("on a body of nodal shapes"),
             _ if model.has_slack() => Some("on a model with slack (--alpha of bake)"),
             _ => None,
         };

@@ -76,7 +76,7 @@ impl<D: Dynamics> Memory<D> {
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
-            states: vec![TermState::REST; cells],
+            states: vec![TermState::REST; model.kept_states()],
             threads: None,
         }
     }
@@ -124,6 +124,7 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
         self.view().reset(network).map_err(|why| match why {
             ResetError::Range(why) => Error::input(format!("`number`: {why}")),
+            ResetError::Shapes => Error::input(format!("`dynamics`, `number`: {why}")),
             other => Error::check(other),
         })
     }
@@ -202,6 +203,7 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
                 self.contacts.len(),
                 self.room.len(),
             )
+            + self.states.len() * size_of::<TermState>()
     }
 }
 

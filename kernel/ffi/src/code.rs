@@ -329,6 +329,7 @@ impl From<ModelError> for Refusal {
             ModelError::Layout => Code::ModelLayout.into(),
             ModelError::Missing(kind) => Self::section(Code::ModelMissing, kind, 0),
             ModelError::SectionVersion(kind) => Self::section(Code::ModelSectionVersion, kind, 0),
+            ModelError::Unbuilt(kind) => Self::section(Code::ModelSectionVersion, kind, 0),
             ModelError::SectionSize(kind) => Self::section(Code::ModelSectionSize, kind, 0),
             ModelError::Parameter(word) => Self::section(Code::ModelParameter, kind::PARAMS, word),
             ModelError::Index(kind, at) => Self::section(Code::ModelIndex, kind, at),
@@ -363,6 +364,11 @@ impl From<ResetError> for Refusal {
             }
             ResetError::CoarseRoom { needed, room } => Self::sizes(Code::ResetHats, needed, room),
             ResetError::Colours => Code::ResetColours.into(),
+            // The C interface is built without nodal shapes, whose images it refuses.
+            ResetError::States { needed, capacity } => {
+                Self::sizes(Code::ResetCapacity, needed, capacity)
+            }
+            ResetError::Shapes => Code::ResetRange.into(),
             ResetError::Range(why) => Self {
                 code: Code::ResetRange,
                 detail: Detail { limit: why.limit(), ..Detail::default() },

@@ -17,7 +17,7 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Dynamics, Head, I8F24, Network, NumberOf, TermState, TermStates, TissueMut, array_bytes,
+    Dynamics, Head, I8F24, Network, NumberOf, TermStates, TissueMut, array_bytes,
 };
 
 use crate::code::Code;
@@ -110,15 +110,9 @@ pub(crate) struct Sizes {
 impl Sizes {
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
-        let states = self.cells * size_of::<TermState>();
-        let held = self.contacts * size_of::<u16>();
-        (self.states_at::<D>() + states + held).next_multiple_of(ALIGN)
-    }
-
-    /// Bytes before the states of the terms.
-    const fn states_at<D: Dynamics>(&self) -> usize {
         let arrays = array_bytes::<D>(self.cells, self.contacts, self.room);
-        size_of::<StoredHead<D>>() + arrays - self.cells * size_of::<TermState>()
+        let held = self.contacts * size_of::<u16>();
+        (size_of::<StoredHead<D>>() + arrays + held).next_multiple_of(ALIGN)
     }
 }
 
@@ -157,8 +151,6 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTE
 const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
-const _: () = assert!(align_of::<TermState>() <= align_of::<Contact>());
-const _: () = assert!(size_of::<TermState>().is_multiple_of(2));
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
@@ -229,8 +221,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
         let own = residual.add(D::RESIDUALS * cells);
         let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
         let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
-        let states = slots.add(contacts).cast::<TermState>();
-        let held = states.byte_add(cells * size_of::<TermState>()).cast::<u16>();
+        let held = slots.add(contacts).cast::<u16>();
         Parts {
             network: &mut (*body).front.network,
             tissue: TissueMut {
@@ -240,7 +231,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
-                states: TermStates::new(core::slice::from_raw_parts_mut(states, cells)),
+                states: TermStates::new(&mut []),
                 team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),
@@ -261,20 +252,5 @@ pub(crate) unsafe fn published<'a, D: Dynamics>(
     unsafe {
         let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);
         (&(*body).front.network, state)
-    }
-}
-
-/// What the terms of the energy keep of the cells of a tissue, for reading.
-///
-/// # Safety
-/// As [`published`].
-pub(crate) unsafe fn term_states<'a, D: Dynamics>(
-    tissue: *const Tissue,
-    sizes: Sizes,
-) -> &'a [TermState] {
-    // SAFETY: as in parts(); the states stand behind the contacts.
-    unsafe {
-        let states = tissue.cast::<u8>().add(sizes.states_at::<D>());
-        core::slice::from_raw_parts(states.cast(), sizes.cells)
     }
 }

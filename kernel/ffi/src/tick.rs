@@ -234,8 +234,7 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
         let value = unsafe {
             by_scheme!(scheme, D => {
                 let (network, state) = layout::published::<D>(tissue, sizes);
-                let terms = layout::term_states::<D>(tissue, sizes);
-                state_hash(state, terms, network.model().saturation())
+                state_hash(state, &[], network.model().saturation())
             })
         };
         // SAFETY: the caller's promises are handed on.

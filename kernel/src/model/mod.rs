@@ -5,12 +5,15 @@
 //! - `query`: what a model tells of its body.
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
 //! - `parts`: what threads share of a large body.
+//! - `nodal`: the numbers of nodal shapes.
 //! - `terms`: what the terms of the energy beside the links store, the static list of them.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
 pub(crate) mod coarse_basis;
 mod embedded_mesh;
 pub mod image;
+#[cfg(feature = "nodal")]
+pub(crate) mod nodal;
 pub mod parts;
 #[cfg(test)]
 pub(crate) mod pin;

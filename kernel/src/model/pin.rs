@@ -93,4 +93,8 @@ impl<'a> TermData<'a> for Pins<'a> {
     fn rests(&self, model: &Model<'_>) -> bool {
         self.iter().all(|pin| pin.point == model.rest_position(pin.cell))
     }
+
+    fn keeps(&self) -> bool {
+        !self.0.is_empty()
+    }
 }

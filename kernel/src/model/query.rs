@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::terms::TermData;
 use super::{Model, range};
 use crate::number::two_float::LANES;
 
@@ -207,6 +208,19 @@ impl<'a> Model<'a> {
         self.colours.map_or(0, |colours| colours.rows.len().saturating_sub(1))
     }
 
+    /// Whether the body is made of nodal shapes: its links carry no force.
+    #[must_use]
+    #[inline(always)]
+    pub fn is_nodal(&self) -> bool {
+        self.others.replaces_links()
+    }
+
+    /// Cells of which the terms of the energy keep states: none in a body of links.
+    #[must_use]
+    pub fn kept_states(&self) -> usize {
+        if self.others.keeps() { self.cells() } else { 0 }
+    }
+
     /// Whether the links are stored once more in slices for vector units.
     #[must_use]
     pub fn is_sliced(&self) -> bool {
@@ -264,11 +278,12 @@ impl<'a> Model<'a> {
         self.link_alphas.and_then(|alphas| alphas.get(link).copied()).unwrap_or(self.alpha)
     }
 
-    /// Weight k / `k_ref` of a link.
+    /// Weight k / `k_ref` of a link; 0 in a body of nodal shapes.
     #[must_use]
     #[inline]
     pub fn link_weight(&self, link: usize) -> f32 {
-        self.link_weights.and_then(|weights| weights.get(link).copied()).unwrap_or(1.0)
+        let even = if self.is_nodal() { 0.0 } else { 1.0 };
+        self.link_weights.and_then(|weights| weights.get(link).copied()).unwrap_or(even)
     }
 
     /// The links of a cell with their other ends, in ascending order of the other end.

@@ -2,6 +2,8 @@
 
 use super::Model;
 use super::image::{ModelError, Sections};
+#[cfg(feature = "nodal")]
+use super::nodal::Nodal;
 #[cfg(test)]
 use super::pin::Pins;
 
@@ -11,10 +13,22 @@ pub(crate) struct NoTerm;
 
 /// The terms beside the links: pairs that end in [`NoTerm`].
 #[cfg(not(test))]
-pub(crate) type Others<'a> = NoTerm;
-/// The same in this crate's tests, where a second term shows that one can be added.
+pub(crate) type Others<'a> = Built<'a>;
+/// The same in this crate's tests, where a further term shows that one can be added.
 #[cfg(test)]
-pub(crate) type Others<'a> = (Pins<'a>, NoTerm);
+pub(crate) type Others<'a> = (Pins<'a>, Built<'a>);
+
+/// The terms that the features of this crate build.
+#[cfg(feature = "nodal")]
+type Built<'a> = (Nodal<'a>, NoTerm);
+#[cfg(not(feature = "nodal"))]
+type Built<'a> = NoTerm;
+
+/// None of them.
+#[cfg(all(test, feature = "nodal"))]
+pub(crate) const NONE: Built<'static> = (Nodal::NONE, NoTerm);
+#[cfg(all(test, not(feature = "nodal")))]
+pub(crate) const NONE: Built<'static> = NoTerm;
 
 /// The data of a term in an image, and its part of the bound L of the energy's curvature, see
 /// [`terms`](crate::terms).
@@ -29,11 +43,28 @@ pub(crate) trait TermData<'a>: Copy {
     fn add_bound(&self, cell: usize, sum: f32) -> f32;
     /// Whether the term's energy is 0 in the rest shape.
     fn rests(&self, model: &Model<'_>) -> bool;
+    /// Whether the term keeps states of this body's cells.
+    #[inline(always)]
+    fn keeps(&self) -> bool {
+        false
+    }
+    /// Whether the term stands in place of the links' forces, and what moves a cell reaches past
+    /// the cells linked to it.
+    #[inline(always)]
+    fn replaces_links(&self) -> bool {
+        false
+    }
 }
 
 impl<'a> TermData<'a> for NoTerm {
     #[inline(always)]
-    fn read(_: &Sections<'a>) -> Result<Self, ModelError> {
+    fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
+        #[cfg(not(feature = "nodal"))]
+        if sections.optional::<u32>(super::image::kind::NODAL)?.is_some() {
+            return Err(ModelError::Unbuilt(super::image::kind::NODAL));
+        }
+        #[cfg(feature = "nodal")]
+        let _ = sections;
         Ok(Self)
     }
 
@@ -69,6 +100,16 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
 
     fn rests(&self, model: &Model<'_>) -> bool {
         self.0.rests(model) && self.1.rests(model)
+    }
+
+    #[inline(always)]
+    fn keeps(&self) -> bool {
+        self.0.keeps() || self.1.keeps()
+    }
+
+    #[inline(always)]
+    fn replaces_links(&self) -> bool {
+        self.0.replaces_links() || self.1.replaces_links()
     }
 }
 

@@ -157,7 +157,8 @@ fn link_numbers(model: &Model<'_>) -> Result<(), ModelError> {
             if !(0.0..1.0).contains(&model.link_alpha(k)) {
                 return Err(ModelError::Value(kind::ALPHA, at(k)));
             }
-            if !(1.0 / WEIGHT_RANGE..=WEIGHT_RANGE).contains(&model.link_weight(k)) {
+            let is_spring = (1.0 / WEIGHT_RANGE..=WEIGHT_RANGE).contains(&model.link_weight(k));
+            if !is_spring && !model.is_nodal() {
                 return Err(ModelError::Value(kind::WEIGHT, at(k)));
             }
         }

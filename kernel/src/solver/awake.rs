@@ -60,6 +60,10 @@ impl Awake {
 
     /// A cell was moved: its slice and those of the cells linked to it wake.
     pub fn wake_around(&mut self, model: &Model<'_>, cell: usize) {
+        if model.is_nodal() {
+            // A move reaches the neighbours' neighbours too.
+            return self.wake_all(model);
+        }
         self.set.insert(cell / LANES);
         for (_, other) in model.neighbours(cell) {
             self.set.insert(other / LANES);
@@ -74,6 +78,15 @@ impl Awake {
         slices: &SliceSet,
         has_moved: impl Fn(usize) -> bool,
     ) {
+        if model.is_nodal() {
+            let mut cells = slices
+                .iter(model.slice_count())
+                .flat_map(|slice| slice * LANES..(slice + 1) * LANES);
+            if cells.any(has_moved) {
+                self.wake_all(model);
+            }
+            return;
+        }
         for slice in slices.iter(model.slice_count()) {
             let mut all = true;
             for cell in slice * LANES..(slice + 1) * LANES {

@@ -16,6 +16,8 @@ pub trait Dynamics: Scheme + Copy {
     /// Whether a tick may end after any sweep: the published state is certified after each, and the
     /// number of sweeps is no time of the tissue.
     const IS_ANYTIME: bool = false;
+    /// Whether it moves bodies of nodal shapes.
+    const TAKES_SHAPES: bool = false;
     /// Arrays for the residual: one, or none for a scheme that moves cells in place.
     const RESIDUALS: usize = 1;
     /// Arrays of cells the scheme needs besides state and residual.

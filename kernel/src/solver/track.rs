@@ -66,6 +66,7 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     const REST: Self =
         Self { last: Last::None, going: false, saturated: false, number: PhantomData };
     const IS_ANYTIME: bool = true;
+    const TAKES_SHAPES: bool = N::TAKES_SHAPES;
     const ARRAYS: usize = 2;
     type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 2];

@@ -206,10 +206,9 @@ pub(crate) fn force<N: LinkNumber>(
             sum = add(sum, on.force);
         }
     });
+    let (at, state) = (|cell| links.published(v, cell), |cell| terms.states.at(cell));
     for cell in held.iter().map(Contact::cell) {
-        let here = links.published(v, cell);
-        let state = |cell| terms.states.at(cell);
-        terms.model.others.cell(cell, here, &state, &mut |of| sum = add(sum, of.residual));
+        terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of.residual));
     }
     sum
 }

@@ -9,6 +9,7 @@
 //! - [`state`]: what terms keep of each cell.
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - `current`: a load, the current into the contact cells.
+//! - `nodal`: shapes of the tissue around each cell, in place of links.
 //! - `probe`: which cells a sphere touches, and where it puts them.
 //! - [`rounding`]: how far rounding may move the energy.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
@@ -21,9 +22,10 @@
 //! | its sections in the image, checked | `TermData::read`, `check` |
 //! | its part of the bound L at a cell, which is part of the cell's mobility | `add_bound` |
 //! | whether the rest shape is slack | `rests` |
+//! | whether it keeps states of this body's cells, and stands in place of the links | `keeps`, `replaces_links` |
 //! | what it keeps of a cell: its state at rest, its words | `Term::State`, `CellState` |
 //! | a correction of residual and energy, held for a tick, and what it adds to the energy | `begin_tick` |
-//! | a first pass: the state of a cell from any cells' positions | `update` |
+//! | a first pass: the state of a cell from any cells' positions, and of eight | `update`, `update_slice` |
 //! | residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | residual, energy and rounding at one cell | `cell` |
 //! | energy that a move of held cells changes, and a bound of that change | `touched`, `add_move` |
@@ -39,6 +41,8 @@
 pub(crate) mod current;
 pub mod held;
 pub mod links;
+#[cfg(feature = "nodal")]
+pub(crate) mod nodal;
 pub(crate) mod number;
 #[cfg(test)]
 pub(crate) mod pin;

@@ -11,6 +11,9 @@ pub trait TermNumber: Number {
     /// Energies counted one by one, for numbers whose fourth lane cannot carry them.
     type Tally: Default + Copy;
 
+    /// Whether nodal shapes are computed in it.
+    const TAKES_SHAPES: bool = false;
+
     /// What the fourth lane of a residual gets for w d^2.
     fn mark(wd2: Self::Product) -> Self;
     /// Counts w d^2 of a link, which marks both its ends.
@@ -23,6 +26,7 @@ pub trait TermNumber: Number {
 
 impl TermNumber for f32 {
     type Tally = ();
+    const TAKES_SHAPES: bool = true;
 
     #[inline(always)]
     fn mark(wd2: f32) -> Self {

@@ -154,12 +154,12 @@ impl Term for Pins<'_> {
     fn cell<N: TermNumber>(
         self,
         cell: usize,
-        here: [N; 3],
+        at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> Displaced,
         add: &mut impl FnMut(CellTerm),
     ) {
         if let Some(pin) = self.at(cell) {
-            let (residual, wd2) = pin_force(&pin, state(cell), single(here));
+            let (residual, wd2) = pin_force(&pin, state(cell), single(at(cell)));
             let length = residual.iter().fold(0.0, |sum, x| sum + 2.0 * x.abs());
             add(CellTerm { residual, wd2: 2.0 * wd2, length });
         }

@@ -123,9 +123,8 @@ pub(crate) fn residual<N: LinkNumber>(
         Some(on.force)
     });
     let mut sum = forces.fold([0.0; 3], add);
-    let here = links.published(v, cell);
-    let state = |cell| terms.states.at(cell);
-    terms.model.others.cell(cell, here, &state, &mut |of| sum = add(sum, of.residual));
+    let (at, state) = (|cell| links.published(v, cell), |cell| terms.states.at(cell));
+    terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of.residual));
     sum
 }
 

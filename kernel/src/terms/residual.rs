@@ -45,7 +45,7 @@ impl<'a, 'm> Terms<'a, 'm> {
     /// Brings what the terms keep of the cells in awake slices up to the states v.
     #[inline(always)]
     pub fn update<N: Number>(self, awake: &SliceSet, v: &[Cell<N>]) {
-        if !States::ANY {
+        if !self.states.any() {
             return;
         }
         let at = self.outputs(v);
@@ -107,7 +107,11 @@ impl<'a, 'm> Terms<'a, 'm> {
         contacts: &[Contact<N>],
     ) -> N::Tally {
         self.update(awake, v);
-        let mut tally = N::accumulate(self.links(), awake, v, residual);
+        let mut tally = if self.model.is_nodal() {
+            clear(awake, residual)
+        } else {
+            N::accumulate(self.links(), awake, v, residual)
+        };
         let state = |cell| self.states.at(cell);
         self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v, &state);
         self.drive(residual, contacts);
@@ -125,7 +129,11 @@ impl<'a, 'm> Terms<'a, 'm> {
     ) -> TwoFloat {
         let k = N::from_single(self.model.saturation());
         self.update(awake, v);
-        let mut tally = self.links().accumulate(awake, v, residual, |v| output(v, k));
+        let mut tally = if self.model.is_nodal() {
+            clear(awake, residual)
+        } else {
+            self.links().accumulate(awake, v, residual, |v| output(v, k))
+        };
         let state = |cell| self.states.at(cell);
         self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k), &state);
         self.drive(residual, contacts);
@@ -139,7 +147,12 @@ impl<'a, 'm> Terms<'a, 'm> {
     /// The terms at a cell whose output is `here`, contact cells as all others.
     pub fn cell(&self, v: &[Cell], cell: usize, here: [f32; 3]) -> CellTerm {
         let mut sum = self.links().cell(v, cell, here);
-        self.model.others.cell(cell, here, &|cell| self.states.at(cell), &mut |of| {
+        let k = self.model.saturation();
+        let at = |other: usize| match v.get(other) {
+            Some(v) if other != cell => output(v.xyz(), k),
+            _ => here,
+        };
+        self.model.others.cell(cell, &at, &|cell| self.states.at(cell), &mut |of| {
             sum.residual = add(sum.residual, of.residual);
             sum.wd2 += of.wd2;
             sum.length += of.length;
@@ -160,4 +173,13 @@ impl<'a, 'm> Terms<'a, 'm> {
             }
         }
     }
+}
+
+/// No residual yet in awake slices.
+fn clear<N: LinkNumber>(awake: &SliceSet, residual: &mut [Cell<N>]) -> N::Tally {
+    let cells = residual.len();
+    for slice in awake.iter(cells.div_ceil(LANES)) {
+        residual.get_mut(cells_of(slice, cells)).unwrap_or_default().fill(Cell::ZERO);
+    }
+    N::Tally::default()
 }

@@ -10,7 +10,8 @@
 //! T = the largest term of S,   R = sum of w l0^2 eps^2   over the links
 //! ```
 //!
-//! cells whose links are all slack left out.
+//! cells whose links are all slack left out. For nodal shapes e is the magnitude of eight times a
+//! cell's part of the energy, which of a single cell may be below 0.
 //!
 //! - The first part is the rounding of the squares and of their sum.
 //! - A coordinate a is rounded by up to eps |a| / 2, which moves E by the residual r times the error
@@ -73,9 +74,9 @@ impl Rounding {
     /// where they are slack. In internal units.
     #[must_use]
     pub fn of_cell([x, y, z]: [f32; 3], mobility: f32, wd2: f32) -> Self {
-        if mobility > 0.0 && wd2 > 0.0 {
+        if mobility > 0.0 && wd2 != 0.0 {
             let moment = (x * x + y * y + z * z + 1.0) * EPSILON_SQUARED / mobility;
-            let stored = moment * wd2;
+            let stored = moment * wd2.abs();
             Self { moment, stored, largest: stored, slack: 0.0 }
         } else {
             Self::default()

@@ -5,7 +5,7 @@ use core::ops::Range;
 use super::held::Contact;
 use super::links::sliced::SlicedLinks;
 use super::residual::Terms;
-use super::state::{CellState, State, States};
+use super::state::{CellState, State};
 use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
@@ -85,7 +85,9 @@ pub(crate) fn residual(
     let (Some(_), Some(links)) = (terms.vectors, SlicedLinks::of(terms.links(), at)) else {
         return false;
     };
-    terms.update(awake, at);
+    if terms.states.any() {
+        run(terms.vectors, Update { terms, awake, at });
+    }
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
     let (slices, state) = (0..model.slice_count(), |cell| terms.states.at(cell));
     #[rustfmt::skip]
@@ -94,8 +96,8 @@ pub(crate) fn residual(
     true
 }
 
-/// The same part by part, each with its own sums, for a body of several parts. Not where terms keep
-/// states.
+/// The same part by part, each with its own sums, for a body of several parts. Where terms keep
+/// states the calling thread does all of it.
 pub(crate) fn residual_in_parts(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
@@ -107,22 +109,53 @@ pub(crate) fn residual_in_parts(
     let (Some(_), Some(links)) = (terms.vectors, SlicedLinks::of(terms.links(), at)) else {
         return false;
     };
-    if States::ANY {
-        return false;
-    }
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
-    let (mut sums, mut part) = (sums.iter_mut(), 0);
-    // No term keeps a state: else the parts would have to share it.
+    let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
+    if terms.states.any() {
+        run(terms.vectors, Update { terms, awake, at });
+        let state = |cell| terms.states.at(cell);
+        for (part, (residual, reduce)) in each {
+            let slices = parts::slices(model.cells(), part);
+            #[rustfmt::skip]
+            let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+            run(terms.vectors, pass);
+        }
+        return true;
+    }
     let state = |_| State::REST;
-    let passes = parts::split_mut(residual).map(|residual| {
-        let (slices, reduce) = (parts::slices(model.cells(), part), sums.next()?);
-        part += 1;
+    let passes = [(); PARTS].map(|()| {
+        let (part, (residual, reduce)) = each.next()?;
+        let slices = parts::slices(model.cells(), part);
         #[rustfmt::skip]
         let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
         Some(pass)
     });
     terms.team.run(terms.vectors, passes);
     true
+}
+
+/// What the terms keep of the cells in awake slices, brought up to where they are.
+struct Update<'a, 'm> {
+    terms: Terms<'a, 'm>,
+    awake: &'a SliceSet,
+    at: &'a [Cell],
+}
+
+impl Work for Update<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) {
+        let Terms { model, states, .. } = self.terms;
+        for slice in self.awake.iter(model.slice_count()) {
+            let mut each: [State; LANES] =
+                core::array::from_fn(|lane| states.at(slice * LANES + lane));
+            model.others.update_slice::<V>(slice, self.at, &mut each);
+            for (lane, state) in each.into_iter().enumerate() {
+                states.put(slice * LANES + lane, state);
+            }
+        }
+    }
 }
 
 /// A pass over the awake slices among some, and what it sums on the way.
@@ -154,7 +187,9 @@ impl<R: Reduce, S: Fn(usize) -> State> Work for SlicedResidual<'_, '_, R, S> {
         for slice in self.awake.iter_in(self.slices) {
             let [x, y, z, _] = V::transposed(cells.at(slice));
             let here = [x, y, z];
-            let mut sum = if varied {
+            let mut sum = if self.model.is_nodal() {
+                [V::splat(0.0); 4]
+            } else if varied {
                 links.residual::<V, true>(slice, here, even)
             } else {
                 links.residual::<V, false>(slice, here, even)

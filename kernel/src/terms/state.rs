@@ -4,15 +4,13 @@
 //! any. A tissue holds it twice: as it is now, and as it was at the published positions while a
 //! scheme looks at others, for a pass that the guard discards.
 
-use bytemuck::Zeroable;
-
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::terms::Others;
 use crate::terms::term::Term;
 
 /// What a term keeps of one cell. Never -0.0, so that equal states have equal words.
-pub(crate) trait CellState: Copy + PartialEq + Zeroable + 'static {
+pub(crate) trait CellState: Copy + PartialEq + 'static {
     /// The state in the rest shape.
     const REST: Self;
     /// 32-bit words of a state.
@@ -55,7 +53,7 @@ impl<A: CellState, B: CellState> CellState for (A, B) {
 /// The state of a cell under all terms.
 pub(crate) type State = <Others<'static> as Term>::State;
 
-/// Memory for what the terms keep of one cell. All zeros are valid.
+/// Memory for what the terms keep of one cell.
 #[derive(Clone, Copy)]
 pub struct TermState {
     pub(crate) now: State,
@@ -103,10 +101,10 @@ impl<'a> TermStates<'a> {
 
     /// Cells that there is room for.
     pub(crate) fn capacity(&self) -> usize {
-        self.0.first().map_or(usize::MAX, |cells| cells.len())
+        self.0.first().map_or(0, |cells| cells.len())
     }
 
-    /// The memory of the first `count` cells.
+    /// The memory of the first `count` cells; none where there is no room.
     pub(crate) fn cells(&self, count: usize) -> &[TermState] {
         self.0.first().and_then(|cells| cells.get(..count)).unwrap_or(&[])
     }
@@ -120,6 +118,7 @@ impl<'a> TermStates<'a> {
 
     /// Takes in the words of so many cells; whether they are states, else nothing changes.
     pub(crate) fn read(&mut self, count: usize, words: &[u32]) -> bool {
+        let count = if self.capacity() < count { 0 } else { count };
         let cells = self.0.iter_mut().flat_map(|cells| cells.iter_mut().take(count));
         let (mut ahead, mut words) = (words.iter().copied(), words.iter().copied());
         let mut state = || State::from_words(&mut ahead);
@@ -132,11 +131,11 @@ impl<'a> TermStates<'a> {
         is_whole
     }
 
-    /// The same for a tick.
+    /// The same for a tick of a body of which the terms keep so many cells.
     #[inline(always)]
-    pub(crate) fn shared(&mut self) -> States<'_> {
+    pub(crate) fn shared(&mut self, count: usize) -> States<'_> {
         let shared = |cells| core::cell::Cell::from_mut(cells).as_slice_of_cells();
-        States(self.0.each_mut().map(|cells| shared(&mut **cells)))
+        States(self.0.each_mut().map(|cells| shared(cells.get_mut(..count).unwrap_or_default())))
     }
 }
 
@@ -148,8 +147,12 @@ impl States<'_> {
     /// No memory: every cell is at rest.
     #[cfg(test)]
     pub const NONE: Self = Self([&[]; KEPT]);
-    /// Whether some term keeps a state.
-    pub const ANY: bool = KEPT != 0;
+
+    /// Whether some term keeps states of this body.
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.0.first().is_some_and(|cells| !cells.is_empty())
+    }
 
     #[inline(always)]
     fn slot(&self, cell: usize) -> Option<&core::cell::Cell<TermState>> {
@@ -181,7 +184,7 @@ impl States<'_> {
     /// Saves the states of these slices, of so many in all.
     #[inline(always)]
     pub fn save(&self, set: &SliceSet, slices: usize) {
-        if Self::ANY {
+        if self.any() {
             set.iter(slices).for_each(|slice| self.save_slice(slice));
         }
     }
@@ -189,7 +192,7 @@ impl States<'_> {
     /// The saved states of these slices, of so many in all, hold again.
     #[inline(always)]
     pub fn restore(&self, set: &SliceSet, slices: usize) {
-        if Self::ANY {
+        if self.any() {
             for slot in set.iter(slices).flat_map(|slice| self.slice(slice)) {
                 slot.set(TermState::published(slot.get().saved));
             }

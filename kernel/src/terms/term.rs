@@ -24,6 +24,7 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::terms::NoTerm;
 use crate::number::cell::Cell;
+use crate::number::two_float::LANES;
 
 /// What terms do to one cell, in single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +59,14 @@ pub(crate) trait Term: Copy {
         state: Self::State,
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Self::State;
+    /// The states of the cells of a slice for a pass at v within K; the same bits.
+    #[inline(always)]
+    fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [Self::State; LANES]) {
+        let place = |cell: usize| at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
+        for (lane, state) in states.iter_mut().enumerate() {
+            *state = self.update(slice * LANES + lane, *state, &place);
+        }
+    }
     /// Adds the term to the residuals of awake slices, cell by cell.
     fn accumulate<N: TermNumber>(
         self,
@@ -76,11 +85,11 @@ pub(crate) trait Term: Copy {
         sum: &mut [V; 4],
         state: &impl Fn(usize) -> Self::State,
     );
-    /// Adds the term at a cell whose output is `here`.
+    /// Adds the term at a cell, at the outputs `at`.
     fn cell<N: TermNumber>(
         self,
         cell: usize,
-        here: [N; 3],
+        at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> Self::State,
         add: &mut impl FnMut(CellTerm),
     );
@@ -116,6 +125,9 @@ impl Term for NoTerm {
     }
 
     #[inline(always)]
+    fn update_slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [Nothing; LANES]) {}
+
+    #[inline(always)]
     fn accumulate<N: TermNumber>(
         self,
         _: &SliceSet,
@@ -134,7 +146,7 @@ impl Term for NoTerm {
     fn cell<N: TermNumber>(
         self,
         _: usize,
-        _: [N; 3],
+        _: &impl Fn(usize) -> [N; 3],
         _: &impl Fn(usize) -> Nothing,
         _: &mut impl FnMut(CellTerm),
     ) {
@@ -182,6 +194,16 @@ impl<A: Term, B: Term> Term for (A, B) {
     }
 
     #[inline(always)]
+    fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [Self::State; LANES]) {
+        let (mut a, mut b) = (states.map(|state| state.0), states.map(|state| state.1));
+        self.0.update_slice::<V>(slice, at, &mut a);
+        self.1.update_slice::<V>(slice, at, &mut b);
+        for (state, pair) in states.iter_mut().zip(a.into_iter().zip(b)) {
+            *state = pair;
+        }
+    }
+
+    #[inline(always)]
     fn accumulate<N: TermNumber>(
         self,
         awake: &SliceSet,
@@ -211,12 +233,12 @@ impl<A: Term, B: Term> Term for (A, B) {
     fn cell<N: TermNumber>(
         self,
         cell: usize,
-        here: [N; 3],
+        at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> Self::State,
         add: &mut impl FnMut(CellTerm),
     ) {
-        self.0.cell(cell, here, &|cell| state(cell).0, add);
-        self.1.cell(cell, here, &|cell| state(cell).1, add);
+        self.0.cell(cell, at, &|cell| state(cell).0, add);
+        self.1.cell(cell, at, &|cell| state(cell).1, add);
     }
 
     #[inline(always)]

@@ -30,6 +30,17 @@ pub enum ResetError {
     /// The scheme goes by colours, and the model has none: bake it with `--colours`.
     #[error("the model has no colours: bake it with `colours`")]
     Colours,
+    /// Terms of the energy keep states of the model's cells, for which there is too little room.
+    #[error("the model needs room for the states of {needed} cells, the tissue has {capacity}")]
+    States {
+        /// Cells of the model.
+        needed: usize,
+        /// Room.
+        capacity: usize,
+    },
+    /// The scheme moves links alone.
+    #[error("a body of nodal shapes moves under track in single precision alone: take that")]
+    Shapes,
     /// The model is outside the range of the number type.
     #[error("{0}")]
     Range(RangeError),

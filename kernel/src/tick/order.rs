@@ -126,7 +126,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         // A probe finds its cells by itself.
         let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
         let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
-        let (room, states) = (&mut *self.room, self.states.shared());
+        let (room, states) = (&mut *self.room, self.states.shared(network.model().kept_states()));
         let mut tick = Tick {
             network,
             head: self.head,
@@ -219,7 +219,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     /// The corrections of the terms for this tick, and what they do to the energy.
     #[inline(always)]
     fn begin_terms(&mut self) {
-        if !States::ANY {
+        if !self.states.any() {
             return;
         }
         let (terms, awake) = (self.terms(), &mut self.head.awake);

@@ -31,7 +31,7 @@ const ROOM: usize = 160;
 /// Pins slip beyond it [mean link lengths].
 const SLIP_LENGTH: f32 = 0.7;
 
-type Body<D> = Tissue<CELLS, D, 16>;
+type Body<D> = Tissue<CELLS, D, 16, CELLS>;
 
 /// Numbers from -1 to 1 without a pattern.
 fn noise(n: usize) -> f32 {
@@ -258,7 +258,7 @@ fn the_pins_carry_the_force() {
     let model = Model::from_bytes(pinned(ORGAN, &pins, true)).unwrap();
     assert!(model.fixed().is_empty());
     let network = network(model, Drive::Position);
-    let mut tissue = Tissue::<CELLS, Track>::new();
+    let mut tissue = Tissue::<CELLS, Track, 64, CELLS>::new();
     tissue.reset(&network).unwrap();
     // The first of them has a pin.
     let first = pins[2].cell as u16;
@@ -309,12 +309,12 @@ fn what_changes_at_the_start_of_a_tick_wakes_its_cell() {
     tissue.reset(&network).unwrap();
     let rest = tissue.view().state_hash(&model);
     let cell = model.others.0.iter().nth(5).unwrap().cell;
-    tissue.view().states.shared().put(cell, ([[0.0; 3], [0.1, 0.0, 0.0]], []));
+    tissue.view().states.shared(CELLS).put(cell, ([[0.0; 3], [0.1, 0.0, 0.0]], State::REST.1));
     assert_ne!(tissue.view().state_hash(&model), rest);
     press(&mut tissue, &network, [0.0; 3], 0);
     let mut view = tissue.view();
     assert!(view.head.awake.set.contains(cell / LANES));
-    assert_eq!(view.states.shared().at(cell), State::REST);
+    assert_eq!(view.states.shared(CELLS).at(cell), State::REST);
 }
 
 #[test]
@@ -406,7 +406,7 @@ fn a_saved_state_goes_on_with_the_same_bits() {
         let alone = tissue.view().state_hash(&model);
         assert_ne!(alone, hash, "positions are not all of it");
         let mut wrong = words.clone();
-        wrong[6 * pins(&model, 0.0, 1.0, 0.0)[3].cell] = f32::NAN.to_bits();
+        wrong[words.len() / CELLS * pins(&model, 0.0, 1.0, 0.0)[3].cell] = f32::NAN.to_bits();
         for refused in [&words[1..], &[&words[..], &[0]].concat(), &wrong] {
             assert!(!tissue.view().set_term_words(&network, refused));
             assert_eq!(tissue.view().state_hash(&model), alone);
@@ -420,7 +420,8 @@ fn a_saved_state_goes_on_with_the_same_bits() {
         assert_eq!(one.view().state_hash(&model), two.view().state_hash(&model));
     }
     two.reset(&network).unwrap();
-    assert!(two.view().term_words(&model).all(|word| word == 0), "a reset forgets");
+    let rest = (0..CELLS).flat_map(|_| State::REST.words());
+    assert!(two.view().term_words(&model).eq(rest), "a reset forgets");
 }
 
 /// A time that is lost in rounding would make no pass: the smallest is named, and makes one.

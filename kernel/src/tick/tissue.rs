@@ -91,20 +91,28 @@ impl<D: Dynamics> Head<D> {
 }
 
 /// A body's state in statically sized memory: room for `CELLS` cells under the scheme `D`, of
-/// which a tool may hold `CONTACTS`.
+/// which a tool may hold `CONTACTS`; with room for `STATES` cells that terms of the energy keep
+/// states of ([`Model::kept_states`]).
 ///
 /// `const` constructible, so it can be a `static`. All work is done by [`TissueMut`].
-pub struct Tissue<const CELLS: usize, D: Dynamics, const CONTACTS: usize = 64> {
+pub struct Tissue<
+    const CELLS: usize,
+    D: Dynamics,
+    const CONTACTS: usize = 64,
+    const STATES: usize = 0,
+> {
     head: Head<D>,
     state: [Cell<D::Number>; CELLS],
     residual: D::Residual<CELLS>,
     own: D::Arrays<CELLS>,
     room: D::Room,
     contacts: [Contact<D::Number>; CONTACTS],
-    states: [TermState; CELLS],
+    states: [TermState; STATES],
 }
 
-impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CONTACTS> {
+impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize>
+    Tissue<CELLS, D, CONTACTS, STATES>
+{
     /// RAM of the tissue \[bytes\].
     pub const RAM_BYTES: usize = size_of::<Self>();
 
@@ -120,7 +128,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
             own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
             room: <D::Room as Blocks>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
-            states: [TermState::REST; CELLS],
+            states: [TermState::REST; STATES],
         }
     }
 
@@ -201,21 +209,20 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Tissue<CELLS, D, CO
     }
 }
 
-impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize> Default
-    for Tissue<CELLS, D, CONTACTS>
+impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize> Default
+    for Tissue<CELLS, D, CONTACTS, STATES>
 {
     fn default() -> Self {
         Self::new()
     }
 }
 
-/// RAM of the arrays of a body under the scheme `D`, without the scalars \[bytes\]; `room` in
-/// blocks of eight `f32`.
+/// RAM of the arrays of a body under the scheme `D`, without the scalars and without what terms
+/// keep \[bytes\]; `room` in blocks of eight `f32`.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
     (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
         + contacts * size_of::<Contact<D::Number>>()
-        + cells * size_of::<TermState>()
         + room * size_of::<Eight>()
 }
 
@@ -236,7 +243,7 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub room: &'a mut [Eight],
     /// Room for contact cells.
     pub contacts: &'a mut [Contact<D::Number>],
-    /// What the terms of the energy keep, of as many cells as `state`.
+    /// What the terms of the energy keep, of [`Model::kept_states`] cells.
     pub states: TermStates<'a>,
     /// Who runs the parts of a large body; it changes no bit.
     pub team: Team<'a>,
@@ -254,9 +261,16 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let room =
             |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
         let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
-        let capacity = self.state.len().min(residual).min(own).min(self.states.capacity());
+        let capacity = self.state.len().min(residual).min(own);
         if cells > capacity {
             return Err(ResetError::Capacity { needed: cells, capacity });
+        }
+        let (needed, capacity) = (network.model().kept_states(), self.states.capacity());
+        if needed > capacity {
+            return Err(ResetError::States { needed, capacity });
+        }
+        if network.model().is_nodal() && !D::TAKES_SHAPES {
+            return Err(ResetError::Shapes);
         }
         if D::needs_colours(network.model()) {
             return Err(ResetError::Colours);
@@ -474,7 +488,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// What the terms keep of the cells, as words: together with the positions a saved state. Low
     /// byte first in a file. None for models without such a term.
     pub fn term_words(&self, model: &Model<'_>) -> impl Iterator<Item = u32> {
-        state::words(self.states.cells(model.cells()))
+        state::words(self.states.cells(model.kept_states()))
     }
 
     /// Gives back what [`Self::term_words`] gave, after [`Self::set_positions`]; the certified level
@@ -482,7 +496,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn set_term_words(&mut self, network: &Network<'_>, words: &[u32]) -> bool {
         let model = network.model();
-        if self.head.model != Some(model.checksum()) || !self.states.read(model.cells(), words) {
+        if self.head.model != Some(model.checksum())
+            || !self.states.read(model.kept_states(), words)
+        {
             return false;
         }
         self.head.level.forget();
@@ -495,6 +511,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
     #[must_use]
     pub fn state_hash(&self, model: &Model<'_>) -> u64 {
         let state = self.state.get(..model.cells()).unwrap_or(self.state);
-        state_hash(state, self.states.cells(model.cells()), model.saturation())
+        state_hash(state, self.states.cells(model.kept_states()), model.saturation())
     }
 }

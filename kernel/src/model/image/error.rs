@@ -30,6 +30,9 @@ pub enum ModelError {
     /// A section has a version this kernel does not read (its kind).
     #[error("section {0} has an unknown version: bake again with this release")]
     SectionVersion(u32),
+    /// The kernel is built without the feature that reads a section (its kind).
+    #[error("section {0}: this program is built without `nodal`: build it with, or bake links")]
+    Unbuilt(u32),
     /// A section has the wrong size (its kind).
     #[error("section {0} has the wrong size: bake again")]
     SectionSize(u32),

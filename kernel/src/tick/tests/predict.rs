@@ -23,7 +23,7 @@ const ROOM: usize = 160;
 /// The first of the fields among the arrays of the scheme.
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
 
-type Body<D> = Tissue<CELLS, D, 16>;
+type Body<D> = Tissue<CELLS, D, 16, CELLS>;
 
 fn network(image: &'static [u8], sweeps: u16) -> Network<'static> {
     let model = Model::from_bytes(image).unwrap();

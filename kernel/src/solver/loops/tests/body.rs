@@ -4,7 +4,7 @@ use std::vec;
 use std::vec::Vec;
 
 use crate::model::pin::Pins;
-use crate::model::terms::NoTerm;
+use crate::model::terms::NONE;
 use crate::model::{Model, Slices, rest_length};
 use crate::number::two_float::LANES;
 
@@ -130,7 +130,7 @@ impl Body {
             tetrahedra: &[],
             notes: &[],
             embedded: None,
-            others: (Pins::NONE, NoTerm),
+            others: (Pins::NONE, NONE),
             dimension: 3,
             unit_m: 1.0,
             centre_m: [0.0; 3],

@@ -1,0 +1,138 @@
+//! Nodal shapes in an image: what every cell and every half-link of them is.
+
+use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
+use super::terms::TermData;
+use super::{Model, range};
+use crate::number::cell::sub;
+use crate::number::two_float::LANES;
+
+/// Largest magnitude of any number: far beyond what a mesh gives.
+const LARGEST: f32 = 1.0e12;
+
+/// Numbers of eight cells, by number and lane.
+pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
+/// Numbers of eight half-links, by number and lane.
+pub(crate) type SlotNumbers = [[f32; LANES]; nodal::SLOT_ROWS];
+
+/// The nodal shapes of a body; none in a body of links.
+#[derive(Clone, Copy)]
+pub(crate) struct Nodal<'a> {
+    /// Numbers of the cells, by slice.
+    pub cells: &'a [CellNumbers],
+    /// Numbers of the half-links, by group of the slices.
+    pub slots: &'a [SlotNumbers],
+    /// Groups of each slice, slices + 1.
+    pub rows: &'a [u32],
+    /// Other ends, by group and lane.
+    pub ids: &'a [[u16; LANES]],
+    /// Number of cells.
+    pub count: usize,
+}
+
+impl Nodal<'_> {
+    pub const NONE: Self = Self { cells: &[], slots: &[], rows: &[], ids: &[], count: 0 };
+
+    /// Whether the body is made of shapes.
+    #[inline(always)]
+    pub fn is_any(&self) -> bool {
+        self.count > 0
+    }
+
+    /// A number of a cell.
+    #[inline(always)]
+    pub fn number(&self, cell: usize, row: usize) -> f32 {
+        let lanes = self.cells.get(cell / LANES).and_then(|slice| slice.get(row));
+        lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
+    }
+
+    fn check_cell(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
+        let at = |row| self.number(cell, row);
+        let positive = |row| at(row) > 0.0 && at(row) <= LARGEST;
+        let holds = positive(nodal::VOLUME)
+            && positive(nodal::MU)
+            && positive(nodal::BOUND)
+            && (0.0..=LARGEST).contains(&at(nodal::LAMBDA_3))
+            && at(nodal::BAND) == 0.0
+            && (0..3).all(|axis| at(nodal::OWN + axis).abs() <= LARGEST);
+        if !holds {
+            return Err(ModelError::Value(kind::NODAL_CELLS, cell as u32));
+        }
+        if at(nodal::BOUND) > model.degree_bound {
+            return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
+        }
+        Ok(())
+    }
+
+    fn check_group(&self, model: &Model<'_>, slice: usize, group: usize) -> Result<(), ModelError> {
+        let wrong = || ModelError::Value(kind::NODAL_SLOTS, group as u32);
+        let (slots, ids) = self.slots.get(group).zip(self.ids.get(group)).ok_or_else(wrong)?;
+        if !slots.as_flattened().iter().all(|x| x.abs() <= LARGEST) {
+            return Err(wrong());
+        }
+        for (lane, &id) in ids.iter().enumerate() {
+            let (i, j) = (slice * LANES + lane, usize::from(id));
+            let rest = sub(model.rest_position(j), model.rest_position(i));
+            let own = |row: usize| slots.get(row).and_then(|of| of.get(lane)).copied();
+            let is_own = i < model.cells() && i != j;
+            let stored = (0..3).all(|axis| {
+                let wanted = if is_own { rest.get(axis).copied() } else { Some(0.0) };
+                own(nodal::REST + axis) == wanted
+            });
+            // Padding pulls on nothing.
+            let is_idle = (0..nodal::REST).all(|row| own(row) == Some(0.0));
+            if !stored || !is_own && !is_idle {
+                return Err(wrong());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'a> TermData<'a> for Nodal<'a> {
+    fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
+        let Some(law) = sections.optional::<u32>(kind::NODAL)? else { return Ok(Self::NONE) };
+        if law != [LAW_DET1] {
+            return Err(ModelError::Value(kind::NODAL, 0));
+        }
+        let ids: &[[u16; LANES]] = sections.required(kind::SLICE_NEIGHBOURS)?;
+        let rows: &[u32] = sections.required(kind::SLICE_ROWS)?;
+        let count = sections.required::<u32>(kind::INPUT_ID)?.len();
+        let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
+        let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
+        Ok(Self { cells, slots, rows, ids, count })
+    }
+
+    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+        if !self.is_any() {
+            return Ok(());
+        }
+        if self.count != model.cells() || model.link_weights.is_some() || model.has_slack() {
+            return Err(ModelError::Layout);
+        }
+        for cell in 0..model.cells() {
+            self.check_cell(model, cell)?;
+        }
+        for slice in 0..model.slice_count() {
+            for group in range(self.rows, slice) {
+                self.check_group(model, slice, group)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn add_bound(&self, cell: usize, sum: f32) -> f32 {
+        sum + self.number(cell, nodal::BOUND)
+    }
+
+    fn rests(&self, _: &Model<'_>) -> bool {
+        true
+    }
+
+    fn keeps(&self) -> bool {
+        self.is_any()
+    }
+
+    fn replaces_links(&self) -> bool {
+        self.is_any()
+    }
+}

@@ -1,0 +1,173 @@
+//! Arithmetic that is written once for one cell and for eight side by side, with the same bits.
+
+use core::ops::{Add, Div, Mul, Sub};
+
+use crate::backend::f32x8::F32x8;
+use crate::number::sqrt::sqrt;
+
+/// One `f32`, or eight of them: exactly rounded operations alone.
+pub(crate) trait Real: Copy {
+    /// One truth value a lane.
+    type Mask: Copy;
+
+    fn of(value: f32) -> Self;
+    fn plus(self, other: Self) -> Self;
+    fn minus(self, other: Self) -> Self;
+    fn times(self, other: Self) -> Self;
+    fn over(self, other: Self) -> Self;
+    fn root(self) -> Self;
+    /// Whether `self > other`.
+    fn above(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask holds, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+}
+
+impl Real for f32 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn of(value: f32) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self - other
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        self * other
+    }
+
+    #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        self / other
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        sqrt(self)
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+}
+
+impl<V: F32x8> Real for V {
+    type Mask = V::Mask;
+
+    #[inline(always)]
+    fn of(value: f32) -> Self {
+        V::splat(value)
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        F32x8::plus(self, other)
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        F32x8::minus(self, other)
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        F32x8::times(self, other)
+    }
+
+    #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        F32x8::over(self, other)
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        F32x8::root(self)
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> V::Mask {
+        F32x8::above(self, other)
+    }
+
+    #[inline(always)]
+    fn select(mask: V::Mask, yes: Self, no: Self) -> Self {
+        F32x8::select(mask, yes, no)
+    }
+}
+
+/// A number with the usual signs of arithmetic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lane<V>(pub V);
+
+impl<V: Real> Lane<V> {
+    #[inline(always)]
+    pub fn of(value: f32) -> Self {
+        Self(V::of(value))
+    }
+
+    #[inline(always)]
+    pub fn root(self) -> Self {
+        Self(self.0.root())
+    }
+
+    #[inline(always)]
+    pub fn above(self, other: Self) -> V::Mask {
+        self.0.above(other.0)
+    }
+
+    #[inline(always)]
+    pub fn select(mask: V::Mask, yes: Self, no: Self) -> Self {
+        Self(V::select(mask, yes.0, no.0))
+    }
+}
+
+impl<V: Real> Add for Lane<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0.plus(other.0))
+    }
+}
+
+impl<V: Real> Sub for Lane<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.minus(other.0))
+    }
+}
+
+impl<V: Real> Mul for Lane<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0.times(other.0))
+    }
+}
+
+impl<V: Real> Div for Lane<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Self(self.0.over(other.0))
+    }
+}

@@ -1,0 +1,122 @@
+//! Sums over the half-links of a cell, or of eight side by side.
+
+use super::matrix::Matrix;
+use super::state::chunk;
+use crate::backend::f32x8::F32x8;
+use crate::model::image::nodal;
+use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
+use crate::model::range;
+use crate::number::cell::Cell;
+use crate::number::lane::{Lane, Real};
+use crate::number::two_float::LANES;
+
+/// Numbers of a cell.
+#[derive(Clone, Copy)]
+pub(super) struct Own<V> {
+    pub volume: Lane<V>,
+    pub mu: Lane<V>,
+    pub lambda_3: Lane<V>,
+    pub area: [Lane<V>; 3],
+}
+
+/// A row of numbers of eight cells or half-links.
+#[inline(always)]
+fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
+    Lane(rows.get(row).map_or(V::splat(0.0), V::load))
+}
+
+/// Three rows.
+#[inline(always)]
+fn three<V>(row: impl Fn(usize) -> Lane<V>, first: usize) -> [Lane<V>; 3] {
+    [row(first), row(first + 1), row(first + 2)]
+}
+
+impl<V: Real> Own<V> {
+    #[inline(always)]
+    pub fn of(row: impl Fn(usize) -> Lane<V>) -> Self {
+        Self {
+            volume: row(nodal::VOLUME),
+            mu: row(nodal::MU),
+            lambda_3: row(nodal::LAMBDA_3),
+            area: three(row, nodal::OWN),
+        }
+    }
+}
+
+/// Numbers of eight cells.
+#[inline(always)]
+pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
+    Own::of(|row| load(numbers, row))
+}
+
+/// `a_ji` of eight half-links.
+#[inline(always)]
+pub(super) fn back<V: F32x8>(slots: &SlotNumbers) -> [V; 3] {
+    three(|row| load::<V>(slots, row), nodal::BACK_AREA).map(|x| x.0)
+}
+
+/// What the half-links of a cell sum up to.
+#[derive(Clone, Copy)]
+pub(super) struct Gathered<V> {
+    /// Sum of (`u_j` - `u_i`) `a_ij'`.
+    pub slope: Matrix<V>,
+    /// Sum of `s_ij` (`u_j` - `u_i`).
+    pub pull: [Lane<V>; 3],
+    /// Sum of `s_ij` |`u_j` - `u_i`|^2.
+    pub spread: Lane<V>,
+}
+
+impl<V: Real> Gathered<V> {
+    #[inline(always)]
+    pub fn none() -> Self {
+        let zero = Lane::of(0.0);
+        Self { slope: [[zero; 3]; 3], pull: [zero; 3], spread: zero }
+    }
+
+    /// Adds half-links of these numbers, whose ends are `here` and `there`.
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        here: [Lane<V>; 3],
+        there: [Lane<V>; 3],
+        row: impl Fn(usize) -> Lane<V> + Copy,
+    ) {
+        let ([x, y, z], [a, b, c]) = (here, there);
+        let [p, q, r] = three(row, nodal::REST);
+        let [dx, dy, dz] = [a - x - p, b - y - q, c - z - r];
+        let (area, s) = (three(row, nodal::AREA), row(nodal::SPREAD));
+        for (sums, d) in self.slope.iter_mut().zip([dx, dy, dz]) {
+            for (sum, area) in sums.iter_mut().zip(area) {
+                *sum = *sum + d * area;
+            }
+        }
+        let pulls = [s * dx, s * dy, s * dz];
+        let [sx, sy, sz] = pulls;
+        for (sum, pull) in self.pull.iter_mut().zip(pulls) {
+            *sum = *sum + pull;
+        }
+        self.spread = self.spread + (sx * dx + sy * dy + sz * dz);
+    }
+}
+
+impl<V: F32x8> Gathered<V> {
+    /// Those of the cells of a slice.
+    #[inline(always)]
+    pub fn of_slice(shapes: Nodal<'_>, slice: usize, at: &[Cell]) -> Self {
+        let last = at.len().saturating_sub(1);
+        let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
+        let lanes = |of: &dyn Fn(usize) -> usize| -> [Lane<V>; 3] {
+            let [x, y, z, _] = V::transposed(&chunk(|lane| place(of(lane))));
+            [Lane(x), Lane(y), Lane(z)]
+        };
+        let here = lanes(&|lane| (slice * LANES + lane).min(last));
+        let mut sums = Self::none();
+        for group in range(shapes.rows, slice) {
+            let slots = shapes.slots.get(group).zip(shapes.ids.get(group));
+            let Some((slots, ids)) = slots else { continue };
+            let there = lanes(&|lane| ids.get(lane).copied().map_or(0, usize::from));
+            sums.add(here, there, |row| load(slots, row));
+        }
+        sums
+    }
+}

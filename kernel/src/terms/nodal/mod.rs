@@ -1,0 +1,182 @@
+//! Tissue as nodal shapes: Young's modulus and Poisson's ratio in place of links.
+//!
+//! Each cell i has a volume `V_i`, a quarter of its tetrahedra's, and the mean of their deformation
+//! gradients (Bonet, Burton 1998; Dohrmann, Heinstein, Jung, Key, Witkowski 2000). With the
+//! displacement u = x - X
+//!
+//! ```text
+//! F_i = I + (1 / V_i) sum_j (u_j - u_i) a_ij'
+//! a_ij = sum over the tetrahedra with i and j of V_t / 4 times the gradient of j's hat function
+//! ```
+//!
+//! The energy is that of the distances of `F_i` to a rotation and to a shape of unit volume, and,
+//! against modes that the means do not see, of the spread of the tetrahedra's gradients about
+//! `F_i` (Puso, Solberg 2006), beta = 0.2:
+//!
+//! ```text
+//! E   = sum_i V_i [ mu |F_i - R_i|^2 + (3 lambda / 2) |F_i - Q_i|^2 - beta mu |F_i - I|^2 ]
+//!     + sum over links s_ij / 2 |u_j - u_i|^2,   s_ij = -2 beta sum_t mu V_t g_i . g_j
+//! P_i = 2 mu (F - R) + 3 lambda (F - Q) - 2 beta mu (F - I)
+//! f_i = sum_j s_ij (u_j - u_i) - P_i a_ii - sum_j P_j a_ji
+//! ```
+//!
+//! The last two terms of E are the spread, beta mu sum over i and its tetrahedra of
+//! `V_t` / 4 |`F_t` - `F_i`|^2. Small strain gives Hooke's law.
+//!
+//! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared
+//! distances of linear maps to points, so L = 2 mu ((1 - beta) Ln + beta Lc) + 3 lambda Ln bounds
+//! its curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is
+//! at least the sum of the magnitudes of a row of L. R and Q are states ([`ShapeState`]): before a
+//! pass each takes one step that does not lead away from `F_i` ([`nearest`]), which lowers the
+//! energy; a discarded pass takes them back.
+//!
+//! **Rounding.** Differences of displacements are differences of positions less the stored ones of
+//! the rest shape: a body at rest has exactly no energy and no force.
+//!
+//! Cost: two gathers a half-link, of the other end's position and of its stress; a rotation and a
+//! shape a cell. `f32` alone, under `track`.
+//!
+//! - `gather`: sums over the half-links of a cell.
+//! - `law`: stress and energy of a shape.
+//! - [`nearest`]: the steps of R and Q.
+//! - `scalar`: a single cell at any positions, for the few that the tool holds.
+
+mod gather;
+mod law;
+mod matrix;
+pub(crate) mod nearest;
+mod scalar;
+mod state;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use state::ShapeState;
+
+use super::held::{Contact, Touched};
+use super::number::TermNumber;
+use super::term::{CellTerm, Term};
+use crate::backend::f32x8::F32x8;
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::image::nodal;
+use crate::model::nodal::Nodal;
+use crate::model::range;
+use crate::number::cell::{Cell, from_single, single};
+use crate::number::two_float::LANES;
+use gather::{Gathered, back, own};
+
+impl Term for Nodal<'_> {
+    type State = ShapeState;
+
+    #[inline(always)]
+    fn begin_tick(
+        self,
+        _: usize,
+        state: ShapeState,
+        _: &impl Fn(usize) -> [f32; 3],
+    ) -> (ShapeState, f64) {
+        (state, 0.0)
+    }
+
+    fn update(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> ShapeState {
+        if !self.is_any() {
+            return state;
+        }
+        self.stepped(cell, state, at)
+    }
+
+    #[inline(always)]
+    fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [ShapeState; LANES]) {
+        let Some(numbers) = self.cells.get(slice) else { return };
+        let sums = Gathered::<V>::of_slice(self, slice, at);
+        let (turn, unit) = state::load::<V>(states);
+        let step = law::step(&sums, &own(numbers), turn, unit);
+        state::store(step, states);
+    }
+
+    fn accumulate<N: TermNumber>(
+        self,
+        awake: &SliceSet,
+        v: &[Cell<N>],
+        residual: &mut [Cell<N>],
+        _: &mut N::Tally,
+        _: &impl Fn([N; 3]) -> [N; 3],
+        state: &impl Fn(usize) -> ShapeState,
+    ) {
+        if !self.is_any() {
+            return;
+        }
+        let slices = v.len().div_ceil(LANES);
+        for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
+            let pulled = self.pulled(cell, state);
+            if let Some(r) = residual.get_mut(cell) {
+                let [x, y, z, wd2] = pulled;
+                let [x, y, z] = from_single([x, y, z]);
+                *r = Cell([x, y, z, N::from_single(wd2)]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn slice<V: F32x8>(
+        self,
+        slice: usize,
+        _: &[Cell],
+        sum: &mut [V; 4],
+        state: &impl Fn(usize) -> ShapeState,
+    ) {
+        if !self.is_any() {
+            return;
+        }
+        let last = self.count.saturating_sub(1);
+        let lane = |lane: usize| state((slice * LANES + lane).min(last)).pull;
+        let mut pull = V::transposed(&state::chunk(lane));
+        for group in range(self.rows, slice) {
+            let Some((slots, ids)) = self.slots.get(group).zip(self.ids.get(group)) else {
+                continue;
+            };
+            let area = back::<V>(slots);
+            let [first, second, third] = state::stresses::<V>(ids, state);
+            for (pull, [a, b, c]) in pull.iter_mut().zip([first, second, third]) {
+                let [x, y, z] = area;
+                *pull = pull.minus(a.times(x).plus(b.times(y)).plus(c.times(z)));
+            }
+        }
+        *sum = pull;
+    }
+
+    fn cell<N: TermNumber>(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [N; 3],
+        state: &impl Fn(usize) -> ShapeState,
+        add: &mut impl FnMut(CellTerm),
+    ) {
+        if self.is_any() {
+            add(self.at_positions(cell, &|cell| single(at(cell)), state));
+        }
+    }
+
+    fn touched<N: TermNumber>(
+        self,
+        held: &[Contact<N>],
+        output: &impl Fn(usize) -> [N; 3],
+        state: &impl Fn(usize) -> ShapeState,
+        sums: &mut Touched,
+    ) {
+        if self.is_any() {
+            let cells = |at: usize| held.get(at).map(Contact::cell);
+            let at = |cell| single(output(cell));
+            self.stored_around(cells, held.len(), &at, state, sums);
+        }
+    }
+
+    #[inline(always)]
+    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32 {
+        if !self.is_any() {
+            return sum;
+        }
+        // The root of the energy rises by at most that of d' L d / 2, and L is at most W.
+        sum + 2.0 * self.number(cell, nodal::BOUND) * squared
+    }
+}

@@ -1,0 +1,125 @@
+//! One step towards the rotation and towards the shape of unit volume that are nearest to a shape.
+//!
+//! Both are variables of the energy: with them fixed its curvature is bounded, and no step leads
+//! away from the shape. So the energy falls in every sweep, however far the steps are from the
+//! nearest ones.
+
+use super::matrix::{Matrix, cofactors, dot, inner, matrix, minus};
+use crate::number::lane::{Lane, Real};
+
+/// A unit quaternion: the real part, then the three others.
+pub(crate) type Turn<V> = [Lane<V>; 4];
+
+/// A quarter of the root of 3: the longest step that never turns away.
+const STEP: f32 = 0.433_012_7;
+/// Determinants of a step towards unit volume that are taken.
+const DETERMINANTS: [f32; 2] = [0.25, 4.0];
+/// A distance that is never taken.
+const FAR: f32 = f32::MAX;
+
+/// The rotation of a unit quaternion.
+#[inline(always)]
+pub(crate) fn rotation<V: Real>([w, x, y, z]: Turn<V>) -> Matrix<V> {
+    let (one, two) = (Lane::of(1.0), Lane::of(2.0));
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    let (xy, xz, yz) = (x * y, x * z, y * z);
+    let (wx, wy, wz) = (w * x, w * y, w * z);
+    [
+        [one - two * (yy + zz), two * (xy - wz), two * (xz + wy)],
+        [two * (xy + wz), one - two * (xx + zz), two * (yz - wx)],
+        [two * (xz - wy), two * (yz + wx), one - two * (xx + yy)],
+    ]
+}
+
+/// A step of the rotation R towards the one nearest to F: R : F does not fall.
+///
+/// With B = F R' and a = (`B_32` - `B_23`, `B_13` - `B_31`, `B_21` - `B_12`) the step is
+/// q <- (1, h) q, normalised, h = (sqrt 3 / 4) a / |F|.
+#[inline(always)]
+pub(crate) fn turned<V: Real>(f: Matrix<V>, turn: Turn<V>) -> Turn<V> {
+    let r = rotation(turn);
+    let b = matrix(|row, column| match (f.get(row), r.get(column)) {
+        (Some(f), Some(r)) => dot(*f, *r),
+        _ => Lane::of(0.0),
+    });
+    let size = inner(f, f).root() + Lane::of(f32::MIN_POSITIVE);
+    let step = Lane::of(STEP) / size;
+    let [[_, b12, b13], [b21, _, b23], [b31, b32, _]] = b;
+    let (x, y, z) = (step * (b32 - b23), step * (b13 - b31), step * (b21 - b12));
+    let [p, q, r, s] = turn;
+    let next = [
+        p - (x * q + y * r + z * s),
+        q + (x * p + y * s - z * r),
+        r + (y * p + z * q - x * s),
+        s + (z * p + x * r - y * q),
+    ];
+    let [a, b, c, d] = next;
+    let length = (a * a + b * b + c * c + d * d).root();
+    // -0.0 becomes +0.0.
+    next.map(|part| part / length + Lane::of(0.0))
+}
+
+/// A step of Q, whose determinant is 1, towards the nearest such shape to F, and the squared
+/// distance from F then; where the step does not lead nearer, Q stays.
+///
+/// The nearest one is F + p cof Q with det (F + p cof Q) = 1: three Newton steps on
+/// J - 1 + p A + p^2 B + p^3, A = cof F : cof Q, B = F : Q, then the rest of the determinant is
+/// divided out.
+#[inline(always)]
+pub(crate) fn of_unit_volume<V: Real>(f: Matrix<V>, unit: Matrix<V>) -> (Matrix<V>, Lane<V>) {
+    let (c, cofactors_f) = (cofactors(unit), cofactors(f));
+    let [first, ..] = f;
+    let [own, ..] = cofactors_f;
+    let (a, b) = (inner(cofactors_f, c), inner(f, unit));
+    let off = dot(first, own) - Lane::of(1.0);
+    let mut p = Lane::of(0.0);
+    for _ in 0..3 {
+        let value = off + p * (a + p * (b + p));
+        let slope = a + p * (Lane::of(2.0) * b + Lane::of(3.0) * p);
+        // A slope that is not above 0 is none that the nearest shape has.
+        let slope = Lane::select(slope.above(Lane::of(f32::MIN_POSITIVE)), slope, Lane::of(1.0));
+        p = p - value / slope;
+    }
+    let next = matrix(|row, column| match (f.get(row), c.get(row)) {
+        (Some(f), Some(c)) => element(f, column) + p * element(c, column),
+        _ => Lane::of(0.0),
+    });
+    let [first, second, third] = next;
+    let [own, ..] = cofactors([first, second, third]);
+    let determinant = dot(first, own);
+    let [low, high] = DETERMINANTS.map(Lane::of);
+    let is_low = low.above(determinant);
+    let tame = Lane::select(determinant.above(low), determinant, Lane::of(1.0));
+    let tame = Lane::select(high.above(tame), tame, Lane::of(1.0));
+    let scale = Lane::of(1.0) / cube_root(tame);
+    // -0.0 becomes +0.0.
+    let next = next.map(|row| row.map(|x| x * scale + Lane::of(0.0)));
+    let (old, new) = (minus(f, unit), minus(f, next));
+    let (old, new) = (inner(old, old), inner(new, new));
+    let new = Lane::select(is_low, Lane::of(FAR), new);
+    let new = Lane::select(high.above(determinant), new, Lane::of(FAR));
+    let nearer = old.above(new);
+    let taken = matrix(|row, column| match (next.get(row), unit.get(row)) {
+        (Some(next), Some(unit)) => {
+            Lane::select(nearer, element(next, column), element(unit, column))
+        }
+        _ => Lane::of(0.0),
+    });
+    (taken, Lane::select(nearer, new, old))
+}
+
+#[inline(always)]
+fn element<V: Real>(row: &[Lane<V>; 3], column: usize) -> Lane<V> {
+    row.get(column).copied().unwrap_or(Lane::of(0.0))
+}
+
+/// The cube root of a number from 1/4 to 4, by five Newton steps; exact for 1.
+#[inline(always)]
+fn cube_root<V: Real>(x: Lane<V>) -> Lane<V> {
+    let (two, three) = (Lane::of(2.0), Lane::of(3.0));
+    let mut root = (two + x) / three;
+    for _ in 0..5 {
+        root = (two * root + x / (root * root)) / three;
+    }
+    root
+}

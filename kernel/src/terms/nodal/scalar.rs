@@ -1,0 +1,173 @@
+//! A single cell's shape, at any positions.
+
+use super::gather::{Gathered, Own};
+use super::law::{Step, stay, step};
+use super::matrix::times;
+use super::state::ShapeState;
+use crate::model::image::nodal;
+use crate::model::nodal::Nodal;
+use crate::model::range;
+use crate::number::cell::sub;
+use crate::number::lane::Lane;
+use crate::number::two_float::LANES;
+use crate::terms::held::Touched;
+use crate::terms::term::CellTerm;
+
+impl Nodal<'_> {
+    /// Calls `visit(other, number)` for each slot of a cell, padding too; `number` gives a row of
+    /// the slot.
+    #[inline(always)]
+    fn each_slot(self, cell: usize, mut visit: impl FnMut(usize, &dyn Fn(usize) -> f32)) {
+        let lane = cell % LANES;
+        for group in range(self.rows, cell / LANES) {
+            let Some((slots, ids)) = self.slots.get(group).zip(self.ids.get(group)) else {
+                continue;
+            };
+            let number =
+                |row: usize| slots.get(row).and_then(|row| row.get(lane)).copied().unwrap_or(0.0);
+            visit(ids.get(lane).copied().map_or(0, usize::from), &number);
+        }
+    }
+
+    /// The cells linked to a cell, ascending.
+    fn others(self, cell: usize) -> impl Iterator<Item = usize> {
+        let groups = range(self.rows, cell / LANES);
+        let id = move |group: usize| self.ids.get(group)?.get(cell % LANES).copied();
+        groups.filter_map(id).map(usize::from).filter(move |&other| other != cell)
+    }
+
+    fn gathered(self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> Gathered<f32> {
+        let (here, mut sums) = (at(cell).map(Lane), Gathered::none());
+        self.each_slot(cell, |other, number| {
+            sums.add(here, at(other).map(Lane), |row| Lane(number(row)));
+        });
+        sums
+    }
+
+    fn own(self, cell: usize) -> Own<f32> {
+        Own::of(|row| Lane(self.number(cell, row)))
+    }
+
+    /// The state of a cell for a pass at these positions.
+    pub(super) fn stepped(
+        self,
+        cell: usize,
+        state: ShapeState,
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> ShapeState {
+        let (turn, unit) = variables(state);
+        state_of(step(&self.gathered(cell, at), &self.own(cell), turn, unit))
+    }
+
+    /// The shape of a cell at these positions, its rotation and its shape of unit volume as they
+    /// are.
+    fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
+        let (turn, unit) = variables(state);
+        stay(&self.gathered(cell, at), &self.own(cell), turn, unit)
+    }
+
+    /// Force of the last pass on a cell, and eight times its energy.
+    #[inline(always)]
+    pub(super) fn pulled(self, cell: usize, state: &impl Fn(usize) -> ShapeState) -> [f32; 4] {
+        let [mut x, mut y, mut z, energy] = state(cell).pull;
+        self.each_slot(cell, |other, number| {
+            let stress = state(other).stress.map(|[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
+            let area = [0, 1, 2].map(|axis| Lane(number(nodal::BACK_AREA + axis)));
+            let [Lane(a), Lane(b), Lane(c)] = times(stress, area);
+            (x, y, z) = (x - a, y - b, z - c);
+        });
+        [x, y, z, energy]
+    }
+
+    /// Force on a cell at these positions, and eight times its energy.
+    pub(super) fn at_positions(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [f32; 3],
+        state: &impl Fn(usize) -> ShapeState,
+    ) -> CellTerm {
+        let Step { pull: [x, y, z, energy], .. } = self.here(cell, state(cell), at);
+        let (mut force, mut length) = ([x.0, y.0, z.0], 0.0);
+        self.each_slot(cell, |other, number| {
+            let stress = self.here(other, state(other), at).stress;
+            let area = [0, 1, 2].map(|axis| Lane(number(nodal::BACK_AREA + axis)));
+            for (sum, part) in force.iter_mut().zip(times(stress, area)) {
+                *sum -= part.0;
+                length += 4.0 * part.0.abs();
+            }
+        });
+        length += 4.0 * (x.0.abs() + y.0.abs() + z.0.abs());
+        CellTerm { residual: force, wd2: energy.0, length }
+    }
+
+    /// Adds the energy of the cells `held` and of all that are linked to them, each once.
+    pub(super) fn stored_around(
+        self,
+        held: impl Fn(usize) -> Option<usize> + Copy,
+        count: usize,
+        at: &impl Fn(usize) -> [f32; 3],
+        state: &impl Fn(usize) -> ShapeState,
+        sums: &mut Touched,
+    ) {
+        let cells = || (0..count).filter_map(held);
+        for cell in cells() {
+            self.add_stored(cell, at, state, sums);
+            for other in self.others(cell) {
+                // A cell that is linked to several held ones counts with the first of them.
+                let is_held = cells().any(|held| held == other);
+                let first = cells().find(|&held| self.others(other).any(|next| next == held));
+                if !is_held && first == Some(cell) {
+                    self.add_stored(other, at, state, sums);
+                }
+            }
+        }
+    }
+
+    /// Adds four times the energy of a cell, and how far rounding may have moved that.
+    fn add_stored(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [f32; 3],
+        state: &impl Fn(usize) -> ShapeState,
+        sums: &mut Touched,
+    ) {
+        let here = self.here(cell, state(cell), at);
+        let [.., energy] = here.pull;
+        sums.wd2 = sums.wd2.plus((0.5 * energy.0).into());
+        let mut size = 0.0;
+        for row in here.stress {
+            for part in row {
+                size += part.0.abs();
+            }
+        }
+        let mut scale = 0.5 * energy.0.abs();
+        self.each_slot(cell, |other, number| {
+            let (mut area, mut way, mut moved) = (0.0, 0.0, 0.0);
+            for (axis, difference) in sub(at(other), at(cell)).into_iter().enumerate() {
+                area += number(nodal::AREA + axis).abs();
+                way += difference.abs();
+                moved += (difference - number(nodal::REST + axis)).abs();
+            }
+            scale += 4.0 * way * (size * area + number(nodal::SPREAD).abs() * moved);
+        });
+        sums.scale += scale;
+    }
+}
+
+/// R and Q of a state.
+#[inline(always)]
+fn variables(state: ShapeState) -> ([Lane<f32>; 4], [[Lane<f32>; 3]; 3]) {
+    let row = |[a, b, c, _]: [f32; 4]| [Lane(a), Lane(b), Lane(c)];
+    (state.turn.map(Lane), state.unit.map(row))
+}
+
+#[inline(always)]
+fn state_of(step: Step<f32>) -> ShapeState {
+    let row = |[a, b, c]: [Lane<f32>; 3]| [a.0, b.0, c.0, 0.0];
+    ShapeState {
+        turn: step.turn.map(|x| x.0),
+        unit: step.unit.map(row),
+        stress: step.stress.map(row),
+        pull: step.pull.map(|x| x.0),
+    }
+}
