@@ -8,6 +8,7 @@ use chaincell_kernel::parts;
 use nalgebra::DMatrix;
 
 use super::image::Sections;
+use super::tissue::{Map, Shapes};
 use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
@@ -185,18 +186,33 @@ impl Level {
             .collect()
     }
 
-    /// The inverse of P' L P with its rounding room, L the Laplacian of weight w / 2.
-    fn inverse(&self, links: &[Link], weight: &[f32]) -> Result<DMatrix<f64>> {
+    /// A map of cells as one of hats.
+    fn mapped(&self, map: &Map) -> Vec<(usize, f64)> {
+        let mut rows: Vec<(usize, f64)> = Vec::new();
+        for &(cell, factor) in map {
+            rows.extend(self.row(cell as u16).into_iter().map(|(hat, w)| (hat, factor * w)));
+        }
+        rows.sort_unstable_by_key(|&(hat, _)| hat);
+        rows.chunk_by(|a, b| a.0 == b.0)
+            .map(|same| (same[0].0, same.iter().map(|(_, value)| value).sum()))
+            .collect()
+    }
+
+    /// The inverse of P' L P with its rounding room.
+    fn inverse(&self, bound: &Bound<'_>) -> Result<DMatrix<f64>> {
         let mut matrix = DMatrix::<f64>::zeros(self.count, self.count);
-        for (&([i, j], _), &w) in links.iter().zip(weight) {
-            // One link adds w / 2 times the square of the difference of its ends' rows.
-            let mut difference = self.row(i);
-            difference.extend(self.row(j).into_iter().map(|(hat, value)| (hat, -value)));
-            for &(a, x) in &difference {
-                for &(b, y) in &difference {
-                    matrix[(a, b)] += 0.5 * f64::from(w) * x * y;
+        match bound {
+            Bound::Links(links, weight) => {
+                for (&([i, j], _), &w) in links.iter().zip(*weight) {
+                    // One link adds w / 2 times the square of the difference of its ends' rows.
+                    let mut difference = self.row(i);
+                    difference.extend(self.row(j).into_iter().map(|(hat, value)| (hat, -value)));
+                    add_square(&mut matrix, &difference, 0.5 * f64::from(w));
                 }
             }
+            Bound::Shapes(shapes) => shapes.each_map(|map, weight| {
+                add_square(&mut matrix, &self.mapped(map), weight);
+            }),
         }
         for hat in 0..self.count {
             matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (self.count as f64).sqrt();
@@ -205,6 +221,23 @@ impl Level {
             Error::check("the hats' matrix is not positive definite: bake with `coarse_basis` none")
         })?;
         Ok(factor.inverse())
+    }
+}
+
+/// What L, the bound of the curvature, is made of.
+pub(super) enum Bound<'a> {
+    /// The Laplacian of weight w / 2 of links.
+    Links(&'a [Link], &'a [f32]),
+    /// That of nodal shapes.
+    Shapes(&'a Shapes),
+}
+
+/// Adds a weight times the square of a map.
+fn add_square(matrix: &mut DMatrix<f64>, map: &[(usize, f64)], weight: f64) {
+    for &(a, x) in map {
+        for &(b, y) in map {
+            matrix[(a, b)] += weight * x * y;
+        }
     }
 }
 
@@ -256,7 +289,7 @@ pub(super) fn push(
     sections: &mut Sections,
     body: &OrderedCells,
     mobility: &[f32],
-    weight: &[f32],
+    bound: &Bound<'_>,
     spacing: BasisSpacing,
 ) -> Result<()> {
     let spacing = match spacing {
@@ -281,7 +314,7 @@ pub(super) fn push(
             level.count
         )));
     }
-    let inverse = level.inverse(&body.links, weight)?;
+    let inverse = level.inverse(bound)?;
     let stride = level.count.next_multiple_of(8);
     let mut rows = vec![0.0_f32; level.count * stride];
     for row in 0..level.count {

@@ -84,6 +84,7 @@ pub(super) fn params(
     body: &OrderedCells,
     options: &BakeOptions,
     weights: &[f32],
+    degree_bound: f32,
     alpha: f32,
     stiffness_n_per_m: f32,
 ) -> Result<[u32; params::WORDS]> {
@@ -110,9 +111,6 @@ pub(super) fn params(
             )));
         }
     };
-    let pair =
-        |&([i, j], _): &super::Link| 0.5 * (weights[usize::from(i)] + weights[usize::from(j)]);
-    let degree_bound = body.links.iter().map(pair).fold(0.0, f32::max);
     let energy_max = match options.energy_max_j {
         Some(joule) => {
             let unit_j = 2.0 * f64::from(stiffness_n_per_m) * unit_m * unit_m;

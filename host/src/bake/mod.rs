@@ -8,6 +8,7 @@
 //!   selectors and vector units need.
 //! - `order`, `slices`: the order of the cells, and their links for vector units.
 //! - `coarse_basis`: the coarse level of `track`, `--hats`.
+//! - `tissue`: Young's modulus and Poisson's ratio in place of links.
 //! - `colours`: the order of `gauss-seidel`, `--colours`.
 //! - `notes`: node groups and border, for selectors.
 //! - `image`: the file.
@@ -21,16 +22,19 @@ mod network;
 mod notes;
 mod order;
 mod slices;
+pub mod tissue;
 
 use chaincell_kernel::Model;
 use chaincell_kernel::model::rest_length;
 
 pub use coarse_basis::BasisSpacing;
+use coarse_basis::Bound;
 pub use groups::{Groups, partition};
 pub use image::ImageBytes;
 use image::Sections;
 use network::Plan;
 pub use notes::Notes;
+use tissue::{Shapes, Tissue};
 
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, MeshOptions, load, vertex_normals};
@@ -56,6 +60,9 @@ impl PerCell {
     }
 }
 
+/// Largest Poisson's ratio: beyond it single precision loses the shear in the volume.
+const POISSON_MAX: f64 = 0.495;
+
 /// What the bake may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BakeOptions {
@@ -63,6 +70,8 @@ pub struct BakeOptions {
     pub alpha: PerCell,
     /// Stiffness of a link \[N/m\].
     pub stiffness_n_per_m: PerCell,
+    /// Nodal shapes in place of links; alpha is 0 then, and the stiffness without meaning.
+    pub tissue: Option<Tissue>,
     /// Saturation K from the body's centre \[m\]; 4 times the largest coordinate if absent.
     pub saturation_m: Option<f64>,
     /// Cell resistance.
@@ -86,6 +95,7 @@ impl Default for BakeOptions {
         Self {
             alpha: PerCell::Uniform(0.0),
             stiffness_n_per_m: PerCell::Uniform(20.0),
+            tissue: None,
             saturation_m: None,
             resistance: 1.0,
             capacitance: 1.0,
@@ -160,6 +170,12 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     each("`alpha`", &options.alpha, |a| (0.0..1.0).contains(&(a as f32)), "in [0, 1)")?;
     let stiffness = "above 0 and finite [N/m]";
     each("`stiffness_n_per_m`", &options.stiffness_n_per_m, positive, stiffness)?;
+    if let Some(tissue) = &options.tissue {
+        each("`young_pa`", &tissue.young_pa, positive, "above 0 and finite [Pa]")?;
+        let ratios = |nu: f64| (0.0..=POISSON_MAX).contains(&nu);
+        each("`poisson`", &tissue.poisson, ratios, "from 0 to 0.495")?;
+        check_shapes(options)?;
+    }
     if let BasisSpacing::Links(spacing) = options.coarse_basis
         && !(1.0..=1e6).contains(&spacing)
     {
@@ -179,6 +195,21 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     {
         if !(1e-11..=1e11).contains(&value) {
             return Err(Error::input(format!("{name} {value}: must be from 1e-11 to 1e11")));
+        }
+    }
+    Ok(())
+}
+
+/// What goes with nodal shapes.
+fn check_shapes(options: &BakeOptions) -> Result<()> {
+    for (name, is_asked, why) in [
+        ("alpha", options.alpha != PerCell::Uniform(0.0), "shapes have no slack"),
+        ("colours", options.colours, "gauss-seidel moves links alone"),
+        ("lean", options.lean, "shapes need the links in slices"),
+        ("cells", options.cells.is_some(), "groups of nodes are joined by links alone"),
+    ] {
+        if is_asked {
+            return Err(Error::input(format!("`{name}` with `young_pa`: {why}; leave one out")));
         }
     }
     Ok(())
@@ -305,14 +336,29 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     let links = &body.links;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
-    let (alpha, reference) = (mean(&alphas.each) as f32, mean(&stiffness.each) as f32);
+    let shapes = match &options.tissue {
+        Some(tissue) => Some(Shapes::new(plan.mesh(), body, tissue)?),
+        None => None,
+    };
+    let alpha = mean(&alphas.each) as f32;
+    let reference =
+        shapes.as_ref().map_or(mean(&stiffness.each) as f32, |shapes| shapes.stiffness_n_per_m);
     let weight: Vec<f32> = if stiffness.varies {
         stiffness.each.iter().map(|k| (k / f64::from(reference)) as f32).collect()
     } else {
         vec![1.0; links.len()]
     };
     let adjacency = adjacency(cells, links);
-    let weights = cell_weights(cells, &adjacency, &weight);
+    let (weights, degree_bound) = match &shapes {
+        None => {
+            let weights = cell_weights(cells, &adjacency, &weight);
+            let pair =
+                |&([i, j], _): &Link| 0.5 * (weights[usize::from(i)] + weights[usize::from(j)]);
+            let largest = links.iter().map(pair).fold(0.0, f32::max);
+            (weights, largest)
+        }
+        Some(shapes) => (shapes.bound.clone(), shapes.bound.iter().copied().fold(0.0, f32::max)),
+    };
     let mobility: Vec<f32> = (weights.iter().enumerate())
         .map(|(cell, &w)| {
             let held = w == 0.0 || body.fixed.binary_search(&(cell as u16)).is_ok();
@@ -323,7 +369,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
         |&([i, j], _): &Link| rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)]);
     let mut sections = Sections::default();
     let nodes = plan.mesh().nodes_m.len();
-    let params = image::params(nodes, body, options, &weights, alpha, reference)?;
+    let params = image::params(nodes, body, options, &weights, degree_bound, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
     sections.push(kind::REST, body.rest.as_flattened());
     sections.push(kind::ROWS, &adjacency.rows);
@@ -348,12 +394,19 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
         }
     }
     if !options.lean {
-        slices::push(&mut sections, cells, &adjacency, links, &values);
+        let (rows, ids) = slices::push(&mut sections, cells, &adjacency, links, &values);
+        if let Some(shapes) = &shapes {
+            shapes.push(&mut sections, &body.rest, &rows, &ids);
+        }
     }
     if options.colours {
         colours::push(&mut sections, &adjacency, links, &mobility);
     }
-    coarse_basis::push(&mut sections, body, &mobility, &weight, options.coarse_basis)?;
+    let bound = match &shapes {
+        None => Bound::Links(links, &weight),
+        Some(shapes) => Bound::Shapes(shapes),
+    };
+    coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);
     if !options.lean {
         embedded::push(&mut sections, plan, body);

@@ -15,14 +15,14 @@ pub(super) struct Values<'a> {
     pub weights: Option<&'a [f32]>,
 }
 
-/// Adds the sections of the sliced links.
+/// Adds the sections of the sliced links; gives the starts of the slices and the other ends.
 pub(super) fn push(
     sections: &mut Sections,
     cells: usize,
     adjacency: &Adjacency,
     links: &[Link],
     values: &Values<'_>,
-) {
+) -> (Vec<u32>, Vec<u16>) {
     let (mut rows, mut neighbours, mut slots) = (vec![0_u32], Vec::new(), Vec::new());
     for slice in 0..cells.div_ceil(LANES) {
         let lanes: Vec<Vec<(u16, usize)>> = (slice * LANES..(slice + 1) * LANES)
@@ -51,6 +51,7 @@ pub(super) fn push(
     if let Some(weights) = values.weights {
         sections.push(kind::SLICE_WEIGHTS, &of_slots(weights, 1.0));
     }
+    (rows, neighbours)
 }
 
 /// A cell's other ends in ascending order, with their links; none beyond the last cell.

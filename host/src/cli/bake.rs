@@ -6,6 +6,7 @@ use clap::ValueEnum;
 
 use super::model_file;
 use super::reports::ModelReport;
+use crate::bake::tissue::Tissue;
 use crate::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::write_whole;
@@ -14,6 +15,8 @@ use crate::mesh::{self, Mesh, MeshOptions};
 use crate::terminal;
 use crate::text;
 
+/// Poisson's ratio of soft tissue, where none is given.
+const POISSON: &str = "0.45";
 /// Largest file of values, one a node \[B\].
 const VALUES_BYTES_MAX: u64 = 64 << 20;
 
@@ -46,6 +49,19 @@ pub struct BodyArgs {
     /// Stiffness of a link [N/m]; a number, or file:PATH with one value per node
     #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
     stiffness_n_per_m: String,
+    /// Young's modulus [Pa]: the body is made of nodal shapes, its links carry no force; a number,
+    /// or file:PATH with one value per node
+    #[arg(
+        long,
+        value_name = "E",
+        allow_negative_numbers = true,
+        conflicts_with_all = ["alpha", "stiffness_n_per_m"]
+    )]
+    young_pa: Option<String>,
+    /// Poisson's ratio, 0 to 0.495; a number, or file:PATH with one value per node
+    /// [default: 0.45]
+    #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "young_pa")]
+    poisson: Option<String>,
     /// Nodes held for ever: ids, nodes:0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1,
     /// group:NAME, border, or none [default: border of a plane, bottom of a box, back of the
     /// organ, none of a file]
@@ -172,6 +188,7 @@ impl BodyArgs {
         let options = BakeOptions {
             alpha: per_cell("--alpha", &self.alpha)?,
             stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m)?,
+            tissue: self.tissue()?,
             saturation_m: self.k_m,
             resistance: self.r_x,
             capacitance: self.capacitance,
@@ -182,6 +199,18 @@ impl BodyArgs {
             cells: self.cells,
         };
         Ok((mesh, fixed, options))
+    }
+}
+
+impl BodyArgs {
+    /// What the tissue is made of, where it is not made of links.
+    fn tissue(&self) -> Result<Option<Tissue>> {
+        let Some(young) = &self.young_pa else { return Ok(None) };
+        let poisson = self.poisson.as_deref().unwrap_or(POISSON);
+        Ok(Some(Tissue {
+            young_pa: per_cell("--young-pa", young)?,
+            poisson: per_cell("--poisson", poisson)?,
+        }))
     }
 }
 

@@ -8,7 +8,7 @@
 mod bytes;
 mod check;
 mod cuboid;
-mod geometry;
+pub(crate) mod geometry;
 mod gmsh;
 mod organ;
 mod plane;

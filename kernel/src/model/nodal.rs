@@ -132,6 +132,15 @@ impl<'a> TermData<'a> for Nodal<'a> {
         self.is_any()
     }
 
+    fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {
+        if cell >= self.count {
+            return None;
+        }
+        let (mu, lambda) = (self.number(cell, nodal::MU), self.number(cell, nodal::LAMBDA_3) / 3.0);
+        let poisson = 0.5 * lambda / (lambda + mu);
+        Some([2.0 * mu * (1.0 + poisson) * unit_pa, poisson])
+    }
+
     fn replaces_links(&self) -> bool {
         self.is_any()
     }

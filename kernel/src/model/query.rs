@@ -215,6 +215,13 @@ impl<'a> Model<'a> {
         self.others.replaces_links()
     }
 
+    /// Young's modulus \[Pa\] and Poisson's ratio of the tissue around a cell; `None` in a body of
+    /// links.
+    #[must_use]
+    pub fn elasticity(&self, cell: usize) -> Option<[f32; 2]> {
+        self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
+    }
+
     /// Cells of which the terms of the energy keep states: none in a body of links.
     #[must_use]
     pub fn kept_states(&self) -> usize {

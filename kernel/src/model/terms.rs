@@ -48,6 +48,10 @@ pub(crate) trait TermData<'a>: Copy {
     fn keeps(&self) -> bool {
         false
     }
+    /// Young's modulus \[Pa\] and Poisson's ratio at a cell, with stresses in units of so many Pa.
+    fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {
+        None
+    }
     /// Whether the term stands in place of the links' forces, and what moves a cell reaches past
     /// the cells linked to it.
     #[inline(always)]
@@ -105,6 +109,10 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
     #[inline(always)]
     fn keeps(&self) -> bool {
         self.0.keeps() || self.1.keeps()
+    }
+
+    fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {
+        self.0.elasticity(cell, unit_pa).or_else(|| self.1.elasticity(cell, unit_pa))
     }
 
     #[inline(always)]

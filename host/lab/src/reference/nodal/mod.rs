@@ -16,7 +16,6 @@
 
 mod det1;
 mod law;
-mod shape;
 mod stretches;
 #[cfg(test)]
 mod tests;
@@ -25,10 +24,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::elastic::Elastic;
 use super::vectors::{dot, minus, norm, plus};
+pub use chaincell_host::bake::tissue::shape::{Half, Shape, volume_m3};
 use chaincell_host::error::{Error, Result};
 pub use law::{BAND_FROM, BAND_WEIGHT, Law, Volume};
 use law::{Moduli, Tangent};
-pub use shape::{Half, Shape, volume_m3};
 use stretches::Stretches;
 
 /// Beta: the part of the shape's stiffness that acts on tetrahedra.

@@ -2,10 +2,10 @@ use rand_distr::{Distribution, Uniform};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
-use super::shape::element;
 use super::*;
 use crate::reference::minimum;
 use crate::reference::vectors::{fields, size};
+use chaincell_host::bake::tissue::shape::element;
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
 
 const POISSON: f64 = 0.4;

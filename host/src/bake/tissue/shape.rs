@@ -2,8 +2,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::reference::vectors::{dot, minus, plus};
-use chaincell_host::error::{Error, Result};
+use crate::error::{Error, Result};
+use crate::mesh::geometry::{dot, minus};
+
+/// `a + factor b`.
+fn plus(a: [f64; 3], factor: f64, b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|axis| a[axis] + factor * b[axis])
+}
 
 /// Half a link: what node i sees of its neighbour.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +18,8 @@ pub struct Half {
     /// `a_ij`: sum over the tetrahedra with i and j of `V_t` / 4 times the gradient of j's hat
     /// function \[m^2\].
     pub area_m2: [f64; 3],
-    /// `w_ij`: -sum of `V_t` `g_i` . `g_j` over the same, the cotangent weight \[m\]; negative on
-    /// obtuse edges.
+    /// `w_ij`: -sum of `V_t` `g_i` . `g_j` over the same, the cotangent weight \[m\], each
+    /// tetrahedron times its factor; negative on obtuse edges.
     pub weight_m: f64,
 }
 
@@ -33,6 +38,18 @@ impl Shape {
     /// # Errors
     /// A node beyond the last, a tetrahedron without positive volume, a node in no tetrahedron.
     pub fn new(rest_m: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Result<Self> {
+        Self::weighted(rest_m, tetrahedra, |_| 1.0)
+    }
+
+    /// The same, the weights of links times a factor of each tetrahedron.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn weighted(
+        rest_m: &[[f64; 3]],
+        tetrahedra: &[[u32; 4]],
+        factor: impl Fn([u32; 4]) -> f64,
+    ) -> Result<Self> {
         let mut volume_m3 = vec![0.0; rest_m.len()];
         let mut parts: Vec<(u32, Half)> = Vec::with_capacity(12 * tetrahedra.len());
         for (number, nodes) in tetrahedra.iter().enumerate() {
@@ -43,11 +60,12 @@ impl Shape {
                     rest_m.len()
                 ))
             })?;
+            let factor = factor(*nodes);
             for (a, &i) in nodes.iter().enumerate() {
                 volume_m3[i as usize] += 0.25 * volume;
                 for b in (0..4).filter(|b| *b != a) {
                     let area_m2 = gradients[b].map(|g| 0.25 * volume * g);
-                    let weight_m = -volume * dot(gradients[a], gradients[b]);
+                    let weight_m = -factor * volume * dot(gradients[a], gradients[b]);
                     parts.push((i, Half { to: nodes[b], area_m2, weight_m }));
                 }
             }
@@ -95,6 +113,17 @@ impl Shape {
         self.half.len()
     }
 
+    /// `a_ji` where a half-link of node i gives `a_ij`.
+    ///
+    /// # Panics
+    /// Nodes that are not linked.
+    #[must_use]
+    pub fn back(&self, i: usize, half: &Half) -> [f64; 3] {
+        let there = self.of(half.to as usize);
+        let at = there.binary_search_by_key(&(i as u32), |half| half.to);
+        there[at.expect("a link has two halves")].area_m2
+    }
+
     /// `V_i`: a quarter of the volume of the tetrahedra around node i.
     #[inline]
     #[must_use]
@@ -137,8 +166,10 @@ fn sides(corners: [[f64; 3]; 4]) -> Matrix3<f64> {
     Matrix3::from_columns(&[side(1), side(2), side(3)])
 }
 
-/// Volume of a tetrahedron and the gradients of its corners' hat functions.
-pub(super) fn element(rest: &[[f64; 3]], nodes: [u32; 4]) -> Option<(f64, [[f64; 3]; 4])> {
+/// Volume of a tetrahedron and the gradients of its corners' hat functions; `None` without positive
+/// volume.
+#[must_use]
+pub fn element(rest: &[[f64; 3]], nodes: [u32; 4]) -> Option<(f64, [[f64; 3]; 4])> {
     let mut corners = [[0.0; 3]; 4];
     for (corner, node) in corners.iter_mut().zip(nodes) {
         *corner = *rest.get(node as usize)?;

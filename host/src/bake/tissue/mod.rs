@@ -1,0 +1,162 @@
+//! Tissue by Young's modulus and Poisson's ratio: nodal shapes in place of links.
+//!
+//! What the kernel makes of the numbers stands in its module of that name; here they are worked out,
+//! with the bound L of the energy's curvature (`curvature`).
+
+pub mod shape;
+
+mod curvature;
+#[cfg(test)]
+mod tests;
+
+use chaincell_kernel::image::{LAW_DET1, kind, nodal};
+use chaincell_kernel::number::two_float::LANES;
+
+pub(super) use curvature::Map;
+
+use super::image::Sections;
+use super::{OrderedCells, PerCell};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use shape::Shape;
+
+/// Beta in double precision.
+const BETA: f64 = nodal::BETA as f64;
+
+/// What tissue is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tissue {
+    /// Young's modulus \[Pa\].
+    pub young_pa: PerCell,
+    /// Poisson's ratio, from 0 to 0.495.
+    pub poisson: PerCell,
+}
+
+/// The nodal shapes of a body: lengths in mean link lengths, stresses in the mean shear modulus.
+pub(super) struct Shapes {
+    shape: Shape,
+    mu: Vec<f64>,
+    lambda: Vec<f64>,
+    /// At least the row sums of the magnitudes of L.
+    pub bound: Vec<f32>,
+    /// `k_ref` \[N/m\], of which the stress unit is twice, over a mean link length.
+    pub stiffness_n_per_m: f32,
+}
+
+/// A value of each cell.
+fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
+    match value {
+        PerCell::Uniform(value) => vec![*value; body.rest.len()],
+        PerCell::Each(values) => body.node.iter().map(|&node| values[node as usize]).collect(),
+    }
+}
+
+impl Shapes {
+    /// The shapes of a body made of `tissue`.
+    ///
+    /// # Errors
+    /// A mesh without tetrahedra, with flat ones, or with links that are none of their edges.
+    pub fn new(mesh: &Mesh, body: &OrderedCells, tissue: &Tissue) -> Result<Self> {
+        if mesh.tetrahedra.is_empty() {
+            return Err(Error::input(
+                "`young_pa`: the mesh has no tetrahedra; take a mesh that has, or leave it out and \
+                 bake links",
+            ));
+        }
+        let cell = |node: u32| u32::from(body.cell_of[node as usize]);
+        let tetrahedra: Vec<[u32; 4]> =
+            mesh.tetrahedra.iter().map(|nodes| nodes.map(cell)).collect();
+        let rest: Vec<[f64; 3]> = body.rest.iter().map(|x| x.map(f64::from)).collect();
+        let (young, poisson) = (each(&tissue.young_pa, body), each(&tissue.poisson, body));
+        let moduli = young.iter().zip(&poisson).map(|(young, nu)| {
+            let mu = 0.5 * young / (1.0 + nu);
+            (mu, 2.0 * mu * nu / (1.0 - 2.0 * nu))
+        });
+        let (mut mu, mut lambda): (Vec<f64>, Vec<f64>) = moduli.unzip();
+        let unit_pa = mu.iter().sum::<f64>() / mu.len() as f64;
+        let stiffness_n_per_m = (0.5 * unit_pa * f64::from(body.unit_m)) as f32;
+        let stored_pa = 2.0 * f64::from(stiffness_n_per_m) / f64::from(body.unit_m);
+        mu.iter_mut().chain(&mut lambda).for_each(|modulus| *modulus /= stored_pa);
+        let mean = |nodes: [u32; 4]| nodes.iter().map(|&i| mu[i as usize]).sum::<f64>() / 4.0;
+        let shape = Shape::weighted(&rest, &tetrahedra, mean).map_err(|why| {
+            Error::input(format!("`young_pa`: {why}; numbers are those of cells"))
+        })?;
+        let shapes = Self { shape, mu, lambda, bound: Vec::new(), stiffness_n_per_m };
+        shapes.check_links(body)?;
+        let bound = shapes.row_sums();
+        Ok(Self { bound, ..shapes })
+    }
+
+    /// Links are the edges of the tetrahedra.
+    fn check_links(&self, body: &OrderedCells) -> Result<()> {
+        let is_edge = |&([i, j], _): &super::Link| {
+            let half = self.shape.of(i.into());
+            half.binary_search_by_key(&u32::from(j), |half| half.to).is_ok()
+        };
+        if 2 * body.links.len() == self.shape.halves() && body.links.iter().all(is_edge) {
+            return Ok(());
+        }
+        Err(Error::input(
+            "`young_pa`: links that are no edges of tetrahedra; leave `rings` and `diagonals` out",
+        ))
+    }
+
+    /// Adds the sections; `rows` and `neighbours` are those of the slices.
+    pub fn push(&self, sections: &mut Sections, rest: &[[f32; 3]], slices: &[u32], ids: &[u16]) {
+        sections.push(kind::NODAL, &[LAW_DET1]);
+        let cells = rest.len();
+        let mut numbers = vec![[[0.0_f32; LANES]; nodal::CELL_ROWS]; cells.div_ceil(LANES)];
+        for slice in &mut numbers {
+            slice[nodal::VOLUME] = [1.0; LANES];
+        }
+        for cell in 0..cells {
+            let mut put = |row: usize, value: f64| {
+                // -0.0 becomes +0.0.
+                numbers[cell / LANES][row][cell % LANES] = value as f32 + 0.0;
+            };
+            put(nodal::VOLUME, self.shape.volume_m3(cell));
+            put(nodal::MU, self.mu[cell]);
+            put(nodal::LAMBDA_3, 3.0 * self.lambda[cell]);
+            put(nodal::BOUND, self.bound[cell].into());
+            for (axis, area) in self.shape.own(cell).into_iter().enumerate() {
+                put(nodal::OWN + axis, area);
+            }
+        }
+        sections.push(kind::NODAL_CELLS, numbers.as_flattened().as_flattened());
+        sections
+            .push(kind::NODAL_SLOTS, self.slots(rest, slices, ids).as_flattened().as_flattened());
+    }
+
+    /// Numbers of the half-links, group by group.
+    fn slots(
+        &self,
+        rest: &[[f32; 3]],
+        slices: &[u32],
+        ids: &[u16],
+    ) -> Vec<[[f32; LANES]; nodal::SLOT_ROWS]> {
+        let mut slots = vec![[[0.0_f32; LANES]; nodal::SLOT_ROWS]; ids.len() / LANES];
+        for (slice, groups) in slices.windows(2).enumerate() {
+            for group in groups[0] as usize..groups[1] as usize {
+                for lane in 0..LANES {
+                    let (i, j) = (slice * LANES + lane, usize::from(ids[group * LANES + lane]));
+                    if i >= rest.len() || i == j {
+                        continue;
+                    }
+                    let halves = self.shape.of(i);
+                    let Ok(at) = halves.binary_search_by_key(&(j as u32), |half| half.to) else {
+                        continue;
+                    };
+                    let (half, back) = (&halves[at], self.shape.back(i, &halves[at]));
+                    let mut put = |row: usize, value: f32| slots[group][row][lane] = value + 0.0;
+                    for axis in 0..3 {
+                        put(nodal::AREA + axis, half.area_m2[axis] as f32);
+                        put(nodal::BACK_AREA + axis, back[axis] as f32);
+                        put(nodal::REST + axis, rest[j][axis] - rest[i][axis]);
+                    }
+                    put(nodal::SPREAD, (2.0 * BETA * half.weight_m) as f32);
+                }
+            }
+        }
+        slots
+    }
+}
