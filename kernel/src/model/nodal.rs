@@ -3,7 +3,7 @@
 use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
 use super::terms::TermData;
 use super::{Model, range};
-use crate::number::cell::sub;
+use crate::number::cell::{dot, sub};
 use crate::number::two_float::LANES;
 
 /// Largest magnitude of any number: far beyond what a mesh gives.
@@ -43,6 +43,30 @@ impl Nodal<'_> {
     pub fn number(&self, cell: usize, row: usize) -> f32 {
         let lanes = self.cells.get(cell / LANES).and_then(|slice| slice.get(row));
         lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
+    }
+
+    /// Calls `visit(other, number)` for each slot of a cell, padding too; `number` gives a row of
+    /// the slot.
+    #[inline(always)]
+    pub fn each_slot(&self, cell: usize, mut visit: impl FnMut(usize, &dyn Fn(usize) -> f32)) {
+        let lane = cell % LANES;
+        for group in range(self.rows, cell / LANES) {
+            let slots = self.slots.get(group).zip(self.ids.get(group));
+            let Some((slots, ids)) = slots else { continue };
+            let number =
+                |row: usize| slots.get(row).and_then(|row| row.get(lane)).copied().unwrap_or(0.0);
+            visit(ids.get(lane).copied().map_or(0, usize::from), &number);
+        }
+    }
+
+    /// The part of the row of L at a cell whose share in cell k's gradient is `area`.
+    fn through(&self, k: usize, area: [f32; 3], visit: &mut impl FnMut(usize, f32)) {
+        let modulus = 2.0 * (1.0 - nodal::BETA) * self.number(k, nodal::MU);
+        let weight = (modulus + self.number(k, nodal::LAMBDA_3)) / self.number(k, nodal::VOLUME);
+        visit(k, weight * dot(area, [0, 1, 2].map(|axis| self.number(k, nodal::OWN + axis))));
+        self.each_slot(k, |other, number| {
+            visit(other, weight * dot(area, [0, 1, 2].map(|axis| number(nodal::AREA + axis))));
+        });
     }
 
     fn check_cell(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
@@ -130,6 +154,22 @@ impl<'a> TermData<'a> for Nodal<'a> {
 
     fn keeps(&self) -> bool {
         self.is_any()
+    }
+
+    fn each_of_row(&self, cell: usize, visit: &mut impl FnMut(usize, f32)) {
+        if !self.is_any() {
+            return;
+        }
+        self.through(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
+        self.each_slot(cell, |other, number| {
+            // Padding has no share.
+            let area = [0, 1, 2].map(|axis| number(nodal::BACK_AREA + axis));
+            if other != cell && area != [0.0; 3] {
+                self.through(other, area, visit);
+            }
+            visit(cell, number(nodal::SPREAD));
+            visit(other, -number(nodal::SPREAD));
+        });
     }
 
     fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {

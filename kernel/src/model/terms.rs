@@ -48,6 +48,9 @@ pub(crate) trait TermData<'a>: Copy {
     fn keeps(&self) -> bool {
         false
     }
+    /// Calls `visit(other, element)` for what adds up to the row of L at a cell, where the term
+    /// stands in place of the links.
+    fn each_of_row(&self, _cell: usize, _visit: &mut impl FnMut(usize, f32)) {}
     /// Young's modulus \[Pa\] and Poisson's ratio at a cell, with stresses in units of so many Pa.
     fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {
         None
@@ -109,6 +112,11 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
     #[inline(always)]
     fn keeps(&self) -> bool {
         self.0.keeps() || self.1.keeps()
+    }
+
+    fn each_of_row(&self, cell: usize, visit: &mut impl FnMut(usize, f32)) {
+        self.0.each_of_row(cell, visit);
+        self.1.each_of_row(cell, visit);
     }
 
     fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {

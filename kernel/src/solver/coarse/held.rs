@@ -2,6 +2,7 @@
 
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
+use crate::model::terms::TermData;
 use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
@@ -30,7 +31,7 @@ pub(crate) fn hold<N: Number>(
         let Some((adding, taking)) = later.split_at_mut_checked(blocks) else { return };
         let Some(taking) = taking.get_mut(..blocks) else { return };
         let cell = contact.cell();
-        let diagonal = 0.5 * model.cell_bound(cell);
+        let mut diagonal = 0.5 * model.cell_bound(cell);
         let Some(row) = scratch.get_mut(..blocks) else { return };
         row.fill([0.0; LANES]);
         // a = l p - h, which is the neighbours' share of h.
@@ -39,10 +40,24 @@ pub(crate) fn hold<N: Number>(
                 *slot += term;
             }
         };
-        for (link, other) in model.neighbours(cell) {
+        let mut couple = |other: usize, factor: f32| {
             let zeroed = held.iter().take(index).any(|contact| contact.cell() == other);
             for (function, weight) in basis.row_of(other).filter(|_| !zeroed) {
-                add(row, function, 0.5 * model.link_weight(link) * weight);
+                add(row, function, factor * weight);
+            }
+        };
+        if model.is_nodal() {
+            diagonal = 0.0;
+            model.others.each_of_row(cell, &mut |other, element| {
+                if other == cell {
+                    diagonal += element;
+                } else {
+                    couple(other, -element);
+                }
+            });
+        } else {
+            for (link, other) in model.neighbours(cell) {
+                couple(other, 0.5 * model.link_weight(link));
             }
         }
         apply(basis, earlier, row, adding);

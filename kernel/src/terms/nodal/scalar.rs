@@ -14,21 +14,6 @@ use crate::terms::held::Touched;
 use crate::terms::term::CellTerm;
 
 impl Nodal<'_> {
-    /// Calls `visit(other, number)` for each slot of a cell, padding too; `number` gives a row of
-    /// the slot.
-    #[inline(always)]
-    fn each_slot(self, cell: usize, mut visit: impl FnMut(usize, &dyn Fn(usize) -> f32)) {
-        let lane = cell % LANES;
-        for group in range(self.rows, cell / LANES) {
-            let Some((slots, ids)) = self.slots.get(group).zip(self.ids.get(group)) else {
-                continue;
-            };
-            let number =
-                |row: usize| slots.get(row).and_then(|row| row.get(lane)).copied().unwrap_or(0.0);
-            visit(ids.get(lane).copied().map_or(0, usize::from), &number);
-        }
-    }
-
     /// The cells linked to a cell, ascending.
     fn others(self, cell: usize) -> impl Iterator<Item = usize> {
         let groups = range(self.rows, cell / LANES);

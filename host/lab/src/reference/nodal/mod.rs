@@ -16,6 +16,8 @@
 
 mod det1;
 mod law;
+#[cfg(test)]
+mod running;
 mod stretches;
 #[cfg(test)]
 mod tests;

@@ -25,13 +25,13 @@ fn random(nodes: usize, size_m: f64, seed: u64) -> Vec<[f64; 3]> {
 
 /// A box of 4 x 3 x 3 nodes about 10 mm apart, every node shaken, so that no symmetry hides an
 /// error.
-fn shaken() -> Mesh {
+pub(super) fn shaken() -> Mesh {
     let mut mesh = load("box:4x3x3x0.01", &MeshOptions::default()).unwrap();
     mesh.nodes_m = fields(&mesh.nodes_m, 1.0, &random(36, 0.0015, 1));
     mesh
 }
 
-fn body(mesh: &Mesh, law: Law) -> Nodal {
+pub(super) fn body(mesh: &Mesh, law: Law) -> Nodal {
     Nodal::new(&mesh.nodes_m, &mesh.tetrahedra, &mesh.default_fixed, law).unwrap()
 }
 
