@@ -128,9 +128,9 @@ impl Term for Nodal<'_> {
         if !self.is_any() {
             return;
         }
-        let last = self.count.saturating_sub(1);
-        let lane = |lane: usize| state((slice * LANES + lane).min(last)).pull;
-        let mut pull = V::transposed(&state::chunk(lane));
+        // Lanes beyond the last cell have no force and no energy.
+        let pull = |cell: usize| if cell < self.count { state(cell).pull } else { [0.0; 4] };
+        let mut pull = V::transposed(&state::chunk(|lane| pull(slice * LANES + lane)));
         for group in range(self.rows, slice) {
             let Some((slots, ids)) = self.slots.get(group).zip(self.ids.get(group)) else {
                 continue;

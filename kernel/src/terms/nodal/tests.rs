@@ -90,8 +90,8 @@ proptest! {
             unit = of_unit_volume(f, unit).0;
         }
         prop_assert!(distance(rotation(turn), r) < 1e-4);
-        // At the nearest shape F - Q is a multiple of Q's cofactors; a step that makes a squared
-        // distance less by no more than its rounding is not taken.
+        // At the nearest shape F - Q is a multiple of Q's cofactors. What is left is the root of
+        // what a last place of the determinant moves the distance by.
         let (off, normal) = (minus(f, unit), cofactors(unit));
         let share = inner(off, normal).0 / inner(normal, normal).0;
         let left = matrix(|i, j| Lane(off[i][j].0 - share * normal[i][j].0));
