@@ -148,8 +148,10 @@ impl Work for Update<'_, '_> {
     fn run<V: F32x8>(self) {
         let Terms { model, states, .. } = self.terms;
         for slice in self.awake.iter(model.slice_count()) {
-            let mut each: [State; LANES] =
-                core::array::from_fn(|lane| states.at(slice * LANES + lane));
+            let mut each = [State::REST; LANES];
+            for (lane, state) in each.iter_mut().enumerate() {
+                *state = states.at(slice * LANES + lane);
+            }
             model.others.update_slice::<V>(slice, self.at, &mut each);
             for (lane, state) in each.into_iter().enumerate() {
                 states.put(slice * LANES + lane, state);

@@ -195,7 +195,10 @@ impl<A: Term, B: Term> Term for (A, B) {
 
     #[inline(always)]
     fn update_slice<V: F32x8>(self, slice: usize, at: &[Cell], states: &mut [Self::State; LANES]) {
-        let (mut a, mut b) = (states.map(|state| state.0), states.map(|state| state.1));
+        let (mut a, mut b) = ([A::State::REST; LANES], [B::State::REST; LANES]);
+        for (state, (a, b)) in states.iter().zip(a.iter_mut().zip(&mut b)) {
+            (*a, *b) = *state;
+        }
         self.0.update_slice::<V>(slice, at, &mut a);
         self.1.update_slice::<V>(slice, at, &mut b);
         for (state, pair) in states.iter_mut().zip(a.into_iter().zip(b)) {

@@ -1,6 +1,6 @@
 //! Sums over the half-links of a cell, or of eight side by side.
 
-use super::matrix::Matrix;
+use super::matrix::{Matrix, pairs, three};
 use super::state::chunk;
 use crate::backend::f32x8::F32x8;
 use crate::model::image::nodal;
@@ -27,7 +27,7 @@ fn load<V: F32x8>(rows: &[[f32; LANES]], row: usize) -> Lane<V> {
 
 /// Three rows.
 #[inline(always)]
-fn three<V>(row: impl Fn(usize) -> Lane<V>, first: usize) -> [Lane<V>; 3] {
+fn rows<V>(row: impl Fn(usize) -> Lane<V>, first: usize) -> [Lane<V>; 3] {
     [row(first), row(first + 1), row(first + 2)]
 }
 
@@ -38,7 +38,7 @@ impl<V: Real> Own<V> {
             volume: row(nodal::VOLUME),
             mu: row(nodal::MU),
             lambda_3: row(nodal::LAMBDA_3),
-            area: three(row, nodal::OWN),
+            area: rows(row, nodal::OWN),
         }
     }
 }
@@ -52,7 +52,7 @@ pub(super) fn own<V: F32x8>(numbers: &CellNumbers) -> Own<V> {
 /// `a_ji` of eight half-links.
 #[inline(always)]
 pub(super) fn back<V: F32x8>(slots: &SlotNumbers) -> [V; 3] {
-    three(|row| load::<V>(slots, row), nodal::BACK_AREA).map(|x| x.0)
+    three(rows(|row| load::<V>(slots, row), nodal::BACK_AREA), |x| x.0)
 }
 
 /// What the half-links of a cell sum up to.
@@ -82,21 +82,26 @@ impl<V: Real> Gathered<V> {
         row: impl Fn(usize) -> Lane<V> + Copy,
     ) {
         let ([x, y, z], [a, b, c]) = (here, there);
-        let [p, q, r] = three(row, nodal::REST);
+        let [p, q, r] = rows(row, nodal::REST);
         let [dx, dy, dz] = [a - x - p, b - y - q, c - z - r];
-        let (area, s) = (three(row, nodal::AREA), row(nodal::SPREAD));
-        for (sums, d) in self.slope.iter_mut().zip([dx, dy, dz]) {
-            for (sum, area) in sums.iter_mut().zip(area) {
-                *sum = *sum + d * area;
-            }
-        }
-        let pulls = [s * dx, s * dy, s * dz];
-        let [sx, sy, sz] = pulls;
-        for (sum, pull) in self.pull.iter_mut().zip(pulls) {
-            *sum = *sum + pull;
-        }
+        let (area, s) = (rows(row, nodal::AREA), row(nodal::SPREAD));
+        let [first, second, third] = self.slope;
+        self.slope = [
+            pairs(first, area, |sum, area| sum + dx * area),
+            pairs(second, area, |sum, area| sum + dy * area),
+            pairs(third, area, |sum, area| sum + dz * area),
+        ];
+        let [sx, sy, sz] = [s * dx, s * dy, s * dz];
+        self.pull = pairs(self.pull, [sx, sy, sz], |sum, pull| sum + pull);
         self.spread = self.spread + (sx * dx + sy * dy + sz * dz);
     }
+}
+
+/// Positions of eight cells.
+#[inline(always)]
+fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
+    let [x, y, z, _] = V::transposed(&chunk(of));
+    [Lane(x), Lane(y), Lane(z)]
 }
 
 impl<V: F32x8> Gathered<V> {
@@ -105,16 +110,12 @@ impl<V: F32x8> Gathered<V> {
     pub fn of_slice(shapes: Nodal<'_>, slice: usize, at: &[Cell]) -> Self {
         let last = at.len().saturating_sub(1);
         let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
-        let lanes = |of: &dyn Fn(usize) -> usize| -> [Lane<V>; 3] {
-            let [x, y, z, _] = V::transposed(&chunk(|lane| place(of(lane))));
-            [Lane(x), Lane(y), Lane(z)]
-        };
-        let here = lanes(&|lane| (slice * LANES + lane).min(last));
+        let here = places::<V>(|lane| place((slice * LANES + lane).min(last)));
         let mut sums = Self::none();
         for group in range(shapes.rows, slice) {
             let slots = shapes.slots.get(group).zip(shapes.ids.get(group));
             let Some((slots, ids)) = slots else { continue };
-            let there = lanes(&|lane| ids.get(lane).copied().map_or(0, usize::from));
+            let there = places::<V>(|lane| place(ids.get(lane).copied().map_or(0, usize::from)));
             sums.add(here, there, |row| load(slots, row));
         }
         sums

@@ -1,7 +1,7 @@
 //! Stress and energy of a shape.
 
 use super::gather::{Gathered, Own};
-use super::matrix::{Matrix, inner, matrix, minus, times};
+use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
 use crate::model::image::nodal::BETA;
 use crate::number::lane::{Lane, Real};
@@ -20,7 +20,8 @@ pub(super) struct Step<V> {
 /// `F_i` - I.
 #[inline(always)]
 fn slope<V: Real>(sums: &Gathered<V>, own: &Own<V>) -> Matrix<V> {
-    sums.slope.map(|row| row.map(|x| x / own.volume))
+    let share = Lane::of(1.0) / own.volume;
+    each(sums.slope, |x| x * share)
 }
 
 /// A matrix and the unit matrix.
@@ -70,12 +71,8 @@ fn respond<V: Real>(
     let (strain, swollen) = (minus(f, rotation(turn)), minus(f, unit));
     let two_mu = Lane::of(2.0) * own.mu;
     let spread = Lane::of(2.0 * BETA) * own.mu;
-    let stress = matrix(|row, column| {
-        let at = |of: &Matrix<V>| {
-            of.get(row).and_then(|row| row.get(column)).copied().unwrap_or(Lane::of(0.0))
-        };
-        two_mu * at(&strain) + own.lambda_3 * at(&swollen) - spread * at(&slope)
-    });
+    let pressed = both(strain, swollen, |strain, swollen| two_mu * strain + own.lambda_3 * swollen);
+    let stress = both(pressed, slope, |pressed, slope| pressed - spread * slope);
     let [x, y, z] = sums.pull;
     let [a, b, c] = times(stress, own.area);
     // Four times twice the energy of the cell and of the halves of its links.
@@ -83,7 +80,6 @@ fn respond<V: Real>(
         two_mu * inner(strain, strain) + own.lambda_3 * squared - spread * inner(slope, slope);
     let energy = Lane::of(4.0) * (own.volume * shape) + Lane::of(2.0) * sums.spread;
     // -0.0 becomes +0.0.
-    let pull = [x - a, y - b, z - c].map(|x| x + Lane::of(0.0));
-    let [x, y, z] = pull;
+    let [x, y, z] = three([x - a, y - b, z - c], |x| x + Lane::of(0.0));
     Step { turn, unit, stress, pull: [x, y, z, energy] }
 }

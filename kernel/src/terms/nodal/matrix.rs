@@ -1,14 +1,43 @@
 //! Matrices of three rows and three columns, for one cell or for eight side by side.
+//!
+//! Element by element without loops and without methods of arrays: those are not always inlined, and
+//! the arithmetic of a vector unit is slow outside the functions that are built for it.
 
 use crate::number::lane::{Lane, Real};
 
 /// Rows of a matrix.
 pub(crate) type Matrix<V> = [[Lane<V>; 3]; 3];
 
-/// A matrix element by element.
+/// Three numbers, each changed.
 #[inline(always)]
-pub(super) fn matrix<V: Real>(of: impl Fn(usize, usize) -> Lane<V>) -> Matrix<V> {
-    [[of(0, 0), of(0, 1), of(0, 2)], [of(1, 0), of(1, 1), of(1, 2)], [of(2, 0), of(2, 1), of(2, 2)]]
+pub(super) fn three<A, B>([a, b, c]: [A; 3], of: impl Fn(A) -> B) -> [B; 3] {
+    [of(a), of(b), of(c)]
+}
+
+/// Three pairs of numbers, each made one.
+#[inline(always)]
+pub(super) fn pairs<A, B, C>(
+    [a, b, c]: [A; 3],
+    [d, e, f]: [B; 3],
+    of: impl Fn(A, B) -> C,
+) -> [C; 3] {
+    [of(a, d), of(b, e), of(c, f)]
+}
+
+/// A matrix, each element changed.
+#[inline(always)]
+pub(super) fn each<A, B>([a, b, c]: [[A; 3]; 3], of: impl Fn(A) -> B + Copy) -> [[B; 3]; 3] {
+    [three(a, of), three(b, of), three(c, of)]
+}
+
+/// Two matrices, element by element.
+#[inline(always)]
+pub(super) fn both<A, B, C>(
+    [a, b, c]: [[A; 3]; 3],
+    [d, e, f]: [[B; 3]; 3],
+    of: impl Fn(A, B) -> C + Copy,
+) -> [[C; 3]; 3] {
+    [pairs(a, d, of), pairs(b, e, of), pairs(c, f, of)]
 }
 
 /// Sum of the products of the elements, row by row.
@@ -23,9 +52,8 @@ pub(super) fn dot<V: Real>([a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]) -> 
 }
 
 #[inline(always)]
-pub(super) fn minus<V: Real>([a, b, c]: Matrix<V>, [d, e, f]: Matrix<V>) -> Matrix<V> {
-    let row = |[a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]| [a - d, b - e, c - f];
-    [row(a, d), row(b, e), row(c, f)]
+pub(super) fn minus<V: Real>(a: Matrix<V>, b: Matrix<V>) -> Matrix<V> {
+    both(a, b, |a, b| a - b)
 }
 
 #[inline(always)]
@@ -37,6 +65,12 @@ fn cross<V: Real>([a, b, c]: [Lane<V>; 3], [d, e, f]: [Lane<V>; 3]) -> [Lane<V>;
 #[inline(always)]
 pub(super) fn cofactors<V: Real>([a, b, c]: Matrix<V>) -> Matrix<V> {
     [cross(b, c), cross(c, a), cross(a, b)]
+}
+
+/// A matrix times the transpose of another.
+#[inline(always)]
+pub(super) fn times_transposed<V: Real>([a, b, c]: Matrix<V>, other: Matrix<V>) -> Matrix<V> {
+    [times(other, a), times(other, b), times(other, c)]
 }
 
 /// A matrix times a column.

@@ -136,11 +136,12 @@ impl Term for Nodal<'_> {
                 continue;
             };
             let area = back::<V>(slots);
+            let [x, y, z] = area;
+            let along = |[a, b, c]: [V; 3]| a.times(x).plus(b.times(y)).plus(c.times(z));
             let [first, second, third] = state::stresses::<V>(ids, state);
-            for (pull, [a, b, c]) in pull.iter_mut().zip([first, second, third]) {
-                let [x, y, z] = area;
-                *pull = pull.minus(a.times(x).plus(b.times(y)).plus(c.times(z)));
-            }
+            let [px, py, pz, energy] = pull;
+            pull =
+                [px.minus(along(first)), py.minus(along(second)), pz.minus(along(third)), energy];
         }
         *sum = pull;
     }

@@ -4,7 +4,7 @@
 //! away from the shape. So the energy falls in every sweep, however far the steps are from the
 //! nearest ones.
 
-use super::matrix::{Matrix, cofactors, dot, inner, matrix, minus};
+use super::matrix::{Matrix, both, cofactors, dot, each, inner, minus, times_transposed};
 use crate::number::lane::{Lane, Real};
 
 /// A unit quaternion: the real part, then the three others.
@@ -13,7 +13,8 @@ pub(crate) type Turn<V> = [Lane<V>; 4];
 /// A quarter of the root of 3: the longest step that never turns away.
 const STEP: f32 = 0.433_012_7;
 /// Determinants of a step towards unit volume that are taken.
-const DETERMINANTS: [f32; 2] = [0.25, 4.0];
+const DETERMINANT_MIN: f32 = 0.25;
+const DETERMINANT_MAX: f32 = 2.5;
 /// A distance that is never taken.
 const FAR: f32 = f32::MAX;
 
@@ -37,26 +38,21 @@ pub(crate) fn rotation<V: Real>([w, x, y, z]: Turn<V>) -> Matrix<V> {
 /// q <- (1, h) q, normalised, h = (sqrt 3 / 4) a / |F|.
 #[inline(always)]
 pub(crate) fn turned<V: Real>(f: Matrix<V>, turn: Turn<V>) -> Turn<V> {
-    let r = rotation(turn);
-    let b = matrix(|row, column| match (f.get(row), r.get(column)) {
-        (Some(f), Some(r)) => dot(*f, *r),
-        _ => Lane::of(0.0),
-    });
+    let b = times_transposed(f, rotation(turn));
     let size = inner(f, f).root() + Lane::of(f32::MIN_POSITIVE);
     let step = Lane::of(STEP) / size;
     let [[_, b12, b13], [b21, _, b23], [b31, b32, _]] = b;
     let (x, y, z) = (step * (b32 - b23), step * (b13 - b31), step * (b21 - b12));
     let [p, q, r, s] = turn;
-    let next = [
+    let [a, b, c, d] = [
         p - (x * q + y * r + z * s),
         q + (x * p + y * s - z * r),
         r + (y * p + z * q - x * s),
         s + (z * p + x * r - y * q),
     ];
-    let [a, b, c, d] = next;
-    let length = (a * a + b * b + c * c + d * d).root();
+    let (scale, zero) = (Lane::of(1.0) / (a * a + b * b + c * c + d * d).root(), Lane::of(0.0));
     // -0.0 becomes +0.0.
-    next.map(|part| part / length + Lane::of(0.0))
+    [a * scale + zero, b * scale + zero, c * scale + zero, d * scale + zero]
 }
 
 /// A step of Q, whose determinant is 1, towards the nearest such shape to F, and the squared
@@ -80,46 +76,31 @@ pub(crate) fn of_unit_volume<V: Real>(f: Matrix<V>, unit: Matrix<V>) -> (Matrix<
         let slope = Lane::select(slope.above(Lane::of(f32::MIN_POSITIVE)), slope, Lane::of(1.0));
         p = p - value / slope;
     }
-    let next = matrix(|row, column| match (f.get(row), c.get(row)) {
-        (Some(f), Some(c)) => element(f, column) + p * element(c, column),
-        _ => Lane::of(0.0),
-    });
+    let next = both(f, c, |f, c| f + p * c);
     let [first, second, third] = next;
     let [own, ..] = cofactors([first, second, third]);
     let determinant = dot(first, own);
-    let [low, high] = DETERMINANTS.map(Lane::of);
-    let is_low = low.above(determinant);
+    let (low, high) = (Lane::of(DETERMINANT_MIN), Lane::of(DETERMINANT_MAX));
     let tame = Lane::select(determinant.above(low), determinant, Lane::of(1.0));
-    let tame = Lane::select(high.above(tame), tame, Lane::of(1.0));
-    let scale = Lane::of(1.0) / cube_root(tame);
+    let scale = inverse_cube_root(Lane::select(high.above(tame), tame, Lane::of(1.0)));
     // -0.0 becomes +0.0.
-    let next = next.map(|row| row.map(|x| x * scale + Lane::of(0.0)));
+    let next = each(next, |x| x * scale + Lane::of(0.0));
     let (old, new) = (minus(f, unit), minus(f, next));
     let (old, new) = (inner(old, old), inner(new, new));
-    let new = Lane::select(is_low, Lane::of(FAR), new);
+    let new = Lane::select(determinant.above(low), new, Lane::of(FAR));
     let new = Lane::select(high.above(determinant), new, Lane::of(FAR));
     let nearer = old.above(new);
-    let taken = matrix(|row, column| match (next.get(row), unit.get(row)) {
-        (Some(next), Some(unit)) => {
-            Lane::select(nearer, element(next, column), element(unit, column))
-        }
-        _ => Lane::of(0.0),
-    });
+    let taken = both(next, unit, |next, unit| Lane::select(nearer, next, unit));
     (taken, Lane::select(nearer, new, old))
 }
 
+/// The inverse of the cube root of a number from 1/4 to 5/2, by six Newton steps; exact for 1.
 #[inline(always)]
-fn element<V: Real>(row: &[Lane<V>; 3], column: usize) -> Lane<V> {
-    row.get(column).copied().unwrap_or(Lane::of(0.0))
-}
-
-/// The cube root of a number from 1/4 to 4, by five Newton steps; exact for 1.
-#[inline(always)]
-fn cube_root<V: Real>(x: Lane<V>) -> Lane<V> {
-    let (two, three) = (Lane::of(2.0), Lane::of(3.0));
-    let mut root = (two + x) / three;
-    for _ in 0..5 {
-        root = (two * root + x / (root * root)) / three;
+fn inverse_cube_root<V: Real>(x: Lane<V>) -> Lane<V> {
+    let (four, third) = (Lane::of(4.0), Lane::of(1.0 / 3.0));
+    let mut root = (four - x) * third;
+    for _ in 0..6 {
+        root = root * ((four - x * root * root * root) * third);
     }
     root
 }

@@ -1,7 +1,7 @@
 //! What a cell keeps: its rotation, its shape of unit volume, and what the last pass found.
 
 use super::law::Step;
-use super::matrix::Matrix;
+use super::matrix::{Matrix, each};
 use super::nearest::Turn;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::number::cell::Cell;
@@ -53,7 +53,16 @@ impl CellState for ShapeState {
 /// Eight times four numbers.
 #[inline(always)]
 pub(super) fn chunk(of: impl Fn(usize) -> [f32; 4]) -> Chunk {
-    core::array::from_fn(|lane| Cell(of(lane)))
+    [
+        Cell(of(0)),
+        Cell(of(1)),
+        Cell(of(2)),
+        Cell(of(3)),
+        Cell(of(4)),
+        Cell(of(5)),
+        Cell(of(6)),
+        Cell(of(7)),
+    ]
 }
 
 /// The lanes of eight times three numbers.
@@ -66,38 +75,41 @@ fn rows<V: F32x8>(of: impl Fn(usize, usize) -> [f32; 4]) -> [[V; 3]; 3] {
     [row(0), row(1), row(2)]
 }
 
-#[inline(always)]
-fn lanes<V>(rows: [[V; 3]; 3]) -> Matrix<V> {
-    rows.map(|row| row.map(Lane))
-}
-
 /// Rotations and shapes of unit volume of eight cells.
 #[inline(always)]
 pub(super) fn load<V: F32x8>(states: &[ShapeState; LANES]) -> (Turn<V>, Matrix<V>) {
     let at = |lane: usize| states.get(lane).copied().unwrap_or(ShapeState::REST);
-    let turn = V::transposed(&chunk(|lane| at(lane).turn)).map(Lane);
+    let [p, q, r, s] = V::transposed(&chunk(|lane| at(lane).turn));
     let unit = rows(|row, lane| at(lane).unit.get(row).copied().unwrap_or([0.0; 4]));
-    (turn, lanes(unit))
+    ([Lane(p), Lane(q), Lane(r), Lane(s)], each(unit, Lane))
+}
+
+/// Eight cells of four numbers each.
+#[inline(always)]
+fn cells<V: F32x8>([a, b, c, d]: [Lane<V>; 4]) -> Chunk {
+    let mut chunk = [Cell::ZERO; LANES];
+    V::put_transposed([a.0, b.0, c.0, d.0], &mut chunk);
+    chunk
+}
+
+/// Rows of a matrix for eight cells.
+#[inline(always)]
+fn row<V: F32x8>([a, b, c]: [Lane<V>; 3]) -> Chunk {
+    cells([a, b, c, Lane::of(0.0)])
 }
 
 /// Puts what a pass found into the states of eight cells.
 #[inline(always)]
 pub(super) fn store<V: F32x8>(step: Step<V>, states: &mut [ShapeState; LANES]) {
-    let zero = V::splat(0.0);
-    let put = |lanes: [V; 4]| {
-        let mut chunk = [Cell::ZERO; LANES];
-        V::put_transposed(lanes, &mut chunk);
-        chunk
-    };
-    let row = |[a, b, c]: [Lane<V>; 3]| put([a.0, b.0, c.0, zero]);
-    let (turn, pull) = (put(step.turn.map(|x| x.0)), put(step.pull.map(|x| x.0)));
-    let (unit, stress) = (step.unit.map(row), step.stress.map(row));
+    let (turn, pull) = (cells(step.turn), cells(step.pull));
+    let ([a, b, c], [d, e, f]) = (step.unit, step.stress);
+    let ([a, b, c], [d, e, f]) = ([row(a), row(b), row(c)], [row(d), row(e), row(f)]);
     let of = |chunk: &Chunk, lane: usize| chunk.get(lane).map_or([0.0; 4], |cell| cell.0);
     for (lane, state) in states.iter_mut().enumerate() {
         *state = ShapeState {
             turn: of(&turn, lane),
-            unit: [of(&unit[0], lane), of(&unit[1], lane), of(&unit[2], lane)],
-            stress: [of(&stress[0], lane), of(&stress[1], lane), of(&stress[2], lane)],
+            unit: [of(&a, lane), of(&b, lane), of(&c, lane)],
+            stress: [of(&d, lane), of(&e, lane), of(&f, lane)],
             pull: of(&pull, lane),
         };
     }

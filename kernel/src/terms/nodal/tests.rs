@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::matrix::{Matrix, cofactors, dot, inner, matrix, minus};
+use super::matrix::{Matrix, cofactors, dot, inner, minus};
 use super::nearest::{of_unit_volume, rotation, turned};
 use crate::backend::f32x8::{F32x8, Lanes8};
 use crate::number::lane::Lane;
@@ -78,12 +78,15 @@ proptest! {
     #[test]
     fn steps_settle(small in prop::array::uniform9(-0.1_f32..0.1), q in turn()) {
         let r = rotation(q.map(Lane));
-        let stretch = matrix(|i, j| {
+        let matrix = |of: &dyn Fn(usize, usize) -> f32| -> Matrix<f32> {
+            std::array::from_fn(|i| std::array::from_fn(|j| Lane(of(i, j))))
+        };
+        let stretch = matrix(&|i, j| {
             let own = small[3 * i + j] + small[3 * j + i];
-            Lane(if i == j { 1.0 + own } else { own })
+            if i == j { 1.0 + own } else { own }
         });
         // F = R S with S symmetric: R is the nearest rotation.
-        let f = matrix(|i, j| dot(r[i], [stretch[0][j], stretch[1][j], stretch[2][j]]));
+        let f = matrix(&|i, j| dot(r[i], [stretch[0][j], stretch[1][j], stretch[2][j]]).0);
         let (mut turn, mut unit) = (q.map(|x| Lane(x + 0.01)), r);
         for _ in 0..12 {
             turn = turned(f, turn);
@@ -94,7 +97,7 @@ proptest! {
         // what a last place of the determinant moves the distance by.
         let (off, normal) = (minus(f, unit), cofactors(unit));
         let share = inner(off, normal).0 / inner(normal, normal).0;
-        let left = matrix(|i, j| Lane(off[i][j].0 - share * normal[i][j].0));
+        let left = matrix(&|i, j| off[i][j].0 - share * normal[i][j].0);
         let left = inner(left, left).0.sqrt();
         prop_assert!(left < 1e-3, "{left}");
     }
