@@ -14,24 +14,27 @@ use std::process::ExitCode;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
 use chaincell_lab::cli::exit_code;
-use chaincell_lab::experiments::report::model::{CSV, PICTURE, bars, charts, markdown, run};
+use chaincell_lab::experiments::report::model::{
+    CSV, PICTURE, RUNNING_CSV, bars, charts, markdown, run,
+};
 use chaincell_lab::experiments::report::tables::csv;
 
 fn measure(reference: &Path, folder: Option<&Path>) -> Result<()> {
     let folder = folder.map(|folder| Folder::open(folder, true)).transpose()?;
-    let rows = run(reference, false, || {
+    let measured = run(reference, false, || {
         eprint!(".");
         Ok(())
     })?;
     eprintln!();
     if let Some(folder) = &folder {
-        folder.write(CSV, csv(&rows).as_bytes())?;
-        for (number, (chart, _)) in charts(&rows).into_iter().enumerate() {
+        folder.write(CSV, csv(&measured.rows).as_bytes())?;
+        folder.write(RUNNING_CSV, csv(&measured.running).as_bytes())?;
+        for (number, (chart, _)) in charts(&measured).into_iter().enumerate() {
             chart.write(folder, &format!("{PICTURE}{}", number + 1))?;
         }
     }
-    print!("{}", markdown(&rows, ""));
-    match bars(&rows).iter().filter(|bar| !bar.holds()).count() {
+    print!("{}", markdown(&measured, ""));
+    match bars(&measured.rows).iter().filter(|bar| !bar.holds()).count() {
         0 => Ok(()),
         short => Err(Error::check(format!("{short} of the bars do not hold"))),
     }

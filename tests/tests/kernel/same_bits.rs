@@ -3,6 +3,7 @@
 //! `cargo test --release -p chaincell-tests --test kernel same_bits` checks the fully optimised build.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Engine, Scheme};
@@ -123,6 +124,37 @@ fn trajectories_are_the_same_without_the_vector_unit() {
                 hashes.dedup();
                 assert!(hashes.len() > 150, "{spec} {scheme:?}: the body hardly moved");
             }
+        }
+    }
+}
+
+/// Tissue by Young's modulus and Poisson's ratio, pressed and let go.
+#[test]
+fn trajectories_of_nodal_shapes_are_the_same_without_the_vector_unit() {
+    if !is_here("trajectories_of_nodal_shapes_are_the_same_without_the_vector_unit") {
+        return;
+    }
+    let of = PerCell::Uniform;
+    for (spec, poisson) in [("organ:500", 0.45), ("box:7x6x5x0.01", 0.0), ("organ:16800", 0.3)] {
+        let shape = body(spec);
+        let tissue = Some(Tissue { young_pa: of(5000.0), poisson: of(poisson) });
+        for coarse_basis in [BasisSpacing::None, BasisSpacing::Links(3.5)] {
+            let options =
+                BakeOptions { tissue: tissue.clone(), coarse_basis, ..BakeOptions::default() };
+            let image = shape.bake(&options).unwrap();
+            let model = Model::from_bytes(image.as_bytes()).unwrap();
+            assert!(model.is_nodal());
+            let ticks = if parts::count(model.cells()) > 1 { 12 } else { 200 };
+            let mut twins = Twins::new(model, Scheme::Track, Unloading::Release);
+            let mut hashes = vec![twins.0[0].state_hash()];
+            for tick in 0..ticks {
+                let what = format!("{spec} {coarse_basis:?} tick {tick}");
+                let tick = tick * 200 / ticks;
+                hashes.push(twins.tick(&stroke(tick, model.unit_m()), &what));
+            }
+            hashes.sort_unstable();
+            hashes.dedup();
+            assert!(hashes.len() > ticks as usize * 3 / 4, "{spec}: the body hardly moved");
         }
     }
 }

@@ -13,7 +13,7 @@ use super::flow::{self, FlowRow};
 use super::growth::{self, Growth};
 use super::hand::{self, Hand, HandRow};
 use super::machine::Machine;
-use super::model::{self, ModelRow};
+use super::model::{self, Measured};
 use super::motions::Motion;
 use super::numbers::{self, NumberRow};
 use super::press::{self, Errors, PressRow};
@@ -124,7 +124,8 @@ pub struct Report {
     /// Held cells under a hand that moves.
     pub hand: Vec<HandRow>,
     /// Exact equilibria of models against finite elements, where reference data was at hand.
-    pub model: Vec<ModelRow>,
+    #[serde(flatten)]
+    pub model: Measured,
     /// Every way in which a tool acts on a body.
     pub tools: Vec<ToolRow>,
     /// Time to equilibrium, every method.

@@ -45,7 +45,8 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
     for (name, rows) in [
         ("report_press.csv", csv(&report.rows)),
         ("report_hand.csv", csv(&report.hand)),
-        (model::CSV, csv(&report.model)),
+        (model::CSV, csv(&report.model.rows)),
+        (model::RUNNING_CSV, csv(&report.model.running)),
         ("report_tools.csv", csv(&report.tools)),
         ("report_settle.csv", csv(&report.settled)),
         ("report_numbers.csv", csv(&report.numbers)),

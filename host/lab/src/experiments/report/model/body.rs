@@ -129,6 +129,19 @@ impl Body {
         })
     }
 
+    /// The stiffness of links that are all alike with the mean modulus of the data: the same sum of
+    /// k l^2 as [`Self::links`].
+    #[must_use]
+    pub fn even_stiffness_n_per_m(&self) -> f64 {
+        let (mut moduli, mut squares) = (0.0, 0.0);
+        for ([i, j], per_young) in self.links() {
+            let d = minus(self.rest_m[i as usize], self.rest_m[j as usize]);
+            moduli += YOUNG_PA * per_young * dot(d, d);
+            squares += dot(d, d);
+        }
+        moduli / squares
+    }
+
     /// Links along the edges, each with the volume of the tetrahedra around it over its length
     /// squared \[m\]: E times that is its stiffness (van Gelder 1998).
     #[must_use]

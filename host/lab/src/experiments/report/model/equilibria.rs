@@ -38,12 +38,8 @@ pub(super) fn follow(body: &Body, model: Model) -> Result<Vec<Found>> {
             let all = body.links();
             let (ends, volumes): (Vec<_>, Vec<_>) = all.into_iter().unzip();
             let links = Links::from_edges(&body.rest_m, &ends, 0.0, &body.fixed)?;
-            // One stiffness with the same mean modulus: the same sum of k l^2.
-            let squares = links.rest_lengths().iter().map(|l| l * l);
-            let even = squares.clone().zip(&volumes).map(|(l, v)| l * v).sum::<f64>()
-                / squares.sum::<f64>();
             let mean = match model {
-                Model::EvenLinks => even,
+                Model::EvenLinks => body.even_stiffness_n_per_m() / YOUNG_PA,
                 _ => volumes.iter().sum::<f64>() / volumes.len() as f64,
             };
             let links = match model {

@@ -1,13 +1,19 @@
 //! The section of the report: tables, bars, pictures.
 
-use super::ModelRow;
+use super::running::{RunningRow, SPEED_M_PER_S};
+use super::{Measured, Model, ModelRow};
 use crate::charts::plot::{Axis, Chart, Style};
 use crate::experiments::report::tables::{Table, percent};
 
 /// Name of the table's file.
 pub const CSV: &str = "report_model.csv";
+/// Name of the running kernel's table.
+pub const RUNNING_CSV: &str = "report_model_running.csv";
 /// How the names of the pictures begin, one for each body pressed to several depths.
 pub const PICTURE: &str = "report_model_";
+
+/// Depth that the running kernel is shown at \[mm\].
+const SHOWN_MM: f64 = 4.0;
 
 /// What the model is meant to keep, without any number fitted to these bodies.
 #[derive(Debug, Clone, Copy)]
@@ -102,7 +108,8 @@ fn models(rows: &[ModelRow]) -> impl Iterator<Item = &[ModelRow]> {
 
 /// The section of the report; `picture` stands in it as it is.
 #[must_use]
-pub fn markdown(rows: &[ModelRow], picture: &str) -> String {
+pub fn markdown(measured: &Measured, picture: &str) -> String {
+    let rows = &measured.rows;
     if rows.is_empty() {
         return "## Model error\n\nSKIPPED: no reference data was given (--reference, \
                 CHAINCELL_REFERENCE).\n\n"
@@ -131,8 +138,43 @@ pub fn markdown(rows: &[ModelRow], picture: &str) -> String {
          nodes, a fifth of the shear stiffness on the tetrahedra, volume by determinant or trace; \
          `band`: stretches below 0.7 are resisted. No number is fitted to these bodies. Relative \
          residual of every equilibrium: at most {:.0e}.\n\nWhat `{JUDGED}` is meant to keep:\n\n\
-         {}{bodies}",
+         {}{}{bodies}",
         rows.iter().filter_map(|row| row.residual).fold(0.0, f64::max),
+        table.table().markdown(),
+        running(&measured.running)
+    )
+}
+
+/// What a budget leaves: the running kernel at the last depth of at most [`SHOWN_MM`].
+fn running(rows: &[RunningRow]) -> String {
+    let presses = rows.chunk_by(|a, b| {
+        (a.body, a.poisson_percent, a.model, a.sweeps)
+            == (b.body, b.poisson_percent, b.model, b.sweeps)
+    });
+    let shown = |rows: &'_ [RunningRow]| {
+        rows.iter().rev().find(|row| row.depth_mm < SHOWN_MM + 0.01).cloned()
+    };
+    let shown: Vec<RunningRow> = presses.filter_map(shown).collect();
+    let table = Table::of(&shown)
+        .column("body", |row| format!("{}, nu 0.{}", row.body, row.poisson_percent))
+        .column("model", |row| row.model)
+        .column("scheme", |row| row.scheme)
+        .column("sweeps", |row| row.sweeps.to_string())
+        .column("depth [mm]", |row| format!("{:.0}", row.depth_mm))
+        .column("tick [us]", |row| format!("{:.0}", row.tick_us))
+        .column("tick [bare sweeps]", |row| format!("{:.1}", row.tick_bare_sweeps))
+        .column("field, own equilibrium [%]", |row| format!("{:.1}", 100.0 * row.field_own))
+        .column("force ratio, own", |row| format!("{:.3}", row.force_own))
+        .column("field, elements [%]", |row| format!("{:.1}", 100.0 * row.field))
+        .column("force ratio, elements", |row| format!("{:.3}", row.force))
+        .column("rolled back [%]", |row| format!("{:.0}", 100.0 * row.rolled_back));
+    format!(
+        "### What a budget leaves\n\nThe running kernel, the held cells pressed at {} mm/s without \
+         a stop, as it is when the tool goes through the depth: against the equilibrium of its own \
+         model and against quadratic elements. Tick: the median of the press on this machine, and \
+         the same in sweeps over the links of this body without hats, measured beside it. Nodal \
+         tissue runs under `track`, without the band.\n\n{}",
+        1e3 * SPEED_M_PER_S,
         table.table().markdown()
     )
 }
@@ -168,11 +210,52 @@ fn body(rows: &[ModelRow]) -> String {
     )
 }
 
-/// Error of the field over depth, one chart a body that is pressed to several, with captions.
+/// Error of the field over depth and over the time of a tick, two charts a body that is pressed to
+/// several depths, with captions.
 #[must_use]
-pub fn charts(rows: &[ModelRow]) -> Vec<(Chart, String)> {
-    let several = bodies(rows).filter(|rows| rows.iter().any(|row| row.depth_mm > 1.5));
-    several.map(|rows| (chart(rows), format!("{}: error over depth", title(rows)))).collect()
+pub fn charts(measured: &Measured) -> Vec<(Chart, String)> {
+    let several = |rows: &&[ModelRow]| rows.iter().any(|row| row.depth_mm > 1.5);
+    let mut charts = Vec::new();
+    for rows in bodies(&measured.rows).filter(several) {
+        charts.push((chart(rows), format!("{}: error over depth", title(rows))));
+        let budget = budget(rows, &measured.running);
+        charts.push((budget, format!("{}: error over the time of a tick", title(rows))));
+    }
+    charts
+}
+
+/// How far off the elements the time of a tick leaves the running kernel at [`SHOWN_MM`], beside
+/// what linear tetrahedra are off.
+fn budget(rows: &[ModelRow], running: &[RunningRow]) -> Chart {
+    let is_shown = |depth_mm: f64| (depth_mm - SHOWN_MM).abs() < 0.01;
+    let axes =
+        (Axis::log10("time of a tick [bare link sweeps]"), Axis::linear("error of the field [%]"));
+    let title = format!(
+        "Off quadratic elements at {SHOWN_MM} mm and {} mm/s ({})",
+        1e3 * SPEED_M_PER_S,
+        title(rows)
+    );
+    let mut chart = Chart::new(&title, axes.0, axes.1);
+    let of = (rows[0].body, rows[0].poisson_percent);
+    let here: Vec<&RunningRow> = running
+        .iter()
+        .filter(|row| (row.body, row.poisson_percent) == of && is_shown(row.depth_mm))
+        .collect();
+    for same in here.chunk_by(|a, b| a.model == b.model) {
+        let points: Vec<[f64; 2]> =
+            same.iter().map(|row| [row.tick_bare_sweeps, 100.0 * row.field]).collect();
+        chart = chart.series(
+            &format!("{}, {}", same[0].model, same[0].scheme),
+            Style::MarkedLine,
+            &points,
+        );
+    }
+    for row in
+        rows.iter().filter(|row| is_shown(row.depth_mm) && row.model == Model::Linear.words())
+    {
+        chart = chart.horizontal(100.0 * row.field, row.model);
+    }
+    chart
 }
 
 fn title(rows: &[ModelRow]) -> String {
