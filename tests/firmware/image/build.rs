@@ -85,6 +85,7 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
         writeln!(text, "pub static {name}: &[u8] = {state};")?;
     }
     writeln!(text, "pub const CELLS: usize = {};", model.cells())?;
+    writeln!(text, "pub const STATES: usize = {};", model.kept_states())?;
     writeln!(text, "pub const HELD: [u32; {count}] = [{held}];")?;
     for (name, kind) in [
         ("SWEEPS", "u16"),

@@ -66,6 +66,8 @@ pub static GOLDENS: &[Golden] = &[
     of("organ500_track", Tier::F64, 2000, 0xac5c8553d011faff, 64000),
     of("organ500_predict", Tier::F32, 100, 0xbb0c5dbcbad1a66c, 3200),
     of("organ500_predict", Tier::F32, 2000, 0x61e01841e9307e2a, 64000),
+    of("tissue6_track", Tier::F32, 100, 0x3ec1acb6add27096, 3200),
+    of("tissue6_track", Tier::F32, 2000, 0x322f3b1145c470aa, 64000),
     of("varied300_track", Tier::F32, 100, 0x41f2302e11f1d987, 3200),
     of("varied300_track", Tier::F32, 2000, 0xbd61a86ca3ace066, 64000),
     of("varied300_track", Tier::Fixed, 100, 0x4d107ab10e97bf33, 3200),

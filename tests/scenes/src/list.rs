@@ -23,6 +23,9 @@ pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
 /// link: sliced, 24 hats.
 pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5`: nodal shapes, hats.
+pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
+
 /// Defaults but for the number of sweeps, the bands and the force's limit.
 fn settings<D: Dynamics>(
     model: &Model<'_>,
@@ -36,7 +39,8 @@ fn settings<D: Dynamics>(
 
 macro_rules! scenes {
     ($($(#[$doc:meta])* $name:ident {
-        image: $image:ident, cells: $cells:literal, held: $held:expr, reach_m: $reach:literal,
+        image: $image:ident, cells: $cells:literal, $(states: $states:literal,)?
+        held: $held:expr, reach_m: $reach:literal,
         scheme: $scheme:ty, also: [$($tier:ident $other:ty),*], sweeps: $sweeps:literal, unloading: $unloading:ident,
         max_force_n: $force:expr,
     })*) => {
@@ -48,7 +52,7 @@ macro_rules! scenes {
             /// A tissue that the scene just fits.
             pub type Body = BodyOf<Scheme>;
             /// The same for the scene's scheme in another number type.
-            pub type BodyOf<D> = Tissue<$cells, D, { HELD.len() }>;
+            pub type BodyOf<D> = Tissue<$cells, D, { HELD.len() }, { 0 $(+ $states)? }>;
             const HELD: &[u32] = &$held;
             /// The scene.
             pub static SCENE: Scene = Scene {
@@ -120,6 +124,12 @@ scenes! {
     organ500_predict {
         image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
         scheme: Predict<{ coarse_room(24, 7) }>, also: [], sweeps: 1, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// A block of nodal shapes, with hats; the kernel needs its feature `nodal`.
+    tissue6_track {
+        image: TISSUE6, cells: 144, states: 144, held: [59, 63, 83], reach_m: 0.03,
+        scheme: Track<{ coarse_room(18, 3) }>, also: [], sweeps: 3, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// An organ whose links all differ, with hats.

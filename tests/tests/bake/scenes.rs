@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, VARIED300};
+use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, VARIED300};
 
 /// One value a node.
 fn each(nodes: u32, value: fn(u32) -> u32, unit: f64) -> PerCell {
@@ -43,6 +44,13 @@ fn the_linked_images_are_what_the_bake_gives() {
     check("box7.chaincell", BOX7, &baked("box:7x7x5x0.01", false, &block));
     let organ = BakeOptions { coarse_basis: BasisSpacing::Links(3.5), lean: true, ..plain.clone() };
     check("organ500.chaincell", ORGAN500, &baked("organ:500", false, &organ));
+    let tissue = Tissue { young_pa: PerCell::Uniform(5000.0), poisson: PerCell::Uniform(0.4) };
+    let tissue = BakeOptions {
+        tissue: Some(tissue),
+        coarse_basis: BasisSpacing::Links(2.5),
+        ..plain.clone()
+    };
+    check("tissue6.chaincell", TISSUE6, &baked("box:6x6x4x0.01", false, &tissue));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),
         stiffness_n_per_m: each(299, |node| 1 + node * 13 % 17, 5.0),
@@ -62,6 +70,7 @@ fn the_scenes_cover_every_scheme_and_kind_of_body() {
     let models = SCENES.map(|scene| Model::from_bytes(scene.image).unwrap());
     for kind in [false, true] {
         assert!(models.iter().any(|model| model.is_sliced() == kind));
+        assert!(models.iter().any(|model| model.is_nodal() == kind));
         assert!(models.iter().any(|model| (model.hats() > 0) == kind));
         assert!(models.iter().any(|model| (model.alpha() > 0.0) == kind));
         assert!(models.iter().any(|model| (model.alpha_varies() && model.weight_varies()) == kind));

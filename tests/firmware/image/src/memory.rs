@@ -3,9 +3,9 @@
 use chaincell_kernel::{Tissue, TissueMut};
 use static_cell::ConstStaticCell;
 
-use crate::scene::{CELLS, HELD, Scheme};
+use crate::scene::{CELLS, HELD, STATES, Scheme};
 
-static TISSUE: ConstStaticCell<Tissue<CELLS, Scheme, { HELD.len() }>> =
+static TISSUE: ConstStaticCell<Tissue<CELLS, Scheme, { HELD.len() }, STATES>> =
     ConstStaticCell::new(Tissue::new());
 
 /// The tissue; `None` the second time.

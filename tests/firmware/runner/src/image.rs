@@ -94,6 +94,9 @@ impl Workshop {
         let mut cargo = self.cargo("build", target, ready, tier);
         let feature = with.map_or("", |with| with.feature);
         cargo.args(with.map(|with| format!("--features={}", with.feature)));
+        if ready.model.is_nodal() {
+            cargo.arg("--features=nodal");
+        }
         if let Some(traces) = with.and_then(|with| with.traces) {
             cargo.envs(traces.environment());
         }
