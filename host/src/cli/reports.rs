@@ -2,7 +2,7 @@
 
 use chaincell_kernel::Contact;
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Predict, Rkl1, Rkl2, Track, array_bytes,
+    Dynamics, Euler, GaussSeidel, Head, Model, Predict, Rkl1, Rkl2, TermState, Track, array_bytes,
 };
 use serde::Serialize;
 
@@ -38,6 +38,11 @@ pub struct ModelReport {
     alpha_varies: bool,
     stiffness_n_per_m: f32,
     stiffness_varies: bool,
+    /// Young's modulus \[Pa\] and Poisson's ratio of a body of nodal shapes, the means of its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    young_pa: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poisson: Option<f64>,
     mean_link_m: f32,
     centre_m: [f32; 3],
     k_m: f32,
@@ -79,6 +84,8 @@ impl ModelReport {
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
             stiffness_varies: model.weight_varies(),
+            young_pa: mean(model, 0),
+            poisson: mean(model, 1),
             mean_link_m: model.unit_m(),
             centre_m: model.centre_m(),
             k_m: model.saturation() * model.unit_m(),
@@ -117,14 +124,22 @@ impl ModelReport {
         row("colours", format!("{} (gauss-seidel)", self.colours))?;
         row("mean link", format!("{:.4e} m", self.mean_link_m))?;
         row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
-        row(
-            "stiffness",
-            format!("{} N/m{}", self.stiffness_n_per_m, varies(self.stiffness_varies)),
-        )?;
+        if let (Some(young_pa), Some(poisson)) = (self.young_pa, self.poisson) {
+            row(
+                "tissue",
+                format!("{young_pa:.0} Pa, Poisson's ratio {poisson:.3} (nodal shapes)"),
+            )?;
+        } else {
+            row(
+                "stiffness",
+                format!("{} N/m{}", self.stiffness_n_per_m, varies(self.stiffness_varies)),
+            )?;
+        }
         row("saturation", format!("{:.4} m from the centre", self.k_m))?;
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         row("energy bound", format!("{:.4} J", self.energy_max_j))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
+        let schemes = if self.young_pa.is_some() { 1 } else { 6 };
         for (name, bytes) in [
             ("track", self.ram_bytes),
             ("predict", self.ram_bytes_predict),
@@ -132,11 +147,20 @@ impl ModelReport {
             ("rkl1", self.ram_bytes_rkl1),
             ("rkl2", self.ram_bytes_rkl2),
             ("gauss-seidel", self.ram_bytes_gauss_seidel),
-        ] {
+        ]
+        .into_iter()
+        .take(schemes)
+        {
             row("RAM", format!("{bytes} bytes ({name})"))?;
         }
         row("checksum", self.checksum.clone())
     }
+}
+
+/// The mean of a number of the tissue around each cell.
+fn mean(model: &Model<'_>, number: usize) -> Option<f64> {
+    let each = (0..model.cells()).map(|cell| Some(f64::from(model.elasticity(cell)?[number])));
+    Some(each.sum::<Option<f64>>()? / model.cells() as f64)
 }
 
 /// Nodes of the input that have a position.
@@ -150,5 +174,6 @@ fn ram_bytes<D: Dynamics>(model: &Model<'_>) -> usize {
     const { assert!(size_of::<Contact>() == 16) };
     let (cells, contacts) = (model.cells(), CONTACTS.min(model.cells()));
     let arrays = array_bytes::<D>(cells, contacts, D::room_blocks(model, contacts));
-    size_of::<Head<D>>().next_multiple_of(16) + arrays
+    let states = model.kept_states() * size_of::<TermState>();
+    size_of::<Head<D>>().next_multiple_of(16) + arrays + states
 }

@@ -14,6 +14,27 @@ pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
 /// Numbers of eight half-links, by number and lane.
 pub(crate) type SlotNumbers = [[f32; LANES]; nodal::SLOT_ROWS];
 
+/// A half-link: the numbers of eight, and which of them it is.
+#[derive(Clone, Copy)]
+pub(crate) struct Slot<'a> {
+    numbers: &'a SlotNumbers,
+    lane: usize,
+}
+
+impl Slot<'_> {
+    /// A number.
+    #[inline(always)]
+    pub fn number(self, row: usize) -> f32 {
+        self.numbers.get(row).and_then(|lanes| lanes.get(self.lane)).copied().unwrap_or(0.0)
+    }
+
+    /// Three numbers.
+    #[inline(always)]
+    pub fn three(self, row: usize) -> [f32; 3] {
+        [self.number(row), self.number(row + 1), self.number(row + 2)]
+    }
+}
+
 /// The nodal shapes of a body; none in a body of links.
 #[derive(Clone, Copy)]
 pub(crate) struct Nodal<'a> {
@@ -29,7 +50,7 @@ pub(crate) struct Nodal<'a> {
     pub count: usize,
 }
 
-impl Nodal<'_> {
+impl<'a> Nodal<'a> {
     pub const NONE: Self = Self { cells: &[], slots: &[], rows: &[], ids: &[], count: 0 };
 
     /// Whether the body is made of shapes.
@@ -45,18 +66,14 @@ impl Nodal<'_> {
         lanes.and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
     }
 
-    /// Calls `visit(other, number)` for each slot of a cell, padding too; `number` gives a row of
-    /// the slot.
+    /// The slots of a cell, padding too: their other ends and their numbers.
     #[inline(always)]
-    pub fn each_slot(&self, cell: usize, mut visit: impl FnMut(usize, &dyn Fn(usize) -> f32)) {
-        let lane = cell % LANES;
-        for group in range(self.rows, cell / LANES) {
-            let slots = self.slots.get(group).zip(self.ids.get(group));
-            let Some((slots, ids)) = slots else { continue };
-            let number =
-                |row: usize| slots.get(row).and_then(|row| row.get(lane)).copied().unwrap_or(0.0);
-            visit(ids.get(lane).copied().map_or(0, usize::from), &number);
-        }
+    pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, Slot<'a>)> {
+        range(self.rows, cell / LANES).filter_map(move |group| {
+            let (numbers, ids) = (self.slots.get(group)?, self.ids.get(group)?);
+            let lane = cell % LANES;
+            Some((usize::from(*ids.get(lane)?), Slot { numbers, lane }))
+        })
     }
 
     /// The part of the row of L at a cell whose share in cell k's gradient is `area`.
@@ -64,9 +81,9 @@ impl Nodal<'_> {
         let modulus = 2.0 * (1.0 - nodal::BETA) * self.number(k, nodal::MU);
         let weight = (modulus + self.number(k, nodal::LAMBDA_3)) / self.number(k, nodal::VOLUME);
         visit(k, weight * dot(area, [0, 1, 2].map(|axis| self.number(k, nodal::OWN + axis))));
-        self.each_slot(k, |other, number| {
-            visit(other, weight * dot(area, [0, 1, 2].map(|axis| number(nodal::AREA + axis))));
-        });
+        for (other, slot) in self.slots_of(k) {
+            visit(other, weight * dot(area, slot.three(nodal::AREA)));
+        }
     }
 
     fn check_cell(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
@@ -161,15 +178,11 @@ impl<'a> TermData<'a> for Nodal<'a> {
             return;
         }
         self.through(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
-        self.each_slot(cell, |other, number| {
-            // Padding has no share.
-            let area = [0, 1, 2].map(|axis| number(nodal::BACK_AREA + axis));
-            if other != cell && area != [0.0; 3] {
-                self.through(other, area, visit);
-            }
-            visit(cell, number(nodal::SPREAD));
-            visit(other, -number(nodal::SPREAD));
-        });
+        for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
+            self.through(other, slot.three(nodal::BACK_AREA), visit);
+            visit(cell, slot.number(nodal::SPREAD));
+            visit(other, -slot.number(nodal::SPREAD));
+        }
     }
 
     fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {

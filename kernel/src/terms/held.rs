@@ -22,6 +22,7 @@ use super::links::number::LinkNumber;
 use super::residual::Terms;
 use super::term::Term;
 use crate::model::Model;
+use crate::model::terms::TermData;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
@@ -152,9 +153,23 @@ pub(crate) fn each_outer_link<N: LinkNumber>(
     }
 }
 
+/// Room for the rounding of a sum.
+const ROUNDED_UP: f32 = 1.001;
+
 /// Weight of the links between held and other cells, and of the other terms at the held cells.
 pub(crate) fn outer_weight<N: LinkNumber>(model: &Model<'_>, held: &[Contact<N>]) -> f32 {
     let mut weight = 0.0;
+    if model.is_nodal() {
+        // All move alike: twice the sum of the elements of L between held cells.
+        for contact in held {
+            model.others.each_of_row(contact.cell(), &mut |other, element| {
+                if held.binary_search_by_key(&other, Contact::cell).is_ok() {
+                    weight += 2.0 * element;
+                }
+            });
+        }
+        return ROUNDED_UP * weight;
+    }
     each_outer_link(model, held, |link, _, _| weight += model.link_weight(link));
     held.iter().fold(weight, |weight, held| model.others.add_move(held.cell(), 1.0, weight))
 }

@@ -23,7 +23,8 @@ use crate::number::two_float::LANES;
 pub(crate) type Displaced = [[f32; 3]; 2];
 
 impl CellState for Displaced {
-    const REST: Self = [[0.0; 3]; 2];
+    const REST: Self = Self::ZERO;
+    const ZERO: Self = [[0.0; 3]; 2];
     type Words = core::array::IntoIter<u32, 6>;
 
     fn words(self) -> Self::Words {

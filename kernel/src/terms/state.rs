@@ -13,6 +13,8 @@ use crate::terms::term::Term;
 pub(crate) trait CellState: Copy + PartialEq + 'static {
     /// The state in the rest shape.
     const REST: Self;
+    /// All zeros: memory before a reset, so that a static of it needs no initial values.
+    const ZERO: Self;
     /// 32-bit words of a state.
     type Words: Iterator<Item = u32>;
     /// The words that enter the state hash and a saved state, always as many.
@@ -26,6 +28,7 @@ pub(crate) type Nothing = [u32; 0];
 
 impl CellState for Nothing {
     const REST: Self = [];
+    const ZERO: Self = [];
     type Words = core::iter::Empty<u32>;
 
     fn words(self) -> Self::Words {
@@ -39,6 +42,7 @@ impl CellState for Nothing {
 
 impl<A: CellState, B: CellState> CellState for (A, B) {
     const REST: Self = (A::REST, B::REST);
+    const ZERO: Self = (A::ZERO, B::ZERO);
     type Words = core::iter::Chain<A::Words, B::Words>;
 
     fn words(self) -> Self::Words {
@@ -64,6 +68,8 @@ pub struct TermState {
 impl TermState {
     /// In the rest shape.
     pub const REST: Self = Self::published(State::REST);
+    /// Before a reset: all zeros.
+    pub const ZERO: Self = Self::published(State::ZERO);
 
     /// A state at a published position.
     pub(crate) const fn published(state: State) -> Self {

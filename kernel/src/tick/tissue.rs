@@ -128,7 +128,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
             own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
             room: <D::Room as Blocks>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
-            states: [TermState::REST; STATES],
+            states: [TermState::ZERO; STATES],
         }
     }
 

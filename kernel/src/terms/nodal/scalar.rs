@@ -2,30 +2,26 @@
 
 use super::gather::{Gathered, Own};
 use super::law::{Step, stay, step};
-use super::matrix::times;
+use super::matrix::{three, times};
 use super::state::ShapeState;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
-use crate::model::range;
 use crate::number::cell::sub;
 use crate::number::lane::Lane;
-use crate::number::two_float::LANES;
 use crate::terms::held::Touched;
 use crate::terms::term::CellTerm;
 
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.
     fn others(self, cell: usize) -> impl Iterator<Item = usize> {
-        let groups = range(self.rows, cell / LANES);
-        let id = move |group: usize| self.ids.get(group)?.get(cell % LANES).copied();
-        groups.filter_map(id).map(usize::from).filter(move |&other| other != cell)
+        self.slots_of(cell).map(|(other, _)| other).filter(move |&other| other != cell)
     }
 
     fn gathered(self, cell: usize, at: &impl Fn(usize) -> [f32; 3]) -> Gathered<f32> {
         let (here, mut sums) = (at(cell).map(Lane), Gathered::none());
-        self.each_slot(cell, |other, number| {
-            sums.add(here, at(other).map(Lane), |row| Lane(number(row)));
-        });
+        for (other, slot) in self.slots_of(cell) {
+            sums.add(here, at(other).map(Lane), |row| Lane(slot.number(row)));
+        }
         sums
     }
 
@@ -55,12 +51,12 @@ impl Nodal<'_> {
     #[inline(always)]
     pub(super) fn pulled(self, cell: usize, state: &impl Fn(usize) -> ShapeState) -> [f32; 4] {
         let [mut x, mut y, mut z, energy] = state(cell).pull;
-        self.each_slot(cell, |other, number| {
-            let stress = state(other).stress.map(|[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
-            let area = [0, 1, 2].map(|axis| Lane(number(nodal::BACK_AREA + axis)));
+        for (other, slot) in self.slots_of(cell) {
+            let stress = three(state(other).stress, |[a, b, c, _]| [Lane(a), Lane(b), Lane(c)]);
+            let area = three(slot.three(nodal::BACK_AREA), Lane);
             let [Lane(a), Lane(b), Lane(c)] = times(stress, area);
             (x, y, z) = (x - a, y - b, z - c);
-        });
+        }
         [x, y, z, energy]
     }
 
@@ -73,14 +69,14 @@ impl Nodal<'_> {
     ) -> CellTerm {
         let Step { pull: [x, y, z, energy], .. } = self.here(cell, state(cell), at);
         let (mut force, mut length) = ([x.0, y.0, z.0], 0.0);
-        self.each_slot(cell, |other, number| {
+        for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
             let stress = self.here(other, state(other), at).stress;
-            let area = [0, 1, 2].map(|axis| Lane(number(nodal::BACK_AREA + axis)));
+            let area = three(slot.three(nodal::BACK_AREA), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
                 length += 4.0 * part.0.abs();
             }
-        });
+        }
         length += 4.0 * (x.0.abs() + y.0.abs() + z.0.abs());
         CellTerm { residual: force, wd2: energy.0, length }
     }
@@ -126,15 +122,15 @@ impl Nodal<'_> {
             }
         }
         let mut scale = 0.5 * energy.0.abs();
-        self.each_slot(cell, |other, number| {
+        for (other, slot) in self.slots_of(cell) {
             let (mut area, mut way, mut moved) = (0.0, 0.0, 0.0);
             for (axis, difference) in sub(at(other), at(cell)).into_iter().enumerate() {
-                area += number(nodal::AREA + axis).abs();
+                area += slot.number(nodal::AREA + axis).abs();
                 way += difference.abs();
-                moved += (difference - number(nodal::REST + axis)).abs();
+                moved += (difference - slot.number(nodal::REST + axis)).abs();
             }
-            scale += 4.0 * way * (size * area + number(nodal::SPREAD).abs() * moved);
-        });
+            scale += 4.0 * way * (size * area + slot.number(nodal::SPREAD).abs() * moved);
+        }
         sums.scale += scale;
     }
 }
@@ -143,7 +139,7 @@ impl Nodal<'_> {
 #[inline(always)]
 fn variables(state: ShapeState) -> ([Lane<f32>; 4], [[Lane<f32>; 3]; 3]) {
     let row = |[a, b, c, _]: [f32; 4]| [Lane(a), Lane(b), Lane(c)];
-    (state.turn.map(Lane), state.unit.map(row))
+    (state.turn.map(Lane), three(state.unit, row))
 }
 
 #[inline(always)]
@@ -151,8 +147,8 @@ fn state_of(step: Step<f32>) -> ShapeState {
     let row = |[a, b, c]: [Lane<f32>; 3]| [a.0, b.0, c.0, 0.0];
     ShapeState {
         turn: step.turn.map(|x| x.0),
-        unit: step.unit.map(row),
-        stress: step.stress.map(row),
+        unit: three(step.unit, row),
+        stress: three(step.stress, row),
         pull: step.pull.map(|x| x.0),
     }
 }

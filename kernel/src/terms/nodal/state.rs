@@ -27,9 +27,10 @@ impl CellState for ShapeState {
     const REST: Self = Self {
         turn: [1.0, 0.0, 0.0, 0.0],
         unit: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
-        stress: [[0.0; 4]; 3],
-        pull: [0.0; 4],
+        ..Self::ZERO
     };
+    const ZERO: Self =
+        Self { turn: [0.0; 4], unit: [[0.0; 4]; 3], stress: [[0.0; 4]; 3], pull: [0.0; 4] };
     type Words = core::array::IntoIter<u32, 13>;
 
     fn words(self) -> Self::Words {
