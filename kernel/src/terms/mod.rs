@@ -24,7 +24,7 @@
 //! | whether the rest shape is slack | `rests` |
 //! | whether it keeps states of this body's cells, and stands in place of the links | `keeps`, `replaces_links` |
 //! | what it keeps of a cell: its state at rest, its words | `Term::State`, `CellState` |
-//! | a correction of residual and energy, held for a tick, and what it adds to the energy | `begin_tick` |
+//! | a correction of residual and energy, held for a tick, and what it adds to the energy | `corrects`, `begin_tick` |
 //! | a first pass: the state of a cell from any cells' positions, and of eight | `update`, `update_slice` |
 //! | residual and energy of awake slices, cell by cell and eight side by side | `accumulate`, `slice` |
 //! | residual, energy and rounding at one cell | `cell` |

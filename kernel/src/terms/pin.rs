@@ -75,6 +75,10 @@ fn with_pin<N: TermNumber>(residual: Cell<N>, ([x, y, z], wd2): ([N; 3], N::Prod
 impl Term for Pins<'_> {
     type State = Displaced;
 
+    fn corrects(self) -> bool {
+        self.iter().next().is_some()
+    }
+
     fn begin_tick(
         self,
         cell: usize,

@@ -44,6 +44,11 @@ pub(crate) trait Term: Copy {
     /// What the term keeps of a cell; [`Nothing`] if nothing.
     type State: CellState;
 
+    /// Whether [`Self::begin_tick`] may change a state of this body.
+    #[inline(always)]
+    fn corrects(self) -> bool {
+        false
+    }
     /// The state of a cell at the start of a tick, where the outputs are `at`, and what that adds
     /// to the energy, in internal units.
     fn begin_tick(
@@ -170,6 +175,11 @@ impl Term for NoTerm {
 
 impl<A: Term, B: Term> Term for (A, B) {
     type State = (A::State, B::State);
+
+    #[inline(always)]
+    fn corrects(self) -> bool {
+        self.0.corrects() || self.1.corrects()
+    }
 
     #[inline(always)]
     fn begin_tick(

@@ -13,6 +13,7 @@ use crate::solver::scheme::{Body, Pace};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::state::States;
+use crate::terms::term::Term;
 
 /// Bad samples in a row that the last good one stands in for.
 pub const HELD_TICKS_MAX: u32 = 10;
@@ -219,10 +220,10 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     /// The corrections of the terms for this tick, and what they do to the energy.
     #[inline(always)]
     fn begin_terms(&mut self) {
-        if !self.states.any() {
+        let (terms, awake) = (self.terms(), &mut self.head.awake);
+        if !terms.model.others.corrects() {
             return;
         }
-        let (terms, awake) = (self.terms(), &mut self.head.awake);
         let mut is_changed = false;
         let rise = terms.begin_tick(self.state, |cell| {
             awake.wake_around(terms.model, cell);

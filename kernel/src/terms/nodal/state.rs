@@ -10,8 +10,10 @@ use crate::number::two_float::LANES;
 use crate::terms::state::CellState;
 
 /// State of a cell's shape. Rotation and shape of unit volume are what it keeps from pass to pass;
-/// stress and pull follow from them and the positions of the last pass.
+/// stress and pull follow from them and the positions of the last pass, and share a line of a
+/// processor's cache: neighbours read the stress.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
 pub(crate) struct ShapeState {
     /// R as a unit quaternion, the real part first.
     pub turn: [f32; 4],
