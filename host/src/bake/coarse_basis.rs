@@ -232,6 +232,20 @@ pub(super) enum Bound<'a> {
     Shapes(&'a Shapes),
 }
 
+impl Bound<'_> {
+    /// b, at least the largest eigenvalue of L, from the weights of the cells.
+    pub fn largest(&self, weights: &[f32]) -> f32 {
+        match self {
+            Self::Links(links, _) => {
+                let pair =
+                    |&([i, j], _): &Link| 0.5 * (weights[usize::from(i)] + weights[usize::from(j)]);
+                links.iter().map(pair).fold(0.0, f32::max)
+            }
+            Self::Shapes(_) => weights.iter().copied().fold(0.0, f32::max),
+        }
+    }
+}
+
 /// Adds a weight times the square of a map.
 fn add_square(matrix: &mut DMatrix<f64>, map: &[(usize, f64)], weight: f64) {
     for &(a, x) in map {

@@ -330,16 +330,24 @@ fn cell_weights(cells: usize, adjacency: &Adjacency, weight: &[f32]) -> Vec<f32>
         .collect()
 }
 
+/// 1 / W of the free cells, 0 of the others.
+fn mobilities(body: &OrderedCells, weights: &[f32]) -> Vec<f32> {
+    (weights.iter().enumerate())
+        .map(|(cell, &w)| {
+            let held = w == 0.0 || body.fixed.binary_search(&(cell as u16)).is_ok();
+            if held { 0.0 } else { 1.0 / w }
+        })
+        .collect()
+}
+
 fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<ImageBytes> {
     use chaincell_kernel::image::kind;
     let cells = body.rest.len();
     let links = &body.links;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
-    let shapes = match &options.tissue {
-        Some(tissue) => Some(Shapes::new(plan.mesh(), body, tissue)?),
-        None => None,
-    };
+    let tissue = options.tissue.as_ref();
+    let shapes = tissue.map(|tissue| Shapes::new(plan.mesh(), body, tissue)).transpose()?;
     let alpha = mean(&alphas.each) as f32;
     let reference =
         shapes.as_ref().map_or(mean(&stiffness.each) as f32, |shapes| shapes.stiffness_n_per_m);
@@ -349,27 +357,21 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
         vec![1.0; links.len()]
     };
     let adjacency = adjacency(cells, links);
-    let (weights, degree_bound) = match &shapes {
-        None => {
-            let weights = cell_weights(cells, &adjacency, &weight);
-            let pair =
-                |&([i, j], _): &Link| 0.5 * (weights[usize::from(i)] + weights[usize::from(j)]);
-            let largest = links.iter().map(pair).fold(0.0, f32::max);
-            (weights, largest)
-        }
-        Some(shapes) => (shapes.bound.clone(), shapes.bound.iter().copied().fold(0.0, f32::max)),
+    let weights = match &shapes {
+        None => cell_weights(cells, &adjacency, &weight),
+        Some(shapes) => shapes.bound.clone(),
     };
-    let mobility: Vec<f32> = (weights.iter().enumerate())
-        .map(|(cell, &w)| {
-            let held = w == 0.0 || body.fixed.binary_search(&(cell as u16)).is_ok();
-            if held { 0.0 } else { 1.0 / w }
-        })
-        .collect();
+    let mobility = mobilities(body, &weights);
     let length =
         |&([i, j], _): &Link| rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)]);
     let mut sections = Sections::default();
     let nodes = plan.mesh().nodes_m.len();
-    let params = image::params(nodes, body, options, &weights, degree_bound, alpha, reference)?;
+    let bound = match &shapes {
+        None => Bound::Links(links, &weight),
+        Some(shapes) => Bound::Shapes(shapes),
+    };
+    let largest = bound.largest(&weights);
+    let params = image::params(nodes, body, options, &weights, largest, alpha, reference)?;
     sections.push(kind::PARAMS, &params);
     sections.push(kind::REST, body.rest.as_flattened());
     sections.push(kind::ROWS, &adjacency.rows);
@@ -402,10 +404,6 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     if options.colours {
         colours::push(&mut sections, &adjacency, links, &mobility);
     }
-    let bound = match &shapes {
-        None => Bound::Links(links, &weight),
-        Some(shapes) => Bound::Shapes(shapes),
-    };
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);
     if !options.lean {

@@ -197,13 +197,9 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     }
 
     fn ram_bytes(&self) -> usize {
-        size_of::<Head<D>>()
-            + chaincell_kernel::array_bytes::<D>(
-                self.state.len(),
-                self.contacts.len(),
-                self.room.len(),
-            )
-            + self.states.len() * size_of::<TermState>()
+        let (cells, contacts, room) = (self.state.len(), self.contacts.len(), self.room.len());
+        let arrays = chaincell_kernel::array_bytes::<D>(cells, contacts, room);
+        size_of::<Head<D>>() + arrays + self.states.len() * size_of::<TermState>()
     }
 }
 

@@ -6,6 +6,8 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 pub(crate) mod f32x8;
+#[cfg(feature = "nodal")]
+pub(crate) mod lane;
 #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
 mod neon;
 pub(crate) mod slice_set;

@@ -27,8 +27,6 @@ pub(crate) mod clamp;
 mod double;
 pub(crate) mod fixed_point;
 pub mod float_env;
-#[cfg(feature = "nodal")]
-pub(crate) mod lane;
 mod single;
 #[allow(unsafe_code)]
 pub mod sqrt;

@@ -19,7 +19,8 @@
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
 //! - [`settings`], [`sample`]: a run's parameters, a tick's input and output.
-//! - [`tissue`], `error`: the state in RAM, and why it refuses a model or a state.
+//! - [`tissue`], [`fit`], `error`: the state in RAM, whether a model fits it, and why it refuses a
+//!   model or a state.
 //! - [`order`]: one tick; `tool`, `probe`, `current`, `unloading`, `output`: its parts.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
@@ -28,6 +29,7 @@ pub mod choice;
 pub mod choices;
 mod current;
 pub mod error;
+pub mod fit;
 pub mod handover;
 pub mod hash;
 pub mod order;

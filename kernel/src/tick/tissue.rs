@@ -217,15 +217,6 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
     }
 }
 
-/// RAM of the arrays of a body under the scheme `D`, without the scalars and without what terms
-/// keep \[bytes\]; `room` in blocks of eight `f32`.
-#[must_use]
-pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
-    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
-        + contacts * size_of::<Contact<D::Number>>()
-        + room * size_of::<Eight>()
-}
-
 /// A tissue of any size, over memory of the caller.
 ///
 /// `state` holds at least as many cells as the model, `residual` [`Dynamics::RESIDUALS`] and `own`
@@ -257,28 +248,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn reset(&mut self, network: &Network<'_>) -> Result<(), ResetError> {
         float_env::check().map_err(ResetError::Float)?;
         D::Number::admits(network.model()).map_err(ResetError::Range)?;
+        self.check_fit(network.model())?;
         let cells = network.model().cells();
-        let room =
-            |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
-        let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
-        let capacity = self.state.len().min(residual).min(own);
-        if cells > capacity {
-            return Err(ResetError::Capacity { needed: cells, capacity });
-        }
-        let (needed, capacity) = (network.model().kept_states(), self.states.capacity());
-        if needed > capacity {
-            return Err(ResetError::States { needed, capacity });
-        }
-        if network.model().is_nodal() && !D::TAKES_SHAPES {
-            return Err(ResetError::Shapes);
-        }
-        if D::needs_colours(network.model()) {
-            return Err(ResetError::Colours);
-        }
-        let (needed, room) = (D::room(network.model(), 0), self.room.len());
-        if needed > room {
-            return Err(ResetError::CoarseRoom { needed, room });
-        }
         let is_same = self.head.model == Some(network.model().checksum());
         let dynamics = if is_same { self.head.dynamics.stilled() } else { D::REST };
         *self.head = Head::NEW;

@@ -113,15 +113,12 @@ impl Shape {
         self.half.len()
     }
 
-    /// `a_ji` where a half-link of node i gives `a_ij`.
-    ///
-    /// # Panics
-    /// Nodes that are not linked.
+    /// `a_ji` where a half-link of node i gives `a_ij`; zero where it is none of i's.
     #[must_use]
     pub fn back(&self, i: usize, half: &Half) -> [f64; 3] {
         let there = self.of(half.to as usize);
         let at = there.binary_search_by_key(&(i as u32), |half| half.to);
-        there[at.expect("a link has two halves")].area_m2
+        at.map_or([0.0; 3], |at| there[at].area_m2)
     }
 
     /// `V_i`: a quarter of the volume of the tetrahedra around node i.

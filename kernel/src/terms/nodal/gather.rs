@@ -3,11 +3,11 @@
 use super::matrix::{Matrix, pairs, three};
 use super::state::chunk;
 use crate::backend::f32x8::F32x8;
+use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal;
 use crate::model::nodal::{CellNumbers, Nodal, SlotNumbers};
 use crate::model::range;
 use crate::number::cell::Cell;
-use crate::number::lane::{Lane, Real};
 use crate::number::two_float::LANES;
 
 /// Numbers of a cell.

@@ -3,8 +3,8 @@
 use super::gather::{Gathered, Own};
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
+use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
-use crate::number::lane::{Lane, Real};
 
 /// What a pass finds of a cell.
 #[derive(Clone, Copy)]

@@ -3,7 +3,7 @@
 //! Element by element without loops and without methods of arrays: those are not always inlined, and
 //! the arithmetic of a vector unit is slow outside the functions that are built for it.
 
-use crate::number::lane::{Lane, Real};
+use crate::backend::lane::{Lane, Real};
 
 /// Rows of a matrix.
 pub(crate) type Matrix<V> = [[Lane<V>; 3]; 3];

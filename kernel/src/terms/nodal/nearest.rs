@@ -5,7 +5,7 @@
 //! nearest ones.
 
 use super::matrix::{Matrix, both, cofactors, dot, each, inner, minus, times_transposed};
-use crate::number::lane::{Lane, Real};
+use crate::backend::lane::{Lane, Real};
 
 /// A unit quaternion: the real part, then the three others.
 pub(crate) type Turn<V> = [Lane<V>; 4];

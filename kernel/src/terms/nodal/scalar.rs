@@ -4,10 +4,10 @@ use super::gather::{Gathered, Own};
 use super::law::{Step, stay, step};
 use super::matrix::{three, times};
 use super::state::ShapeState;
+use crate::backend::lane::Lane;
 use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::sub;
-use crate::number::lane::Lane;
 use crate::terms::held::Touched;
 use crate::terms::term::CellTerm;
 

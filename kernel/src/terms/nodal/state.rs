@@ -4,8 +4,8 @@ use super::law::Step;
 use super::matrix::{Matrix, each};
 use super::nearest::Turn;
 use crate::backend::f32x8::{Chunk, F32x8};
+use crate::backend::lane::Lane;
 use crate::number::cell::Cell;
-use crate::number::lane::Lane;
 use crate::number::two_float::LANES;
 use crate::terms::state::CellState;
 

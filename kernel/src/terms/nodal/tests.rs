@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::matrix::{Matrix, cofactors, dot, inner, minus};
 use super::nearest::{of_unit_volume, rotation, turned};
 use crate::backend::f32x8::{F32x8, Lanes8};
-use crate::number::lane::Lane;
+use crate::backend::lane::Lane;
 
 /// A matrix of these elements, by rows.
 fn of([a, b, c, d, e, f, g, h, i]: [f32; 9]) -> Matrix<f32> {

@@ -1,0 +1,47 @@
+//! Whether a model fits a tissue, and how much memory that takes.
+
+use super::error::ResetError;
+use super::tissue::TissueMut;
+use crate::model::Model;
+use crate::number::cell::Cell;
+use crate::number::two_float::Eight;
+use crate::solver::Dynamics;
+use crate::terms::held::Contact;
+
+/// RAM of the arrays of a body under the scheme `D`, without the scalars and without what terms
+/// keep \[bytes\]; `room` in blocks of eight `f32`.
+#[must_use]
+pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
+    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
+        + contacts * size_of::<Contact<D::Number>>()
+        + room * size_of::<Eight>()
+}
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Whether memory and scheme are enough for a model.
+    pub(super) fn check_fit(&self, model: &Model<'_>) -> Result<(), ResetError> {
+        let cells = model.cells();
+        let room =
+            |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
+        let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
+        let capacity = self.state.len().min(residual).min(own);
+        if cells > capacity {
+            return Err(ResetError::Capacity { needed: cells, capacity });
+        }
+        let (needed, capacity) = (model.kept_states(), self.states.capacity());
+        if needed > capacity {
+            return Err(ResetError::States { needed, capacity });
+        }
+        if model.is_nodal() && !D::TAKES_SHAPES {
+            return Err(ResetError::Shapes);
+        }
+        if D::needs_colours(model) {
+            return Err(ResetError::Colours);
+        }
+        let (needed, room) = (D::room(model, 0), self.room.len());
+        if needed > room {
+            return Err(ResetError::CoarseRoom { needed, room });
+        }
+        Ok(())
+    }
+}
