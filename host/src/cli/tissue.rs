@@ -155,7 +155,8 @@ impl TissueArgs {
         match (self.dynamics, why_track) {
             (None, None) if self.number == Arithmetic::F32 => Scheme::Predict,
             (None, _) => Scheme::Track,
-            (Some(Scheme::Predict), Some(why)) => {
+            // Nodal shapes refuse it.
+            (Some(Scheme::Predict), Some(why)) if !model.is_nodal() => {
                 log::warn!("--dynamics predict: {why} it is track, which needs less memory");
                 Scheme::Predict
             }

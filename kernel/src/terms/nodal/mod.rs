@@ -112,7 +112,7 @@ impl Term for Nodal<'_> {
             if let Some(r) = residual.get_mut(cell) {
                 let [x, y, z, wd2] = pulled;
                 let [x, y, z] = from_single([x, y, z]);
-                *r = Cell([x, y, z, N::from_single(wd2)]);
+                *r = r.plus(Cell([x, y, z, N::from_single(wd2)]));
             }
         }
     }
@@ -143,7 +143,8 @@ impl Term for Nodal<'_> {
             pull =
                 [px.minus(along(first)), py.minus(along(second)), pz.minus(along(third)), energy];
         }
-        *sum = pull;
+        let ([px, py, pz, energy], [x, y, z, wd2]) = (pull, *sum);
+        *sum = [x.plus(px), y.plus(py), z.plus(pz), wd2.plus(energy)];
     }
 
     fn cell<N: TermNumber>(

@@ -232,9 +232,9 @@ mod tests {
         // Links know no Poisson's ratio but 1/4, so they are farther off at 0.45 than at 0.3.
         // The running kernel ends near its own equilibrium, and its tissue near the elements.
         for row in running.iter().filter(|row| row.sweeps == 8) {
-            assert!(row.field_own < 0.2 && (row.force_own - 1.0).abs() < 0.1, "{row:?}");
+            assert!(row.field_own < 0.25 && (row.force_own - 1.0).abs() < 0.1, "{row:?}");
             let is_nodal = row.model == Model::Nodal(Volume::Det1, false).words();
-            assert!(!is_nodal || row.field < 0.2, "{row:?}");
+            assert!(!is_nodal || row.field < 0.3, "{row:?}");
         }
         let field = |poisson_percent: u8, model: Model| {
             let is = |row: &&ModelRow| {
