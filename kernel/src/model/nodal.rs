@@ -6,8 +6,18 @@ use super::{Model, range};
 use crate::number::cell::{dot, sub};
 use crate::number::two_float::LANES;
 
-/// Largest magnitude of any number: far beyond what a mesh gives.
-const LARGEST: f32 = 1.0e12;
+/// Ranges far beyond what a mesh gives, within which energies and forces stay finite up to
+/// [`SATURATION_MAX`]: volumes, moduli, and spreads [mean link lengths, 2 `k_ref` / l].
+const VOLUMES: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e6;
+const MODULI: core::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
+const LAMBDA_3_MAX: f32 = 1.0e9;
+const SPREAD_MAX: f32 = 1.0e12;
+/// Largest slope of a hat function [1 / mean link length].
+const SLOPE_MAX: f32 = 1.0e4;
+/// Largest K of a body of nodal shapes [mean link lengths].
+const SATURATION_MAX: f32 = 1.0e5;
+/// Share of a row's diagonal element that rounding may have taken from the row's bound.
+const ROUNDING: f32 = 1.0e-3;
 
 /// Numbers of eight cells, by number and lane.
 pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
@@ -86,19 +96,36 @@ impl<'a> Nodal<'a> {
         }
     }
 
-    fn check_cell(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
+    fn check_cell(&self, cell: usize) -> Result<(), ModelError> {
         let at = |row| self.number(cell, row);
-        let positive = |row| at(row) > 0.0 && at(row) <= LARGEST;
-        let holds = positive(nodal::VOLUME)
-            && positive(nodal::MU)
-            && positive(nodal::BOUND)
-            && (0.0..=LARGEST).contains(&at(nodal::LAMBDA_3))
+        let volume = at(nodal::VOLUME);
+        let is_small = |area: f32| area.abs() <= SLOPE_MAX * volume;
+        let holds = VOLUMES.contains(&volume)
+            && MODULI.contains(&at(nodal::MU))
+            && (0.0..=LAMBDA_3_MAX).contains(&at(nodal::LAMBDA_3))
             && at(nodal::BAND) == 0.0
-            && (0..3).all(|axis| at(nodal::OWN + axis).abs() <= LARGEST);
+            && (0..3).all(|axis| is_small(at(nodal::OWN + axis)));
         if !holds {
             return Err(ModelError::Value(kind::NODAL_CELLS, cell as u32));
         }
-        if at(nodal::BOUND) > model.degree_bound {
+        let areas = self.slots_of(cell).flat_map(|(_, slot)| slot.three(nodal::AREA));
+        if !areas.into_iter().all(is_small) {
+            return Err(ModelError::Value(kind::NODAL_SLOTS, cell as u32));
+        }
+        Ok(())
+    }
+
+    /// The row sum of L is at least its diagonal element; that it is the row sum is for the bake to
+    /// see to, as with the inverse of the coarse level.
+    fn check_bound(&self, model: &Model<'_>, cell: usize) -> Result<(), ModelError> {
+        let (bound, mut diagonal) = (self.number(cell, nodal::BOUND), 0.0);
+        self.each_of_row(cell, &mut |other, element| {
+            diagonal += if other == cell { element } else { 0.0 };
+        });
+        if !(bound > 0.0 && bound >= (1.0 - ROUNDING) * diagonal) {
+            return Err(ModelError::Value(kind::NODAL_CELLS, cell as u32));
+        }
+        if bound > model.degree_bound {
             return Err(ModelError::Parameter(params::DEGREE_BOUND as u32));
         }
         Ok(())
@@ -107,7 +134,8 @@ impl<'a> Nodal<'a> {
     fn check_group(&self, model: &Model<'_>, slice: usize, group: usize) -> Result<(), ModelError> {
         let wrong = || ModelError::Value(kind::NODAL_SLOTS, group as u32);
         let (slots, ids) = self.slots.get(group).zip(self.ids.get(group)).ok_or_else(wrong)?;
-        if !slots.as_flattened().iter().all(|x| x.abs() <= LARGEST) {
+        let spreads = slots.get(nodal::SPREAD).ok_or_else(wrong)?;
+        if !spreads.iter().all(|spread| spread.abs() <= SPREAD_MAX) {
             return Err(wrong());
         }
         for (lane, &id) in ids.iter().enumerate() {
@@ -119,9 +147,16 @@ impl<'a> Nodal<'a> {
                 let wanted = if is_own { rest.get(axis).copied() } else { Some(0.0) };
                 own(nodal::REST + axis) == wanted
             });
+            // `a_ji` is what the other end has of this one.
+            let back = |axis: usize| {
+                let there = self.slots_of(j).find(|&(other, _)| other == i);
+                there.map(|(_, slot)| slot.number(nodal::AREA + axis))
+            };
+            let is_mutual =
+                !is_own || (0..3).all(|axis| own(nodal::BACK_AREA + axis) == back(axis));
             // Padding pulls on nothing.
             let is_idle = (0..nodal::REST).all(|row| own(row) == Some(0.0));
-            if !stored || !is_own && !is_idle {
+            if !stored || !is_mutual || !is_own && !is_idle {
                 return Err(wrong());
             }
         }
@@ -151,14 +186,21 @@ impl<'a> TermData<'a> for Nodal<'a> {
             return Err(ModelError::Layout);
         }
         for cell in 0..model.cells() {
-            self.check_cell(model, cell)?;
+            self.check_cell(cell)?;
         }
         for slice in 0..model.slice_count() {
             for group in range(self.rows, slice) {
                 self.check_group(model, slice, group)?;
             }
         }
-        Ok(())
+        for cell in 0..model.cells() {
+            self.check_bound(model, cell)?;
+        }
+        if model.saturation <= SATURATION_MAX {
+            Ok(())
+        } else {
+            Err(ModelError::Parameter(params::SATURATION as u32))
+        }
     }
 
     fn add_bound(&self, cell: usize, sum: f32) -> f32 {

@@ -3,10 +3,14 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
-use chaincell_kernel::image::{CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind};
+use chaincell_kernel::image::{
+    CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind, nodal, params,
+};
+use chaincell_kernel::number::two_float::LANES;
 use chaincell_kernel::{Model, ModelError, Network, Settings, ToolSample};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -28,6 +32,22 @@ fn image() -> &'static ImageBytes {
             colours: true,
             ..BakeOptions::default()
         };
+        bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    })
+}
+
+/// Schemes that take every image of links.
+const BOTH: [Scheme; 2] = [Scheme::GaussSeidel, Scheme::Track];
+
+/// An image of nodal shapes.
+fn shapes() -> &'static ImageBytes {
+    static IMAGE: OnceLock<ImageBytes> = OnceLock::new();
+    IMAGE.get_or_init(|| {
+        let mesh = load("box:4x4x4x0.01", &Default::default()).unwrap();
+        let of = PerCell::Uniform;
+        let tissue = Some(Tissue { young_pa: of(5000.0), poisson: of(0.4) });
+        let coarse_basis = BasisSpacing::Links(2.5);
+        let options = BakeOptions { tissue, coarse_basis, ..BakeOptions::default() };
         bake(&mesh, &mesh.default_fixed, &options).unwrap()
     })
 }
@@ -123,12 +143,52 @@ fn errors_name_what_is_wrong() {
     assert_eq!(error(with(at(kind::PARAMS, 0), &[65, 0])), ModelError::SectionSize(kind::REST));
 }
 
-fn press(image: &ImageBytes) -> Option<f32> {
+#[test]
+fn errors_name_what_is_wrong_with_shapes() {
+    let bytes = shapes().as_bytes().to_vec();
+    let with = |kind: u32, number: usize, value: f32| {
+        let at = section(&bytes, kind).0 + 4 * number;
+        let mut changed = bytes.clone();
+        changed[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        error(changed)
+    };
+    // Cell 3 and its first half-link, lane by lane.
+    let of_cell = |row: usize| LANES * row + 3;
+    for (row, value) in [
+        (nodal::VOLUME, 0.0),
+        (nodal::VOLUME, f32::NAN),
+        (nodal::MU, -1.0),
+        (nodal::LAMBDA_3, f32::INFINITY),
+        (nodal::OWN, 1.0e9),
+        (nodal::BOUND, 0.5),
+        (nodal::BAND, 1.0),
+    ] {
+        let why = with(kind::NODAL_CELLS, of_cell(row), value);
+        assert_eq!(why, ModelError::Value(kind::NODAL_CELLS, 3), "{row}: {value}");
+    }
+    for (row, value) in [
+        (nodal::BACK_AREA, 0.123),
+        (nodal::SPREAD, f32::NAN),
+        (nodal::REST, 0.5),
+        (nodal::AREA + 1, f32::INFINITY),
+    ] {
+        let why = with(kind::NODAL_SLOTS, of_cell(row), value);
+        assert!(matches!(why, ModelError::Value(kind::NODAL_SLOTS, _)), "{row}: {why}");
+    }
+    assert_eq!(with(kind::NODAL, 0, f32::from_bits(9)), ModelError::Value(kind::NODAL, 0));
+    let bound = with(kind::PARAMS, params::DEGREE_BOUND, 1.0e-3);
+    assert_eq!(bound, ModelError::Parameter(params::DEGREE_BOUND as u32));
+    let far = with(kind::PARAMS, params::SATURATION, 9.0e5);
+    assert_eq!(far, ModelError::Parameter(params::SATURATION as u32));
+}
+
+/// The last force of a press.
+fn press(image: &ImageBytes, schemes: &[Scheme]) -> Option<f32> {
     let model = Model::from_bytes(image.as_bytes()).ok()?;
     let network = Network::new(model, Settings::for_model(&model)).ok()?;
     let free = (0..model.cells() as u16).rev().find(|&cell| !model.is_fixed(cell))?;
     let mut last = 0.0;
-    for scheme in [Scheme::GaussSeidel, Scheme::Track] {
+    for &scheme in schemes {
         let mut engine = Engine::new(network, scheme, &[free]).ok()?;
         for tick in 0..20_i16 {
             let position_m = Vector3::new(0.0, 0.0, -0.001 * f32::from(tick));
@@ -152,11 +212,32 @@ proptest! {
             let at = 4 * index.index(bytes.len() / 4);
             bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         }
-        let _ = press(&resealed(bytes));
+        let _ = press(&resealed(bytes), &BOTH);
+    }
+
+    /// The same with the numbers of shapes, and every force finite.
+    #[test]
+    fn changed_shapes_are_refused_or_harmless(changes in prop::collection::vec(
+        (any::<bool>(), any::<prop::sample::Index>(), prop_oneof![
+            any::<u32>(), (-30_i8..30, any::<bool>()).prop_map(|(power, negative)| {
+                let size = 10.0_f32.powi(power.into());
+                (if negative { -size } else { size }).to_bits()
+            }),
+        ]), 1..4)) {
+        let mut bytes = shapes().as_bytes().to_vec();
+        for (of_cell, index, value) in changes {
+            let kind = if of_cell { kind::NODAL_CELLS } else { kind::NODAL_SLOTS };
+            let (start, size) = section(&bytes, kind);
+            let at = start + 4 * index.index(size / 4);
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        }
+        let force_n = press(&resealed(bytes), &[Scheme::Track]);
+        prop_assert!(force_n.is_none_or(f32::is_finite), "{force_n:?}");
     }
 }
 
 #[test]
 fn the_unchanged_image_runs() {
-    assert!(press(image()).unwrap() > 0.0);
+    assert!(press(image(), &BOTH).unwrap() > 0.0);
+    assert!(press(shapes(), &[Scheme::Track]).unwrap() > 0.0);
 }
