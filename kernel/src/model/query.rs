@@ -222,6 +222,13 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
+    /// Calls `visit(other, element)` for what adds up to the row of the curvature's bound L at a
+    /// cell of a body of nodal shapes; several calls may be for one element. A cell's bound is at
+    /// least the sum of the magnitudes of its row. Nothing in a body of links.
+    pub fn each_of_bound_row(&self, cell: usize, mut visit: impl FnMut(usize, f32)) {
+        self.others.each_of_row(cell, &mut visit);
+    }
+
     /// Cells of which the terms of the energy keep states: none in a body of links.
     #[must_use]
     pub fn kept_states(&self) -> usize {
