@@ -1,4 +1,5 @@
-//! The coarse level: hat functions over the rest shape and the inverse of their Laplacian bound.
+//! The coarse level: hat functions over the rest shape, and between them the inverse of the Laplacian
+//! bound of links, or of the elasticity of nodal shapes.
 //!
 //! See `chaincell_kernel::solver::coarse` for what they are for. The grid's spacing is the same along all
 //! axes up to what fits the body's box; hats that no free cell touches are left out.
@@ -8,7 +9,7 @@ use chaincell_kernel::parts;
 use nalgebra::DMatrix;
 
 use super::image::Sections;
-use super::tissue::{Map, Shapes};
+use super::tissue::Shapes;
 use super::{Link, OrderedCells};
 use crate::error::{Error, Result};
 
@@ -19,6 +20,15 @@ const HATS_DEFAULT_MAX: usize = 400;
 const SPACING_MIN: f64 = 2.5;
 /// Farthest, beyond which a level of hats is of little use.
 const SPACING_MAX: f64 = 8.0;
+/// Hats that nodal shapes get at most unless asked for more: the product on all axes together is
+/// nine times as large.
+const ELASTIC_DEFAULT_MAX: usize = 160;
+/// Closest hats of their default [mean link lengths].
+const ELASTIC_SPACING_MIN: f64 = 4.5;
+/// Farthest: a body of the most cells has fewer hats than that.
+const ELASTIC_SPACING_MAX: f64 = 64.0;
+/// Free cells that each of them has at least.
+const ELASTIC_CELLS_MIN: usize = 6;
 /// Share of its diagonal that is added to the matrix before it is inverted, times the root of the
 /// number of hats n. The kernel's product B g has errors of up to eps n |B| |g|; scaled to a
 /// diagonal of 1, |B| is at most 1 / share and B g at least |g| / 4, so g . B g keeps above the
@@ -36,7 +46,8 @@ const RINGS_MIN: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BasisSpacing {
     /// By size: at most 400 hats, at least 2.5 mean link lengths apart; none
-    /// where every cell is close to a fixed one, and for bodies too large for that.
+    /// where every cell is close to a fixed one, and for bodies too large for that. Nodal shapes: at
+    /// most 160, at least 4.5 apart and one for six free cells, for bodies of any size.
     #[default]
     BySize,
     /// No coarse level.
@@ -186,41 +197,42 @@ impl Level {
             .collect()
     }
 
-    /// A map of cells as one of hats.
-    fn mapped(&self, map: &Map) -> Vec<(usize, f64)> {
-        let mut rows: Vec<(usize, f64)> = Vec::new();
-        for &(cell, factor) in map {
-            rows.extend(self.row(cell as u16).into_iter().map(|(hat, w)| (hat, factor * w)));
-        }
-        rows.sort_unstable_by_key(|&(hat, _)| hat);
-        rows.chunk_by(|a, b| a.0 == b.0)
-            .map(|same| (same[0].0, same.iter().map(|(_, value)| value).sum()))
-            .collect()
-    }
-
-    /// The inverse of P' L P with its rounding room.
+    /// The inverse of P' L P, or of P' K P on all axes, with its rounding room.
     fn inverse(&self, bound: &Bound<'_>) -> Result<DMatrix<f64>> {
-        let mut matrix = DMatrix::<f64>::zeros(self.count, self.count);
-        match bound {
+        let mut matrix = match bound {
             Bound::Links(links, weight) => {
+                let mut matrix = DMatrix::<f64>::zeros(self.count, self.count);
                 for (&([i, j], _), &w) in links.iter().zip(*weight) {
                     // One link adds w / 2 times the square of the difference of its ends' rows.
                     let mut difference = self.row(i);
                     difference.extend(self.row(j).into_iter().map(|(hat, value)| (hat, -value)));
                     add_square(&mut matrix, &difference, 0.5 * f64::from(w));
                 }
+                matrix
             }
-            Bound::Shapes(shapes) => shapes.each_map(|map, weight| {
-                add_square(&mut matrix, &self.mapped(map), weight);
-            }),
-        }
-        for hat in 0..self.count {
-            matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (self.count as f64).sqrt();
+            Bound::Shapes(shapes) => shapes.elasticity(self.count, |cell| self.row(cell)),
+        };
+        let size = matrix.nrows();
+        for hat in 0..size {
+            matrix[(hat, hat)] *= 1.0 + ROUNDING_ROOM * (size as f64).sqrt();
         }
         let factor = matrix.cholesky().ok_or_else(|| {
             Error::check("the hats' matrix is not positive definite: bake with `coarse_basis` none")
         })?;
         Ok(factor.inverse())
+    }
+
+    /// For each hat the free cell that it weighs most on.
+    fn highest(&self) -> Vec<u16> {
+        let mut highest = vec![(0.0, 0); self.count];
+        for cell in 0..self.entry.len() as u16 {
+            for (hat, weight) in self.row(cell) {
+                if weight > highest[hat].0 {
+                    highest[hat] = (weight, cell);
+                }
+            }
+        }
+        highest.into_iter().map(|(_, cell)| cell).collect()
     }
 }
 
@@ -283,14 +295,24 @@ fn rings(body: &OrderedCells) -> Option<usize> {
 }
 
 /// How far apart the hats of a body stand by default; `None` for no hats.
-fn by_size(body: &OrderedCells, mobility: &[f32]) -> Option<f64> {
-    if rings(body).is_some_and(|rings| rings < RINGS_MIN) {
-        return None;
-    }
-    let mut spacing = SPACING_MIN;
-    while spacing <= SPACING_MAX {
+fn by_size(body: &OrderedCells, mobility: &[f32], bound: &Bound<'_>) -> Option<f64> {
+    let (closest, farthest, most) = match bound {
+        Bound::Links(..) => {
+            if rings(body).is_some_and(|rings| rings < RINGS_MIN) {
+                return None;
+            }
+            (SPACING_MIN, SPACING_MAX, HATS_DEFAULT_MAX)
+        }
+        Bound::Shapes(_) => {
+            let free = mobility.iter().filter(|&&mobility| mobility > 0.0).count();
+            let most = ELASTIC_DEFAULT_MAX.min(free / ELASTIC_CELLS_MIN);
+            (ELASTIC_SPACING_MIN, ELASTIC_SPACING_MAX, most)
+        }
+    };
+    let mut spacing = closest;
+    while spacing <= farthest {
         let level = Level::new(body, mobility, spacing);
-        if level.count <= HATS_DEFAULT_MAX && level.is_addressable() {
+        if level.count <= most && level.is_addressable() {
             return Some(spacing);
         }
         spacing += 0.05;
@@ -309,7 +331,7 @@ pub(super) fn push(
     let spacing = match spacing {
         BasisSpacing::None => None,
         BasisSpacing::Links(spacing) => Some(spacing),
-        BasisSpacing::BySize => by_size(body, mobility),
+        BasisSpacing::BySize => by_size(body, mobility, bound),
     };
     let Some(spacing) = spacing else { return Ok(()) };
     let level = Level::new(body, mobility, spacing);
@@ -329,15 +351,7 @@ pub(super) fn push(
         )));
     }
     let inverse = level.inverse(bound)?;
-    let stride = level.count.next_multiple_of(8);
-    let mut rows = vec![0.0_f32; level.count * stride];
-    for row in 0..level.count {
-        for column in 0..=row {
-            let value = inverse[(row, column)] as f32;
-            rows[row * stride + column] = value;
-            rows[column * stride + row] = value;
-        }
-    }
+    let rows = padded(&inverse, level.count);
     sections.push(kind::HATS, &[level.count as u32]);
     sections.push(kind::HAT_ROWS, &level.rows);
     sections.push(kind::HAT_CORNERS, level.corners.as_flattened());
@@ -349,5 +363,26 @@ pub(super) fn push(
     sections.push(kind::HAT_WEIGHTS, &weights);
     sections.push(kind::HAT_ENTRY, &level.entry);
     sections.push(kind::HAT_INVERSE, &rows);
+    if let Bound::Shapes(shapes) = bound {
+        sections.push(kind::HAT_TURNS, &level.highest());
+        sections.push(kind::HAT_FACTORS, &shapes.factors());
+    }
     Ok(())
+}
+
+/// The rows of a symmetric matrix of `count` hats, one axis or three, in single precision. Columns
+/// of each axis are padded, and where there are three its rows too.
+fn padded(inverse: &DMatrix<f64>, count: usize) -> Vec<f32> {
+    let (axes, stride) = (inverse.nrows() / count, count.next_multiple_of(8));
+    let columns = axes * stride;
+    let mut rows = vec![0.0_f32; if axes == 1 { count } else { columns } * columns];
+    let place = |at: usize| at / count * stride + at % count;
+    for row in 0..inverse.nrows() {
+        for column in 0..=row {
+            let value = inverse[(row, column)] as f32;
+            rows[place(row) * columns + place(column)] = value;
+            rows[place(column) * columns + place(row)] = value;
+        }
+    }
+    rows
 }

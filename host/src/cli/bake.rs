@@ -1,24 +1,24 @@
 //! `chaincell bake`: from a mesh to a model image.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 
 use super::model_file;
 use super::reports::ModelReport;
-use crate::bake::tissue::Tissue;
-use crate::bake::{BakeOptions, BasisSpacing, PerCell, bake};
+use super::values::{Material, per_cell, with_materials};
+use crate::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
+use crate::bake::{BakeOptions, BasisSpacing, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions};
 use crate::terminal;
-use crate::text;
 
+/// Sizes of a body that need no remark \[m\].
+const SIZE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Poisson's ratio of soft tissue, where none is given.
 const POISSON: &str = "0.45";
-/// Largest file of values, one a node \[B\].
-const VALUES_BYTES_MAX: u64 = 64 << 20;
 
 /// Bake a mesh into a model image that the kernel reads in place.
 #[derive(Debug, clap::Args)]
@@ -41,16 +41,18 @@ pub struct Args {
 
 /// What the body is made of.
 #[derive(Debug, Clone, clap::Args)]
+#[command(group = clap::ArgGroup::new("tissue").args(["young_pa", "material"]).multiple(true))]
 pub struct BodyArgs {
     /// Half-width of the links' band in rest lengths, in [0, 1): the slack of the tissue; a number,
-    /// or file:PATH with one value per node
+    /// file:PATH with one value per node, or 0.02,group:NAME=0.1 with more groups behind commas; a
+    /// link takes the mean of its two nodes
     #[arg(long, default_value = "0", value_name = "ALPHA", allow_negative_numbers = true)]
     alpha: String,
-    /// Stiffness of a link [N/m]; a number, or file:PATH with one value per node
+    /// Stiffness of a link [N/m]; as --alpha
     #[arg(long, default_value = "20", value_name = "K", allow_negative_numbers = true)]
     stiffness_n_per_m: String,
-    /// Young's modulus [Pa]: the body is made of nodal shapes, its links carry no force; a number,
-    /// or file:PATH with one value per node
+    /// Young's modulus [Pa]: the body is made of nodal shapes, its links carry no force; a value of
+    /// each node, as --alpha; a tetrahedron takes the mean of its nodes
     #[arg(
         long,
         value_name = "E",
@@ -58,15 +60,33 @@ pub struct BodyArgs {
         conflicts_with_all = ["alpha", "stiffness_n_per_m"]
     )]
     young_pa: Option<String>,
-    /// Poisson's ratio, 0 to 0.495; a number, or file:PATH with one value per node
-    /// [default: 0.45]
-    #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "young_pa")]
+    /// Poisson's ratio, 0 to 0.495; as --alpha [default: 0.45]
+    #[arg(long, value_name = "NU", allow_negative_numbers = true, requires = "tissue")]
     poisson: Option<String>,
+    /// What a group of the mesh is made of: group:NAME,young-pa=E,poisson=NU; once per group, a
+    /// later one counts where groups share nodes
+    #[arg(long, value_name = "MATERIAL", conflicts_with_all = ["alpha", "stiffness_n_per_m"])]
+    material: Vec<String>,
+    /// How shapes resist a change of their volume: det1 by the distance to those of determinant 1,
+    /// trace by the sum of the stretches, cheaper and softer in deep presses [default: det1]
+    #[arg(long, value_name = "det1|trace", requires = "tissue", value_parser = law)]
+    law: Option<VolumeLaw>,
+    /// The stretch below which shapes resist five times as much, which keeps deep presses from
+    /// folding them; none for no such band [default: 0.7]
+    #[arg(long, value_name = "STRETCH", requires = "tissue")]
+    stretch_min: Option<String>,
+    /// Bands on the links of nodal shapes, up to three: HALF_WIDTH=PASCAL,HALF_WIDTH=PASCAL; what is
+    /// strained beyond a half-width resists with that modulus more, as 0.1=10000,0.25=60000
+    #[arg(long, value_name = "BANDS", requires = "tissue", value_parser = stiffening)]
+    stiffening: Option<Bands>,
+    /// The paper's links, the default: no nodal shapes
+    #[arg(long, conflicts_with = "tissue")]
+    links: bool,
     /// Nodes held for ever: ids, nodes:0,5,7, file:PATH, file:PATH#KEY, box:x0,x1,y0,y1,z0,z1,
-    /// group:NAME, border, or none [default: border of a plane, bottom of a box, back of the
-    /// organ, none of a file]
+    /// group:NAME or group:NAME,NAME, border, or none; may be given again for more nodes [default:
+    /// border of a plane, bottom of a box, back of the organ, none of a file]
     #[arg(id = "fixed", long = "fix", value_name = "SELECTOR")]
-    fix: Option<String>,
+    fix: Vec<String>,
     /// Link both diagonals of each square of a plane
     #[arg(long)]
     diagonals: bool,
@@ -104,7 +124,7 @@ pub struct BodyArgs {
     energy_max_j: Option<f64>,
     /// Coarse level of `track`: distance of its basis functions (hats) in mean link lengths, none,
     /// or auto (at most 400 at 2.5 or more; none where every cell is within four links of a fixed
-    /// one)
+    /// one; of nodal shapes at most 160 at 4.5 or more)
     #[arg(
         id = "coarse_basis",
         long = "hats",
@@ -143,6 +163,9 @@ pub fn execute(args: &Args) -> Result<()> {
     if model.fixed().is_empty() {
         terminal::note("note: no cell is fixed, the body floats; --fix holds nodes");
     }
+    if let Some(note) = args.body.unlikely_size(&mesh) {
+        terminal::note(note);
+    }
     if mesh.flat_tetrahedra > 0 {
         terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
     }
@@ -180,15 +203,11 @@ impl BodyArgs {
             nodes_max: if self.cells.is_some() { mesh::NODES_MAX } else { mesh::CELLS_MAX },
         };
         let mesh = mesh::load(spec, &options)?;
-        let fixed = match self.fix.as_deref() {
-            None => mesh.default_fixed.clone(),
-            Some("none") => Vec::new(),
-            Some(text) => mesh::select(text, &mesh.nodes_m, &mesh.groups, &mesh.border, "--fix")?,
-        };
+        let fixed = self.fixed(&mesh)?;
         let options = BakeOptions {
-            alpha: per_cell("--alpha", &self.alpha)?,
-            stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m)?,
-            tissue: self.tissue()?,
+            alpha: per_cell("--alpha", &self.alpha, &mesh)?,
+            stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m, &mesh)?,
+            tissue: self.tissue(&mesh)?,
             saturation_m: self.k_m,
             resistance: self.r_x,
             capacitance: self.capacitance,
@@ -203,15 +222,90 @@ impl BodyArgs {
 }
 
 impl BodyArgs {
-    /// What the tissue is made of, where it is not made of links.
-    fn tissue(&self) -> Result<Option<Tissue>> {
-        let Some(young) = &self.young_pa else { return Ok(None) };
-        let poisson = self.poisson.as_deref().unwrap_or(POISSON);
-        Ok(Some(Tissue {
-            young_pa: per_cell("--young-pa", young)?,
-            poisson: per_cell("--poisson", poisson)?,
-        }))
+    /// What to say of a mesh file whose size is that of no organ.
+    fn unlikely_size(&self, mesh: &Mesh) -> Option<String> {
+        let along = |axis: usize| {
+            let xs = mesh.nodes_m.iter().map(|node| node[axis]);
+            let least = xs.clone().fold(f64::INFINITY, f64::min);
+            xs.fold(f64::NEG_INFINITY, f64::max) - least
+        };
+        let size_m = [0, 1, 2].map(along).into_iter().fold(0.0, f64::max);
+        let (is, other) = if self.units == Units::Mm { ("mm", "m") } else { ("m", "mm") };
+        (!(SIZE_M.contains(&size_m))).then(|| {
+            format!(
+                "note: the body is {size_m:.3e} m large, its coordinates read as {is}; --units {other} \
+                 reads them as {other}"
+            )
+        })
     }
+
+    /// The nodes that are held for ever.
+    fn fixed(&self, mesh: &Mesh) -> Result<Vec<u32>> {
+        let mut fixed = match &self.fix[..] {
+            [] => mesh.default_fixed.clone(),
+            [none] if none == "none" => Vec::new(),
+            all => {
+                let mut fixed = Vec::new();
+                for text in all {
+                    let (nodes_m, groups) = (&mesh.nodes_m, &mesh.groups);
+                    fixed.extend(mesh::select(text, nodes_m, groups, &mesh.border, "--fix")?);
+                }
+                fixed
+            }
+        };
+        fixed.sort_unstable();
+        fixed.dedup();
+        Ok(fixed)
+    }
+
+    /// What the tissue is made of, where it is not made of links.
+    fn tissue(&self, mesh: &Mesh) -> Result<Option<Tissue>> {
+        if self.young_pa.is_none() && self.material.is_empty() {
+            return Ok(None);
+        }
+        let young = self.young_pa.as_deref().map(|young| per_cell("--young-pa", young, mesh));
+        let young = young.transpose()?;
+        let poisson = self.poisson.as_deref().unwrap_or(POISSON);
+        let poisson = per_cell("--poisson", poisson, mesh)?;
+        let materials: Result<Vec<_>> =
+            self.material.iter().map(|text| Material::parse(text)).collect();
+        let (young_pa, poisson) = match young {
+            Some(young) if self.material.is_empty() => (young, poisson),
+            young => with_materials(young, poisson, &materials?, mesh)?,
+        };
+        let stretch_min = match self.stretch_min.as_deref() {
+            None => Some(STRETCH_MIN),
+            Some("none") => None,
+            Some(text) => Some(text.parse().map_err(|_| {
+                Error::input(format!("--stretch-min {text}: give a stretch, as 0.7, or none"))
+            })?),
+        };
+        let law = self.law.unwrap_or_default();
+        let stiffening = self.stiffening.clone().unwrap_or_default().0;
+        Ok(Some(Tissue { young_pa, poisson, law, stretch_min, stiffening }))
+    }
+}
+
+fn law(text: &str) -> std::result::Result<VolumeLaw, &'static str> {
+    match text {
+        "det1" => Ok(VolumeLaw::Det1),
+        "trace" => Ok(VolumeLaw::Trace),
+        _ => Err("give det1 or trace"),
+    }
+}
+
+/// What `--stiffening` gives.
+#[derive(Debug, Clone, Default)]
+struct Bands(Vec<Band>);
+
+fn stiffening(text: &str) -> std::result::Result<Bands, &'static str> {
+    let bands = text.split(',').map(|part| {
+        let (half_width, modulus_pa) = part.split_once('=')?;
+        let [half_width, modulus_pa] = [half_width, modulus_pa].map(|x| x.trim().parse().ok());
+        Some(Band { half_width: half_width?, modulus_pa: modulus_pa? })
+    });
+    let bands: Option<Vec<Band>> = bands.collect();
+    bands.map(Bands).ok_or("give HALF_WIDTH=PASCAL, as 0.1=10000, several with commas")
 }
 
 fn spacing(text: &str) -> Result<BasisSpacing> {
@@ -224,25 +318,4 @@ fn spacing(text: &str) -> Result<BasisSpacing> {
             ))
         }),
     }
-}
-
-/// A number, or one a node from a file (JSON array, or separated by white space or commas).
-fn per_cell(option: &str, text: &str) -> Result<PerCell> {
-    let number = |token: &str, place: &str| {
-        token.parse::<f64>().map_err(|_| {
-            Error::input(format!("{option}{place}: `{token}` is no number; give one, or file:PATH"))
-        })
-    };
-    let Some(path) = text.strip_prefix("file:").map(Path::new) else {
-        return number(text, "").map(PerCell::Uniform);
-    };
-    let content = text::read(path, VALUES_BYTES_MAX)
-        .map_err(|why| Error::file(&format!("read {option}"), path, why))?;
-    let tokens = content
-        .split(|c: char| c.is_whitespace() || matches!(c, ',' | '[' | ']'))
-        .filter(|token| !token.is_empty());
-    let values: Result<Vec<f64>> = (tokens.enumerate())
-        .map(|(at, token)| number(token, &format!(" {}, value {at}", path.display())))
-        .collect();
-    values.map(PerCell::Each)
 }

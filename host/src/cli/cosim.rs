@@ -39,7 +39,7 @@ use crate::words::counted;
     chaincell cosim liver.chaincell --contact cells:file:liver.sets.json#patch --out session\n\n\
     Exit code 0 when every tick was answered and the replay gave the same state hash, else 1.")]
 pub struct Args {
-    /// Model file from `chaincell bake` [default: the generated organ]
+    /// Model file from `chaincell bake` [default: organ:1000, 5 kPa, Poisson's ratio 0.45]
     model: Option<PathBuf>,
     /// Length of the press [s]
     #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]

@@ -20,6 +20,7 @@ pub mod session;
 mod stage;
 mod state;
 pub mod tissue;
+mod values;
 mod verdict;
 
 pub use bake::BodyArgs;

@@ -82,7 +82,7 @@ mod tests {
     fn a_bound_below_its_row_is_refused_by_its_cell() {
         let mesh = load("box:5x5x4x0.01", &MeshOptions::default()).unwrap();
         let of = PerCell::Uniform;
-        let tissue = Some(Tissue { young_pa: of(5000.0), poisson: of(0.45) });
+        let tissue = Some(Tissue::new(of(5000.0), of(0.45)));
         let options = BakeOptions { tissue, ..BakeOptions::default() };
         let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
         let place = Path::new("body.chaincell");

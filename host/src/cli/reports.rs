@@ -1,11 +1,15 @@
 //! What commands print about a model, as a table or as JSON.
 
+use std::collections::BTreeMap;
+
 use chaincell_kernel::Contact;
+use chaincell_kernel::image::LAW_TRACE;
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, Model, Predict, Rkl1, Rkl2, TermState, Track, array_bytes,
 };
 use serde::Serialize;
 
+use crate::bake::Notes;
 use crate::error::Result;
 use crate::terminal;
 
@@ -43,6 +47,19 @@ pub struct ModelReport {
     young_pa: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     poisson: Option<f64>,
+    /// How shapes hold their volume: det1 or trace.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<&'static str>,
+    /// The stretch below which shapes resist more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stretch_min: Option<f32>,
+    /// Half-width and modulus \[Pa\] of each stiffening band.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    stiffening: Vec<[f32; 2]>,
+    /// Nodes of each named group.
+    groups: BTreeMap<String, usize>,
+    /// Smallest and largest coordinate of a cell \[m\].
+    bounding_box_m: [[f32; 3]; 2],
     mean_link_m: f32,
     centre_m: [f32; 3],
     k_m: f32,
@@ -64,6 +81,7 @@ impl ModelReport {
     pub fn new(model: &Model<'_>, image_bytes: usize) -> Self {
         let valence = |cell| model.neighbours(cell).count();
         let valences = || (0..model.cells()).map(valence);
+        let law = model.shape_law();
         Self {
             cells: model.cells(),
             nodes: nodes(model),
@@ -86,6 +104,16 @@ impl ModelReport {
             stiffness_varies: model.weight_varies(),
             young_pa: mean(model, 0),
             poisson: mean(model, 1),
+            law: law.map(|(law, _)| if law == LAW_TRACE { "trace" } else { "det1" }),
+            stretch_min: law.map(|(_, least)| least).filter(|least| *least > 0.0),
+            stiffening: {
+                let mut bands = Vec::new();
+                model
+                    .each_stiffening(|half_width, modulus_pa| bands.push([half_width, modulus_pa]));
+                bands
+            },
+            groups: Notes::read(model).groups.into_iter().map(|(k, ids)| (k, ids.len())).collect(),
+            bounding_box_m: bounding_box_m(model),
             mean_link_m: model.unit_m(),
             centre_m: model.centre_m(),
             k_m: model.saturation() * model.unit_m(),
@@ -114,6 +142,10 @@ impl ModelReport {
         if self.nodes != self.cells {
             row("nodes", format!("{}, carried along by the cells", self.nodes))?;
         }
+        if !self.groups.is_empty() {
+            let groups = self.groups.iter().map(|(name, nodes)| format!("{name} ({nodes} nodes)"));
+            row("groups", groups.collect::<Vec<_>>().join(", "))?;
+        }
         row("links", self.links.to_string())?;
         row(
             "valence",
@@ -122,6 +154,9 @@ impl ModelReport {
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
         row("hats", format!("{} (coarse level of track)", self.hats))?;
         row("colours", format!("{} (gauss-seidel)", self.colours))?;
+        let [low, high] = self.bounding_box_m;
+        let side = |axis: usize| format!("{:.4} to {:.4}", low[axis], high[axis]);
+        row("box", format!("x {}, y {}, z {} m", side(0), side(1), side(2)))?;
         row("mean link", format!("{:.4e} m", self.mean_link_m))?;
         row("alpha", format!("{}{}", self.alpha, varies(self.alpha_varies)))?;
         if let (Some(young_pa), Some(poisson)) = (self.young_pa, self.poisson) {
@@ -129,6 +164,14 @@ impl ModelReport {
                 "tissue",
                 format!("{young_pa:.0} Pa, Poisson's ratio {poisson:.3} (nodal shapes)"),
             )?;
+            let band = match self.stretch_min {
+                Some(least) => format!("band below a stretch of {least}"),
+                None => "no band of stretches".to_owned(),
+            };
+            row("law", format!("{}, {band}", self.law.unwrap_or_default()))?;
+            for [half_width, modulus_pa] in &self.stiffening {
+                row("stiffening", format!("{modulus_pa:.0} Pa beyond a strain of {half_width}"))?;
+            }
         } else {
             row(
                 "stiffness",
@@ -139,7 +182,7 @@ impl ModelReport {
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         row("energy bound", format!("{:.4} J", self.energy_max_j))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
-        let schemes = if self.young_pa.is_some() { 1 } else { 6 };
+        let schemes = if self.young_pa.is_some() { 2 } else { 6 };
         for (name, bytes) in [
             ("track", self.ram_bytes),
             ("predict", self.ram_bytes_predict),
@@ -155,6 +198,19 @@ impl ModelReport {
         }
         row("checksum", self.checksum.clone())
     }
+}
+
+/// Smallest and largest coordinate of a cell \[m\].
+fn bounding_box_m(model: &Model<'_>) -> [[f32; 3]; 2] {
+    let [mut low, mut high] = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    for cell in 0..model.cells() {
+        let at = model.rest_position(cell).into_iter().zip(model.centre_m());
+        for ((x, centre_m), (low, high)) in at.zip(low.iter_mut().zip(&mut high)) {
+            let x = x * model.unit_m() + centre_m;
+            (*low, *high) = (low.min(x), high.max(x));
+        }
+    }
+    [low, high]
 }
 
 /// The mean of a number of the tissue around each cell.

@@ -148,15 +148,13 @@ impl TissueArgs {
         let why_track = match contact {
             Contact::Probe { .. } => Some("with a probe"),
             _ if self.drive == Drive::Current => Some("under a current"),
-            _ if model.is_nodal() => Some("on a body of nodal shapes"),
             _ if model.has_slack() => Some("on a model with slack (--alpha of bake)"),
             _ => None,
         };
         match (self.dynamics, why_track) {
             (None, None) if self.number == Arithmetic::F32 => Scheme::Predict,
             (None, _) => Scheme::Track,
-            // Nodal shapes refuse it.
-            (Some(Scheme::Predict), Some(why)) if !model.is_nodal() => {
+            (Some(Scheme::Predict), Some(why)) => {
                 log::warn!("--dynamics predict: {why} it is track, which needs less memory");
                 Scheme::Predict
             }

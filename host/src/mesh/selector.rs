@@ -140,12 +140,22 @@ impl Selector<'_> {
         Ok(ids)
     }
 
-    fn group(&self, name: &str, groups: &BTreeMap<String, Vec<u32>>) -> Result<Vec<u32>> {
-        groups.get(name).cloned().ok_or_else(|| {
-            let known: Vec<&str> = groups.keys().map(String::as_str).collect();
-            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-            self.refuse(format!("the mesh has no group '{name}'; its groups: {known}"))
-        })
+    /// The nodes of a group, or of several between commas.
+    fn group(&self, names: &str, groups: &BTreeMap<String, Vec<u32>>) -> Result<Vec<u32>> {
+        if let Some(ids) = groups.get(names) {
+            return Ok(ids.clone());
+        }
+        let mut all = Vec::new();
+        for name in names.split(',') {
+            all.extend(groups.get(name).ok_or_else(|| {
+                let known: Vec<&str> = groups.keys().map(String::as_str).collect();
+                let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+                self.refuse(format!("the mesh has no group '{name}'; its groups: {known}"))
+            })?);
+        }
+        all.sort_unstable();
+        all.dedup();
+        Ok(all)
     }
 
     fn file(&self, path: &str) -> Result<Vec<u32>> {

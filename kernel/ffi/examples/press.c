@@ -16,14 +16,14 @@
 
 enum { PRESS_TICKS = 200, TICKS = 250, PRINT_EVERY = 25, CONTACTS_MAX = 64 };
 
-/* Memory at a multiple of CHAINCELL_ALIGN; `whole` is what to free. */
-static void *aligned(size_t bytes, void **whole)
+/* Memory at a multiple of `align` bytes; `whole` is what to free. */
+static void *aligned(size_t bytes, size_t align, void **whole)
 {
-    *whole = malloc(bytes + CHAINCELL_ALIGN - 1);
+    *whole = malloc(bytes + align - 1);
     if (*whole == NULL) {
         return NULL;
     }
-    return (void *)(((uintptr_t)*whole + CHAINCELL_ALIGN - 1) / CHAINCELL_ALIGN * CHAINCELL_ALIGN);
+    return (void *)(((uintptr_t)*whole + align - 1) / align * align);
 }
 
 /* Reads a file to where an image may start; null where that fails. */
@@ -41,7 +41,7 @@ static void *read_image(const char *path, size_t *bytes, void **whole)
     }
     if (length > 0 && fseek(file, 0, SEEK_SET) == 0) {
         *bytes = (size_t)length;
-        image = aligned(*bytes, whole);
+        image = aligned(*bytes, CHAINCELL_ALIGN, whole);
         if (image != NULL && fread(image, 1, *bytes, file) != *bytes) {
             image = NULL;
         }
@@ -103,16 +103,17 @@ static int run(const chaincell_model *model, const uint32_t *ids, uint32_t count
     chaincell_tissue *tissue;
     chaincell_code code;
     void *whole = NULL, *storage;
-    size_t bytes;
+    size_t bytes, align;
     int status = EXIT_FAILURE;
 
     if (chaincell_model_info(model, &info) != CHAINCELL_CODE_OK ||
-        chaincell_settings_default(model, CHAINCELL_SCHEME_TRACK, &settings) != CHAINCELL_CODE_OK) {
+        chaincell_settings_default(model, CHAINCELL_SCHEME_TRACK, &settings) != CHAINCELL_CODE_OK ||
+        chaincell_model_size(model, CHAINCELL_SCHEME_TRACK, count, &bytes, &align) !=
+            CHAINCELL_CODE_OK) {
         return EXIT_FAILURE;
     }
-    bytes = chaincell_tissue_size(CHAINCELL_SCHEME_TRACK, info.cells, count, info.hats);
-    storage = aligned(bytes, &whole);
-    if (bytes == 0 || storage == NULL) {
+    storage = aligned(bytes, align, &whole);
+    if (storage == NULL) {
         fprintf(stderr, "press: no memory for %" PRIu32 " cells\n", info.cells);
         free(whole);
         return EXIT_FAILURE;

@@ -21,13 +21,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Puts an object where a tissue's storage or an image may start: first in its declaration. */
+/* Puts an object where a tissue's storage or an image may start: first in its declaration.
+ * CHAINCELL_SHAPE_ALIGNED does so for a tissue of nodal shapes. */
 #if defined(__cplusplus)
 #define CHAINCELL_ALIGNED alignas(16)
+#define CHAINCELL_SHAPE_ALIGNED alignas(64)
 #elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
 #define CHAINCELL_ALIGNED _Alignas(16)
+#define CHAINCELL_SHAPE_ALIGNED _Alignas(64)
 #else
 #define CHAINCELL_ALIGNED __attribute__((aligned(16)))
+#define CHAINCELL_SHAPE_ALIGNED __attribute__((aligned(64)))
 #endif
 
 /* Whether a pointer is aligned for a tissue's storage and for an image. */
@@ -48,16 +52,30 @@
      ((size_t)2 * (size_t)(contacts) + 15) / 16 * 16 + \
      ((size_t)(hats) + 7) / 8 * (6 + (size_t)2 * (size_t)(contacts)) * 32)
 
+/* Bytes for a tissue of nodal shapes, for track; cell_bytes as above:
+ *
+ *   CHAINCELL_SHAPE_ALIGNED static unsigned char storage[CHAINCELL_SHAPE_BYTES(512, 4, 48)]; */
+#define CHAINCELL_SHAPE_BYTES(cells, contacts, hats) \
+    CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_TRACK, cells, contacts, hats)
+#define CHAINCELL_SHAPE_BYTES_OF(cell_bytes, cells, contacts, hats) \
+    (CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, 0) + CHAINCELL_SHAPE_ALIGN + \
+     ((size_t)(hats) + 7) / 8 * 9 * 32 + (size_t)CHAINCELL_CELL_BYTES_SHAPE * (size_t)(cells))
+
 
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 512
+#define CHAINCELL_VERSION 768
 
 /**
  * Alignment of a tissue's storage [bytes].
  */
 #define CHAINCELL_ALIGN 16
+
+/**
+ * The same for a body of nodal shapes [bytes].
+ */
+#define CHAINCELL_SHAPE_ALIGN 64
 
 /**
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
@@ -68,7 +86,7 @@
 /**
  * Those words.
  */
-#define CHAINCELL_TISSUE_WORDS_FIXED 80
+#define CHAINCELL_TISSUE_WORDS_FIXED 96
 
 /**
  * Bytes a cell under track and rkl1.
@@ -96,9 +114,14 @@
 #define CHAINCELL_CELL_BYTES_GAUSS_SEIDEL 16
 
 /**
+ * Bytes a cell of nodal shapes takes more.
+ */
+#define CHAINCELL_CELL_BYTES_SHAPE 256
+
+/**
  * Words of a `chaincell_model`.
  */
-#define CHAINCELL_MODEL_WORDS 96
+#define CHAINCELL_MODEL_WORDS 128
 
 /**
  * Words of a `chaincell_stage`.
@@ -298,6 +321,10 @@ enum chaincell_code
      * The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
      */
     CHAINCELL_CODE_RESET_RANGE = -65,
+    /**
+     * A body of nodal shapes needs track or predict.
+     */
+    CHAINCELL_CODE_RESET_SHAPES = -66,
     /**
      * More contact cells than the tissue has room for: `needed`, `available`.
      */
@@ -909,17 +936,31 @@ chaincell_code chaincell_stage_missed(struct chaincell_stage *stage,
 size_t chaincell_tissue_align(void);
 
 /**
- * Bytes of a tissue for models of up to so many cells and hats, of whose cells a tool may hold up
- * to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to 65,535,
- * more contacts than cells, more than 1,024 hats).
+ * Bytes of a tissue for models of links of up to so many cells and hats, of whose cells a tool may
+ * hold up to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to
+ * 65,535, more contacts than cells, more than 1,024 hats). For any model `chaincell_model_size`.
  */
 size_t chaincell_tissue_size(int32_t scheme, uint32_t cells, uint32_t contacts, uint32_t hats);
 
 /**
+ * Bytes of a tissue for this model with room for so many contact cells, and what multiple of
+ * bytes its storage starts at: `CHAINCELL_ALIGN`, or `CHAINCELL_SHAPE_ALIGN` for a body of nodal
+ * shapes. `bytes` or `align` may be null.
+ *
+ * Safety
+ * `model` is storage for a model; `bytes` and `align` are null or storage for the answers.
+ */
+chaincell_code chaincell_model_size(const struct chaincell_model *model,
+                                    int32_t scheme,
+                                    uint32_t contacts,
+                                    size_t *bytes,
+                                    size_t *align);
+
+/**
  * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
  *
- * `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
- * `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused.
+ * `storage` starts at a multiple of `CHAINCELL_ALIGN`, for a body of nodal shapes at one of
+ * `CHAINCELL_SHAPE_ALIGN`, and has `bytes` bytes, at least `chaincell_model_size`; what stood there is lost, also where the call is refused.
  * `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
  * null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
  * clears the storage.
@@ -1040,7 +1081,8 @@ chaincell_code chaincell_tick_late(struct chaincell_tissue *tissue,
                                    struct chaincell_output *output);
 
 /**
- * The state hash: 64 bits over the published positions of all cells, the same on every target.
+ * The state hash: 64 bits over the published positions of all cells, and over their shapes where
+ * they have any, the same on every target.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `hash` is storage

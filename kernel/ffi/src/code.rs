@@ -79,6 +79,8 @@ pub enum Code {
     FloatRounding = -64,
     /// The model leaves the range of the scheme's numbers: `limit` is the one that it leaves.
     ResetRange = -65,
+    /// A body of nodal shapes needs track or predict.
+    ResetShapes = -66,
     /// More contact cells than the tissue has room for: `needed`, `available`.
     ContactCapacity = -80,
     /// The contact cell is not in the model: `position` in the list.
@@ -125,7 +127,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 53] = [
+    pub(crate) const ALL: [Self; 54] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -159,6 +161,7 @@ impl Code {
         Self::FloatFlushToZero,
         Self::FloatRounding,
         Self::ResetRange,
+        Self::ResetShapes,
         Self::ContactCapacity,
         Self::ContactUnknown,
         Self::ContactFixed,
@@ -224,6 +227,7 @@ impl Code {
             Self::ResetRange => {
                 c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme"
             }
+            Self::ResetShapes => c"a body of nodal shapes needs the scheme track or predict",
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
             Self::ContactUnknown => c"a contact cell is not in the model",
             Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
@@ -364,11 +368,11 @@ impl From<ResetError> for Refusal {
             }
             ResetError::CoarseRoom { needed, room } => Self::sizes(Code::ResetHats, needed, room),
             ResetError::Colours => Code::ResetColours.into(),
-            // The C interface is built without nodal shapes, whose images it refuses.
+            // The storage has room for the states of every model that it admits.
             ResetError::States { needed, capacity } => {
                 Self::sizes(Code::ResetCapacity, needed, capacity)
             }
-            ResetError::Shapes => Code::ResetRange.into(),
+            ResetError::Shapes => Code::ResetShapes.into(),
             ResetError::Range(why) => Self {
                 code: Code::ResetRange,
                 detail: Detail { limit: why.limit(), ..Detail::default() },

@@ -7,17 +7,19 @@
 //! own            D::ARRAYS cells each
 //! room           blocks of eight `f32` for the coarse level
 //! contacts       one slot for each contact cell
-//! states         what the energy's terms keep of each cell
 //! held           the cells of the contacts, ascending: room to sort them
+//! states         what the energy's terms keep of each cell, for a body of nodal shapes
 //! ```
 //!
-//! Nothing in it points into it, so a tissue may be moved and copied byte by byte.
+//! Nothing in it points into it, so a tissue may be moved and copied byte by byte. The states start
+//! at a multiple of [`SHAPE_ALIGN`] from the start of the storage, which then has that alignment.
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Dynamics, Head, I8F24, Network, NumberOf, TermStates, TissueMut, array_bytes,
+    Dynamics, Head, I8F24, Model, Network, Number, NumberOf, TermState, TermStates, TissueMut,
+    array_bytes,
 };
 
 use crate::code::Code;
@@ -26,11 +28,13 @@ use crate::settings::Scheme;
 
 /// Alignment of a tissue's storage \[bytes\].
 pub const ALIGN: usize = 16;
+/// The same for a body of nodal shapes \[bytes\].
+pub const SHAPE_ALIGN: usize = 64;
 /// At most so many bytes stand before a tissue's arrays, and so many words of the size of an
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
 pub const TISSUE_BYTES: usize = 2432;
 /// Those words.
-pub const TISSUE_WORDS: usize = 80;
+pub const TISSUE_WORDS: usize = 96;
 /// Bytes a cell under track and rkl1.
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.
@@ -41,6 +45,9 @@ pub const CELL_BYTES_RKL2: usize = 80;
 pub const CELL_BYTES_PREDICT: usize = 112;
 /// Bytes a cell under gauss-seidel.
 pub const CELL_BYTES_GAUSS_SEIDEL: usize = 16;
+
+/// Bytes a cell of nodal shapes takes more.
+pub const CELL_BYTES_SHAPE: usize = 256;
 
 /// "CHti": a tissue stands in the storage.
 const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");
@@ -105,14 +112,32 @@ pub(crate) struct Sizes {
     pub contacts: usize,
     /// Blocks of eight `f32` of room.
     pub room: usize,
+    /// Cells that terms keep states of.
+    pub states: usize,
 }
 
 impl Sizes {
+    /// What a model takes under the scheme `D` with room for so many contacts.
+    pub fn of<D: Dynamics>(model: &Model<'_>, contacts: usize) -> Self {
+        let room = D::room_blocks(model, contacts);
+        Self { cells: model.cells(), contacts, room, states: model.kept_states() }
+    }
+
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
+        self.states_at::<D>() + self.states * size_of::<TermState>()
+    }
+
+    /// Where the states start.
+    const fn states_at<D: Dynamics>(&self) -> usize {
         let arrays = array_bytes::<D>(self.cells, self.contacts, self.room);
         let held = self.contacts * size_of::<u16>();
-        (size_of::<StoredHead<D>>() + arrays + held).next_multiple_of(ALIGN)
+        (size_of::<StoredHead<D>>() + arrays + held).next_multiple_of(self.align())
+    }
+
+    /// Alignment of the storage \[bytes\].
+    pub const fn align(&self) -> usize {
+        if self.states > 0 { SHAPE_ALIGN } else { ALIGN }
     }
 }
 
@@ -135,8 +160,9 @@ pub(crate) struct StoredHead<D> {
 
 /// Whether what the header's macros say of a scheme holds.
 const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
+    let room = TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>();
     align_of::<StoredHead<D>>() == ALIGN
-        && size_of::<StoredHead<D>>() <= TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>()
+        && size_of::<StoredHead<D>>() <= room
         && array_bytes::<D>(1, 0, 0) == cell_bytes
 }
 
@@ -151,6 +177,8 @@ const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTE
 const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
 const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_multiple_of(2));
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
+const _: () = assert!(matches!(size_of::<TermState>(), 0 | CELL_BYTES_SHAPE));
+const _: () = assert!(align_of::<TermState>() <= SHAPE_ALIGN);
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
@@ -163,7 +191,7 @@ pub(crate) struct Parts<'a, D: Dynamics> {
 /// Writes an empty tissue into storage.
 ///
 /// # Safety
-/// `storage` is aligned to [`ALIGN`], has [`Sizes::bytes`] bytes, and nobody else uses it.
+/// `storage` is aligned to [`Sizes::align`], has [`Sizes::bytes`] bytes, and nobody else uses it.
 pub(crate) unsafe fn create<D: Dynamics>(
     storage: *mut u8,
     scheme: Scheme,
@@ -203,7 +231,23 @@ pub(crate) unsafe fn front(tissue: *const Tissue) -> Result<(Scheme, Sizes), Cod
         return Err(Code::NotInitialised);
     }
     // SAFETY: the tag was written with the rest of the front.
-    Ok(unsafe { ((&raw const (*front).scheme).read(), (&raw const (*front).sizes).read()) })
+    let found =
+        unsafe { ((&raw const (*front).scheme).read(), (&raw const (*front).sizes).read()) };
+    // It may have been moved since.
+    memory::check_to(tissue.cast(), found.1.align())?;
+    Ok(found)
+}
+
+/// Where the states of the terms start; for a body without any, an aligned address of nothing.
+///
+/// # Safety
+/// A tissue of the scheme `D` and of these sizes stands there.
+unsafe fn states<D: Dynamics>(storage: *const u8, sizes: Sizes) -> *const TermState {
+    if sizes.states == 0 {
+        return core::ptr::dangling();
+    }
+    // SAFETY: they are part of the storage.
+    unsafe { storage.add(sizes.states_at::<D>()) }.cast()
 }
 
 /// Cuts a tissue into its parts.
@@ -211,7 +255,7 @@ pub(crate) unsafe fn front(tissue: *const Tissue) -> Result<(Scheme, Sizes), Cod
 /// # Safety
 /// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
 pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -> Parts<'a, D> {
-    let Sizes { cells, contacts, room } = sizes;
+    let Sizes { cells, contacts, room, states: kept } = sizes;
     let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
     // alignment, with valid elements; they do not overlap.
@@ -222,6 +266,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
         let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
         let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
         let held = slots.add(contacts).cast::<u16>();
+        let states = states::<D>(tissue.cast(), sizes).cast_mut();
         Parts {
             network: &mut (*body).front.network,
             tissue: TissueMut {
@@ -231,12 +276,21 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
-                states: TermStates::new(&mut []),
+                states: TermStates::new(core::slice::from_raw_parts_mut(states, kept)),
                 team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),
         }
     }
+}
+
+/// What a tissue publishes, for reading.
+pub(crate) struct Published<'a, N: Number> {
+    pub network: &'a Network<'static>,
+    /// States of the cells.
+    pub state: &'a [Cell<N>],
+    /// What the terms keep of them.
+    pub terms: &'a [TermState],
 }
 
 /// Network and states of a tissue, for reading.
@@ -246,11 +300,15 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
 pub(crate) unsafe fn published<'a, D: Dynamics>(
     tissue: *const Tissue,
     sizes: Sizes,
-) -> (&'a Network<'static>, &'a [Cell<NumberOf<D>>]) {
+) -> Published<'a, NumberOf<D>> {
     let body = tissue.cast::<StoredHead<D>>();
-    // SAFETY: as in parts(); the states follow the body.
+    // SAFETY: as in parts(); the cells follow the body.
     unsafe {
-        let state = core::slice::from_raw_parts(body.add(1).cast(), sizes.cells);
-        (&(*body).front.network, state)
+        let terms = states::<D>(tissue.cast(), sizes);
+        Published {
+            network: &(*body).front.network,
+            state: core::slice::from_raw_parts(body.add(1).cast(), sizes.cells),
+            terms: core::slice::from_raw_parts(terms, sizes.states),
+        }
     }
 }

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The caller owns all memory: a model and a tissue live in storage that C hands over, sized by
-//! `chaincell_tissue_size` at run time or `CHAINCELL_TISSUE_BYTES` at compile time, so one library
+//! `chaincell_model_size` at run time or `CHAINCELL_TISSUE_BYTES` at compile time, so one library
 //! serves bodies of any size. No heap, no global state: several bodies may be ticked at the same
 //! time, each by one thread. Every call answers with a [`Code`]; every pointer is checked for null
 //! and alignment, and storage for what was initialised there. What cannot be checked is said under
@@ -44,7 +44,7 @@ mod tick;
 pub use code::{Code, Detail};
 pub use layout::{
     ALIGN, CELL_BYTES_EULER, CELL_BYTES_GAUSS_SEIDEL, CELL_BYTES_PREDICT, CELL_BYTES_RKL2,
-    CELL_BYTES_TRACK, TISSUE_BYTES, TISSUE_WORDS, Tissue,
+    CELL_BYTES_SHAPE, CELL_BYTES_TRACK, SHAPE_ALIGN, TISSUE_BYTES, TISSUE_WORDS, Tissue,
 };
 pub use model::{
     Info, MODEL_WORDS, ModelStorage, chaincell_model_cell, chaincell_model_info,
@@ -60,7 +60,8 @@ pub use stage::{
 };
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
-    chaincell_tissue_align, chaincell_tissue_init, chaincell_tissue_reset, chaincell_tissue_size,
+    chaincell_model_size, chaincell_tissue_align, chaincell_tissue_init, chaincell_tissue_reset,
+    chaincell_tissue_size,
 };
 pub use tick::{
     FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED, FLAG_LATE,
@@ -73,7 +74,7 @@ pub use tick::{
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0200;
+pub const VERSION: u32 = 0x0300;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

@@ -15,9 +15,9 @@ pub extern "C" fn chaincell_tissue_align() -> usize {
     ALIGN
 }
 
-/// Bytes of a tissue for models of up to so many cells and hats, of whose cells a tool may hold up
-/// to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to 65,535,
-/// more contacts than cells, more than 1,024 hats).
+/// Bytes of a tissue for models of links of up to so many cells and hats, of whose cells a tool may
+/// hold up to `contacts`; 0 where an argument is out of range (no such scheme, cells not in 1 to
+/// 65,535, more contacts than cells, more than 1,024 hats). For any model `chaincell_model_size`.
 #[unsafe(no_mangle)]
 pub extern "C" fn chaincell_tissue_size(
     scheme: i32,
@@ -34,8 +34,40 @@ pub extern "C" fn chaincell_tissue_size(
         Scheme::Track | Scheme::Predict => coarse_room(hats, contacts),
         _ => 0,
     };
-    let sizes = Sizes { cells, contacts, room };
+    let sizes = Sizes { cells, contacts, room, states: 0 };
     by_scheme!(scheme, D => sizes.bytes::<D>())
+}
+
+/// Bytes of a tissue for this model with room for so many contact cells, and what multiple of
+/// bytes its storage starts at: `CHAINCELL_ALIGN`, or `CHAINCELL_SHAPE_ALIGN` for a body of nodal
+/// shapes. `bytes` or `align` may be null.
+///
+/// # Safety
+/// `model` is storage for a model; `bytes` and `align` are null or storage for the answers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_model_size(
+    model: *const ModelStorage,
+    scheme: i32,
+    contacts: u32,
+    bytes: *mut usize,
+    align: *mut usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { load(model) }.and_then(|model| {
+        let (scheme, contacts) = (Scheme::of(scheme)?, contacts as usize);
+        if contacts > model.cells() {
+            return Err(Code::Range);
+        }
+        let (size, multiple) = by_scheme!(scheme, D => {
+            let sizes = Sizes::of::<D>(&model, contacts);
+            (sizes.bytes::<D>(), sizes.align())
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe {
+            memory::write_if_asked(bytes, size)?;
+            memory::write_if_asked(align, multiple)
+        }
+    }))
 }
 
 /// What the caller of `chaincell_tissue_init` gives.
@@ -65,8 +97,8 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     }
     let network = settings.network(model)?;
     by_scheme!(scheme, D => {
-        let room = D::room_blocks(&model, contacts);
-        let sizes = Sizes { cells: model.cells(), contacts, room };
+        let sizes = Sizes::of::<D>(&model, contacts);
+        memory::check_to(wish.storage, sizes.align())?;
         let needed = sizes.bytes::<D>();
         if needed > wish.bytes {
             return Err(Refusal::sizes(Code::Storage, needed, wish.bytes));
@@ -88,8 +120,8 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
 
 /// Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
 ///
-/// `storage` starts at a multiple of `CHAINCELL_ALIGN` and has `bytes` bytes, at least
-/// `chaincell_tissue_size` for the model; what stood there is lost, also where the call is refused.
+/// `storage` starts at a multiple of `CHAINCELL_ALIGN`, for a body of nodal shapes at one of
+/// `CHAINCELL_SHAPE_ALIGN`, and has `bytes` bytes, at least `chaincell_model_size`; what stood there is lost, also where the call is refused.
 /// `scheme` is one of `chaincell_scheme`. The answer in `tissue` is the address of the storage, or
 /// null. Model and settings are copied; the model's image is not. `detail` may be null. Cost:
 /// clears the storage.

@@ -5,7 +5,7 @@ use chaincell_kernel::tick::hash::state_hash;
 use chaincell_kernel::{Flags, Network, Number, TickOutput, ToolSample};
 
 use crate::code::{Code, Detail, Refusal};
-use crate::layout::{self, Parts, Tissue, by_scheme};
+use crate::layout::{self, Parts, Published, Tissue, by_scheme};
 use crate::memory;
 
 /// One tool sample.
@@ -220,7 +220,8 @@ fn published<N: Number>(network: &Network<'_>, v: &Cell<N>) -> [f32; 3] {
     single(output(v.xyz(), N::from_single(network.model().saturation())))
 }
 
-/// The state hash: 64 bits over the published positions of all cells, the same on every target.
+/// The state hash: 64 bits over the published positions of all cells, and over their shapes where
+/// they have any, the same on every target.
 ///
 /// # Safety
 /// `tissue` was made by `chaincell_tissue_init` and no other thread writes it; `hash` is storage
@@ -233,8 +234,8 @@ pub unsafe extern "C" fn chaincell_state_hash(tissue: *const Tissue, hash: *mut 
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
         let value = unsafe {
             by_scheme!(scheme, D => {
-                let (network, state) = layout::published::<D>(tissue, sizes);
-                state_hash(state, &[], network.model().saturation())
+                let Published { network, state, terms } = layout::published::<D>(tissue, sizes);
+                state_hash(state, terms, network.model().saturation())
             })
         };
         // SAFETY: the caller's promises are handed on.
@@ -260,7 +261,7 @@ pub unsafe extern "C" fn chaincell_position(
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
         let (network, position) = unsafe {
             by_scheme!(scheme, D => {
-                let (network, state) = layout::published::<D>(tissue, sizes);
+                let Published { network, state, .. } = layout::published::<D>(tissue, sizes);
                 let cell = network.model().cell_of_input(input_id).ok_or(Code::UnknownId)?;
                 (network, published(network, state.get(usize::from(cell)).ok_or(Code::UnknownId)?))
             })
@@ -292,7 +293,7 @@ pub unsafe extern "C" fn chaincell_fine_position(
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
         let (network, place) = unsafe {
             by_scheme!(scheme, D => {
-                let (network, state) = layout::published::<D>(tissue, sizes);
+                let Published { network, state, .. } = layout::published::<D>(tissue, sizes);
                 let at = |cell: usize| state.get(cell).map(|v| published(network, v));
                 (network, network.model().fine_position(node as usize, at))
             })
@@ -325,7 +326,7 @@ pub unsafe extern "C" fn chaincell_positions(
         // SAFETY: a tissue of this scheme stands there, and nobody writes it.
         unsafe {
             by_scheme!(scheme, D => {
-                let (network, state) = layout::published::<D>(tissue, sizes);
+                let Published { network, state, .. } = layout::published::<D>(tissue, sizes);
                 for (cell, v) in state.iter().enumerate() {
                     // SAFETY: the caller says that there is room for all cells.
                     positions.cast::<[f32; 3]>().add(cell).write(published(network, v));

@@ -7,12 +7,15 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use chaincell_kernel::{
-    Model, Network, Settings, Tissue, ToolSample, Track, coarse_room, include_model,
+    Model, Network, Settings, Tissue, ToolSample, Track, coarse_room, elastic_room, include_model,
 };
 use nalgebra::Vector3;
 
 static BOX: &[u8] = include_model!("../../../tests/data/box5_colours.chaincell");
 static PLANE: &[u8] = include_model!("../../../tests/data/plane9.chaincell");
+
+/// A body of nodal shapes.
+static TISSUE: &[u8] = include_model!("../../../tests/data/tissue6.chaincell");
 
 const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 
@@ -71,12 +74,15 @@ fn program(source: &str, folder: &Path) -> PathBuf {
 }
 
 /// What `press.c` does, in Rust: the lines it prints.
-fn pressed<const ROOM: usize>(image: &'static [u8], ids: &[u32]) -> Vec<String> {
+fn pressed<const ROOM: usize, const STATES: usize>(
+    image: &'static [u8],
+    ids: &[u32],
+) -> Vec<String> {
     let model = Model::from_bytes(image).unwrap();
     let network = Network::new(model, Settings::for_model(&model)).unwrap();
     let mut held: Vec<u16> = ids.iter().map(|&id| model.cell_of_input(id).unwrap()).collect();
     held.sort_unstable();
-    let mut tissue = Tissue::<128, Track<ROOM>, 2>::new();
+    let mut tissue = Tissue::<256, Track<ROOM>, 2, STATES>::new();
     tissue.reset(&network).unwrap();
     tissue.choose_contacts(&network, &held).unwrap();
     let mut lines = Vec::new();
@@ -97,8 +103,17 @@ fn the_example_presses_as_the_kernel_does() {
     let folder = tempfile::tempdir().unwrap();
     let press = program("examples/press.c", folder.path());
     let cases = [
-        ("box5_colours.chaincell", vec![69, 64], pressed::<{ coarse_room(27, 2) }>(BOX, &[64, 69])),
-        ("plane9.chaincell", vec![40], pressed::<0>(PLANE, &[40])),
+        (
+            "box5_colours.chaincell",
+            vec![69, 64],
+            pressed::<{ coarse_room(27, 2) }, 0>(BOX, &[64, 69]),
+        ),
+        ("plane9.chaincell", vec![40], pressed::<0, 0>(PLANE, &[40])),
+        (
+            "tissue6.chaincell",
+            vec![41, 89],
+            pressed::<{ elastic_room(64) }, 256>(TISSUE, &[41, 89]),
+        ),
     ];
     for (image, ids, wanted) in cases {
         let ids = ids.iter().map(u32::to_string);
@@ -142,12 +157,20 @@ fn the_example_says_what_is_wrong() {
 fn the_headers_macros_bound_the_sizes() {
     let folder = tempfile::tempdir().unwrap();
     let said = succeed(&mut Command::new(program("tests/c/sizes.c", folder.path())));
-    assert_eq!(said.lines().count(), 50);
-    for line in said.lines() {
+    assert_eq!(said.lines().count(), 61);
+    for line in said.lines().take(60) {
         let numbers: Vec<usize> = line.split(' ').map(|word| word.parse().unwrap()).collect();
         let [_, bound, size] = numbers[..] else { panic!("{line}") };
         assert!(size > 0 && (size..size + 512).contains(&bound), "scheme bound size: {line}");
     }
+    // That of nodal shapes, beside what the example says that its body takes.
+    let press = program("examples/press.c", folder.path());
+    let pressed = succeed(Command::new(press).arg(data("tissue6.chaincell")).arg("41").arg("89"));
+    let (body, bytes) = pressed.lines().next().unwrap().rsplit_once(": ").unwrap();
+    assert_eq!(body, "144 cells, 628 links, 18 hats");
+    let size: usize = bytes.trim_end_matches(" bytes").parse().unwrap();
+    let bound: usize = said.lines().last().unwrap().parse().unwrap();
+    assert!((size..size + 1024).contains(&bound), "{bound}, {size}");
 }
 
 #[test]

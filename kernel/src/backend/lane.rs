@@ -18,6 +18,8 @@ pub(crate) trait Real: Copy {
     fn root(self) -> Self;
     /// Whether `self > other`.
     fn above(self, other: Self) -> Self::Mask;
+    /// Whether the mask holds anywhere.
+    fn any(mask: Self::Mask) -> bool;
     /// `yes` where the mask holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
@@ -58,6 +60,11 @@ impl Real for f32 {
     #[inline(always)]
     fn above(self, other: Self) -> bool {
         self > other
+    }
+
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
     }
 
     #[inline(always)]
@@ -102,6 +109,11 @@ impl<V: F32x8> Real for V {
     #[inline(always)]
     fn above(self, other: Self) -> V::Mask {
         F32x8::above(self, other)
+    }
+
+    #[inline(always)]
+    fn any(mask: V::Mask) -> bool {
+        <V as F32x8>::any(mask)
     }
 
     #[inline(always)]

@@ -1,5 +1,5 @@
-//! The basis of the coarse level: trilinear hat functions over the rest shape, and the inverse of
-//! the curvature bound between them, both from the bake.
+//! The basis of the coarse level: trilinear hat functions over the rest shape, and between them the
+//! inverse of the curvature bound, or of the elasticity of the rest shape, all from the bake.
 
 use core::ops::Range;
 
@@ -25,9 +25,37 @@ pub(crate) struct CoarseBasis<'a> {
     pub entry: &'a [u16],
     /// Rows of the inverse.
     pub inverse: &'a [Eight],
+    /// Of an elastic level, whose inverse couples the axes.
+    #[cfg(feature = "nodal")]
+    elastic: Option<ElasticLevel<'a>>,
     /// Whether the body has several parts, the cells of each box lie in one of them, and the boxes
     /// are in the order of the parts.
     pub is_in_parts: bool,
+}
+
+/// What an [elastic level](crate::solver::coarse::elastic) has beside the basis functions.
+#[derive(Clone, Copy)]
+pub(crate) struct ElasticLevel<'a> {
+    /// The cell whose rotation each basis function takes.
+    pub turns: &'a [u16],
+    /// The own part of each cell's direction over r / W.
+    pub factors: &'a [f32],
+}
+
+#[cfg(feature = "nodal")]
+impl<'a> ElasticLevel<'a> {
+    /// Of a body of nodal shapes.
+    fn read(
+        sections: &Sections<'a>,
+        count: usize,
+        cells: usize,
+    ) -> Result<Option<Self>, ModelError> {
+        if sections.optional::<u32>(kind::NODAL)?.is_none() {
+            return Ok(None);
+        }
+        let turns = sections.sized(kind::HAT_TURNS, count)?;
+        Ok(Some(Self { turns, factors: sections.sized(kind::HAT_FACTORS, cells)? }))
+    }
 }
 
 impl<'a> CoarseBasis<'a> {
@@ -40,6 +68,12 @@ impl<'a> CoarseBasis<'a> {
         let corners: &[[u16; LANES]] = sections.required(kind::HAT_CORNERS)?;
         let pairs: &[[u16; 2]] = sections.required(kind::HAT_CELLS)?;
         let rows = sections.sized(kind::HAT_ROWS, corners.len() + 1)?;
+        #[cfg(feature = "nodal")]
+        let elastic = ElasticLevel::read(sections, count, cells)?;
+        #[cfg(not(feature = "nodal"))]
+        let elastic = None::<ElasticLevel<'_>>;
+        let blocks = count.div_ceil(LANES);
+        let inverse = if elastic.is_some() { 9 * LANES * blocks * blocks } else { count * blocks };
         Ok(Some(Self {
             count,
             rows,
@@ -47,7 +81,9 @@ impl<'a> CoarseBasis<'a> {
             cells: pairs,
             weights: sections.sized(kind::HAT_WEIGHTS, pairs.len())?,
             entry: sections.sized(kind::HAT_ENTRY, cells)?,
-            inverse: sections.sized(kind::HAT_INVERSE, count * count.div_ceil(LANES))?,
+            inverse: sections.sized(kind::HAT_INVERSE, inverse)?,
+            #[cfg(feature = "nodal")]
+            elastic,
             is_in_parts: parts::count(cells) > 1 && is_in_parts(rows, pairs, cells),
         }))
     }
@@ -75,9 +111,24 @@ impl<'a> CoarseBasis<'a> {
         self.blocks() * LANES
     }
 
+    /// What an elastic level has; a kernel without nodal shapes has none.
+    #[inline(always)]
+    pub fn elastic(&self) -> Option<ElasticLevel<'a>> {
+        #[cfg(feature = "nodal")]
+        return self.elastic;
+        #[cfg(not(feature = "nodal"))]
+        None
+    }
+
+    /// Blocks of a row of the inverse.
+    #[inline(always)]
+    pub fn row_blocks(&self) -> usize {
+        if self.elastic().is_some() { 3 * self.blocks() } else { self.blocks() }
+    }
+
     /// One element of the inverse; 0 beyond it.
     pub fn inverse_at(&self, row: usize, column: usize) -> f32 {
-        let block = self.inverse.get(row * self.blocks() + column / LANES);
+        let block = self.inverse.get(row * self.row_blocks() + column / LANES);
         block.and_then(|block| block.get(column % LANES)).copied().unwrap_or(0.0)
     }
 
@@ -139,6 +190,7 @@ mod tests {
             weights: &[],
             entry: &[NO_HAT; CELLS],
             inverse: &[],
+            elastic: None,
             is_in_parts: true,
         };
         let boxes = [0, 1, 2, 3, 7].map(|part| basis.boxes_of(part));

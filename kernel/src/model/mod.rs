@@ -6,6 +6,7 @@
 //! - `coarse_basis`: the basis of the coarse level, with the inverse of its matrix.
 //! - `parts`: what threads share of a large body.
 //! - `nodal`: the numbers of nodal shapes.
+//! - `stiffening`: sets of bands on their links.
 //! - `terms`: what the terms of the energy beside the links store, the static list of them.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
@@ -19,6 +20,8 @@ pub mod parts;
 pub(crate) mod pin;
 mod query;
 mod read;
+#[cfg(feature = "nodal")]
+pub(crate) mod stiffening;
 pub(crate) mod terms;
 mod validate;
 

@@ -1,9 +1,10 @@
 //! Nodal shapes in an image: what every cell and every half-link of them is.
 
-use super::image::{LAW_DET1, ModelError, Sections, kind, nodal, params};
+use super::image::{LAW_DET1, LAW_TRACE, ModelError, Sections, kind, nodal, params};
 use super::terms::TermData;
 use super::{Model, range};
 use crate::number::cell::{dot, sub};
+use crate::number::sqrt::sqrt;
 use crate::number::two_float::LANES;
 
 /// Ranges far beyond what a mesh gives, within which energies and forces stay finite up to
@@ -11,6 +12,9 @@ use crate::number::two_float::LANES;
 const VOLUMES: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e6;
 const MODULI: core::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
 const LAMBDA_3_MAX: f32 = 1.0e9;
+const BAND_MAX: f32 = 1.0e9;
+/// Largest stretch at which a band begins.
+const STRETCH_MAX: f32 = 0.95;
 const SPREAD_MAX: f32 = 1.0e12;
 /// Largest slope of a hat function [1 / mean link length].
 const SLOPE_MAX: f32 = 1.0e4;
@@ -18,6 +22,10 @@ const SLOPE_MAX: f32 = 1.0e4;
 const SATURATION_MAX: f32 = 1.0e5;
 /// Share of a row's diagonal element that rounding may have taken from the row's bound.
 const ROUNDING: f32 = 1.0e-3;
+
+fn length(a: [f32; 3]) -> f32 {
+    sqrt(dot(a, a))
+}
 
 /// Numbers of eight cells, by number and lane.
 pub(crate) type CellNumbers = [[f32; LANES]; nodal::CELL_ROWS];
@@ -45,6 +53,16 @@ impl Slot<'_> {
     }
 }
 
+/// The law of shapes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Law {
+    /// Whether the volume is held by the trace instead of the distance to the shapes of determinant
+    /// 1.
+    pub has_trace: bool,
+    /// Where the band of stretches begins; 0 for no band.
+    pub stretch_min: f32,
+}
+
 /// The nodal shapes of a body; none in a body of links.
 #[derive(Clone, Copy)]
 pub(crate) struct Nodal<'a> {
@@ -58,10 +76,19 @@ pub(crate) struct Nodal<'a> {
     pub ids: &'a [[u16; LANES]],
     /// Number of cells.
     pub count: usize,
+    /// Of all cells.
+    pub law: Law,
 }
 
 impl<'a> Nodal<'a> {
-    pub const NONE: Self = Self { cells: &[], slots: &[], rows: &[], ids: &[], count: 0 };
+    pub const NONE: Self = Self {
+        cells: &[],
+        slots: &[],
+        rows: &[],
+        ids: &[],
+        count: 0,
+        law: Law { has_trace: false, stretch_min: 0.0 },
+    };
 
     /// Whether the body is made of shapes.
     #[inline(always)]
@@ -87,13 +114,28 @@ impl<'a> Nodal<'a> {
     }
 
     /// The part of the row of L at a cell whose share in cell k's gradient is `area`.
-    fn through(&self, k: usize, area: [f32; 3], visit: &mut impl FnMut(usize, f32)) {
-        let modulus = 2.0 * (1.0 - nodal::BETA) * self.number(k, nodal::MU);
-        let weight = (modulus + self.number(k, nodal::LAMBDA_3)) / self.number(k, nodal::VOLUME);
-        visit(k, weight * dot(area, [0, 1, 2].map(|axis| self.number(k, nodal::OWN + axis))));
+    fn through(&self, cell: usize, k: usize, area: [f32; 3], visit: &mut impl FnMut(usize, f32)) {
+        let even = 2.0 * (1.0 - nodal::BETA) * self.number(k, nodal::MU);
+        let (band, volume) = (self.number(k, nodal::BAND), self.number(k, nodal::LAMBDA_3));
+        let share = 1.0 / self.number(k, nodal::VOLUME);
+        let weight = share * (even + band + if self.law.has_trace { 0.0 } else { volume });
+        let own = [0, 1, 2].map(|axis| self.number(k, nodal::OWN + axis));
+        visit(k, weight * dot(area, own));
+        let mut magnitudes = length(own);
         for (other, slot) in self.slots_of(k) {
             visit(other, weight * dot(area, slot.three(nodal::AREA)));
+            magnitudes += length(slot.three(nodal::AREA));
         }
+        // By the trace the row's magnitudes are those of lengths, and count on the diagonal.
+        if self.law.has_trace {
+            visit(cell, share * volume / 3.0 * length(area) * magnitudes);
+        }
+    }
+
+    /// Whether a cell may have this stiffness of the band.
+    fn is_band(&self, band: f32) -> bool {
+        let most = if self.law.stretch_min > 0.0 { BAND_MAX } else { 0.0 };
+        (0.0..=most).contains(&band)
     }
 
     fn check_cell(&self, cell: usize) -> Result<(), ModelError> {
@@ -103,7 +145,7 @@ impl<'a> Nodal<'a> {
         let holds = VOLUMES.contains(&volume)
             && MODULI.contains(&at(nodal::MU))
             && (0.0..=LAMBDA_3_MAX).contains(&at(nodal::LAMBDA_3))
-            && at(nodal::BAND) == 0.0
+            && self.is_band(at(nodal::BAND))
             && (0..3).all(|axis| is_small(at(nodal::OWN + axis)));
         if !holds {
             return Err(ModelError::Value(kind::NODAL_CELLS, cell as u32));
@@ -167,15 +209,21 @@ impl<'a> Nodal<'a> {
 impl<'a> TermData<'a> for Nodal<'a> {
     fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
         let Some(law) = sections.optional::<u32>(kind::NODAL)? else { return Ok(Self::NONE) };
-        if law != [LAW_DET1] {
-            return Err(ModelError::Value(kind::NODAL, 0));
+        let law = match *law {
+            [law @ (LAW_DET1 | LAW_TRACE), stretch] => {
+                Law { has_trace: law == LAW_TRACE, stretch_min: f32::from_bits(stretch) }
+            }
+            _ => return Err(ModelError::Value(kind::NODAL, 0)),
+        };
+        if law.stretch_min.to_bits() != 0 && !(0.01..=STRETCH_MAX).contains(&law.stretch_min) {
+            return Err(ModelError::Value(kind::NODAL, 1));
         }
         let ids: &[[u16; LANES]] = sections.required(kind::SLICE_NEIGHBOURS)?;
         let rows: &[u32] = sections.required(kind::SLICE_ROWS)?;
         let count = sections.required::<u32>(kind::INPUT_ID)?.len();
         let cells = sections.sized(kind::NODAL_CELLS, count.div_ceil(LANES))?;
         let slots = sections.sized(kind::NODAL_SLOTS, ids.len())?;
-        Ok(Self { cells, slots, rows, ids, count })
+        Ok(Self { cells, slots, rows, ids, count, law })
     }
 
     fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
@@ -219,9 +267,9 @@ impl<'a> TermData<'a> for Nodal<'a> {
         if !self.is_any() {
             return;
         }
-        self.through(cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
+        self.through(cell, cell, [0, 1, 2].map(|axis| self.number(cell, nodal::OWN + axis)), visit);
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
-            self.through(other, slot.three(nodal::BACK_AREA), visit);
+            self.through(cell, other, slot.three(nodal::BACK_AREA), visit);
             visit(cell, slot.number(nodal::SPREAD));
             visit(other, -slot.number(nodal::SPREAD));
         }
@@ -234,6 +282,11 @@ impl<'a> TermData<'a> for Nodal<'a> {
         let (mu, lambda) = (self.number(cell, nodal::MU), self.number(cell, nodal::LAMBDA_3) / 3.0);
         let poisson = 0.5 * lambda / (lambda + mu);
         Some([2.0 * mu * (1.0 + poisson) * unit_pa, poisson])
+    }
+
+    fn shape_law(&self) -> Option<(u32, f32)> {
+        let law = if self.law.has_trace { LAW_TRACE } else { LAW_DET1 };
+        self.is_any().then_some((law, self.law.stretch_min))
     }
 
     fn replaces_links(&self) -> bool {

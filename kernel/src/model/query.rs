@@ -222,6 +222,21 @@ impl<'a> Model<'a> {
         self.others.elasticity(cell, 2.0 * self.stiffness_n_per_m / self.unit_m)
     }
 
+    /// How shapes resist a change of their volume, by [`LAW_DET1`](crate::image::LAW_DET1) or
+    /// [`LAW_TRACE`](crate::image::LAW_TRACE), and the stretch below which they resist more, 0 for
+    /// none; `None` in a body of links.
+    #[must_use]
+    pub fn shape_law(&self) -> Option<(u32, f32)> {
+        self.others.shape_law()
+    }
+
+    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, the narrowest first:
+    /// half its width in rest lengths, and Young's modulus of the set alone \[Pa\].
+    pub fn each_stiffening(&self, mut visit: impl FnMut(f32, f32)) {
+        let unit_pa = 2.0 * self.stiffness_n_per_m / self.unit_m;
+        self.others.stiffening(unit_pa, &mut visit);
+    }
+
     /// Calls `visit(other, element)` for what adds up to the row of the curvature's bound L at a
     /// cell of a body of nodal shapes; several calls may be for one element. A cell's bound is at
     /// least the sum of the magnitudes of its row. Nothing in a body of links.

@@ -6,6 +6,8 @@ use super::image::{ModelError, Sections};
 use super::nodal::Nodal;
 #[cfg(test)]
 use super::pin::Pins;
+#[cfg(feature = "nodal")]
+use super::stiffening::Stiffening;
 
 /// The end of the list: a term of nothing.
 #[derive(Clone, Copy)]
@@ -20,13 +22,13 @@ pub(crate) type Others<'a> = (Pins<'a>, Built<'a>);
 
 /// The terms that the features of this crate build.
 #[cfg(feature = "nodal")]
-type Built<'a> = (Nodal<'a>, NoTerm);
+type Built<'a> = (Nodal<'a>, (Stiffening<'a>, NoTerm));
 #[cfg(not(feature = "nodal"))]
 type Built<'a> = NoTerm;
 
 /// None of them.
 #[cfg(all(test, feature = "nodal"))]
-pub(crate) const NONE: Built<'static> = (Nodal::NONE, NoTerm);
+pub(crate) const NONE: Built<'static> = (Nodal::NONE, (Stiffening::NONE, NoTerm));
 #[cfg(all(test, not(feature = "nodal")))]
 pub(crate) const NONE: Built<'static> = NoTerm;
 
@@ -55,6 +57,14 @@ pub(crate) trait TermData<'a>: Copy {
     fn elasticity(&self, _cell: usize, _unit_pa: f32) -> Option<[f32; 2]> {
         None
     }
+    /// How shapes resist: by [`LAW_DET1`](super::image::LAW_DET1) or
+    /// [`LAW_TRACE`](super::image::LAW_TRACE), and the stretch at which the band begins, 0 for none.
+    fn shape_law(&self) -> Option<(u32, f32)> {
+        None
+    }
+    /// Calls `visit(half_width, modulus_pa)` for each set of stiffening bands, with stresses in units
+    /// of so many Pa.
+    fn stiffening(&self, _unit_pa: f32, _visit: &mut impl FnMut(f32, f32)) {}
     /// Whether the term stands in place of the links' forces, and what moves a cell reaches past
     /// the cells linked to it.
     #[inline(always)]
@@ -121,6 +131,15 @@ impl<'a, A: TermData<'a>, B: TermData<'a>> TermData<'a> for (A, B) {
 
     fn elasticity(&self, cell: usize, unit_pa: f32) -> Option<[f32; 2]> {
         self.0.elasticity(cell, unit_pa).or_else(|| self.1.elasticity(cell, unit_pa))
+    }
+
+    fn shape_law(&self) -> Option<(u32, f32)> {
+        self.0.shape_law().or_else(|| self.1.shape_law())
+    }
+
+    fn stiffening(&self, unit_pa: f32, visit: &mut impl FnMut(f32, f32)) {
+        self.0.stiffening(unit_pa, visit);
+        self.1.stiffening(unit_pa, visit);
     }
 
     #[inline(always)]

@@ -3,6 +3,7 @@
 //! Every function runs in one pass without memory of its own; together they cost about as much as
 //! two sweeps plus the checksum.
 
+use super::coarse_basis::CoarseBasis;
 use super::image::{CELLS_MAX, ModelError, NO_CELL, NO_HAT, kind, params};
 use super::terms::TermData;
 use super::{Model, range, rest_length};
@@ -19,6 +20,8 @@ const CIRCUIT_RANGE: f32 = 1.0e12;
 const UNIT_RANGE: f32 = 1.0e18;
 /// Largest element of the inverse of the coarse level: far above what weights in their range give.
 const INVERSE_MAX: f32 = 1.0e24;
+/// Largest factor of a cell's own part of the direction: far above what a mesh gives.
+const FACTOR_MAX: f32 = 1.0e4;
 /// Largest weight of a cell at a node of the embedded mesh, of either sign.
 const EMBEDDING_WEIGHT_MAX: f32 = 16.0;
 /// How far the weights of a node may miss 1 in all.
@@ -250,12 +253,26 @@ fn basis(model: &Model<'_>) -> Result<(), ModelError> {
             return Err(ModelError::Value(kind::HAT_WEIGHTS, at(stand)));
         }
     }
-    for row in 0..basis.count {
-        for column in 0..basis.stride() {
+    inverse(&basis)?;
+    let Some(elastic) = basis.elastic() else { return Ok(()) };
+    corners(kind::HAT_TURNS, elastic.turns, model.cells())?;
+    let is_factor = |factor: &f32| (1.0..=FACTOR_MAX).contains(factor);
+    let bad = elastic.factors.iter().position(|factor| !is_factor(factor));
+    bad.map_or(Ok(()), |cell| Err(ModelError::Value(kind::HAT_FACTORS, at(cell))))
+}
+
+/// The inverse is symmetric and finite, its diagonal positive, its padding 0.
+fn inverse(basis: &CoarseBasis<'_>) -> Result<(), ModelError> {
+    let columns = basis.row_blocks() * LANES;
+    let rows = if basis.elastic().is_some() { columns } else { basis.count };
+    let is_hat = |row: usize| row.checked_rem(basis.stride()).is_some_and(|at| at < basis.count);
+    for row in 0..rows {
+        for column in 0..columns {
             let value = basis.inverse_at(row, column);
-            let mirrored = if column < basis.count { basis.inverse_at(column, row) } else { 0.0 };
-            let in_range = value.abs() <= INVERSE_MAX && (row != column || value > 0.0);
-            if !in_range || value != mirrored {
+            let is_any = is_hat(row) && is_hat(column);
+            let mirrored = if is_any { basis.inverse_at(column, row) } else { 0.0 };
+            let is_below = row != column || !is_any || value > 0.0;
+            if !(value.abs() <= INVERSE_MAX && is_below) || value != mirrored {
                 return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
             }
         }

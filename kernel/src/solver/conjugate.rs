@@ -10,16 +10,18 @@
 //!
 //! the locally optimal form of conjugate gradients. H s is the change of the residual on the last
 //! way, so s.Hs = s . (r_last - r) and z.Hs = z . (r_last - r) = z_last . r - z . r cost two inner
-//! products and no pass. z.Hz would cost a pass; it is taken as [`CURVATURE`] r.z: M is built from
-//! a bound of H, and links resist along their direction only, so about a third of the bound is
-//! met. What that guess misses, the next step along s makes good.
+//! products and no pass. z.Hz would cost a pass; it is taken as a part of r.z. Where M is built from
+//! a bound of H that is [`BOUNDED`]: links resist along their direction only, so about a third of
+//! the bound is met. Where M follows H itself it is 1 to 2, as far as both parts of M take the same
+//! motion, and more in a body that is stiffer than at rest: a [`Guess`] rises with every pass that
+//! is discarded, and falls back slowly. What it misses, the next step along s makes good.
 //!
 //! Source: A. V. Knyazev, Toward the optimal preconditioned eigensolver, 2001 (the local subspace);
 //! E. Polak and G. Ribiere, 1969 (z_last . r kept, since H changes from step to step).
 
-/// z.Hz over r.z.
-const CURVATURE: f32 = 0.4;
-/// Range of alpha and beta.
+/// z.Hz over r.z of a direction that is within the bound of the curvature.
+pub(super) const BOUNDED: f32 = 0.4;
+/// Range of alpha, for that curvature, and of beta.
 const ALPHA: [f32; 2] = [0.5, 3.0];
 const BETA: [f32; 2] = [-0.5, 1.0];
 /// Where the tool has pushed in between, the last way is no secant: the body goes on as it went.
@@ -59,30 +61,74 @@ fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
 }
 
 impl Last {
-    /// alpha and beta of this step.
-    pub fn choose(&mut self, products: Products) -> [f32; 2] {
-        let Products { rz, rs, rz_last } = products;
+    /// alpha and beta of this step along a direction of so much z.Hz over r.z.
+    #[inline]
+    pub fn choose(&mut self, products: Products, curvature: f32) -> [f32; 2] {
+        let Products { rz, rs, .. } = products;
         let step = match *self {
-            Self::None => [1.0, 0.0],
-            Self::Pushed => [PUSHED[0], if rs > 0.0 { PUSHED[1] } else { 0.0 }],
-            Self::Secant(before) => secant(rz, rs, rz_last, before),
+            Self::None => [careful(curvature), 0.0],
+            Self::Pushed => {
+                let alpha = PUSHED[0] * (BOUNDED / curvature);
+                [alpha, if rs > 0.0 { PUSHED[1] } else { 0.0 }]
+            }
+            Self::Secant(before) => secant(products, before, curvature),
         };
         *self = Self::Secant(step[0] * rz + step[1] * rs);
         step
     }
 }
 
+/// A step along z alone that the guess does not take too far.
+fn careful(curvature: f32) -> f32 {
+    let alpha = BOUNDED / curvature;
+    if alpha < 1.0 { alpha } else { 1.0 }
+}
+
 /// The local minimum of the model, in units of r.z, which may be as small as floats get.
-fn secant(rz: f32, rs: f32, rz_last: f32, before: f32) -> [f32; 2] {
+fn secant(products: Products, before: f32, curvature: f32) -> [f32; 2] {
+    let Products { rz, rs, rz_last } = products;
     let (along, mixed, curved) = (rs / rz, (rz_last - rz) / rz, (before - rs) / rz);
     let finite = along.is_finite() && mixed.is_finite() && curved.is_finite();
     // Not convex on the last way: forget it.
     if !finite || curved <= 0.0 {
-        return [1.0, 0.0];
+        return [careful(curvature), 0.0];
     }
-    let (full, floor) = (CURVATURE * curved - mixed * mixed, 0.1 * CURVATURE * curved);
-    let alpha = clamp((curved - along * mixed) / if full > floor { full } else { floor }, ALPHA);
+    let (full, floor) = (curvature * curved - mixed * mixed, 0.1 * curvature * curved);
+    let range = ALPHA.map(|alpha| alpha * (BOUNDED / curvature));
+    let alpha = clamp((curved - along * mixed) / if full > floor { full } else { floor }, range);
     [alpha, clamp((along - alpha * mixed) / curved, BETA)]
+}
+
+/// z.Hz over r.z of a direction that follows H, as far as the guard has let it: what it is above
+/// that of a body that is as stiff as at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Guess(f32);
+
+impl Guess {
+    /// That of a body that is as stiff as at rest.
+    pub const REST: Self = Self(0.0);
+    /// With it the guard discards few passes.
+    const AT_REST: f32 = 1.5;
+    /// Beyond it a step is not worth its pass.
+    const MOST: f32 = 20.0;
+    /// Of what it has risen a pass leaves so much. A body that is stiffer than at rest stays so for
+    /// as long as the tool presses: a guess that falls back within fewer passes is wrong over and
+    /// over, and each time costs a pass.
+    const KEPT: f32 = 0.999;
+
+    pub fn value(self) -> f32 {
+        Self::AT_REST + self.0
+    }
+
+    /// After a pass: whether the guard discarded it.
+    pub fn judge(&mut self, is_discarded: bool) {
+        if is_discarded {
+            let more = 2.0 * self.value();
+            self.0 = (if more < Self::MOST { more } else { Self::MOST }) - Self::AT_REST;
+        } else {
+            self.0 *= Self::KEPT;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -93,7 +139,7 @@ mod tests {
     fn a_quadratic_is_solved_in_its_subspace() {
         // H = diag(0.4, 0.1) along z = (1, 0) and s = (0, 1), r = (1, 0.05): r.z = 1.
         let mut last = Last::Secant(0.05 + 0.1);
-        let [alpha, beta] = last.choose(Products { rz: 1.0, rs: 0.05, rz_last: 1.0 });
+        let [alpha, beta] = last.choose(Products { rz: 1.0, rs: 0.05, rz_last: 1.0 }, BOUNDED);
         assert!((alpha - 2.5).abs() < 1e-5 && (beta - 0.5).abs() < 1e-5, "{alpha} {beta}");
         assert_eq!(last, Last::Secant(alpha + beta * 0.05));
     }
@@ -106,11 +152,29 @@ mod tests {
             (1.0, 0.5, 0.0, 0.1),
             (1.0, f32::NAN, 0.0, 1.0),
         ] {
-            assert_eq!(Last::Secant(before).choose(Products { rz, rs, rz_last }), [1.0, 0.0]);
+            assert_eq!(
+                Last::Secant(before).choose(Products { rz, rs, rz_last }, BOUNDED),
+                [1.0, 0.0]
+            );
         }
         let any = Products { rz: 1.0, rs: -1.0, rz_last: 0.0 };
-        assert_eq!(Last::None.choose(any), [1.0, 0.0]);
-        assert_eq!(Last::Pushed.choose(any), [PUSHED[0], 0.0]);
-        assert_eq!(Last::Pushed.choose(Products { rs: 1.0, ..any }), PUSHED);
+        assert_eq!(Last::None.choose(any, BOUNDED), [1.0, 0.0]);
+        assert_eq!(Last::Pushed.choose(any, BOUNDED), [PUSHED[0], 0.0]);
+        assert_eq!(Last::Pushed.choose(Products { rs: 1.0, ..any }, BOUNDED), PUSHED);
+    }
+
+    #[test]
+    fn a_guess_shortens_steps_and_falls_back() {
+        let mut guess = Guess::REST;
+        let any = Products { rz: 1.0, rs: 1.0, rz_last: 0.0 };
+        let [first, _] = Last::Pushed.choose(any, guess.value());
+        assert!((first - 0.4).abs() < 1e-6, "{first}");
+        (0..20).for_each(|_| guess.judge(true));
+        assert_eq!(guess.value(), Guess::MOST);
+        let [alpha, beta] = Last::Pushed.choose(any, guess.value());
+        assert!((alpha - 0.03).abs() < 1e-6 && beta == PUSHED[1], "{alpha} {beta}");
+        assert!((Last::None.choose(any, guess.value())[0] - 0.02).abs() < 1e-6);
+        (0..10_000).for_each(|_| guess.judge(false));
+        assert!((guess.value() - 1.5).abs() < 1e-3);
     }
 }

@@ -11,6 +11,7 @@ use crate::number::cell::{Cell, add, from_single, peak};
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
+use crate::terms::state::States;
 
 /// How far a tick goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +75,8 @@ pub(crate) struct Memory<'a, N = f32> {
     pub own: &'a mut [Cell<N>],
     /// Room for a coarse level.
     pub room: &'a mut [Eight],
+    /// What the terms keep of the cells.
+    pub states: States<'a>,
     /// The vector unit to use.
     pub vectors: Option<VectorUnit>,
 }

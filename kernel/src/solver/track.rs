@@ -26,6 +26,10 @@
 //! published is x, never y, and its energy never exceeds U but for rounding; tol is half of the
 //! allowance for it ([`Rounding`](crate::Rounding)).
 //!
+//! **An elastic level** ([`elastic`](crate::solver::coarse::elastic)), which nodal shapes have, gives
+//! a direction z that no bound knows of. The pass at y' is judged as any other; what is published is
+//! x = y + r / W, U' = E(y) - a / 2.
+//!
 //! A state beyond K is handled by plain steps from x, whose clamped moves D obey E falls by at
 //! least sum of r . D - `W_i` |D|^2 / 2; the leak per step is min(1, 1 / (`W_i` `R_x`)).
 //!
@@ -35,25 +39,31 @@
 use core::marker::PhantomData;
 
 use super::Dynamics;
+use super::coarse::Coarse;
 use super::coarse::deflation::{deflate, probe_room};
+use super::coarse::elastic::elastic_room;
 use super::coarse::held::{self, coarse_room};
-use super::conjugate::{Last, Products};
+use super::conjugate::{BOUNDED, Guess, Last, Products};
 use super::guard::{Pass, discards};
 use super::loops::{Loops, Moved, Points, coarse_basis};
 use super::scheme::{Body, Memory, Scheme};
 use crate::backend::slices::copy;
 use crate::model::Model;
+use crate::model::coarse_basis::ElasticLevel;
 use crate::number::Sum;
 use crate::number::cell::{Cell, add, output, peak, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES, TwoFloat};
 use crate::terms::held::Contact;
+use crate::terms::residual::Terms;
 
 /// State of the scheme; `ROOM` blocks of eight `f32` of memory for the model's coarse level, `N`
 /// the numbers of cells and links.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track<const ROOM: usize = 0, N = f32> {
     last: Last,
+    /// Of the direction of an elastic level.
+    guess: Guess,
     /// Under way; else the next pass starts at the published point and is accepted.
     going: bool,
     /// Some state is beyond K.
@@ -63,8 +73,13 @@ pub struct Track<const ROOM: usize = 0, N = f32> {
 
 impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     const NAME: &'static str = "track";
-    const REST: Self =
-        Self { last: Last::None, going: false, saturated: false, number: PhantomData };
+    const REST: Self = Self {
+        last: Last::None,
+        guess: Guess::REST,
+        going: false,
+        saturated: false,
+        number: PhantomData,
+    };
     const IS_ANYTIME: bool = true;
     const TAKES_SHAPES: bool = N::TAKES_SHAPES;
     const ARRAYS: usize = 2;
@@ -93,35 +108,33 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             body.terms.states.save(&body.awake.set, model.slice_count());
         }
         let points = &mut Points { published, at, before, residual };
-        let sums = N::track_residual(body.terms, &body.awake.set, points, body.contacts);
-        let [energy, fine, way, direction] = sums;
+        let (terms, awake) = (body.terms, &body.awake.set);
+        let [energy, sums @ ..] = if elastic_level::<N>(model).is_some() {
+            N::elastic_residual(terms, awake, points, body.contacts)
+        } else {
+            let pass = N::track_residual(terms, awake, points, body.contacts);
+            let [energy, fine, way, direction] = pass;
+            [energy, fine, way, direction, fine]
+        };
         let potential = body.terms.potential(energy, points.at, body.contacts);
         let pass = Pass { at: points.at, residual: points.residual, energy, potential };
         if self.going && discards(body.terms, body.level, &pass) {
             self.going = false;
+            self.guess.judge(true);
             body.terms.states.restore(&body.awake.set, model.slice_count());
             return true;
         }
         self.going = true;
-        let is_awake = !body.awake.set.is_empty(model.slice_count());
-        let coarse = match body.coarse {
-            Some(coarse) if is_awake && coarse_basis::<N>(model).is_some() => {
-                N::coarse(body.terms, points.residual, body.room, coarse)
-            }
-            _ => TwoFloat::ZERO,
-        };
-        // A product that is not finite bounds no move: such a move is left out.
-        let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
+        let coarse = body.coarse.filter(|_| !body.awake.set.is_empty(model.slice_count()));
+        let step = self.choose(terms, sums, points.residual, (&mut *body.room, coarse));
         let level = *body.level;
-        body.level.certify(potential.minus(decrease(fine, coarse)));
-        let products = Products { rz: fine.plus(coarse).hi, rs: way.hi, rz_last: direction.hi };
-        let factors = self.last.choose(products);
-        let beyond = if coarse.hi > 0.0 {
+        body.level.certify(potential.minus(step.certain));
+        let beyond = if step.is_coarse {
             body.awake.wake_all(model);
-            N::coarse_step(body.terms, body.room, points, factors)
+            N::coarse_step(body.terms, body.room, points, step.factors)
         } else {
             let mut moved = Moved::NOTHING;
-            N::track_step(body.terms, body.awake, points, factors, &mut moved);
+            N::track_step(body.terms, body.awake, points, step.factors, &mut moved);
             let Points { published, at, before, .. } = points;
             let has_moved = |cell: usize| {
                 let last = before.get(cell);
@@ -138,6 +151,43 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         body.level.certify(potential);
         self.stay(body);
         true
+    }
+
+    /// How far to go, with the coarse part of the direction left in the room; `sums` are r . r / W,
+    /// r . s, r . `z_last` and r . (own part of the direction).
+    #[inline(always)]
+    fn choose(
+        &mut self,
+        terms: Terms<'_, '_>,
+        [fine, way, direction, own]: [TwoFloat; 4],
+        residual: &[Cell<N>],
+        (room, coarse): (&mut [Eight], Option<Coarse>),
+    ) -> Chosen {
+        let (model, rs) = (terms.model, way.hi);
+        if coarse.is_some() && elastic_level::<N>(model).is_some() {
+            let [product, mixed] = N::elastic(terms, residual, room);
+            let is_finite = product.hi.is_finite() && mixed.hi.is_finite();
+            let [product, mixed] = if is_finite { [product, mixed] } else { [TwoFloat::ZERO; 2] };
+            if !is_finite {
+                room.fill([0.0; LANES]);
+            }
+            self.guess.judge(false);
+            let (rz, rz_last) = (own.plus(product).hi, direction.plus(mixed).hi);
+            let factors = self.last.choose(Products { rz, rs, rz_last }, self.guess.value());
+            let certain = decrease(fine, TwoFloat::ZERO);
+            return Chosen { certain, factors, is_coarse: rz > 0.0 };
+        }
+        let coarse = match coarse {
+            Some(coarse) if coarse_basis::<N>(model).is_some() => {
+                N::coarse(terms, residual, room, coarse)
+            }
+            _ => TwoFloat::ZERO,
+        };
+        // A product that is not finite bounds no move: such a move is left out.
+        let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
+        let products = Products { rz: fine.plus(coarse).hi, rs, rz_last: direction.hi };
+        let factors = self.last.choose(products, BOUNDED);
+        Chosen { certain: decrease(fine, coarse), factors, is_coarse: coarse.hi > 0.0 }
     }
 
     /// Puts the held cells back where the tool has them, in all arrays.
@@ -204,6 +254,22 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
     }
 }
 
+/// What a pass leads to.
+struct Chosen {
+    /// What the published point is certified to lower the energy by.
+    certain: TwoFloat,
+    /// alpha and beta.
+    factors: [f32; 2],
+    /// Whether the direction has a coarse part, which stands in the room.
+    is_coarse: bool,
+}
+
+/// The elastic level of a model, where the number type uses it.
+#[inline(always)]
+fn elastic_level<'m, N: Loops>(model: &Model<'m>) -> Option<ElasticLevel<'m>> {
+    coarse_basis::<N>(model)?.elastic()
+}
+
 /// Room for the rounding of a sum of products: what of it is sure.
 const SURE: f32 = 1.0 - 1.0 / 512.0;
 
@@ -263,21 +329,30 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     }
 
     fn room(model: &Model<'_>, held: usize) -> usize {
-        coarse_basis::<N>(model).map_or(0, |basis| coarse_room(basis.count, held))
+        coarse_basis::<N>(model).map_or(0, |basis| match basis.elastic() {
+            None => coarse_room(basis.count, held),
+            Some(_) => elastic_room(basis.count),
+        })
     }
 
     fn probe_room(model: &Model<'_>) -> usize {
-        coarse_basis::<N>(model).map_or(0, |basis| probe_room(basis.count))
+        coarse_basis::<N>(model).map_or(0, |basis| match basis.elastic() {
+            None => probe_room(basis.count),
+            Some(_) => elastic_room(basis.count),
+        })
     }
 
     #[allow(private_interfaces)]
     fn deflate(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) -> Option<u16> {
-        coarse_basis::<N>(model).map_or(Some(0), |basis| deflate(&basis, room, held))
+        let basis = coarse_basis::<N>(model).filter(|basis| basis.elastic().is_none());
+        basis.map_or(Some(0), |basis| deflate(&basis, room, held))
     }
 
     #[allow(private_interfaces)]
     fn hold(&mut self, model: &Model<'_>, memory: Memory<'_, N>, held: &[Contact<N>]) {
-        if let Some(basis) = &coarse_basis::<N>(model) {
+        if let Some(basis) = &coarse_basis::<N>(model)
+            && basis.elastic().is_none()
+        {
             held::hold(model, basis, memory.room, held);
         }
     }

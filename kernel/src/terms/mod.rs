@@ -10,6 +10,7 @@
 //! - [`held`]: a constraint, the cells that the tool holds.
 //! - `current`: a load, the current into the contact cells.
 //! - `nodal`: shapes of the tissue around each cell, in place of links.
+//! - `stiffening`: bands on the links of such a body, which resist large strain.
 //! - `probe`: which cells a sphere touches, and where it puts them.
 //! - [`rounding`]: how far rounding may move the energy.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
@@ -51,6 +52,8 @@ pub(crate) mod residual;
 pub mod rounding;
 pub(crate) mod sliced;
 pub mod state;
+#[cfg(feature = "nodal")]
+mod stiffening;
 pub(crate) mod term;
 #[cfg(test)]
 pub(crate) mod tests;

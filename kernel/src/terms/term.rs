@@ -23,7 +23,7 @@ use super::state::{CellState, Nothing};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::terms::NoTerm;
-use crate::number::cell::Cell;
+use crate::number::cell::{Cell, add};
 use crate::number::two_float::LANES;
 
 /// What terms do to one cell, in single precision.
@@ -106,6 +106,32 @@ pub(crate) trait Term: Copy {
         state: &impl Fn(usize) -> Self::State,
         sums: &mut Touched,
     );
+    /// The state of a cell for [`Self::resist`] to the small displacement `field` of the rest shape;
+    /// the next pass finds anew what that replaces.
+    fn strain(
+        self,
+        _cell: usize,
+        state: Self::State,
+        _field: &impl Fn(usize) -> [f32; 3],
+    ) -> Self::State {
+        state
+    }
+    /// The second derivative of the energy at rest times the field, at a cell; 0 for a term that
+    /// does not stand in place of the links.
+    fn resist(
+        self,
+        _cell: usize,
+        _field: &impl Fn(usize) -> [f32; 3],
+        _state: &impl Fn(usize) -> Self::State,
+    ) -> [f32; 3] {
+        [0.0; 3]
+    }
+    /// The rotation of a cell, as a unit quaternion with the real part first, where its state has
+    /// one.
+    #[inline(always)]
+    fn turn(self, _state: Self::State) -> Option<[f32; 4]> {
+        None
+    }
     /// Adds w |D|^2, `squared` = |D|^2, for a cell that moves by D: the root of the energy rises by
     /// at most half the root of that sum over all cells that move.
     fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32;
@@ -264,6 +290,30 @@ impl<A: Term, B: Term> Term for (A, B) {
     ) {
         self.0.touched(held, output, &|cell| state(cell).0, sums);
         self.1.touched(held, output, &|cell| state(cell).1, sums);
+    }
+
+    fn strain(
+        self,
+        cell: usize,
+        state: Self::State,
+        field: &impl Fn(usize) -> [f32; 3],
+    ) -> Self::State {
+        (self.0.strain(cell, state.0, field), self.1.strain(cell, state.1, field))
+    }
+
+    fn resist(
+        self,
+        cell: usize,
+        field: &impl Fn(usize) -> [f32; 3],
+        state: &impl Fn(usize) -> Self::State,
+    ) -> [f32; 3] {
+        let one = self.0.resist(cell, field, &|cell| state(cell).0);
+        add(one, self.1.resist(cell, field, &|cell| state(cell).1))
+    }
+
+    #[inline(always)]
+    fn turn(self, state: Self::State) -> Option<[f32; 4]> {
+        self.0.turn(state.0).or_else(|| self.1.turn(state.1))
     }
 
     #[inline(always)]

@@ -48,9 +48,12 @@ fn variable(name: &str) -> Result<String, String> {
 }
 
 /// The scheme's type: the one place where scheme and number type are chosen.
-fn scheme(hats: usize, held: usize) -> Result<String, String> {
+fn scheme(hats: usize, held: usize, is_nodal: bool) -> Result<String, String> {
     let (scheme, tier) = (variable("CHAINCELL_SCHEME")?, variable("CHAINCELL_TIER")?);
-    let room = format!("{{ coarse_room({hats}, {held}) }}");
+    let room = match is_nodal {
+        false => format!("{{ coarse_room({hats}, {held}) }}"),
+        true => format!("{{ elastic_room({hats}) }}"),
+    };
     match (scheme.as_str(), tier.as_str()) {
         ("track", "f32") => Ok(format!("Track<{room}>")),
         ("predict", "f32") => Ok(format!("Predict<{room}>")),
@@ -75,7 +78,7 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
     let model = Model::from_bytes(bytes).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
     let held = variable("CHAINCELL_HELD")?;
     let count = held.split(',').count();
-    let scheme = scheme(model.hats(), count)?;
+    let scheme = scheme(model.hats(), count, model.is_nodal())?;
     let mut text = String::new();
     for (name, scale) in WORST {
         let rest = (0..model.cells()).flat_map(|cell| model.rest_position(cell));

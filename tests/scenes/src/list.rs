@@ -4,7 +4,7 @@
 
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Model, Predict, Rkl1, Rkl2, Settings, Tissue, Track, Unloading,
-    coarse_room, include_model,
+    coarse_room, elastic_room, include_model,
 };
 
 use fixed::types::I8F24;
@@ -129,7 +129,7 @@ scenes! {
     /// A block of nodal shapes, with hats; the kernel needs its feature `nodal`.
     tissue6_track {
         image: TISSUE6, cells: 144, states: 144, held: [59, 63, 83], reach_m: 0.03,
-        scheme: Track<{ coarse_room(18, 3) }>, also: [], sweeps: 3, unloading: Release,
+        scheme: Track<{ elastic_room(48) }>, also: [], sweeps: 3, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// An organ whose links all differ, with hats.

@@ -44,7 +44,7 @@ fn the_linked_images_are_what_the_bake_gives() {
     check("box7.chaincell", BOX7, &baked("box:7x7x5x0.01", false, &block));
     let organ = BakeOptions { coarse_basis: BasisSpacing::Links(3.5), lean: true, ..plain.clone() };
     check("organ500.chaincell", ORGAN500, &baked("organ:500", false, &organ));
-    let tissue = Tissue { young_pa: PerCell::Uniform(5000.0), poisson: PerCell::Uniform(0.4) };
+    let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.4));
     let tissue = BakeOptions {
         tissue: Some(tissue),
         coarse_basis: BasisSpacing::Links(2.5),

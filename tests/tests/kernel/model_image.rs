@@ -45,7 +45,7 @@ fn shapes() -> &'static ImageBytes {
     IMAGE.get_or_init(|| {
         let mesh = load("box:4x4x4x0.01", &Default::default()).unwrap();
         let of = PerCell::Uniform;
-        let tissue = Some(Tissue { young_pa: of(5000.0), poisson: of(0.4) });
+        let tissue = Some(Tissue::new(of(5000.0), of(0.4)));
         let coarse_basis = BasisSpacing::Links(2.5);
         let options = BakeOptions { tissue, coarse_basis, ..BakeOptions::default() };
         bake(&mesh, &mesh.default_fixed, &options).unwrap()
@@ -161,7 +161,8 @@ fn errors_name_what_is_wrong_with_shapes() {
         (nodal::LAMBDA_3, f32::INFINITY),
         (nodal::OWN, 1.0e9),
         (nodal::BOUND, 0.5),
-        (nodal::BAND, 1.0),
+        (nodal::BAND, -1.0),
+        (nodal::BAND, f32::NAN),
     ] {
         let why = with(kind::NODAL_CELLS, of_cell(row), value);
         assert_eq!(why, ModelError::Value(kind::NODAL_CELLS, 3), "{row}: {value}");
@@ -176,6 +177,17 @@ fn errors_name_what_is_wrong_with_shapes() {
         assert!(matches!(why, ModelError::Value(kind::NODAL_SLOTS, _)), "{row}: {why}");
     }
     assert_eq!(with(kind::NODAL, 0, f32::from_bits(9)), ModelError::Value(kind::NODAL, 0));
+    assert_eq!(with(kind::NODAL, 1, 2.0), ModelError::Value(kind::NODAL, 1));
+    // Without a band its stiffness has to be 0.
+    assert_eq!(with(kind::NODAL, 1, 0.0), ModelError::Value(kind::NODAL_CELLS, 0));
+    let turns = with(kind::HAT_TURNS, 0, f32::from_bits(u32::MAX));
+    assert_eq!(turns, ModelError::Index(kind::HAT_TURNS, 0));
+    for factor in [0.5, f32::NAN, f32::INFINITY] {
+        let why = with(kind::HAT_FACTORS, 5, factor);
+        assert_eq!(why, ModelError::Value(kind::HAT_FACTORS, 5), "{factor}");
+    }
+    let inverse = with(kind::HAT_INVERSE, 1, 3.0);
+    assert_eq!(inverse, ModelError::Value(kind::HAT_INVERSE, 0));
     let bound = with(kind::PARAMS, params::DEGREE_BOUND, 1.0e-3);
     assert_eq!(bound, ModelError::Parameter(params::DEGREE_BOUND as u32));
     let far = with(kind::PARAMS, params::SATURATION, 9.0e5);

@@ -3,7 +3,7 @@
 //! `cargo test --release -p chaincell-tests --test kernel same_bits` checks the fully optimised build.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::tissue::{Tissue, VolumeLaw};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Engine, Scheme};
@@ -135,20 +135,30 @@ fn trajectories_of_nodal_shapes_are_the_same_without_the_vector_unit() {
         return;
     }
     let of = PerCell::Uniform;
-    for (spec, poisson) in [("organ:500", 0.45), ("box:7x6x5x0.01", 0.0), ("organ:16800", 0.3)] {
+    for (spec, poisson, law, stretch_min) in [
+        ("organ:500", 0.45, VolumeLaw::Det1, Some(0.9)),
+        ("organ:500", 0.3, VolumeLaw::Trace, Some(0.95)),
+        ("box:7x6x5x0.01", 0.0, VolumeLaw::Det1, None),
+        ("organ:16800", 0.3, VolumeLaw::Det1, Some(0.7)),
+    ] {
         let shape = body(spec);
-        let tissue = Some(Tissue { young_pa: of(5000.0), poisson: of(poisson) });
-        for coarse_basis in [BasisSpacing::None, BasisSpacing::Links(3.5)] {
+        let tissue = Tissue { law, stretch_min, ..Tissue::new(of(5000.0), of(poisson)) };
+        let tissue = Some(tissue);
+        for (coarse_basis, scheme) in [
+            (BasisSpacing::None, Scheme::Track),
+            (BasisSpacing::Links(5.0), Scheme::Track),
+            (BasisSpacing::Links(5.0), Scheme::Predict),
+        ] {
             let options =
                 BakeOptions { tissue: tissue.clone(), coarse_basis, ..BakeOptions::default() };
             let image = shape.bake(&options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_nodal());
             let ticks = if parts::count(model.cells()) > 1 { 12 } else { 200 };
-            let mut twins = Twins::new(model, Scheme::Track, Unloading::Release);
+            let mut twins = Twins::new(model, scheme, Unloading::Release);
             let mut hashes = vec![twins.0[0].state_hash()];
             for tick in 0..ticks {
-                let what = format!("{spec} {coarse_basis:?} tick {tick}");
+                let what = format!("{spec} {law:?} {coarse_basis:?} {scheme:?} tick {tick}");
                 let tick = tick * 200 / ticks;
                 hashes.push(twins.tick(&stroke(tick, model.unit_m()), &what));
             }

@@ -23,8 +23,8 @@ impl Body {
     /// # Errors
     /// As the bake.
     pub fn new(shape: Shape, options: &BakeOptions) -> Result<Self> {
-        let options =
-            BakeOptions { colours: true, coarse_basis: BasisSpacing::None, ..options.clone() };
+        let colours = options.tissue.is_none();
+        let options = BakeOptions { colours, coarse_basis: BasisSpacing::None, ..options.clone() };
         let plain = shape.bake(&options)?;
         let hats = shape.bake(&BakeOptions { coarse_basis: HATS, ..options }).ok();
         let hats = hats.filter(|image| {

@@ -42,6 +42,14 @@ impl Variant {
         std::iter::once(default).chain(Self::plain_ones()).collect()
     }
 
+    /// Those that compute nodal shapes.
+    #[must_use]
+    pub fn of_shapes() -> Vec<Self> {
+        let schemes = [Scheme::Track, Scheme::Predict];
+        let plain = schemes.map(|scheme| Self::plain(scheme, Arithmetic::F32));
+        plain.iter().flat_map(|&one| [Self { hats: true, ..one }, one]).collect()
+    }
+
     /// An engine at rest with the scheme's settings for so many `sweeps` a tick, `change`d.
     ///
     /// # Errors

@@ -52,7 +52,7 @@ const READY_S: u64 = 20;
     run under the same load without a tissue: what they miss is the machine's own. Exit code 1 when\n\
     a tick was not answered or a process took more memory at the end than after the warm-up.")]
 pub struct Args {
-    /// Model file from `chaincell bake` [default: the generated organ]
+    /// Model file from `chaincell bake` [default: organ:1000, 5 kPa, Poisson's ratio 0.45]
     model: Option<PathBuf>,
     /// Length of the run [h]
     #[arg(long, value_name = "H", allow_negative_numbers = true, conflicts_with = "seconds")]

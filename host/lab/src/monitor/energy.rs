@@ -2,8 +2,8 @@
 
 use chaincell_kernel::Rounding;
 
-use crate::reference::Links;
 use crate::reference::vectors::{minus, norm};
+use crate::reference::{Links, Nodal, Stiffening};
 
 /// Relative spacing of single-precision numbers.
 const EPS: f64 = f32::EPSILON as f64;
@@ -67,6 +67,30 @@ pub fn energy(
     }
     sum.allowance += allowance(links, positions, &cells, sum.energy);
     sum
+}
+
+/// Energy of nodal shapes and of their stiffening at positions, with the nearest rotation and shape of
+/// unit volume: what the kernel keeps of them makes it no lower.
+///
+/// Lengths and energies are in the kernel's units, `bounds` are those of its cells. The allowance is
+/// that of [`Rounding`] with eight times each cell's energy in place of its sum of w d^2.
+#[must_use]
+pub fn energy_of_shapes(
+    shapes: &Nodal,
+    stiffening: &Stiffening,
+    positions: &[[f64; 3]],
+    bounds: &[f64],
+) -> Energy {
+    let stiffened = stiffening.energies(positions);
+    let energies: Vec<f64> =
+        shapes.energies(positions).into_iter().zip(stiffened).map(|(a, b)| a + b).collect();
+    let (mut sum, energy) = (Rounding::default(), energies.iter().sum::<f64>());
+    for ((at, bound), energy) in positions.iter().zip(bounds).zip(energies) {
+        let mobility = if *bound > 0.0 { 1.0 / bound } else { 0.0 };
+        let stored = (8.0 * energy) as f32;
+        sum.add_cell(Rounding::of_cell(at.map(|x| x as f32), mobility as f32, stored));
+    }
+    Energy { energy, allowance: sum.allowance(energy as f32).into(), force_allowance: 0.0 }
 }
 
 /// The kernel's allowance for the energy of a state whose cells have these weights and sums of

@@ -3,8 +3,8 @@
 use chaincell_kernel::{Drive, Flags, Model, TickOutput, ToolSample, Unloading};
 
 use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst};
-use super::energy::{Energy, energy};
-use crate::reference::Links;
+use super::energy::{Energy, energy, energy_of_shapes};
+use crate::reference::{Links, Nodal, Stiffening};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 
 /// How far fixed point may move a length [mean link lengths].
@@ -18,11 +18,36 @@ struct Before {
     flags: Flags,
 }
 
+/// What the energy is computed with, in double precision.
+#[derive(Debug, Clone)]
+enum Exact {
+    Links(Links),
+    /// Nodal shapes, what stiffens them, and the bounds of the cells.
+    Shapes(Box<(Nodal, Stiffening)>, Vec<f64>),
+    /// Shapes that the reference does not know: nothing is compared with the level.
+    Unknown,
+}
+
+impl Exact {
+    fn of(model: &Model<'_>) -> Self {
+        if !model.is_nodal() {
+            return Self::Links(Links::of_model(model));
+        }
+        let bounds = (0..model.cells()).map(|cell| f64::from(model.cell_bound(cell))).collect();
+        match Nodal::of_model(model) {
+            Ok(Some(shapes)) => {
+                Self::Shapes(Box::new((shapes, Stiffening::of_model(model))), bounds)
+            }
+            _ => Self::Unknown,
+        }
+    }
+}
+
 /// Ticks an engine and checks each tick.
 #[derive(Debug, Clone)]
 pub struct Monitor<'m> {
     model: Model<'m>,
-    links: Links,
+    exact: Exact,
     /// How far the numbers may move a length, beyond rounding [mean link lengths].
     resolution: f64,
     probe: bool,
@@ -46,15 +71,19 @@ impl<'m> Monitor<'m> {
         let model = *engine.network().model();
         let probe = matches!(engine.contact(), Contact::Probe { .. });
         let weight = if probe {
-            (0..model.cells()).map(|cell| f64::from(model.cell_weight(cell))).fold(0.0, f64::max)
+            (0..model.cells()).map(|cell| weight_of(&model, cell)).fold(0.0, f64::max)
         } else {
             outer_weight(&model, engine.contacts())
         };
-        let links = Links::of_model(&model);
+        let exact = Exact::of(&model);
         let slack = (0..model.links()).map(|link| {
-            let slack = links.alphas()[link] * links.rest_lengths()[link];
-            0.25 * links.weights()[link] * slack * slack
+            let slack = f64::from(model.link_alpha(link)) * f64::from(model.rest_lengths()[link]);
+            0.25 * f64::from(model.link_weight(link)) * slack * slack
         });
+        let certificate = match exact {
+            Exact::Unknown => Certificate::None,
+            _ => Certificate::of(scheme),
+        };
         let saturation = f64::from(model.saturation());
         Self {
             model,
@@ -63,11 +92,11 @@ impl<'m> Monitor<'m> {
             driven: false,
             weight,
             slack_root: (slack.sum::<f64>() * f64::from(model.energy_unit_j())).sqrt(),
-            links,
+            exact,
             start_j: None,
             before: None,
             last: Energy::default(),
-            checks: Checks::new(Bounds { saturation, certificate: Certificate::of(scheme) }),
+            checks: Checks::new(Bounds { saturation, certificate }),
         }
     }
 
@@ -112,7 +141,13 @@ impl<'m> Monitor<'m> {
         self.driven = output.contacts > 0 && (self.driven || asked);
         let unit_j = f64::from(self.model.energy_unit_j());
         let contacts = if self.probe { f64::from(output.contacts) } else { 1.0 };
-        let stored = (self.last.energy + self.last.allowance) / unit_j;
+        // Forces of shapes follow from the rotations and shapes that the kernel keeps, with which the
+        // energy is higher, up to the level.
+        let energy_j = match self.exact {
+            Exact::Links(_) => self.last.energy,
+            _ => self.last.energy.max(output.energy_j.into()),
+        };
+        let stored = (energy_j + self.last.allowance) / unit_j;
         let force_n: [f32; 3] = output.force_n.into();
         let settings = engine.network().settings();
         // Bands that close load their own slack.
@@ -166,7 +201,15 @@ impl<'m> Monitor<'m> {
 
     fn energy(&self, positions: &[[f64; 3]], closed: bool) -> Energy {
         let error = |_: &[f64; 3]| 0.5 * self.resolution;
-        energy(&self.links, positions, closed, error).times(self.model.energy_unit_j().into())
+        let energy = match &self.exact {
+            Exact::Links(links) => energy(links, positions, closed, error),
+            Exact::Shapes(shapes, bounds) => {
+                let (shapes, stiffening) = &**shapes;
+                energy_of_shapes(shapes, stiffening, positions, bounds)
+            }
+            Exact::Unknown => Energy::default(),
+        };
+        energy.times(self.model.energy_unit_j().into())
     }
 
     /// What the answer must be whatever the energy is.
@@ -201,9 +244,26 @@ impl<'m> Monitor<'m> {
     }
 }
 
-/// Weight of the links between the cells `held` (ascending) and others.
+/// Weight of a cell's links, or twice its bound.
+fn weight_of(model: &Model<'_>, cell: usize) -> f64 {
+    let weight =
+        if model.is_nodal() { 2.0 * model.cell_bound(cell) } else { model.cell_weight(cell) };
+    weight.into()
+}
+
+/// Weight of the links between the cells `held` (ascending) and others; of nodal shapes, twice what
+/// the bound of the curvature gives a common move of them.
 fn outer_weight(model: &Model<'_>, held: &[u16]) -> f64 {
     let is_held = |cell: usize| held.binary_search(&(cell as u16)).is_ok();
+    if model.is_nodal() {
+        let mut sum = 0.0;
+        for &cell in held {
+            model.each_of_bound_row(cell.into(), |other, element| {
+                sum += if is_held(other) { 2.0 * f64::from(element) } else { 0.0 };
+            });
+        }
+        return sum;
+    }
     let outer = held.iter().flat_map(|&cell| model.neighbours(cell.into()));
     outer
         .filter(|&(_, other)| !is_held(other))

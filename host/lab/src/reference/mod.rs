@@ -13,6 +13,7 @@ mod minimum;
 pub mod nodal;
 mod npz;
 pub mod profile;
+mod stiffening;
 mod trajectory;
 pub mod vectors;
 
@@ -21,4 +22,5 @@ pub use links::Links;
 pub use minimum::{Minimum, minimum};
 pub use nodal::Nodal;
 pub use npz::Npz;
+pub use stiffening::Stiffening;
 pub use trajectory::trajectory;

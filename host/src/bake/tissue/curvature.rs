@@ -1,48 +1,49 @@
-//! The bound L of the curvature: 2 mu ((1 - beta) Ln + beta Lc) + 3 lambda Ln.
+//! The bound L of the curvature: 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln, b = 8 mu with a
+//! band.
 //!
 //! Ln is the Laplacian of the nodal gradients, sum of `n_k` / `V_k` times the squares of
 //! sum over j of `a_kj` `u_j`, and Lc that of the tetrahedra's, the cotangent weights.
 
-use super::{BETA, Shapes};
+use super::{BETA, Shapes, VolumeLaw};
 
 /// A linear map of a few cells whose square is a part of L.
-pub(in crate::bake) type Map = Vec<(usize, f64)>;
+#[cfg(test)]
+pub(super) type Map = Vec<(usize, f64)>;
 
 /// Room for the rounding of a bound to single precision.
 const UP: f64 = 1.0 + 1e-6;
 
 impl Shapes {
-    fn cells(&self) -> usize {
-        self.mu.len()
-    }
-
     /// Weight of the squares of cell k's gradient.
     fn nodal(&self, k: usize) -> f64 {
-        let modulus = 2.0 * (1.0 - BETA) * self.mu[k] + 3.0 * self.lambda[k];
+        let volume = match self.law {
+            VolumeLaw::Det1 => 3.0 * self.lambda[k],
+            VolumeLaw::Trace => 0.0,
+        };
+        let modulus = 2.0 * (1.0 - BETA) * self.mu[k] + volume + self.band(k);
         modulus / self.shape.volume_m3(k)
     }
 
     /// Calls `visit(map, weight)` for the parts of L: the sum of the weights times the squares of
     /// the maps.
-    pub fn each_map(&self, mut visit: impl FnMut(&Map, f64)) {
-        for k in 0..self.cells() {
+    #[cfg(test)]
+    pub(super) fn each_map(&self, mut visit: impl FnMut(&Map, f64)) {
+        self.each_gradient(|k, map| {
             for axis in 0..3 {
-                let mut map: Map = vec![(k, self.shape.own(k)[axis])];
-                let halves = self.shape.of(k).iter();
-                map.extend(halves.map(|half| (half.to as usize, half.area_m2[axis])));
+                let map = map.iter().map(|&(cell, area)| (cell, area[axis])).collect();
                 visit(&map, self.nodal(k));
             }
             for half in self.shape.of(k).iter().filter(|half| half.to as usize > k) {
                 let map = vec![(k, 1.0), (half.to as usize, -1.0)];
                 visit(&map, 2.0 * BETA * half.weight_m);
             }
-        }
+        });
     }
 
     /// The sums of the magnitudes of the rows of L, rounded up.
     pub(super) fn row_sums(&self) -> Vec<f32> {
-        let (mut row, mut touched) = (vec![0.0; self.cells()], Vec::new());
-        (0..self.cells())
+        let (mut row, mut touched) = (vec![0.0; self.mu.len()], Vec::new());
+        (0..self.mu.len())
             .map(|i| {
                 self.each_of_row(i, |j, value| {
                     if row[j] == 0.0 {
@@ -62,8 +63,15 @@ impl Shapes {
     /// Calls `visit(j, value)` for what adds up to the elements of row i of L.
     fn each_of_row(&self, i: usize, mut visit: impl FnMut(usize, f64)) {
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let size = |a: [f64; 3]| dot(a, a).sqrt();
         let mut through = |k: usize, of_i: [f64; 3]| {
             let weight = self.nodal(k);
+            if self.law == VolumeLaw::Trace {
+                let others = self.shape.of(k).iter().map(|half| size(half.area_m2));
+                let sizes = others.fold(size(self.shape.own(k)), |sum, size| sum + size);
+                let share = self.lambda[k] / self.shape.volume_m3(k);
+                visit(i, share * size(of_i) * sizes);
+            }
             visit(k, weight * dot(of_i, self.shape.own(k)));
             for half in self.shape.of(k) {
                 visit(half.to as usize, weight * dot(of_i, half.area_m2));

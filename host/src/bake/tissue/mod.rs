@@ -1,27 +1,45 @@
 //! Tissue by Young's modulus and Poisson's ratio: nodal shapes in place of links.
 //!
 //! What the kernel makes of the numbers stands in its module of that name; here they are worked out,
-//! with the bound L of the energy's curvature (`curvature`).
+//! with the bound L of the energy's curvature (`curvature`) and the elasticity of the rest shape
+//! (`elasticity`). `stiffening` are bands on top of them.
 
 pub mod shape;
 
 mod curvature;
+mod elasticity;
+mod stiffening;
 #[cfg(test)]
 mod tests;
 
-use chaincell_kernel::image::{LAW_DET1, kind, nodal};
+use chaincell_kernel::image::{LAW_DET1, LAW_TRACE, kind, nodal};
 use chaincell_kernel::number::two_float::LANES;
-
-pub(super) use curvature::Map;
 
 use super::image::Sections;
 use super::{OrderedCells, PerCell};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use shape::Shape;
+pub use stiffening::Band;
+use stiffening::Stiffening;
 
 /// Beta in double precision.
 const BETA: f64 = nodal::BETA as f64;
+
+/// How tissue resists a change of its volume; both are Hooke's for small strain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum VolumeLaw {
+    /// By the distance to the shapes of determinant 1.
+    #[default]
+    Det1,
+    /// By the sum of the stretches: fewer instructions, and softer in deep presses.
+    Trace,
+}
+
+/// Where the band of stretches begins unless asked otherwise.
+pub const STRETCH_MIN: f64 = 0.7;
+/// Stiffness of the band \[shear moduli\].
+const BAND: f64 = 8.0;
 
 /// What tissue is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +48,21 @@ pub struct Tissue {
     pub young_pa: PerCell,
     /// Poisson's ratio, from 0 to 0.495.
     pub poisson: PerCell,
+    /// How it resists a change of its volume.
+    pub law: VolumeLaw,
+    /// The stretch below which it resists more, from 0.01 to 0.95; `None` for no such band.
+    pub stretch_min: Option<f64>,
+    /// Bands on the links, at most three, which resist large strain.
+    pub stiffening: Vec<Band>,
+}
+
+impl Tissue {
+    /// Tissue of the default law, with the default band of stretches and no stiffening.
+    #[must_use]
+    pub fn new(young_pa: PerCell, poisson: PerCell) -> Self {
+        let (law, stretch_min) = (VolumeLaw::default(), Some(STRETCH_MIN));
+        Self { young_pa, poisson, law, stretch_min, stiffening: Vec::new() }
+    }
 }
 
 /// The nodal shapes of a body: lengths in mean link lengths, stresses in the mean shear modulus.
@@ -37,8 +70,13 @@ pub(super) struct Shapes {
     shape: Shape,
     mu: Vec<f64>,
     lambda: Vec<f64>,
-    /// At least the row sums of the magnitudes of L.
-    pub bound: Vec<f32>,
+    law: VolumeLaw,
+    stretch_min: f32,
+    stiffening: Stiffening,
+    /// At least the row sums of the magnitudes of the shapes' L.
+    bound: Vec<f32>,
+    /// The same of all of L, what the cells' mobilities are the inverse of.
+    pub weights: Vec<f32>,
     /// `k_ref` \[N/m\], of which the stress unit is twice, over a mean link length.
     pub stiffness_n_per_m: f32,
 }
@@ -81,10 +119,21 @@ impl Shapes {
         let shape = Shape::weighted(&rest, &tetrahedra, mean).map_err(|why| {
             Error::input(format!("`young_pa`: {why}; numbers are those of cells"))
         })?;
-        let shapes = Self { shape, mu, lambda, bound: Vec::new(), stiffness_n_per_m };
+        let stiffening = Stiffening::new(&tissue.stiffening, stored_pa, &rest, &tetrahedra);
+        let (law, bound, weights) = (tissue.law, Vec::new(), Vec::new());
+        let stretch_min = tissue.stretch_min.unwrap_or(0.0) as f32;
+        #[rustfmt::skip]
+        let shapes = Self { shape, mu, lambda, law, stretch_min, stiffening, bound, weights, stiffness_n_per_m };
         shapes.check_links(body)?;
         let bound = shapes.row_sums();
-        Ok(Self { bound, ..shapes })
+        let mut weights = bound.clone();
+        shapes.stiffening.add_weights(&mut weights);
+        Ok(Self { bound, weights, ..shapes })
+    }
+
+    /// Stiffness of a cell's band.
+    fn band(&self, cell: usize) -> f64 {
+        if self.stretch_min > 0.0 { BAND * self.mu[cell] } else { 0.0 }
     }
 
     /// Links are the edges of the tetrahedra.
@@ -103,7 +152,11 @@ impl Shapes {
 
     /// Adds the sections; `rows` and `neighbours` are those of the slices.
     pub fn push(&self, sections: &mut Sections, rest: &[[f32; 3]], slices: &[u32], ids: &[u16]) {
-        sections.push(kind::NODAL, &[LAW_DET1]);
+        let law = match self.law {
+            VolumeLaw::Det1 => LAW_DET1,
+            VolumeLaw::Trace => LAW_TRACE,
+        };
+        sections.push(kind::NODAL, &[law, self.stretch_min.to_bits()]);
         let cells = rest.len();
         let mut numbers = vec![[[0.0_f32; LANES]; nodal::CELL_ROWS]; cells.div_ceil(LANES)];
         for slice in &mut numbers {
@@ -118,6 +171,7 @@ impl Shapes {
             put(nodal::MU, self.mu[cell]);
             put(nodal::LAMBDA_3, 3.0 * self.lambda[cell]);
             put(nodal::BOUND, self.bound[cell].into());
+            put(nodal::BAND, self.band(cell));
             for (axis, area) in self.shape.own(cell).into_iter().enumerate() {
                 put(nodal::OWN + axis, area);
             }
@@ -125,6 +179,7 @@ impl Shapes {
         sections.push(kind::NODAL_CELLS, numbers.as_flattened().as_flattened());
         sections
             .push(kind::NODAL_SLOTS, self.slots(rest, slices, ids).as_flattened().as_flattened());
+        self.stiffening.push(sections, slices, ids);
     }
 
     /// Numbers of the half-links, group by group.

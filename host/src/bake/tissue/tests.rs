@@ -1,16 +1,24 @@
+use chaincell_kernel::Model;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use super::super::{BakeOptions, BasisSpacing, bake, lay_out};
+use super::elasticity::OWN_PART;
 use super::*;
 use crate::mesh::{MeshOptions, load};
 
 fn tissue(young_pa: f64, poisson: f64) -> Tissue {
-    Tissue { young_pa: PerCell::Uniform(young_pa), poisson: PerCell::Uniform(poisson) }
+    Tissue::new(PerCell::Uniform(young_pa), PerCell::Uniform(poisson))
 }
 
 fn refused(mesh: &Mesh, options: &BakeOptions) -> String {
     bake(mesh, &mesh.default_fixed, options).unwrap_err().to_string()
+}
+
+/// Rest positions of the cells [mean link lengths].
+fn rest(spec: &str) -> Vec<[f32; 3]> {
+    let mesh = load(spec, &MeshOptions::default()).unwrap();
+    lay_out(&mesh, &mesh.default_fixed).unwrap().rest
 }
 
 fn shapes(spec: &str, tissue: &Tissue) -> Shapes {
@@ -58,8 +66,10 @@ fn what_is_no_tissue_is_refused_by_name() {
 #[test]
 fn the_bound_is_above_the_curvature_of_every_field() {
     let mut source = Pcg64::seed_from_u64(5);
-    for (spec, poisson) in [("box:5x4x4x0.01", 0.0), ("organ:300", 0.45), ("organ:300", 0.495)] {
-        let shapes = shapes(spec, &tissue(5000.0, poisson));
+    for (spec, poisson, stretch_min) in
+        [("box:5x4x4x0.01", 0.0, None), ("organ:300", 0.45, Some(0.7)), ("organ:300", 0.495, None)]
+    {
+        let shapes = shapes(spec, &Tissue { stretch_min, ..tissue(5000.0, poisson) });
         let cells = shapes.bound.len();
         let mut largest = 0.0_f64;
         for _ in 0..50 {
@@ -96,10 +106,104 @@ fn each_node_has_its_own_modulus() {
     let coarse_basis = BasisSpacing::None;
     let options = BakeOptions { tissue: Some(tissue), coarse_basis, ..BakeOptions::default() };
     let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
-    let model = chaincell_kernel::Model::from_bytes(image.as_bytes()).unwrap();
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
     for (cell, &id) in model.input_id().iter().enumerate() {
         let [found, poisson] = model.elasticity(cell).unwrap();
         let off = f64::from(found) / young[id as usize] - 1.0;
         assert!(off.abs() < 1e-5 && (poisson - 0.3).abs() < 1e-5, "{id}: {found} {poisson}");
+    }
+}
+
+/// K is symmetric; of an even strain it gives Hooke's energy, of a motion as a whole none.
+#[test]
+fn the_elasticity_is_hookes() {
+    let (mu, lambda) = (0.5 / 1.45, 0.45 / (1.45 * 0.1));
+    for spec in ["box:4x4x3x0.01", "organ:150"] {
+        let shapes = shapes(spec, &tissue(5000.0, 0.45));
+        let cells = shapes.bound.len();
+        let matrix = shapes.elasticity(cells, |cell| vec![(usize::from(cell), 1.0)]);
+        assert!((&matrix - matrix.transpose()).amax() < 1e-9 * matrix.amax());
+        let volume: f64 = (0..cells).map(|cell| shapes.shape.volume_m3(cell)).sum();
+        let at = rest(spec);
+        // Moduli are in units of mu.
+        let unit = shapes.mu[0] / mu;
+        for (slope, strain) in [
+            ([[0.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]], 2.0 * mu * 0.01 + lambda * 0.01),
+            ([[0.0, 0.2, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]], 2.0 * mu * 0.02),
+            ([[0.0, 0.2, -0.3], [-0.2, 0.0, 0.1], [0.3, -0.1, 0.0]], 0.0),
+        ] {
+            let mut u = nalgebra::DVector::zeros(3 * cells);
+            for (cell, x) in at.iter().enumerate() {
+                for axis in 0..3 {
+                    let along: f64 = (0..3).map(|k| slope[axis][k] * f64::from(x[k])).sum();
+                    u[axis * cells + cell] = along + 1.0;
+                }
+            }
+            let found = u.dot(&(&matrix * &u));
+            let wanted = unit * volume * strain;
+            assert!((found - wanted).abs() < 1e-4 * unit * volume, "{spec}: {found} {wanted}");
+        }
+        for (cell, factor) in shapes.factors().into_iter().enumerate() {
+            let own: f64 = (0..3).map(|axis| axis * cells + cell).map(|i| matrix[(i, i)]).sum();
+            let part = f64::from(factor) * own / (3.0 * f64::from(shapes.bound[cell]));
+            assert!((part - OWN_PART).abs() < 1e-4 || factor == 1.0, "{spec}: {cell}: {part}");
+        }
+    }
+}
+
+#[test]
+fn bands_that_are_none_are_refused_by_name() {
+    let mesh = load("box:4x4x3x0.01", &MeshOptions::default()).unwrap();
+    let band = |half_width, modulus_pa| Band { half_width, modulus_pa };
+    let why = |stiffening: &[Band]| {
+        let tissue = Tissue { stiffening: stiffening.to_vec(), ..tissue(5000.0, 0.3) };
+        refused(&mesh, &BakeOptions { tissue: Some(tissue), ..BakeOptions::default() })
+    };
+    let good = band(0.1, 1000.0);
+    assert!(why(&[good, good]).contains("half-width 0.1 twice"));
+    let four = [0.1, 0.2, 0.3, 0.4].map(|half_width| band(half_width, 1000.0));
+    assert!(why(&four).contains("4 bands, at most 3"));
+    for half_width in [0.0, 1.0, -0.1, f64::NAN] {
+        assert!(why(&[band(half_width, 1000.0)]).contains("half-width"), "{half_width}");
+    }
+    for modulus_pa in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+        assert!(why(&[band(0.1, modulus_pa)]).contains("modulus"), "{modulus_pa}");
+    }
+}
+
+/// The order of the bands does not matter, and the bound counts all of them.
+#[test]
+fn the_bound_counts_the_bands() {
+    let mesh = load("box:4x4x3x0.01", &MeshOptions::default()).unwrap();
+    let of = |stiffening: &[(f64, f64)]| {
+        let bands = stiffening.iter();
+        let stiffening =
+            bands.map(|&(half_width, modulus_pa)| Band { half_width, modulus_pa }).collect();
+        let tissue = Tissue { stiffening, ..tissue(5000.0, 0.3) };
+        let options = BakeOptions { tissue: Some(tissue), ..BakeOptions::default() };
+        bake(&mesh, &mesh.default_fixed, &options).unwrap()
+    };
+    let image = of(&[(0.1, 1000.0), (0.3, 4000.0)]);
+    assert_eq!(image.as_bytes(), of(&[(0.3, 4000.0), (0.1, 1000.0)]).as_bytes());
+    let (model, plain) = (Model::from_bytes(image.as_bytes()).unwrap(), of(&[]));
+    let plain = Model::from_bytes(plain.as_bytes()).unwrap();
+    let mut bands = Vec::new();
+    model.each_stiffening(|half_width, modulus_pa| bands.push((half_width, modulus_pa.round())));
+    assert_eq!(bands, [(0.1, 1000.0), (0.3, 4000.0)]);
+    plain.each_stiffening(|_, _| panic!("there is none"));
+    let mut around = vec![0.0; model.cells()];
+    for nodes in &mesh.tetrahedra {
+        let volume = shape::volume_m3(&mesh.nodes_m, *nodes);
+        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))).filter(|(i, j)| i != j) {
+            let [a, b] = [nodes[i], nodes[j]].map(|node| mesh.nodes_m[node as usize]);
+            let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+            around[usize::from(model.cell_of_input(nodes[i]).unwrap())] += volume / squared;
+        }
+    }
+    for (cell, around) in around.into_iter().enumerate() {
+        // The stiffness of a link is E V / l0^2.
+        let added = f64::from(model.cell_bound(cell) - plain.cell_bound(cell));
+        let wanted = 5000.0 * around / f64::from(model.stiffness_n_per_m());
+        assert!((added / wanted - 1.0).abs() < 1e-4, "{cell}: {added} {wanted}");
     }
 }

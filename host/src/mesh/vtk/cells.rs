@@ -126,6 +126,18 @@ impl Cells {
         Ok(())
     }
 
+    /// Number of cells.
+    pub(super) fn count(&self) -> u64 {
+        self.starts.len().saturating_sub(1) as u64
+    }
+
+    /// Nodes of a cell, of cells that [were checked](Self::tetrahedra).
+    pub(super) fn nodes_of(&self, cell: usize) -> impl Iterator<Item = u32> {
+        let ends = self.starts.get(cell).zip(self.starts.get(cell + 1));
+        let nodes = ends.and_then(|(&start, &end)| self.nodes.get(start..end)).unwrap_or_default();
+        nodes.iter().filter_map(|&node| u32::try_from(node).ok())
+    }
+
     /// The tetrahedra; `bytes` is where errors of the file come from.
     pub(super) fn tetrahedra(&self, bytes: &Bytes, points: usize) -> Result<Vec<[u32; 4]>> {
         let count = self.starts.len().saturating_sub(1);

@@ -1,13 +1,15 @@
 //! Legacy VTK files: unstructured grids of versions 1 to 5, ASCII and binary (big-endian).
 //!
 //! Read are points and tetrahedra. Vertices, lines and faces are passed over, since the surface
-//! follows from the tetrahedra; other bodies are refused. The format has no groups, and what is
-//! attached to points and cells behind the mesh is not looked at. Layout: Kitware, The VTK User's
+//! follows from the tetrahedra; other bodies are refused. Groups are whole numbers attached to the
+//! cells, see [`groups`]; nothing else that is attached is looked at. Layout: Kitware, The VTK User's
 //! Guide, "VTK File Formats", and for version 5.1 its addendum on OFFSETS and CONNECTIVITY.
 
 mod cells;
+mod groups;
 mod values;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use cells::Cells;
@@ -93,7 +95,7 @@ fn version(bytes: &mut Bytes) -> Result<u32> {
 /// The sections up to the data that is attached to points and cells.
 fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
     let mut points = None;
-    let mut cells = Cells::default();
+    let (mut cells, mut attached) = (Cells::default(), None);
     while let Some(word) = values.bytes.word() {
         match word.to_ascii_uppercase().as_str() {
             "POINTS" if points.is_none() => {
@@ -117,7 +119,10 @@ fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
                 values.skip_field()?;
             }
             "METADATA" => values.skip_metadata(),
-            "POINT_DATA" | "CELL_DATA" => break,
+            "POINT_DATA" | "CELL_DATA" => {
+                attached = Some(word);
+                break;
+            }
             _ => {
                 return Err(values.bytes.error(format!(
                     "'{}' where a section should begin (POINTS, CELLS and CELL_TYPES, once each): \
@@ -132,7 +137,11 @@ fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
         return Err(values.bytes.error_of_file("it has no POINTS; save the mesh with its nodes"));
     }
     let tetrahedra = cells.tetrahedra(&values.bytes, nodes_m.len())?;
-    Ok(RawMesh { nodes_m, tetrahedra, ..RawMesh::default() })
+    let groups = match attached {
+        Some(begun) => groups::read(values, &cells, begun)?,
+        None => BTreeMap::new(),
+    };
+    Ok(RawMesh { nodes_m, tetrahedra, groups })
 }
 
 /// `POINTS n type`, then three numbers a point.

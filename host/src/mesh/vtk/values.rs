@@ -150,17 +150,28 @@ impl<'a> Values<'a> {
                     shown(kind)
                 )));
             };
-            self.begin_data(tuples, components, number, "tuples")?;
-            let count = tuples.saturating_mul(components);
-            if self.binary {
-                let bytes = count.saturating_mul(number.size());
-                self.bytes.skip(usize::try_from(bytes).unwrap_or(usize::MAX));
-            } else {
-                for _ in 0..count {
-                    self.text("a value of the field")?;
-                }
-            }
+            self.skip_array(tuples, components, number)?;
             left -= 1;
+        }
+        Ok(())
+    }
+
+    /// Passes over so many tuples of an array.
+    pub(super) fn skip_array(
+        &mut self,
+        tuples: u64,
+        components: u64,
+        number: Number,
+    ) -> Result<()> {
+        self.begin_data(tuples, components, number, "tuples")?;
+        let count = tuples.saturating_mul(components);
+        if self.binary {
+            let bytes = count.saturating_mul(number.size());
+            self.bytes.skip(usize::try_from(bytes).unwrap_or(usize::MAX));
+        } else {
+            for _ in 0..count {
+                self.text("a value of the field")?;
+            }
         }
         Ok(())
     }

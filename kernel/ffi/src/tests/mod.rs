@@ -6,6 +6,7 @@ mod contacts;
 mod images;
 mod pointers;
 mod settings;
+mod shapes;
 mod sizes;
 mod stage;
 

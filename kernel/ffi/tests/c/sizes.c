@@ -5,6 +5,7 @@
 
 /* The macros stand where only a constant may stand. */
 CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 48)];
+CHAINCELL_SHAPE_ALIGNED static unsigned char shapes[CHAINCELL_SHAPE_BYTES(8, 4, 48)];
 
 static void line(int32_t scheme, size_t bound, uint32_t cells, uint32_t contacts, uint32_t hats)
 {
@@ -23,6 +24,11 @@ int main(void)
     if (!CHAINCELL_IS_ALIGNED(storage) || CHAINCELL_IS_ALIGNED(storage + 8)) {
         return 1;
     }
+    if ((uintptr_t)shapes % CHAINCELL_SHAPE_ALIGN != 0 ||
+        sizeof shapes - CHAINCELL_TISSUE_BYTES(8, 4, 0) <
+            8 * (size_t)CHAINCELL_CELL_BYTES_SHAPE) {
+        return 4;
+    }
     if (CHAINCELL_ALIGN != chaincell_tissue_align() || CHAINCELL_VERSION != chaincell_version()) {
         return 2;
     }
@@ -34,6 +40,9 @@ int main(void)
 
         line(CHAINCELL_SCHEME_TRACK, CHAINCELL_TISSUE_BYTES(cells, contacts, hats), cells, contacts,
              hats);
+        line(CHAINCELL_SCHEME_PREDICT,
+             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, cells, contacts, hats), cells,
+             contacts, hats);
         line(CHAINCELL_SCHEME_EULER,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, cells, contacts, 0), cells,
              contacts, hats);
@@ -46,5 +55,6 @@ int main(void)
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_GAUSS_SEIDEL, cells, contacts, 0),
              cells, contacts, hats);
     }
+    printf("%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18));
     return 0;
 }

@@ -38,6 +38,8 @@ pub const ALIGNMENT: usize = 16;
 pub const CELLS_MAX: usize = 65_535;
 /// Most hat functions.
 pub const HATS_MAX: usize = 1024;
+/// Most sets of stiffening bands.
+pub const STIFFENING_MAX: usize = 3;
 /// Corner without a hat, and cell without an entry.
 pub const NO_HAT: u16 = u16::MAX;
 /// Cells of a node of the embedded mesh.
@@ -113,7 +115,9 @@ pub mod kind {
     /// With `HATS`: where each cell stands first in `HAT_CELLS`, 65,535 for a fixed one (u16 a
     /// cell).
     pub const HAT_ENTRY: u32 = 29;
-    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32).
+    /// With `HATS`: the inverse, symmetric, rows padded with zeros to a multiple of 8 (f32). With
+    /// `HAT_TURNS` that of all three axes together: rows and columns of x, then of y and of z, each
+    /// padded.
     pub const HAT_INVERSE: u32 = 30;
     /// Optional: starts of the colours in `COLOUR_CELLS` (u32, colours + 1).
     pub const COLOUR_ROWS: u32 = 31;
@@ -136,7 +140,8 @@ pub mod kind {
     /// With `FINE_REST`, optional, for display: tetrahedra over the nodes ([u32; 4]).
     pub const FINE_TETRAHEDRA: u32 = 37;
     /// Optional, needs `SLICE_ROWS`: the body is made of nodal shapes, its links carry no force;
-    /// the law of the shape (u32, one word: [`super::LAW_DET1`]).
+    /// the law of the shape, [`super::LAW_DET1`] or [`super::LAW_TRACE`], and the bits of the stretch
+    /// at which the band begins, 0 for none (u32, two words).
     pub const NODAL: u32 = 38;
     /// With `NODAL`: numbers of the cells, by slice, number and lane, see [`super::nodal`]
     /// ([[f32; 8]; 8] a slice).
@@ -144,10 +149,24 @@ pub mod kind {
     /// With `NODAL`: numbers of the half-links, by group of `SLICE_ROWS`, number and lane, see
     /// [`super::nodal`] ([[f32; 8]; 10] a group).
     pub const NODAL_SLOTS: u32 = 40;
+    /// With `HATS` and `NODAL`: the cell whose rotation each basis function takes (u16).
+    pub const HAT_TURNS: u32 = 41;
+    /// With `HAT_TURNS`: how much longer than r / W the own part of each cell's direction is (f32 a
+    /// cell).
+    pub const HAT_FACTORS: u32 = 42;
+    /// With `NODAL`, optional: sets of bands on the links, the narrowest first, at most
+    /// [`super::STIFFENING_MAX`]; the bits of half the width in rest lengths and of the modulus
+    /// [2 `k_ref` / l] ([u32; 2]).
+    pub const STIFFENING: u32 = 43;
+    /// With `STIFFENING`: 2 V / l0^2 of each slot of `SLICE_ROWS`, V the volume of the tetrahedra
+    /// around its link; 0 for padding (f32, 8 a group).
+    pub const STIFFENING_SLOTS: u32 = 44;
 }
 
 /// The law of `NODAL` that holds the volume by the distance to the shapes of determinant 1.
 pub const LAW_DET1: u32 = 0;
+/// The law that holds it by the sum of the stretches.
+pub const LAW_TRACE: u32 = 1;
 
 /// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in
 /// 2 `k_ref` / l, so that energies come out in the kernel's own unit.

@@ -2,7 +2,6 @@
 
 use crate::model::Model;
 use crate::model::coarse_basis::CoarseBasis;
-use crate::model::terms::TermData;
 use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
@@ -31,7 +30,7 @@ pub(crate) fn hold<N: Number>(
         let Some((adding, taking)) = later.split_at_mut_checked(blocks) else { return };
         let Some(taking) = taking.get_mut(..blocks) else { return };
         let cell = contact.cell();
-        let mut diagonal = 0.5 * model.cell_bound(cell);
+        let diagonal = 0.5 * model.cell_bound(cell);
         let Some(row) = scratch.get_mut(..blocks) else { return };
         row.fill([0.0; LANES]);
         // a = l p - h, which is the neighbours' share of h.
@@ -46,19 +45,8 @@ pub(crate) fn hold<N: Number>(
                 add(row, function, factor * weight);
             }
         };
-        if model.is_nodal() {
-            diagonal = 0.0;
-            model.others.each_of_row(cell, &mut |other, element| {
-                if other == cell {
-                    diagonal += element;
-                } else {
-                    couple(other, -element);
-                }
-            });
-        } else {
-            for (link, other) in model.neighbours(cell) {
-                couple(other, 0.5 * model.link_weight(link));
-            }
+        for (link, other) in model.neighbours(cell) {
+            couple(other, 0.5 * model.link_weight(link));
         }
         apply(basis, earlier, row, adding);
         scale(adding, f64::from(diagonal) + dot(row, adding));

@@ -28,6 +28,9 @@
 //! basis functions, at least 2.5 mean link lengths apart. It takes none where every cell is within
 //! four links of a fixed one, or where they would stand more than 8 mean link lengths apart.
 //!
+//! A body of nodal shapes has an elastic level instead, in all three axes together; there
+//! `auto` takes at most 160 basis functions, at least 4.5 mean link lengths apart.
+//!
 //! Memory with n basis functions: 4 n^2 bytes of the image for B and about 38 bytes a free cell for
 //! P; in RAM 24 bytes a basis function, and 8 bytes a basis function for each held cell
 //! ([`coarse_room`], [`probe_room`]). Only [`Track`](crate::Track) in `f32` uses it.
@@ -38,9 +41,11 @@
 //! - `solve`: c = B g.
 //! - `held`: the corrections for chosen cells.
 //! - `deflation`: without the basis functions at a probe's contacts.
+//! - `elastic`: the level of nodal shapes, which couples the axes.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod deflation;
+pub(crate) mod elastic;
 pub(crate) mod held;
 pub(crate) mod scalar;
 pub(crate) mod sliced;
@@ -49,6 +54,7 @@ mod solve;
 pub(crate) mod tests;
 
 pub use deflation::probe_room;
+pub use elastic::elastic_room;
 pub use held::coarse_room;
 pub(crate) use solve::{Coarse, Solve};
 

@@ -11,6 +11,7 @@ use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::{Eight, LANES};
 use crate::solver::loops::Points;
 use crate::solver::loops::scalar::Range;
+use crate::solver::loops::scalar::track::factor;
 
 /// One value a corner of a box and axis.
 type Corners = [[f32; 3]; LANES];
@@ -101,6 +102,7 @@ pub(crate) fn step(
     [alpha, beta]: [f32; 2],
 ) -> bool {
     let linear = Range::new(model.saturation());
+    let elastic = basis.elastic();
     let mut beyond = false;
     for at_box in 0..basis.corners.len() {
         let corners = corners(basis, room, at_box);
@@ -120,8 +122,11 @@ pub(crate) fn step(
                     continue;
                 };
                 let (y, last) = (at.xyz(), before.xyz());
-                let z = add(scale(mobility, r.xyz()), along(&corners, weights(pair, second)));
-                let next = add(y, z);
+                let coarse = along(&corners, weights(pair, second));
+                let sure = scale(mobility, r.xyz());
+                let own = elastic.map_or(sure, |_| scale(factor(model, cell), sure));
+                let z = add(own, coarse);
+                let next = add(y, elastic.map_or(z, |_| sure));
                 let ahead = add(add(y, scale(alpha, z)), scale(beta, sub(y, last)));
                 beyond |= linear.is_left(next, ahead);
                 // A box with an odd number of cells names its last one twice, once without weights.

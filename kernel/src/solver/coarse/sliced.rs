@@ -91,23 +91,37 @@ pub(crate) fn step(
     points: &mut Points<'_, f32>,
     factors: [f32; 2],
 ) -> bool {
+    match basis.elastic() {
+        None => steps::<false>(terms, basis, (room, terms.model.mobility), points, factors),
+        Some(level) => steps::<true>(terms, basis, (room, level.factors), points, factors),
+    }
+}
+
+/// The same; `own` are the factors of the cells' own parts, used with an elastic level alone.
+fn steps<const ELASTIC: bool>(
+    terms: Terms<'_, '_>,
+    basis: &CoarseBasis<'_>,
+    (room, own): (&[Eight], &[f32]),
+    points: &mut Points<'_, f32>,
+    factors: [f32; 2],
+) -> bool {
     let (model, k) = (terms.model, terms.model.saturation());
     let mobility = model.mobility;
     if !basis.is_in_parts {
         let (boxes, mut beyond) = (0..basis.corners.len(), false);
         let (points, beyond_k) = (points.reborrow(), &mut beyond);
         #[rustfmt::skip]
-        let step = CoarseStep { basis: *basis, boxes, first: 0, mobility, room, points, factors, k, beyond_k };
+        let step = CoarseStep::<ELASTIC> { basis: *basis, boxes, first: 0, mobility, own, room, points, factors, k, beyond_k };
         run(terms.vectors, step);
         return beyond;
     }
     let mut beyond = [false; PARTS];
-    let mut each = beyond.iter_mut().zip(parts::split(mobility));
+    let mut each = beyond.iter_mut().zip(parts::split(mobility)).zip(parts::split(own));
     let steps = points.parts().map(|points| {
-        let ((part, points), (beyond_k, mobility)) = (points?, each.next()?);
+        let ((part, points), ((beyond_k, mobility), own)) = (points?, each.next()?);
         let (boxes, first) = (basis.boxes_of(part), parts::cells(model.cells(), part).start);
         #[rustfmt::skip]
-        let step = CoarseStep { basis: *basis, boxes, first, mobility, room, points, factors, k, beyond_k };
+        let step = CoarseStep::<ELASTIC> { basis: *basis, boxes, first, mobility, own, room, points, factors, k, beyond_k };
         Some(step)
     });
     terms.team.run(terms.vectors, steps);
@@ -115,13 +129,16 @@ pub(crate) fn step(
 }
 
 /// The update of all free cells of some boxes with the coarse direction: z = r / W + P c, then
-/// x = y + z, `y_last` = y, y = y + alpha z + beta (y - `y_last`).
-struct CoarseStep<'a, 'm> {
+/// x = y + z, `y_last` = y, y = y + alpha z + beta (y - `y_last`). With an elastic level z has the
+/// cell's own part in place of r / W, and x = y + r / W.
+struct CoarseStep<'a, 'm, const ELASTIC: bool> {
     basis: CoarseBasis<'m>,
     /// Their cells are those of the arrays: `first` and those behind it.
     boxes: Range<usize>,
     first: usize,
     mobility: &'a [f32],
+    /// Factors of the own parts.
+    own: &'a [f32],
     room: &'a [Eight],
     points: Points<'a, f32>,
     factors: [f32; 2],
@@ -131,14 +148,15 @@ struct CoarseStep<'a, 'm> {
     beyond_k: &'a mut bool,
 }
 
-impl Work for CoarseStep<'_, '_> {
+impl<const ELASTIC: bool> Work for CoarseStep<'_, '_, ELASTIC> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
         let Points { published, at, before, residual } = self.points;
         let cells = self.mobility.len();
-        if [published.len(), at.len(), before.len(), residual.len()] != [cells; 4] {
+        let lengths = [published.len(), at.len(), before.len(), residual.len(), self.own.len()];
+        if lengths != [cells; 5] {
             return;
         }
         let [alpha, beta] = self.factors.map(|factor| V::splat(factor));
@@ -158,8 +176,15 @@ impl Work for CoarseStep<'_, '_> {
                         V::couple(before, ids),
                     )
                 };
-                let z = r.times(m).positions().plus(along(&corners, weights));
-                let next = y.plus(z);
+                let sure = r.times(m).positions();
+                let own = if ELASTIC {
+                    // SAFETY: as above.
+                    sure.times(unsafe { V::couple_values(self.own, ids) })
+                } else {
+                    sure
+                };
+                let z = own.plus(along(&corners, weights));
+                let next = if ELASTIC { y.plus(sure) } else { y.plus(z) };
                 let ahead = y.plus(z.times(alpha)).plus(y.minus(last).times(beta));
                 peak = peak.larger_magnitude(next).larger_magnitude(ahead);
                 // SAFETY: as above.

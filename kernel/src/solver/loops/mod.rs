@@ -116,6 +116,17 @@ pub trait Loops: LinkNumber {
         scalar::track::residual(terms, awake, points, contacts)
     }
 
+    /// The same with an elastic level: `z_last` is the own part of the last direction, and there is
+    /// r . (own part of the direction) besides.
+    fn elastic_residual(
+        terms: Terms<'_, '_>,
+        awake: &SliceSet,
+        points: &mut Points<'_, Self>,
+        contacts: &[Contact<Self>],
+    ) -> [TwoFloat; 5] {
+        scalar::track::residual(terms, awake, points, contacts)
+    }
+
     /// The update of `track` without a coarse level; notes in `moved` what it did.
     fn track_step(
         terms: Terms<'_, '_>,
@@ -149,6 +160,13 @@ pub trait Loops: LinkNumber {
     ) -> bool {
         let _ = (terms, room, points, factors);
         false
+    }
+
+    /// The direction of an elastic level, into the room; gives its inner products with the residual
+    /// and with the last one.
+    fn elastic(terms: Terms<'_, '_>, residual: &[Cell<Self>], room: &mut [Eight]) -> [TwoFloat; 2] {
+        let _ = (terms, residual, room);
+        [TwoFloat::ZERO; 2]
     }
 
     /// v += step r of the free cells in awake slices; notes in `moved` what it did.

@@ -5,10 +5,12 @@ use super::vfp;
 use super::{Loops, Moved, Points, scalar, sliced};
 use crate::backend::run;
 use crate::backend::slice_set::SliceSet;
+use crate::model::coarse_basis::CoarseBasis;
 use crate::model::parts;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
+use crate::solver::coarse::elastic::{self, ElasticSolve};
 use crate::solver::coarse::sliced::Restrict;
 use crate::solver::coarse::{self, Coarse, Solve};
 use crate::terms::held::Contact;
@@ -40,15 +42,16 @@ impl Loops for f32 {
         points: &mut Points<'_, f32>,
         contacts: &[Contact],
     ) -> [TwoFloat; 4] {
-        if terms.vectors.is_none() {
-            return scalar::track::residual(terms, awake, points, contacts);
-        }
-        let sums = if parts::count(terms.model.cells()) > 1 {
-            sliced::track::residual_in_parts(terms, awake, points, contacts)
-        } else {
-            sliced::track::residual(terms, awake, points, contacts)
-        };
-        sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts))
+        track_residual(terms, awake, points, contacts)
+    }
+
+    fn elastic_residual(
+        terms: Terms<'_, '_>,
+        awake: &SliceSet,
+        points: &mut Points<'_, f32>,
+        contacts: &[Contact],
+    ) -> [TwoFloat; 5] {
+        track_residual(terms, awake, points, contacts)
     }
 
     fn track_step(
@@ -75,10 +78,7 @@ impl Loops for f32 {
         how: Coarse,
     ) -> TwoFloat {
         let Some(basis) = terms.model.coarse_basis else { return TwoFloat::ZERO };
-        match terms.vectors {
-            Some(_) => run(terms.vectors, Restrict { basis, residual, room }),
-            None => coarse::scalar::restrict(&basis, residual, room),
-        }
+        restrict(terms, basis, residual, room);
         run(terms.vectors, Solve { basis, room, coarse: how })
     }
 
@@ -93,6 +93,16 @@ impl Loops for f32 {
             return coarse::scalar::step(terms.model, &basis, room, points, [alpha, beta]);
         }
         coarse::sliced::step(terms, &basis, room, points, [alpha, beta])
+    }
+
+    fn elastic(terms: Terms<'_, '_>, residual: &[Cell], room: &mut [Eight]) -> [TwoFloat; 2] {
+        let Some(basis) = terms.model.coarse_basis else { return [TwoFloat::ZERO; 2] };
+        restrict(terms, basis, residual, room);
+        let vector = basis.row_blocks();
+        elastic::turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
+        let products = run(terms.vectors, ElasticSolve { basis, room });
+        elastic::turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
+        products
     }
 
     fn euler_step(
@@ -114,5 +124,32 @@ impl Loops for f32 {
             #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
             None => scalar::euler::step(model, awake, state, residual, step, moved),
         }
+    }
+}
+
+/// The pass of `track`, over slices or cell by cell.
+fn track_residual<const SUMS: usize>(
+    terms: Terms<'_, '_>,
+    awake: &SliceSet,
+    points: &mut Points<'_, f32>,
+    contacts: &[Contact],
+) -> [TwoFloat; SUMS] {
+    if terms.vectors.is_none() {
+        return scalar::track::residual(terms, awake, points, contacts);
+    }
+    let sums = if parts::count(terms.model.cells()) > 1 {
+        sliced::track::residual_in_parts(terms, awake, points, contacts)
+    } else {
+        sliced::track::residual(terms, awake, points, contacts)
+    };
+    sums.unwrap_or_else(|| scalar::track::residual(terms, awake, points, contacts))
+}
+
+/// P' r into the first three vectors of the room.
+#[inline(always)]
+fn restrict(terms: Terms<'_, '_>, basis: CoarseBasis<'_>, residual: &[Cell], room: &mut [Eight]) {
+    match terms.vectors {
+        Some(_) => run(terms.vectors, Restrict { basis, residual, room }),
+        None => coarse::scalar::restrict(&basis, residual, room),
     }
 }

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! K the second derivative of the energy. The fields phi_x, phi_y and phi_z are solved for when the
-//! cells are chosen, at rest with all links taut ([`response`]). When the tool moves, the point of
+//! cells are chosen, for the rest shape with all links taut ([`response`]). When the tool moves, the point of
 //! the next pass and the one before it move along; the published point does not. The guard judges
 //! the pass as any other, so a prediction that is wrong, in a body that has turned or folded, costs
 //! a discarded pass at most, and the certificate is that of `track`.
@@ -56,6 +56,7 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const REST: Self =
         Self { track: Track::REST, prepared: None, is_known: false, ahead: [0.0; 3] };
     const IS_ANYTIME: bool = true;
+    const TAKES_SHAPES: bool = true;
     const ARRAYS: usize = ARRAYS;
     const POINTS: usize = TRACK;
     type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
@@ -132,10 +133,10 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
 
     #[allow(private_interfaces)]
     fn hold(&mut self, model: &Model<'_>, memory: Memory<'_>, held: &[Contact]) {
-        let Memory { state, residual, own, room, vectors } = memory;
-        self.track.hold(model, Memory { state, residual, own, room, vectors }, held);
+        let Memory { state, residual, own, room, states, vectors } = memory;
+        self.track.hold(model, Memory { state, residual, own, room, states, vectors }, held);
         self.is_known =
-            response::solve(model, Memory { state, residual, own, room, vectors }, held);
+            response::solve(model, Memory { state, residual, own, room, states, vectors }, held);
         self.track.interrupt();
         self.ahead = [0.0; 3];
         self.prepared = Some(held.len());

@@ -1,9 +1,10 @@
 //! How a body answers a move of the held cells: K phi = 0 at the free cells, phi = 1 at the held
 //! ones, by conjugate gradients for each axis.
 //!
-//! K is the second derivative of the energy at rest with all links taut, for a link of weight w and
-//! direction n the matrix w n n' / 2 between its ends. The preconditioner is that of `track`:
-//! 1 / W, and the coarse level where the model has one.
+//! K is the second derivative of the energy at rest: with all links taut, for a link of weight w and
+//! direction n the matrix w n n' / 2 between its ends, or that of nodal shapes, whose stresses are
+//! worked out in their states. The preconditioner is that of `track`: 1 / W or the cell's own part,
+//! and the coarse level where the model has one.
 //!
 //! Source: M. R. Hestenes and E. Stiefel, Methods of conjugate gradients, 1952.
 
@@ -13,9 +14,13 @@ use crate::backend::{VectorUnit, run};
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::number::two_float::Eight;
+use crate::solver::coarse::elastic::ElasticSolve;
 use crate::solver::coarse::{Coarse, Solve, scalar};
+use crate::solver::loops::scalar::track::factor;
 use crate::solver::scheme::Memory;
 use crate::terms::held::Contact;
+use crate::terms::state::States;
+use crate::terms::term::Term;
 
 /// Most link passes for a field.
 pub const ITERATIONS_MAX: usize = 400;
@@ -37,6 +42,8 @@ struct System<'a, 'm> {
     product: &'a mut [Cell],
     /// Room for a coarse level.
     room: &'a mut [Eight],
+    /// What the terms keep of the cells.
+    states: States<'a>,
     vectors: Option<VectorUnit>,
 }
 
@@ -69,8 +76,9 @@ fn field(model: &Model<'_>, memory: &mut Memory<'_>, held: &[Contact], axis: usi
     field.fill(Cell::ZERO);
     let unit = [0, 1, 2].map(|at| if at == axis { 1.0 } else { 0.0 });
     put(field, held, Cell::at(unit));
-    let (residual, room, vectors) = (&mut *memory.residual, &mut *memory.room, memory.vectors);
-    let mut system = System { model, held, residual, way, product, room, vectors };
+    let (residual, room) = (&mut *memory.residual, &mut *memory.room);
+    let (states, vectors) = (memory.states, memory.vectors);
+    let mut system = System { model, held, residual, way, product, room, states, vectors };
     system.begin(field);
     let first = system.precondition();
     let mut left = first;
@@ -111,7 +119,7 @@ fn inner(a: &[Cell], b: &[Cell]) -> f64 {
 impl System<'_, '_> {
     /// The residual of a field.
     fn begin(&mut self, field: &[Cell]) {
-        multiply(self.model, field, self.residual);
+        multiply(self.model, self.states, field, self.residual);
         put(self.residual, self.held, Cell::ZERO);
         for residual in &mut *self.residual {
             *residual = Cell::at(scale(-1.0, residual.xyz()));
@@ -120,7 +128,7 @@ impl System<'_, '_> {
 
     /// The search direction's inner product with K times itself; that stands in the product.
     fn curvature(&mut self) -> f64 {
-        multiply(self.model, self.way, self.product);
+        multiply(self.model, self.states, self.way, self.product);
         put(self.product, self.held, Cell::ZERO);
         inner(self.way, self.product)
     }
@@ -140,13 +148,17 @@ impl System<'_, '_> {
         let basis = self.model.coarse_basis;
         if let Some(basis) = basis {
             scalar::restrict(&basis, self.residual, self.room);
-            let coarse = Coarse::Corrected(self.held.len());
-            run(self.vectors, Solve { basis, room: self.room, coarse });
+            if basis.elastic().is_some() {
+                run(self.vectors, ElasticSolve { basis, room: self.room });
+            } else {
+                let coarse = Coarse::Corrected(self.held.len());
+                run(self.vectors, Solve { basis, room: self.room, coarse });
+            }
         }
         for (cell, (product, residual)) in self.product.iter_mut().zip(&*self.residual).enumerate()
         {
             let mobility = self.model.mobility.get(cell).copied().unwrap_or(0.0);
-            let fine = scale(mobility, residual.xyz());
+            let fine = scale(mobility * factor(self.model, cell), residual.xyz());
             let coarse = basis.map_or([0.0; 3], |basis| scalar::at_cell(&basis, self.room, cell));
             *product = Cell::at(add(fine, coarse));
         }
@@ -163,8 +175,19 @@ impl System<'_, '_> {
 }
 
 /// K times a field, at the cells that can move.
-fn multiply(model: &Model<'_>, field: &[Cell], product: &mut [Cell]) {
+fn multiply(model: &Model<'_>, states: States<'_>, field: &[Cell], product: &mut [Cell]) {
     let at = |cell: usize| field.get(cell).map_or([0.0; 3], |field| field.xyz());
+    if model.is_nodal() {
+        for cell in 0..field.len() {
+            states.put(cell, model.others.strain(cell, states.at(cell), &at));
+        }
+        for (cell, product) in product.iter_mut().enumerate() {
+            let moves = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
+            let resisted = || model.others.resist(cell, &at, &|cell| states.at(cell));
+            *product = Cell::at(if moves { resisted() } else { [0.0; 3] });
+        }
+        return;
+    }
     for (cell, product) in product.iter_mut().enumerate() {
         let mut sum = [0.0; 3];
         if model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0) {

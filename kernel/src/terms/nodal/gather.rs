@@ -16,6 +16,7 @@ pub(super) struct Own<V> {
     pub volume: Lane<V>,
     pub mu: Lane<V>,
     pub lambda_3: Lane<V>,
+    pub band: Lane<V>,
     pub area: [Lane<V>; 3],
 }
 
@@ -38,6 +39,7 @@ impl<V: Real> Own<V> {
             volume: row(nodal::VOLUME),
             mu: row(nodal::MU),
             lambda_3: row(nodal::LAMBDA_3),
+            band: row(nodal::BAND),
             area: rows(row, nodal::OWN),
         }
     }
@@ -99,7 +101,7 @@ impl<V: Real> Gathered<V> {
 
 /// Positions of eight cells.
 #[inline(always)]
-fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
+pub(crate) fn places<V: F32x8>(of: impl Fn(usize) -> [f32; 4]) -> [Lane<V>; 3] {
     let [x, y, z, _] = V::transposed(&chunk(of));
     [Lane(x), Lane(y), Lane(z)]
 }

@@ -1,10 +1,12 @@
 //! Stress and energy of a shape.
 
+use super::band::short;
 use super::gather::{Gathered, Own};
 use super::matrix::{Matrix, both, each, inner, minus, three, times};
 use super::nearest::{Turn, of_unit_volume, rotation, turned};
 use crate::backend::lane::{Lane, Real};
 use crate::model::image::nodal::BETA;
+use crate::model::nodal::Law;
 
 /// What a pass finds of a cell.
 #[derive(Clone, Copy)]
@@ -34,6 +36,7 @@ fn and_unit<V: Real>([[a, b, c], [d, e, f], [g, h, i]]: Matrix<V>) -> Matrix<V> 
 /// One step of R and Q, and what they make of the shape.
 #[inline(always)]
 pub(super) fn step<V: Real>(
+    law: Law,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
@@ -41,25 +44,46 @@ pub(super) fn step<V: Real>(
 ) -> Step<V> {
     let f = and_unit(slope(sums, own));
     let turn = turned(f, turn);
-    let (unit, squared) = of_unit_volume(f, unit);
-    respond(sums, own, turn, unit, squared)
+    let (unit, squared) =
+        if law.has_trace { (unit, Lane::of(0.0)) } else { of_unit_volume(f, unit) };
+    respond(law, sums, own, turn, unit, squared)
 }
 
 /// The same with R and Q as they are.
 #[inline(always)]
 pub(super) fn stay<V: Real>(
+    law: Law,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
     unit: Matrix<V>,
 ) -> Step<V> {
     let off = minus(and_unit(slope(sums, own)), unit);
-    respond(sums, own, turn, unit, inner(off, off))
+    respond(law, sums, own, turn, unit, inner(off, off))
+}
+
+/// Stress of the volume, and twice its energy, by the trace: lambda / 2 (t - 3)^2 with t = R : F, from
+/// t - 3 = 2 mu / lambda on straight.
+#[inline(always)]
+fn by_trace<V: Real>(own: &Own<V>, turn: Matrix<V>, slope: Matrix<V>) -> (Matrix<V>, Lane<V>) {
+    let two_mu = Lane::of(2.0) * own.mu;
+    let lambda = own.lambda_3 * Lane::of(1.0 / 3.0);
+    let [[a, _, _], [_, b, _], [_, _, c]] = turn;
+    // R : F - 3; at rest exactly 0.
+    let over = inner(turn, slope) + (((a + b) + c) - Lane::of(3.0));
+    let pressure = lambda * over;
+    let is_straight = pressure.above(two_mu);
+    let divisor = Lane::select(is_straight, lambda, Lane::of(1.0));
+    let straight = two_mu * (over + over - two_mu / divisor);
+    let energy = Lane::select(is_straight, straight, pressure * over);
+    let pressure = Lane::select(is_straight, two_mu, pressure);
+    (each(turn, |x| pressure * x), energy)
 }
 
 /// `squared` is the squared distance of F and Q.
 #[inline(always)]
 fn respond<V: Real>(
+    law: Law,
     sums: &Gathered<V>,
     own: &Own<V>,
     turn: Turn<V>,
@@ -68,16 +92,27 @@ fn respond<V: Real>(
 ) -> Step<V> {
     let slope = slope(sums, own);
     let f = and_unit(slope);
-    let (strain, swollen) = (minus(f, rotation(turn)), minus(f, unit));
+    let rotation = rotation(turn);
+    let strain = minus(f, rotation);
     let two_mu = Lane::of(2.0) * own.mu;
     let spread = Lane::of(2.0 * BETA) * own.mu;
-    let pressed = both(strain, swollen, |strain, swollen| two_mu * strain + own.lambda_3 * swollen);
-    let stress = both(pressed, slope, |pressed, slope| pressed - spread * slope);
+    let (swollen, volume) = if law.has_trace {
+        by_trace(own, rotation, slope)
+    } else {
+        (each(minus(f, unit), |x| own.lambda_3 * x), own.lambda_3 * squared)
+    };
+    let pressed = both(strain, swollen, |strain, swollen| two_mu * strain + swollen);
+    let mut stress = both(pressed, slope, |pressed, slope| pressed - spread * slope);
+    let mut shape = two_mu * inner(strain, strain) + volume - spread * inner(slope, slope);
+    if law.stretch_min > 0.0
+        && let Some((off, squared)) = short(f, rotation, law.stretch_min)
+    {
+        stress = both(stress, off, |stress, off| stress + own.band * off);
+        shape = shape + own.band * squared;
+    }
     let [x, y, z] = sums.pull;
     let [a, b, c] = times(stress, own.area);
     // Four times twice the energy of the cell and of the halves of its links.
-    let shape =
-        two_mu * inner(strain, strain) + own.lambda_3 * squared - spread * inner(slope, slope);
     let energy = Lane::of(4.0) * (own.volume * shape) + Lane::of(2.0) * sums.spread;
     // -0.0 becomes +0.0.
     let [x, y, z] = three([x - a, y - b, z - c], |x| x + Lane::of(0.0));

@@ -20,13 +20,21 @@
 //! f_i = sum_j s_ij (u_j - u_i) - P_i a_ii - sum_j P_j a_ji
 //! ```
 //!
-//! The last two terms of E are the spread, beta mu sum over i and its tetrahedra of
+//! This is the law **det1**. The law **trace** has phi(t) = lambda / 2 (t - 3)^2, t = `R_i` : `F_i`, in
+//! place of the distance to Q, straight from t - 3 = 2 mu / lambda on; it needs no Q and loses more of
+//! the force in deep presses. **The band** adds b / 2 `V_i` dist^2 of `F_i` to the shapes that are
+//! nowhere shorter than a least stretch ([`band`]), b = 8 mu: 0 in ordinary states, a barrier in deep
+//! presses.
+//!
+//! The terms with beta are the spread, beta mu sum over i and its tetrahedra of
 //! `V_t` / 4 |`F_t` - `F_i`|^2. Small strain gives Hooke's law.
 //!
 //! **The bound.** For any rotations R and shapes Q of determinant 1, E is a sum of squared
-//! distances of linear maps to points, so L = 2 mu ((1 - beta) Ln + beta Lc) + 3 lambda Ln bounds
-//! its curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients. W is
-//! at least the sum of the magnitudes of a row of L. R and Q are states ([`ShapeState`]): before a
+//! distances of linear maps to convex sets, so L = 2 mu ((1 - beta) Ln + beta Lc) + (3 lambda + b) Ln
+//! bounds its curvature; Ln and Lc are the Laplacians of the nodal and of the tetrahedra's gradients.
+//! W is at least the sum of the magnitudes of a row of L. By the trace 3 lambda Ln gives way to the
+//! sum over k of lambda / `V_k` |`a_ki`| |`a_kj`| in row i, which is at least as large as the
+//! magnitudes of what phi adds for any R. R and Q are states ([`ShapeState`]): before a
 //! pass each takes one step that does not lead away from `F_i` ([`nearest`]), which lowers the
 //! energy; a discarded pass takes them back.
 //!
@@ -36,13 +44,17 @@
 //! Cost: two gathers a half-link, of the other end's position and of its stress; a rotation and a
 //! shape a cell. `f32` alone, under `track`.
 //!
+//! - `band`: how far a shape is below the least stretch allowed.
 //! - `gather`: sums over the half-links of a cell.
 //! - `law`: stress and energy of a shape.
+//! - `linear`: the elasticity of the rest shape.
 //! - [`nearest`]: the steps of R and Q.
 //! - `scalar`: a single cell at any positions, for the few that the tool holds.
 
+mod band;
 mod gather;
 mod law;
+mod linear;
 mod matrix;
 pub(crate) mod nearest;
 mod scalar;
@@ -50,6 +62,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use gather::places;
 pub(crate) use state::ShapeState;
 
 use super::held::{Contact, Touched};
@@ -90,7 +103,7 @@ impl Term for Nodal<'_> {
         let Some(numbers) = self.cells.get(slice) else { return };
         let sums = Gathered::<V>::of_slice(self, slice, at);
         let (turn, unit) = state::load::<V>(states);
-        let step = law::step(&sums, &own(numbers), turn, unit);
+        let step = law::step(self.law, &sums, &own(numbers), turn, unit);
         state::store(step, states);
     }
 
@@ -171,6 +184,29 @@ impl Term for Nodal<'_> {
             let at = |cell| single(output(cell));
             self.stored_around(cells, held.len(), &at, state, sums);
         }
+    }
+
+    fn strain(
+        self,
+        cell: usize,
+        state: ShapeState,
+        field: &impl Fn(usize) -> [f32; 3],
+    ) -> ShapeState {
+        if self.is_any() { self.strained(cell, state, field) } else { state }
+    }
+
+    fn resist(
+        self,
+        cell: usize,
+        field: &impl Fn(usize) -> [f32; 3],
+        state: &impl Fn(usize) -> ShapeState,
+    ) -> [f32; 3] {
+        if self.is_any() { self.resistance(cell, field, state) } else { [0.0; 3] }
+    }
+
+    #[inline(always)]
+    fn turn(self, state: ShapeState) -> Option<[f32; 4]> {
+        Some(state.turn)
     }
 
     #[inline(always)]

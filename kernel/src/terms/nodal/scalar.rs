@@ -37,14 +37,14 @@ impl Nodal<'_> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> ShapeState {
         let (turn, unit) = variables(state);
-        state_of(step(&self.gathered(cell, at), &self.own(cell), turn, unit))
+        state_of(step(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit))
     }
 
     /// The shape of a cell at these positions, its rotation and its shape of unit volume as they
     /// are.
     fn here(self, cell: usize, state: ShapeState, at: &impl Fn(usize) -> [f32; 3]) -> Step<f32> {
         let (turn, unit) = variables(state);
-        stay(&self.gathered(cell, at), &self.own(cell), turn, unit)
+        stay(self.law, &self.gathered(cell, at), &self.own(cell), turn, unit)
     }
 
     /// Force of the last pass on a cell, and eight times its energy.

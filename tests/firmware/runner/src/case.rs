@@ -45,7 +45,7 @@ const PLAIN: Case = Case {
 const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 
 /// All of them.
-pub const CASES: [Case; 9] = [
+pub const CASES: [Case; 10] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
@@ -74,7 +74,14 @@ pub const CASES: [Case; 9] = [
     },
     Case {
         name: "organ500_nodal",
-        bake: &["organ:500", "--hats=3.5", "--young-pa=5000", "--poisson=0.45"],
+        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45"],
+        needs_fpu: true,
+        ..PLAIN
+    },
+    Case {
+        name: "organ500_trace",
+        bake: &["organ:500", "--young-pa=5000", "--law=trace", "--stretch-min=none"],
+        scheme: "predict",
         needs_fpu: true,
         ..PLAIN
     },

@@ -115,6 +115,37 @@ fn what_other_programs_write() {
     }
 }
 
+/// Whole numbers of a known name are groups, behind whatever else is attached.
+#[test]
+fn numbers_of_the_cells_are_groups() {
+    let attached = |data: &str| {
+        let text = with("CELL_DATA 4\nSCALARS anything float 1\n", data);
+        read(&text).map(|body| body.groups)
+    };
+    let wanted = [("1", vec![0, 1, 3]), ("2", vec![1, 2, 3, 4])];
+    let wanted = wanted.map(|(name, nodes)| (name.to_owned(), nodes)).into();
+    for data in [
+        "CELL_DATA 4\nSCALARS CellEntityIds int 1\nLOOKUP_TABLE default\n0 1 0 2\n",
+        "CELL_DATA 4\nSCALARS material long\nLOOKUP_TABLE default\n0 1 0 2\n",
+        "POINT_DATA 5\nSCALARS heat float\nLOOKUP_TABLE default\n1 2 3 4 5\nCELL_DATA 4\n\
+         FIELD FieldData 2\nmaterial 2 4 int\n1 2 3 4 5 6 7 8\ngmsh:physical 1 4 int\n0 1 0 2\n",
+    ] {
+        assert_eq!(attached(data).unwrap(), wanted, "{data}");
+    }
+    for data in [
+        "CELL_DATA 3\nSCALARS material int 1\nLOOKUP_TABLE default\n0 1 0\n",
+        "CELL_DATA 4\nSCALARS material float 1\nLOOKUP_TABLE default\n0 1 0 2\n",
+        "CELL_DATA 4\nVECTORS material int\n0 1 0 2\n",
+        "POINT_DATA 5\nSCALARS material int 1\nLOOKUP_TABLE default\n0 1 0 2 3\n",
+    ] {
+        assert_eq!(attached(data).unwrap(), [].into(), "{data}");
+    }
+    let half = attached("CELL_DATA 4\nSCALARS material int 1\nLOOKUP_TABLE default\n0 1\n");
+    assert!(half.unwrap_err().to_string().contains("the groups of the cells"));
+    let words = attached("CELL_DATA 4\nFIELD f 1\ngroup 1 4 int\n0 a 1 2\n");
+    assert!(words.unwrap_err().to_string().contains("'a'"));
+}
+
 #[test]
 fn headers_that_are_not_read() {
     refused(&with("# vtk", "# VTK"), &["a.vtk:1:", "its first line"]);

@@ -22,6 +22,7 @@ use super::scene::Scene;
 use super::setting::Setting;
 use super::settle::{Press, Settled};
 use super::snaps::Snaps;
+use super::specimen::{self, SpecimenRow};
 use super::tools::{self, ToolRow};
 use super::worst::{self, Sweep};
 use crate::baseline::{MassSpring, PerCell, Xpbd};
@@ -126,6 +127,8 @@ pub struct Report {
     /// Exact equilibria of models against finite elements, where reference data was at hand.
     #[serde(flatten)]
     pub model: Measured,
+    /// A measured specimen beside the kernel, where its data was at hand.
+    pub specimen: Vec<SpecimenRow>,
     /// Every way in which a tool acts on a body.
     pub tools: Vec<ToolRow>,
     /// Time to equilibrium, every method.
@@ -166,6 +169,8 @@ pub fn collect(options: &Options, report: &mut Report, bar: &ProgressBar) -> Res
     report.hand = hands(options, &main, swept.mixed.simd_ns, || step(bar))?;
     if let Some(folder) = &options.reference {
         report.model = model::run(folder, options.quick, || step(bar))?;
+        report.specimen = specimen::run(folder)?;
+        step(bar)?;
     }
     report.tools = tools::run(small.as_ref().unwrap_or(&main), || step(bar))?;
     let steps: &[f64] =
@@ -252,7 +257,7 @@ pub fn pieces(options: &Options) -> u64 {
     let numbers = if options.quick { 1 } else { 3 };
     let hands = motions(options).map(|of_body| Hand::pieces(of_body, &hand::SWEEPS));
     let hands: usize = hands.iter().sum();
-    let models = options.reference.as_ref().map_or(0, |_| model::pieces(options.quick));
+    let models = options.reference.as_ref().map_or(0, |_| model::pieces(options.quick) + 1);
     (7 + settle + growth + rows + paths + numbers + hands + models + 3) as u64
 }
 

@@ -8,6 +8,7 @@
 //! | Which setting for which budget | which sweeps and coarse level to take for a time budget: the least error among the settings that fit | `report_press.csv`, `report_time.csv` |
 //! | A hand that moves | time a tick and error of the force for held cells under a hand's motions, every scheme of a list, two bodies | `report_hand.csv` |
 //! | Model error | how far the exact equilibrium of links and nodal tissue, and the running kernel, are from finite elements | `report_model.csv`, `report_model_running.csv` |
+//! | A measured specimen | force of a sheet of nodal shapes, with stiffening and without, beside a measured one | `report_specimen.csv` |
 //! | Held cells, a moving probe, a load | error and time for each way in which a tool acts | `report_tools.csv` |
 //! | The sweep | time of one sweep in its worst state, at rest, and in a local press, beside a plain loop | `report_summary.json` |
 //! | Time to equilibrium | sweeps and time until a pressed cell is settled, beside mass-spring and position-based dynamics | `report_settle.csv` |
@@ -41,6 +42,7 @@ pub mod scene;
 pub mod setting;
 pub mod settle;
 pub mod snaps;
+pub mod specimen;
 pub mod tables;
 pub mod tools;
 pub mod worst;

@@ -6,6 +6,7 @@ use super::model;
 use super::pareto::front;
 use super::press::{Errors, PressRow};
 use super::setting::Setting;
+use super::specimen;
 use crate::charts::plot::{Axis, Chart, Style};
 use chaincell_host::engine::Scheme;
 use chaincell_host::error::Result;
@@ -68,6 +69,10 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
     }
     for (number, (chart, caption)) in model::charts(&report.model).into_iter().enumerate() {
         put(chart, &format!("{}{}", model::PICTURE, number + 1), &caption)?;
+    }
+    if !report.specimen.is_empty() {
+        let caption = "A soft sheet in pure shear: measured, and nodal shapes";
+        put(specimen::chart(&report.specimen), specimen::PICTURE, caption)?;
     }
     if let Some(track) = &report.track {
         let caption = "track in half a millisecond a tick: its errors during the press";

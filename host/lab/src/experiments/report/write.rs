@@ -13,6 +13,7 @@ use super::pictures;
 use super::press::{Errors, PressRow};
 use super::recommend::{BUDGETS_US, ERROR_MAX, Recommended, choose};
 use super::snaps::{FIRST_TICK, Snaps};
+use super::specimen;
 use super::tables::{Columns, Table, csv, duration, percent, times, us};
 use super::tools;
 use crate::states::STRETCH;
@@ -47,6 +48,7 @@ pub fn write(report: &Report, folder: &Folder, command: &str) -> Result<()> {
         ("report_hand.csv", csv(&report.hand)),
         (model::CSV, csv(&report.model.rows)),
         (model::RUNNING_CSV, csv(&report.model.running)),
+        (specimen::CSV, csv(&report.specimen)),
         ("report_tools.csv", csv(&report.tools)),
         ("report_settle.csv", csv(&report.settled)),
         ("report_numbers.csv", csv(&report.numbers)),
@@ -83,6 +85,9 @@ fn markdown(report: &Report, pictures: &[(String, String)], command: &str) -> St
     let mut of_model = String::new();
     picture(&mut of_model, model::PICTURE);
     text += &model::markdown(&report.model, &of_model);
+    let mut of_specimen = String::new();
+    picture(&mut of_specimen, specimen::PICTURE);
+    text += &specimen::markdown(&report.specimen, &of_specimen);
     text += &tools::markdown(&report.tools);
     text += &sweep(report);
     text += &settled(report);

@@ -93,14 +93,16 @@ impl Findings {
     /// Interruption; what neither body nor settings explain.
     pub fn play(&mut self, trial: &Trial<'_>) -> Result<()> {
         let mut measure = None;
-        for variant in Variant::all() {
+        let shapes = trial.body.plain()?.is_nodal();
+        for variant in if shapes { Variant::of_shapes() } else { Variant::all() } {
             let Some(worst) = self.play_under(trial, variant)? else { continue };
             let is_plain = variant.numbers == Arithmetic::F32 && !variant.hats;
             if variant.scheme == Scheme::Track && is_plain {
                 measure = Some(Measure { peak_j: worst.energy_peak_j, end_j: worst.energy_end_j });
             }
         }
-        if let Some(measure) = measure.filter(|_| trial.compared) {
+        // The other methods compute links.
+        if let Some(measure) = measure.filter(|_| trial.compared && !shapes) {
             for baseline in BaselineKind::ALL {
                 if let Some(verdict) = play(trial, baseline, measure)? {
                     self.judge(baseline, verdict);

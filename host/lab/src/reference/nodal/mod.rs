@@ -28,6 +28,8 @@ use super::elastic::Elastic;
 use super::vectors::{dot, minus, norm, plus};
 pub use chaincell_host::bake::tissue::shape::{Half, Shape, volume_m3};
 use chaincell_host::error::{Error, Result};
+use chaincell_kernel::Model;
+use chaincell_kernel::image::LAW_TRACE;
 pub use law::{BAND_FROM, BAND_WEIGHT, Law, Volume};
 use law::{Moduli, Tangent};
 use stretches::Stretches;
@@ -82,6 +84,50 @@ impl Nodal {
             moduli: law.moduli()?,
             link_m,
         })
+    }
+
+    /// The nodal shapes of a model, lengths in mean link lengths from the centre, energies in its own
+    /// unit; `None` for one of links, of several materials, or with a band elsewhere than
+    /// [`BAND_FROM`].
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_model(model: &Model<'_>) -> Result<Option<Self>> {
+        let Some((volume, least)) = model.shape_law() else { return Ok(None) };
+        let moduli = || (0..model.cells()).filter_map(|cell| model.elasticity(cell));
+        let Some([young_pa, poisson]) = moduli().next() else { return Ok(None) };
+        let band = least > 0.0;
+        if moduli().any(|of| of != [young_pa, poisson]) || band && least != BAND_FROM as f32 {
+            return Ok(None);
+        }
+        let unit_pa = 2.0 * f64::from(model.stiffness_n_per_m()) / f64::from(model.unit_m());
+        let volume = if volume == LAW_TRACE { Volume::Trace } else { Volume::Det1 };
+        // A ratio of single precision may lie just below 0.
+        let poisson = f64::from(poisson).max(0.0);
+        let law = Law { young_pa: f64::from(young_pa) / unit_pa, poisson, volume, band };
+        let rest: Vec<_> =
+            (0..model.cells()).map(|cell| model.rest_position(cell).map(f64::from)).collect();
+        let tetrahedra: Vec<_> = model.tetrahedra().iter().map(|ids| ids.map(u32::from)).collect();
+        let fixed: Vec<u32> = model.fixed().iter().map(|&cell| cell.into()).collect();
+        Self::new(&rest, &tetrahedra, &fixed, law).map(Some)
+    }
+
+    /// Energy of each node's shape and of the halves of its links.
+    #[must_use]
+    pub fn energies(&self, positions: &[[f64; 3]]) -> Vec<f64> {
+        let u = self.displacements(positions);
+        let of = |i: usize| {
+            let slope = self.shape.slope(&u, i);
+            let stretches = Stretches::of(&(Matrix3::identity() + slope));
+            let shape = self.moduli.response(stretches.values).energy
+                - 0.5 * self.spread_pa() * slope.norm_squared();
+            let halves = self.shape.of(i).iter().map(|half| {
+                let d = minus(u[half.to as usize], u[i]);
+                0.25 * self.spread_pa() * half.weight_m * dot(d, d)
+            });
+            self.shape.volume_m3(i) * shape + halves.sum::<f64>()
+        };
+        (0..u.len()).map(of).collect()
     }
 
     /// What the mesh gives.

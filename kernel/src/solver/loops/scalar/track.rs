@@ -14,17 +14,17 @@ use crate::solver::loops::{Loops, Moved, Points};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 
-/// See `Loops::track_residual`.
-pub(crate) fn residual<N: Loops>(
+/// See `Loops::track_residual` and, with five sums, `Loops::elastic_residual`.
+pub(crate) fn residual<N: Loops, const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, N>,
     contacts: &[Contact<N>],
-) -> [TwoFloat; 4] {
+) -> [TwoFloat; SUMS] {
     let model = terms.model;
     let tally = terms.residuals(awake, points.at, points.residual, contacts);
     if awake.is_empty(model.slice_count()) {
-        return [TwoFloat::ZERO; 4];
+        return [TwoFloat::ZERO; SUMS];
     }
     if parts::count(model.cells()) > 1 {
         return in_parts(model, awake, points, tally);
@@ -35,13 +35,13 @@ pub(crate) fn residual<N: Loops>(
 /// The sums of a body of several parts. Not inlined: no firmware's body has any.
 #[cold]
 #[inline(never)]
-fn in_parts<N: Loops>(
+fn in_parts<N: Loops, const SUMS: usize>(
     model: &Model<'_>,
     awake: &SliceSet,
     points: &Points<'_, N>,
     mut tally: N::Tally,
-) -> [TwoFloat; 4] {
-    let mut totals = [TwoFloat::ZERO; 4];
+) -> [TwoFloat; SUMS] {
+    let mut totals = [TwoFloat::ZERO; SUMS];
     for part in 0..parts::PARTS {
         let slices = awake.iter_in(parts::slices(model.cells(), part));
         totals = plus(totals, sums(model, slices, points, tally));
@@ -52,21 +52,28 @@ fn in_parts<N: Loops>(
 }
 
 /// The totals of two parts together.
-pub(crate) fn plus([a, b, c, d]: [TwoFloat; 4], [e, f, g, h]: [TwoFloat; 4]) -> [TwoFloat; 4] {
-    [a.plus(e), b.plus(f), c.plus(g), d.plus(h)]
+pub(crate) fn plus<const SUMS: usize>(
+    mut one: [TwoFloat; SUMS],
+    other: [TwoFloat; SUMS],
+) -> [TwoFloat; SUMS] {
+    for (one, other) in one.iter_mut().zip(other) {
+        *one = one.plus(other);
+    }
+    one
 }
 
-/// Energy, r . r / W, r . s and r . `z_last` of some slices.
+/// The sums of some slices.
 #[inline(never)]
-fn sums<N: Loops>(
+fn sums<N: Loops, const SUMS: usize>(
     model: &Model<'_>,
     slices: Iter<'_>,
     points: &Points<'_, N>,
     tally: N::Tally,
-) -> [TwoFloat; 4] {
+) -> [TwoFloat; SUMS] {
+    let is_elastic = SUMS > 4;
     let mut energy = N::WideSum::default();
-    let (mut squared, mut way, mut direction) =
-        (N::Sum::default(), N::Sum::default(), N::Sum::default());
+    let (mut squared, mut way, mut direction, mut own) =
+        (N::Sum::default(), N::Sum::default(), N::Sum::default(), N::Sum::default());
     for slice in slices {
         let cells = cells_of(slice, model.cells());
         let here = part(points.residual, &cells).zip(part(points.at, &cells));
@@ -75,14 +82,31 @@ fn sums<N: Loops>(
         for (lane, (((r, at), (published, before)), &mobility)) in all {
             let (residual, before) = (r.xyz(), before.xyz());
             let z = scale(N::from_single(mobility), residual);
+            let mut last = sub(published.xyz(), before);
             energy.add(lane, N::energy_term(r.w()));
             squared.add(lane, N::inner(residual, z));
             way.add(lane, N::inner(residual, sub(at.xyz(), before)));
-            direction.add(lane, N::inner(residual, sub(published.xyz(), before)));
+            if is_elastic {
+                let factor = N::from_single(factor(model, cells.start + lane));
+                own.add(lane, N::inner(residual, scale(factor, z)));
+                last = scale(factor, last);
+            }
+            direction.add(lane, N::inner(residual, last));
         }
     }
     let energy = N::energy(&energy, tally).times_power_of_two(0.125);
-    [energy, squared.total(), way.total(), direction.total()]
+    let found = [energy, squared.total(), way.total(), direction.total(), own.total()];
+    let mut sums = [TwoFloat::ZERO; SUMS];
+    for (sum, found) in sums.iter_mut().zip(found) {
+        *sum = found;
+    }
+    sums
+}
+
+/// The own part of a cell's direction over r / W.
+pub(crate) fn factor(model: &Model<'_>, cell: usize) -> f32 {
+    let elastic = model.coarse_basis.and_then(|basis| basis.elastic());
+    elastic.and_then(|level| level.factors.get(cell)).copied().unwrap_or(1.0)
 }
 
 /// See `Loops::track_step`.

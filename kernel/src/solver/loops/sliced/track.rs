@@ -17,34 +17,44 @@ use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::sliced::{self, Reduce};
 
-/// The sums of a pass: sum of w d^2, r . r / W, r . s, r . `z_last`.
-pub(crate) struct Sums<'a> {
+/// The sums of a pass, see `Loops::track_residual` and, where there are five, `elastic_residual`.
+pub(crate) struct Sums<'a, const SUMS: usize> {
     mobility: Chunks<'a, f32>,
+    factors: Chunks<'a, f32>,
     published: Chunks<'a, Cell>,
     before: Chunks<'a, Cell>,
     energy: Lanes,
-    products: [Plain; 3],
+    products: [Plain; 4],
 }
 
-impl<'a> Sums<'a> {
+impl<'a, const SUMS: usize> Sums<'a, SUMS> {
     pub fn new(model: &'a Model<'_>, published: &'a [Cell], before: &'a [Cell]) -> Self {
         Self {
             mobility: Chunks::new(model.mobility, 0.0),
+            factors: Chunks::new(factors(model), 1.0),
             published: Chunks::repeated(published),
             before: Chunks::repeated(before),
             energy: Lanes::ZERO,
-            products: [Plain::ZERO; 3],
+            products: [Plain::ZERO; 4],
         }
     }
 
     /// Energy in internal units, and the products.
-    pub fn totals(&self) -> [TwoFloat; 4] {
-        let [squared, way, direction] = self.products.map(|sum| sum.total().into());
-        [self.energy.total().times_power_of_two(0.125), squared, way, direction]
+    pub fn totals(&self) -> [TwoFloat; SUMS] {
+        let mut totals = [self.energy.total().times_power_of_two(0.125); SUMS];
+        for (total, sum) in totals.iter_mut().skip(1).zip(&self.products) {
+            *total = sum.total().into();
+        }
+        totals
     }
 }
 
-impl Reduce for Sums<'_> {
+/// The own parts of the cells' directions over r / W.
+fn factors<'m>(model: &Model<'m>) -> &'m [f32] {
+    model.coarse_basis.and_then(|basis| basis.elastic()).map_or(&[], |level| level.factors)
+}
+
+impl<const SUMS: usize> Reduce for Sums<'_, SUMS> {
     #[inline(always)]
     fn slice<V: F32x8>(&mut self, slice: usize, at: [V; 3], [x, y, z, wd2]: [V; 4]) {
         let published = V::transposed(self.published.at(slice));
@@ -55,10 +65,20 @@ impl Reduce for Sums<'_> {
             .times(at[0].minus(before[0]))
             .plus(y.times(at[1].minus(before[1])))
             .plus(z.times(at[2].minus(before[2])));
-        let direction = x
-            .times(published[0].minus(before[0]))
-            .plus(y.times(published[1].minus(before[1])))
-            .plus(z.times(published[2].minus(before[2])));
+        let [mut a, mut b, mut c] = [
+            published[0].minus(before[0]),
+            published[1].minus(before[1]),
+            published[2].minus(before[2]),
+        ];
+        if SUMS > 4 {
+            let factor = V::load(self.factors.at(slice));
+            let mf = [x.times(m).times(factor), y.times(m).times(factor), z.times(m).times(factor)];
+            let own = x.times(mf[0]).plus(y.times(mf[1])).plus(z.times(mf[2]));
+            let [_, _, _, sum] = &mut self.products;
+            sum.add(own);
+            [a, b, c] = [a.times(factor), b.times(factor), c.times(factor)];
+        }
+        let direction = x.times(a).plus(y.times(b)).plus(z.times(c));
         self.energy.add(wd2);
         for (sum, term) in self.products.iter_mut().zip([squared, way, direction]) {
             sum.add(term);
@@ -67,26 +87,26 @@ impl Reduce for Sums<'_> {
 }
 
 /// The pass of a body of one part; `None` where slices cannot be used.
-pub(crate) fn residual(
+pub(crate) fn residual<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, f32>,
     contacts: &[Contact],
-) -> Option<[TwoFloat; 4]> {
-    let mut sums = Sums::new(terms.model, points.published, points.before);
+) -> Option<[TwoFloat; SUMS]> {
+    let mut sums = Sums::<SUMS>::new(terms.model, points.published, points.before);
     sliced::residual(terms, awake, points.at, points.residual, contacts, &mut sums)
         .then(|| sums.totals())
 }
 
 /// The pass of a body of several parts; `None` where slices cannot be used.
-pub(crate) fn residual_in_parts(
+pub(crate) fn residual_in_parts<const SUMS: usize>(
     terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &mut Points<'_, f32>,
     contacts: &[Contact],
-) -> Option<[TwoFloat; 4]> {
+) -> Option<[TwoFloat; SUMS]> {
     let Points { published, at, before, residual } = points;
-    let mut sums = [(); PARTS].map(|()| Sums::new(terms.model, published, before));
+    let mut sums = [(); PARTS].map(|()| Sums::<SUMS>::new(terms.model, published, before));
     if !sliced::residual_in_parts(terms, awake, at, residual, contacts, &mut sums) {
         return None;
     }

@@ -8,7 +8,8 @@ use serde::Serialize;
 use super::body::{Body, Press, YOUNG_PA};
 use super::equilibria::Found;
 use super::{Model, against};
-use chaincell_host::bake::tissue::Tissue;
+use crate::reference::nodal::{BAND_FROM, Volume};
+use chaincell_host::bake::tissue::{Tissue, VolumeLaw};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::{Error, Result};
@@ -19,6 +20,8 @@ use chaincell_kernel::{self as kernel, Choice, Network, Settings, ToolSample, Un
 pub const SPEED_M_PER_S: f64 = 0.05;
 /// Period of a tick \[s\].
 const TICK_S: f64 = 0.001;
+/// Ticks that the tool rests behind the deepest press.
+const HELD_TICKS: u32 = 20;
 /// Sweeps a tick.
 const SWEEPS: [u16; 4] = [1, 2, 4, 8];
 /// Sweeps of the bare passes that times are compared with.
@@ -47,6 +50,10 @@ pub struct RunningRow {
     pub field: f64,
     /// Force over that of the elements.
     pub force: f64,
+    /// Error of the field against the model's own equilibrium 20 ms after the deepest press.
+    pub field_held: f64,
+    /// Force over that of the model's own equilibrium then.
+    pub force_held: f64,
     /// Ticks of the press that were rolled back, share.
     pub rolled_back: f64,
     /// Median time of a tick of the press.
@@ -66,8 +73,14 @@ fn baked(body: &Body, model: Model, coarse_basis: BasisSpacing) -> Result<ImageB
     };
     let of = PerCell::Uniform;
     let options = match model {
-        Model::Nodal(..) => {
-            let tissue = Tissue { young_pa: of(YOUNG_PA), poisson: of(body.case.poisson()) };
+        Model::Nodal(volume, band) => {
+            let law = match volume {
+                Volume::Det1 => VolumeLaw::Det1,
+                Volume::Trace => VolumeLaw::Trace,
+            };
+            let stretch_min = band.then_some(BAND_FROM);
+            let tissue = Tissue::new(of(YOUNG_PA), of(body.case.poisson()));
+            let tissue = Tissue { law, stretch_min, ..tissue };
             BakeOptions { tissue: Some(tissue), ..BakeOptions::default() }
         }
         _ => BakeOptions {
@@ -110,10 +123,15 @@ impl<'a> Player<'a> {
     /// On to a depth; the field and the force along the press there.
     fn press_to(&mut self, depth_m: f64) -> (Vec<[f64; 3]>, f64) {
         let last = (depth_m / (SPEED_M_PER_S * TICK_S)).round() as u32;
+        self.play_to(last, last)
+    }
+
+    /// On to a tick, the tool at rest from tick `stop` on.
+    fn play_to(&mut self, last: u32, stop: u32) -> (Vec<[f64; 3]>, f64) {
         let mut force_n = 0.0;
         while self.ticks < last {
             self.ticks += 1;
-            let depth_m = f64::from(self.ticks) * SPEED_M_PER_S * TICK_S;
+            let depth_m = f64::from(self.ticks.min(stop)) * SPEED_M_PER_S * TICK_S;
             let position_m = self.body.direction.map(|x| (depth_m * x) as f32).into();
             let begun = Instant::now();
             let output = self.engine.tick(&ToolSample { position_m, engaged: 1 });
@@ -155,10 +173,7 @@ pub(super) fn play(
 ) -> Result<Vec<RunningRow>> {
     let bare_us = bare_sweep_us(body)?;
     let image = baked(body, model, BasisSpacing::BySize)?;
-    let scheme = match model {
-        Model::Nodal(..) => Scheme::Track,
-        _ => Scheme::Predict,
-    };
+    let scheme = Scheme::Predict;
     let mut rows = Vec::new();
     for sweeps in SWEEPS {
         let mut player = Player::new(body, &image, scheme, sweeps)?;
@@ -169,9 +184,16 @@ pub(super) fn play(
         }
         let (rolled_back, tick_us) =
             (f64::from(player.rolled_back) / f64::from(player.ticks.max(1)), player.median_us());
+        let (u, force_n) = player.play_to(player.ticks + HELD_TICKS, player.ticks);
+        let held = found
+            .last()
+            .map(|found| (against(weights, &u, &found.displacement_m), force_n / found.force_n));
+        let (field_held, force_held) = held.unwrap_or((f64::NAN, f64::NAN));
         rows.extend(of_sweeps.into_iter().map(|row| RunningRow {
             scheme: scheme.name(),
             sweeps,
+            field_held,
+            force_held,
             rolled_back,
             tick_us,
             tick_bare_sweeps: tick_us / bare_us,
@@ -201,6 +223,8 @@ fn row(
         force_own: force_n / found.force_n,
         field: against(weights, u, &press.displacement_m),
         force: force_n / press.force_n,
+        field_held: f64::NAN,
+        force_held: f64::NAN,
         rolled_back: f64::NAN,
         tick_us: f64::NAN,
         tick_bare_sweeps: f64::NAN,

@@ -167,13 +167,15 @@ fn running(rows: &[RunningRow]) -> String {
         .column("force ratio, own", |row| format!("{:.3}", row.force_own))
         .column("field, elements [%]", |row| format!("{:.1}", 100.0 * row.field))
         .column("force ratio, elements", |row| format!("{:.3}", row.force))
+        .column("20 ms after, own: field [%]", |row| format!("{:.2}", 100.0 * row.field_held))
+        .column("force ratio", |row| format!("{:.4}", row.force_held))
         .column("rolled back [%]", |row| format!("{:.0}", 100.0 * row.rolled_back));
     format!(
         "### What a budget leaves\n\nThe running kernel, the held cells pressed at {} mm/s without \
          a stop, as it is when the tool goes through the depth: against the equilibrium of its own \
          model and against quadratic elements. Tick: the median of the press on this machine, and \
-         the same in sweeps over the links of this body without hats, measured beside it. Nodal \
-         tissue runs under `track`, without the band.\n\n{}",
+         the same in sweeps over the links of this body without hats, measured beside it. 20 ms \
+         after: the tool at rest at its deepest.\n\n{}",
         1e3 * SPEED_M_PER_S,
         table.table().markdown()
     )

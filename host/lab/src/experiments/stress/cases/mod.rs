@@ -7,6 +7,7 @@ mod floats;
 mod material;
 mod range;
 mod rest;
+mod shapes;
 mod states;
 mod supports;
 mod tiers;
@@ -17,10 +18,11 @@ use super::trial::Pose;
 
 /// All of them, in the order of the table.
 pub fn all() -> impl Iterator<Item = Case> {
-    let groups: [&[Case]; 11] = [
+    let groups: [&[Case]; 12] = [
         states::CASES,
         elements::CASES,
         material::CASES,
+        shapes::CASES,
         supports::CASES,
         tool::CASES,
         range::CASES,

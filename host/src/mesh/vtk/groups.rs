@@ -1,0 +1,106 @@
+//! Groups of nodes from what is attached to the cells: whole numbers of a known name, one a cell.
+
+use std::collections::BTreeMap;
+
+use super::cells::Cells;
+use super::values::{Number, Values};
+use crate::error::Result;
+
+/// Names that programs give the numbers of physical groups, materials and regions: Gmsh's own export,
+/// meshio's from Gmsh and from Medit, and what others write.
+const NAMES: [&str; 8] = [
+    "CellEntityIds",
+    "gmsh:physical",
+    "medit:ref",
+    "PhysicalIds",
+    "MaterialIds",
+    "material",
+    "region",
+    "group",
+];
+
+/// Reads what is attached behind the mesh, begun by the word `begun`, up to the first array of such a
+/// name; groups are named by their numbers, 0 is none. Anything else is passed over, and what cannot
+/// be passed over ends it.
+pub(super) fn read(
+    values: &mut Values,
+    cells: &Cells,
+    begun: &str,
+) -> Result<BTreeMap<String, Vec<u32>>> {
+    let Some(number) = find(values, cells.count(), begun) else { return Ok(BTreeMap::new()) };
+    values.bytes.enter("the groups of the cells");
+    values.begin_data(cells.count(), 1, number, "groups of the cells")?;
+    let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
+    for cell in 0..cells.count() {
+        let group = values.whole(number, "the group of a cell")?;
+        if group > 0 {
+            groups.entry(group).or_default().extend(cells.nodes_of(cell as usize));
+        }
+    }
+    let named = groups.into_iter().map(|(group, mut nodes)| {
+        nodes.sort_unstable();
+        nodes.dedup();
+        (group.to_string(), nodes)
+    });
+    Ok(named.collect())
+}
+
+/// Goes to the first array of groups; the type of its numbers.
+fn find(values: &mut Values, cells: u64, begun: &str) -> Option<Number> {
+    let (mut next, mut of_cells, mut tuples) = (Some(begun), false, 0);
+    while let Some(word) = next {
+        match word.to_ascii_uppercase().as_str() {
+            kind @ ("POINT_DATA" | "CELL_DATA") => {
+                of_cells = kind == "CELL_DATA";
+                tuples = values.count("a number of values").ok()?;
+                if of_cells && tuples != cells {
+                    return None;
+                }
+            }
+            "SCALARS" => {
+                let name = values.text("a name").ok()?;
+                let kind = values.text("a type").ok()?;
+                let number = Number::named(kind)?;
+                let word = values.text("LOOKUP_TABLE").ok()?;
+                let components = word.parse().ok();
+                if components.is_some() {
+                    values.keyword("LOOKUP_TABLE").ok()?;
+                }
+                values.text("the name of the table").ok()?;
+                let components = components.unwrap_or(1);
+                if of_cells && is_group(name, number, components) {
+                    return Some(number);
+                }
+                values.skip_array(tuples, components, number).ok()?;
+            }
+            "FIELD" => {
+                values.text("the field's name").ok()?;
+                let mut left = values.count("the number of arrays").ok()?;
+                while left > 0 {
+                    let name = values.text("an array's name").ok()?;
+                    if name.eq_ignore_ascii_case("METADATA") {
+                        values.skip_metadata();
+                        continue;
+                    }
+                    let components = values.count("the number of components").ok()?;
+                    let tuples = values.count("the number of tuples").ok()?;
+                    let number = Number::named(values.text("the array's type").ok()?)?;
+                    if of_cells && tuples == cells && is_group(name, number, components) {
+                        return Some(number);
+                    }
+                    values.skip_array(tuples, components, number).ok()?;
+                    left -= 1;
+                }
+            }
+            "METADATA" => values.skip_metadata(),
+            _ => return None,
+        }
+        next = values.bytes.word();
+    }
+    None
+}
+
+fn is_group(name: &str, number: Number, components: u64) -> bool {
+    let is_named = NAMES.iter().any(|known| known.eq_ignore_ascii_case(name));
+    is_named && components == 1 && matches!(number, Number::I32 | Number::I64)
+}

@@ -1,0 +1,175 @@
+//! Stiffening in an image: sets of bands on the links of a body of nodal shapes.
+
+use super::image::{ModelError, STIFFENING_MAX, Sections, kind};
+use super::terms::TermData;
+use super::{Model, range};
+use crate::number::two_float::LANES;
+
+/// Ranges far beyond what tissue has.
+const HALF_WIDTHS: core::ops::Range<f32> = 0.01..1.0;
+const MODULI: core::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
+const VOLUME_MAX: f32 = 1.0e6;
+
+/// A set of bands: every link outside its band is a spring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Set {
+    /// Half the width of the band in rest lengths.
+    pub half_width: f32,
+    /// Young's modulus of the set alone [2 `k_ref` / l].
+    pub modulus: f32,
+}
+
+impl Set {
+    fn of([half_width, modulus]: [u32; 2]) -> Self {
+        Self { half_width: f32::from_bits(half_width), modulus: f32::from_bits(modulus) }
+    }
+}
+
+/// The sets of a body, the narrowest band first; none in most.
+#[derive(Clone, Copy)]
+pub(crate) struct Stiffening<'a> {
+    sets: &'a [[u32; 2]],
+    /// 2 V / l0^2 of each slot, V the volume of the tetrahedra around its link: times the modulus of
+    /// a set, the link's weight in it.
+    pub volumes: &'a [[f32; LANES]],
+    /// Rest lengths of the slots.
+    pub lengths: &'a [[f32; LANES]],
+    /// Groups of each slice, slices + 1.
+    pub rows: &'a [u32],
+    /// Other ends, by group and lane.
+    pub ids: &'a [[u16; LANES]],
+    /// Rest positions.
+    pub rest: &'a [[f32; 3]],
+}
+
+impl<'a> Stiffening<'a> {
+    pub const NONE: Self =
+        Self { sets: &[], volumes: &[], lengths: &[], rows: &[], ids: &[], rest: &[] };
+
+    /// Whether the body has any.
+    #[inline(always)]
+    pub fn is_any(&self) -> bool {
+        !self.sets.is_empty()
+    }
+
+    /// The sets, the narrowest band first.
+    #[inline(always)]
+    pub fn sets(self) -> impl Iterator<Item = Set> + use<'a> {
+        self.sets.iter().copied().map(Set::of)
+    }
+
+    /// The moduli of all sets together.
+    #[inline(always)]
+    pub fn modulus(&self) -> f32 {
+        self.sets().fold(0.0, |sum, set| sum + set.modulus)
+    }
+
+    /// The slots of a cell without padding: group and other end.
+    #[inline(always)]
+    pub fn slots_of(self, cell: usize) -> impl Iterator<Item = (usize, usize)> + use<'a> {
+        range(self.rows, cell / LANES).filter_map(move |group| {
+            let other = usize::from(*self.ids.get(group)?.get(cell % LANES)?);
+            (other != cell).then_some((group, other))
+        })
+    }
+
+    /// A value of a slot.
+    #[inline(always)]
+    pub fn at(values: &[[f32; LANES]], group: usize, cell: usize) -> f32 {
+        values.get(group).and_then(|lanes| lanes.get(cell % LANES)).copied().unwrap_or(0.0)
+    }
+
+    /// Weights of a cell's links in all sets together.
+    pub fn weight(&self, cell: usize) -> f32 {
+        let volumes = self.slots_of(cell).map(|(group, _)| Self::at(self.volumes, group, cell));
+        self.modulus() * volumes.fold(0.0, |sum, volume| sum + volume)
+    }
+
+    fn check_sets(self) -> Result<(), ModelError> {
+        let mut last = 0.0;
+        for (position, set) in self.sets().enumerate() {
+            let ascends = set.half_width > last;
+            last = set.half_width;
+            if !(ascends && HALF_WIDTHS.contains(&last) && MODULI.contains(&set.modulus)) {
+                return Err(ModelError::Value(kind::STIFFENING, position as u32));
+            }
+        }
+        Ok(())
+    }
+
+    /// Both ends of a link have the same value, and padding none.
+    fn check_slots(self, cells: usize) -> Result<(), ModelError> {
+        for (group, volumes) in self.volumes.iter().enumerate() {
+            let wrong = || ModelError::Value(kind::STIFFENING_SLOTS, group as u32);
+            if !volumes.iter().all(|volume| (0.0..=VOLUME_MAX).contains(volume)) {
+                return Err(wrong());
+            }
+        }
+        for slice in 0..cells.div_ceil(LANES) {
+            for group in range(self.rows, slice) {
+                let wrong = || ModelError::Value(kind::STIFFENING_SLOTS, group as u32);
+                for cell in slice * LANES..(slice + 1) * LANES {
+                    let here = Self::at(self.volumes, group, cell);
+                    let other = self.ids.get(group).and_then(|ids| ids.get(cell % LANES));
+                    let other = usize::from(*other.ok_or_else(wrong)?);
+                    let back = self.slots_of(other).find(|&(_, end)| end == cell);
+                    let there = back.map_or(0.0, |(group, _)| Self::at(self.volumes, group, other));
+                    if here != if cell < cells && cell != other { there } else { 0.0 } {
+                        return Err(wrong());
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'a> TermData<'a> for Stiffening<'a> {
+    fn read(sections: &Sections<'a>) -> Result<Self, ModelError> {
+        let Some(sets) = sections.optional::<[u32; 2]>(kind::STIFFENING)? else {
+            return Ok(Self::NONE);
+        };
+        if !(1..=STIFFENING_MAX).contains(&sets.len())
+            || sections.optional::<u32>(kind::NODAL)?.is_none()
+        {
+            return Err(ModelError::Layout);
+        }
+        let ids: &[[u16; LANES]] = sections.required(kind::SLICE_NEIGHBOURS)?;
+        Ok(Self {
+            sets,
+            volumes: sections.sized(kind::STIFFENING_SLOTS, ids.len())?,
+            lengths: sections.sized(kind::SLICE_LENGTHS, ids.len())?,
+            rows: sections.required(kind::SLICE_ROWS)?,
+            ids,
+            rest: sections.required(kind::REST)?,
+        })
+    }
+
+    fn check(&self, model: &Model<'_>) -> Result<(), ModelError> {
+        self.check_sets()?;
+        self.check_slots(model.cells())
+    }
+
+    fn add_bound(&self, cell: usize, sum: f32) -> f32 {
+        if self.is_any() { sum + self.weight(cell) } else { sum }
+    }
+
+    fn rests(&self, _: &Model<'_>) -> bool {
+        true
+    }
+
+    fn each_of_row(&self, cell: usize, visit: &mut impl FnMut(usize, f32)) {
+        let half = 0.5 * self.modulus();
+        for (group, other) in self.slots_of(cell) {
+            let weight = half * Self::at(self.volumes, group, cell);
+            visit(cell, weight);
+            visit(other, -weight);
+        }
+    }
+
+    fn stiffening(&self, unit_pa: f32, visit: &mut impl FnMut(f32, f32)) {
+        for set in self.sets() {
+            visit(set.half_width, set.modulus * unit_pa);
+        }
+    }
+}

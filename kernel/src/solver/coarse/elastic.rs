@@ -1,0 +1,131 @@
+//! The coarse level of nodal shapes: the elasticity of the rest shape between basis functions.
+//!
+//! The bound L of nodal shapes is several times as stiff as they are: it knows of no rotation, and
+//! takes every change of a shape as one of its volume. Steps that are certain by it are short. The
+//! direction of the next pass needs no certainty, since the guard judges the pass:
+//!
+//! ```text
+//! z = m r + P R B R' P' r,   B = (P' K P + room)^-1
+//! ```
+//!
+//! K is the second derivative of the energy at rest, for all three axes together; R turns each
+//! basis function by the rotation of one cell below it, so that a body that has turned is met in
+//! its own frame (corotated; Mueller, Gross 2004). m is 2.1 over the trace of K at the cell, some
+//! times 1 / W. What is published is the point of a pass that the guard took, plus its r / W alone,
+//! which is certain ([`track`](crate::Track)).
+//!
+//! A cell that the tool holds has no residual, and does not follow its basis functions; they are
+//! left as they are. That is as good as correcting B for it, and costs nothing when the tool takes
+//! hold, whatever it holds.
+//!
+//! Memory with n basis functions: 36 n^2 bytes of the image for B; in RAM 36 bytes a basis function
+//! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications beside restriction and prolongation.
+
+use super::vector;
+use crate::backend::Work;
+use crate::backend::f32x8::F32x8;
+use crate::model::coarse_basis::{CoarseBasis, ElasticLevel};
+use crate::number::cell::{add, scale};
+use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
+use crate::terms::residual::Terms;
+use crate::terms::term::Term;
+
+/// Room that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
+/// eight `f32`\].
+#[must_use]
+pub const fn elastic_room(functions: usize) -> usize {
+    9 * functions.div_ceil(LANES)
+}
+
+/// a x b.
+fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
+
+/// Turns the vectors of the basis functions, x, y and z apart, by the rotations of their cells, or
+/// back by them.
+pub(crate) fn turn(
+    terms: Terms<'_, '_>,
+    basis: &CoarseBasis<'_>,
+    vectors: &mut [Eight],
+    back: bool,
+) {
+    let Some(ElasticLevel { turns, .. }) = basis.elastic() else { return };
+    let stride = basis.stride();
+    let Some((x, rest)) = vectors.as_flattened_mut().split_at_mut_checked(stride) else { return };
+    let Some((y, z)) = rest.split_at_mut_checked(stride) else { return };
+    for (((x, y), z), &cell) in x.iter_mut().zip(y).zip(z).zip(turns) {
+        let turn = terms.model.others.turn(terms.states.at(cell.into()));
+        let Some([real, a, b, c]) = turn else { continue };
+        let axis = if back { [-a, -b, -c] } else { [a, b, c] };
+        let v = [*x, *y, *z];
+        // v + 2 a x (a x v + w v).
+        let inner = add(cross(axis, v), scale(real, v));
+        [*x, *y, *z] = add(v, scale(2.0, cross(axis, inner)));
+    }
+}
+
+/// c = B g for the g in the room, which stays there as the last one; gives g . c and the last
+/// g . c.
+pub(crate) struct ElasticSolve<'a, 'm> {
+    pub basis: CoarseBasis<'m>,
+    pub room: &'a mut [Eight],
+}
+
+/// Blocks of c that are summed up side by side.
+const SIDE_BY_SIDE: usize = 6;
+
+impl Work for ElasticSolve<'_, '_> {
+    type Output = [TwoFloat; 2];
+
+    #[inline(always)]
+    fn run<V: F32x8>(self) -> [TwoFloat; 2] {
+        let blocks = self.basis.row_blocks();
+        let Some((g, rest)) = self.room.split_at_mut_checked(blocks) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        let Some((c, last)) = rest.split_at_mut_checked(blocks) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        let mut first = 0;
+        while first + SIDE_BY_SIDE <= blocks {
+            columns::<V, SIDE_BY_SIDE>(self.basis.inverse, blocks, first, g, c);
+            first += SIDE_BY_SIDE;
+        }
+        while first < blocks {
+            columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
+            first += 1;
+        }
+        let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);
+        for ((g, c), last) in g.iter().zip(c).zip(last) {
+            let c = V::load(c);
+            product.add(V::load(g).times(c));
+            mixed.add(V::load(last).times(c));
+            *last = *g;
+        }
+        [product.total(), mixed.total()]
+    }
+}
+
+/// N blocks of eight `f32` of c = B g, summed over the rows in ascending order.
+#[inline(always)]
+fn columns<V: F32x8, const N: usize>(
+    inverse: &[Eight],
+    blocks: usize,
+    first: usize,
+    g: &[Eight],
+    c: &mut [Eight],
+) {
+    let mut sums = [V::splat(0.0); N];
+    for (row, &g) in inverse.chunks_exact(blocks).zip(vector(g, blocks, 0).as_flattened()) {
+        let here = row.get(first..).and_then(|row| row.first_chunk::<N>());
+        let Some(here) = here else { continue };
+        let g = V::splat(g);
+        for (sum, b) in sums.iter_mut().zip(here) {
+            *sum = sum.plus(V::load(b).times(g));
+        }
+    }
+    for (sum, slot) in sums.into_iter().zip(c.iter_mut().skip(first)) {
+        sum.store(slot);
+    }
+}

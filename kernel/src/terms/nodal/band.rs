@@ -1,0 +1,184 @@
+//! The band of stretches: how far a shape is below the least stretch allowed.
+//!
+//! With R the carried rotation and S = sym(F R') - lo I, the shapes with S >= 0 are a convex set; for
+//! the nearest R they are those whose signed principal stretches are all at least lo. The nearest of
+//! them to F is F - S- R, S- the negative part of S, so the energy band / 2 V |S-|^2 is half a
+//! squared distance. Ordinary shapes have S >= 0, which three minors tell without eigenvalues
+//! (Sylvester).
+//!
+//! S- comes from the eigenvectors of S by cyclic Jacobi rotations (Golub, Van Loan, Matrix
+//! Computations, algorithm 8.4.1), a fixed number of them: of a matrix of three rows, four rounds
+//! leave nothing above the rounding.
+
+use super::matrix::{Matrix, both, dot, each, inner, three, times_transposed};
+use crate::backend::lane::{Lane, Real};
+
+/// Rounds of three rotations.
+const ROUNDS: usize = 4;
+
+/// S- R and |S-|^2 of a shape with the rotation R, 0 for one that is in the band; `None` where all
+/// lanes are.
+#[inline(always)]
+pub(super) fn short<V: Real>(
+    f: Matrix<V>,
+    turn: Matrix<V>,
+    least: f32,
+) -> Option<(Matrix<V>, Lane<V>)> {
+    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = times_transposed(f, turn);
+    let (half, least) = (Lane::of(0.5), Lane::of(least));
+    let diagonal = [xx - least, yy - least, zz - least];
+    let beside = [half * (xy + yx), half * (xz + zx), half * (yz + zy)];
+    let ([a, b, c], [p, q, r]) = (diagonal, beside);
+    let second = a * b - p * p;
+    let third = c * second - (a * r * r - (p + p) * q * r + b * q * q);
+    let zero = Lane::of(0.0);
+    let lowest = lower(lower(a, second), third);
+    let is_short = zero.above(lowest);
+    if !V::any(is_short) {
+        return None;
+    }
+    let negative = negative_part(diagonal, beside);
+    // Lanes within the band are left out whatever the others need.
+    let negative = each(negative, |x| Lane::select(is_short, x, zero));
+    let [s, t, u] = negative;
+    let [d, e, g] = turn;
+    let row = |[x, y, z]: [Lane<V>; 3]| {
+        let along = |at: [Lane<V>; 3]| dot([x, y, z], at);
+        let ([d0, d1, d2], [e0, e1, e2], [g0, g1, g2]) = (d, e, g);
+        [along([d0, e0, g0]), along([d1, e1, g1]), along([d2, e2, g2])]
+    };
+    Some(([row(s), row(t), row(u)], inner(negative, negative)))
+}
+
+#[inline(always)]
+fn lower<V: Real>(a: Lane<V>, b: Lane<V>) -> Lane<V> {
+    Lane::select(a.above(b), b, a)
+}
+
+/// One rotation that removes the element `off` between the diagonal elements `a` and `b`: its tangent
+/// times the element, cosine and sine.
+#[inline(always)]
+fn rotation<V: Real>(a: Lane<V>, b: Lane<V>, off: Lane<V>) -> [Lane<V>; 3] {
+    let (zero, one, two) = (Lane::of(0.0), Lane::of(1.0), Lane::of(2.0));
+    let apart = b - a;
+    let size = Lane::select(zero.above(apart), zero - apart, apart);
+    let way = Lane::select(zero.above(apart), zero - two, two) * off;
+    let length = size + (apart * apart + (off + off) * (off + off)).root();
+    let tangent = way / (length + Lane::of(f32::MIN_POSITIVE));
+    let cosine = one / (one + tangent * tangent).root();
+    [tangent * off, cosine, tangent * cosine]
+}
+
+/// Two columns of eigenvectors turned.
+#[inline(always)]
+fn turned<V: Real>(
+    one: [Lane<V>; 3],
+    other: [Lane<V>; 3],
+    cosine: Lane<V>,
+    sine: Lane<V>,
+) -> [[Lane<V>; 3]; 2] {
+    let ([a, b, c], [d, e, f]) = (one, other);
+    [
+        [cosine * a - sine * d, cosine * b - sine * e, cosine * c - sine * f],
+        [sine * a + cosine * d, sine * b + cosine * e, sine * c + cosine * f],
+    ]
+}
+
+/// The negative part of a symmetric matrix with these elements on the diagonal and beside it: of x
+/// with y, x with z and y with z.
+#[inline(always)]
+fn negative_part<V: Real>([mut a, mut b, mut c]: [Lane<V>; 3], beside: [Lane<V>; 3]) -> Matrix<V> {
+    let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
+    let [mut p, mut q, mut r] = beside;
+    let [mut x, mut y, mut z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+    for _ in 0..ROUNDS {
+        let [moved, cosine, sine] = rotation(a, b, p);
+        (a, b, p) = (a - moved, b + moved, zero);
+        (q, r) = (cosine * q - sine * r, sine * q + cosine * r);
+        [x, y] = turned(x, y, cosine, sine);
+        let [moved, cosine, sine] = rotation(a, c, q);
+        (a, c, q) = (a - moved, c + moved, zero);
+        (p, r) = (cosine * p - sine * r, sine * p + cosine * r);
+        [x, z] = turned(x, z, cosine, sine);
+        let [moved, cosine, sine] = rotation(b, c, r);
+        (b, c, r) = (b - moved, c + moved, zero);
+        (p, q) = (cosine * p - sine * q, sine * p + cosine * q);
+        [y, z] = turned(y, z, cosine, sine);
+    }
+    let below = |value: Lane<V>| Lane::select(zero.above(value), value, zero);
+    let [a, b, c] = three([a, b, c], below);
+    let outer = |value: Lane<V>, [x, y, z]: [Lane<V>; 3]| {
+        let [u, v, w] = [value * x, value * y, value * z];
+        [[u * x, u * y, u * z], [v * x, v * y, v * z], [w * x, w * y, w * z]]
+    };
+    let sum = both(outer(a, x), outer(b, y), |a, b| a + b);
+    both(sum, outer(c, z), |a, b| a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lanes(of: [[f32; 3]; 3]) -> Matrix<f32> {
+        each(of, Lane)
+    }
+
+    #[test]
+    fn shapes_in_the_band_have_no_part_out_of_it() {
+        for shape in [
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [[0.71, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 0.75]],
+            [[1.2, 0.3, -0.1], [0.3, 0.95, 0.05], [-0.1, 0.05, 1.4]],
+        ] {
+            let unit = lanes([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+            assert!(short(lanes(shape), unit, 0.7).is_none());
+        }
+    }
+
+    /// What is taken away leads to the nearest shape in the band: its least stretch is the least
+    /// allowed, and what was taken is at right angles to what is left above it.
+    #[test]
+    fn what_is_short_is_the_way_to_the_band() {
+        let mut seed = 1_u32;
+        let mut next = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32 * 2.0 - 1.0
+        };
+        let mut found = 0;
+        for _ in 0..2000 {
+            let (w, x, y, z) = (next(), next(), next(), next());
+            let size = (w * w + x * x + y * y + z * z).sqrt();
+            let turn = [w, x, y, z].map(|q| Lane(q / size));
+            let turn = super::super::nearest::rotation(turn);
+            let mut f = turn;
+            for row in &mut f {
+                for element in row {
+                    element.0 += 0.8 * next();
+                }
+            }
+            let Some((off, squared)) = short(f, turn, 0.7) else { continue };
+            found += 1;
+            // S of what is left has no negative minor beyond rounding, and S- its own length.
+            let left = both(f, off, |f, off| f - off);
+            let [[a, p, q], [p2, b, r], [q2, r2, c]] = times_transposed(left, turn);
+            let s = [
+                [a.0 - 0.7, 0.5 * (p.0 + p2.0), 0.5 * (q.0 + q2.0)],
+                [0.5 * (p.0 + p2.0), b.0 - 0.7, 0.5 * (r.0 + r2.0)],
+                [0.5 * (q.0 + q2.0), 0.5 * (r.0 + r2.0), c.0 - 0.7],
+            ];
+            let minors = [
+                s[0][0],
+                s[1][1],
+                s[2][2],
+                s[0][0] * s[1][1] - s[0][1] * s[0][1],
+                s[0][0] * s[2][2] - s[0][2] * s[0][2],
+                s[1][1] * s[2][2] - s[1][2] * s[1][2],
+            ];
+            assert!(minors.iter().all(|&minor| minor > -1e-4), "{minors:?}");
+            let across = inner(lanes(s), times_transposed(off, turn));
+            assert!(across.0.abs() < 1e-4, "{across:?}");
+            assert!((inner(off, off).0 - squared.0).abs() < 1e-4 * (1.0 + squared.0));
+        }
+        assert!(found > 1000, "{found}");
+    }
+}

@@ -1,0 +1,257 @@
+//! Stiffening: sets of bands on the links of a body of nodal shapes.
+//!
+//! Tissue is soft where it is little deformed and stiff beyond. A link of rest length l0 and length
+//! u is a spring wherever it is outside a band, and there may be several bands, one inside the
+//! other. With `h_s` half the width of band s, `E_s` its modulus and V the volume of the tetrahedra
+//! around the link
+//!
+//! ```text
+//! d_s = u - (1 + h_s) l0 above the band, u - (1 - h_s) l0 below it, 0 inside
+//! E   = sum over links and sets of w_s d_s^2 / 4,   w_s = 2 E_s V / l0^2
+//! r_i = sum over links and sets of w_s d_s / 2 along the link
+//! ```
+//!
+//! in the kernel's units. In a large even mesh set s adds Young's modulus `E_s` of Poisson's ratio
+//! 1/4 to what is strained beyond `h_s`.
+//!
+//! **The bound.** Each set is half the squared distance of a linear map to a shell, as the link of
+//! the paper is (Eq. 5 to 13): L is the Laplacian of weights sum of `w_s` / 2, W the sum of the
+//! weights, in every state. A link without a length of its own takes the direction of the rest
+//! shape.
+//!
+//! Cost: of a link inside all of its bands a gather and two comparisons; of others one root and two
+//! divisions, however many sets. No state. `f32` alone.
+
+use super::held::{Contact, Touched};
+use super::links::law::COINCIDENT;
+use super::nodal::places;
+use super::number::TermNumber;
+use super::state::Nothing;
+use super::term::{CellTerm, Term};
+use crate::backend::f32x8::F32x8;
+use crate::backend::lane::{Lane, Real};
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::range;
+use crate::model::stiffening::Stiffening;
+use crate::number::cell::{Cell, add, dot, scale, single, sub};
+use crate::number::sqrt::sqrt;
+use crate::number::two_float::LANES;
+
+/// Narrows the innermost band by what rounding may do, so that a link that is passed over has no
+/// force.
+const RIM: f32 = 1.0e-6;
+
+/// What links do: the factor of the way from here to there, and the sum of w d^2.
+struct Pull<V> {
+    factor: Lane<V>,
+    wd2: Lane<V>,
+}
+
+impl Stiffening<'_> {
+    /// Links of these squared lengths, rest lengths and volumes; `None` where all are inside their
+    /// bands.
+    #[inline(always)]
+    fn pull<V: Real>(self, u2: Lane<V>, l0: Lane<V>, volume: Lane<V>) -> Option<Pull<V>> {
+        let (zero, one) = (Lane::of(0.0), Lane::of(1.0));
+        let narrowest = Lane::of(self.sets().next()?.half_width);
+        let (high, low, l02) = (one + narrowest, one - narrowest, l0 * l0);
+        let is_long = u2.above(l02 * (high * high * Lane::of(1.0 - RIM)));
+        let is_short = (l02 * (low * low * Lane::of(1.0 + RIM))).above(u2);
+        let outside = Lane::select(is_long, one, Lane::select(is_short, one, zero));
+        if !V::any(outside.above(zero)) {
+            return None;
+        }
+        let (u, mut wd, mut wd2) = (u2.root(), zero, zero);
+        for set in self.sets() {
+            let (half_width, modulus) = (Lane::of(set.half_width), Lane::of(set.modulus));
+            let (over, under) = (u - l0 * (one + half_width), u - l0 * (one - half_width));
+            let short = Lane::select(zero.above(under), under, zero);
+            let d = Lane::select(over.above(zero), over, short);
+            wd = wd + modulus * d;
+            wd2 = wd2 + modulus * d * d;
+        }
+        // A link without a length takes the rest shape's way, which is l0 long.
+        let is_void = (l02 * Lane::of(COINCIDENT)).above(u2);
+        let along = Lane::select(is_void, l0 + l0, u + u);
+        let along = Lane::select(along.above(zero), along, one);
+        Some(Pull { factor: volume * wd / along, wd2: volume * wd2 })
+    }
+
+    /// What one link does to `cell`: its force, and w d^2.
+    fn force(
+        self,
+        (group, cell, other): (usize, usize, usize),
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> Option<([f32; 3], f32)> {
+        let way = sub(at(other), at(cell));
+        let (u2, l0) = (dot(way, way), Self::at(self.lengths, group, cell));
+        let volume = Self::at(self.volumes, group, cell);
+        let Pull { factor, wd2 } = self.pull(Lane(u2), Lane(l0), Lane(volume))?;
+        let place = |cell: usize| self.rest.get(cell).copied().unwrap_or([0.0; 3]);
+        let is_void = u2 < COINCIDENT * (l0 * l0);
+        let way = if is_void { sub(place(other), place(cell)) } else { way };
+        Some((scale(factor.0, way), wd2.0))
+    }
+
+    /// What the links of a cell do to it.
+    fn residual(self, cell: usize, at: &impl Fn(usize) -> [f32; 3], sum: Cell) -> Cell {
+        let slots = self.slots_of(cell);
+        let forces = slots.filter_map(|(group, other)| self.force((group, cell, other), at));
+        forces.fold(sum, |sum, ([x, y, z], wd2)| sum.plus(Cell([x, y, z, wd2])))
+    }
+
+    /// The links of a slice with a link that has no length, cell by cell.
+    #[cold]
+    #[inline(never)]
+    fn one_by_one(self, slice: usize, at: &[Cell], lanes: &mut [[f32; LANES]; 4]) {
+        let place = |cell: usize| at.get(cell).map_or([0.0; 3], |cell| cell.xyz());
+        for lane in 0..LANES {
+            let mut sum = Cell::ZERO;
+            for (value, lanes) in sum.0.iter_mut().zip(lanes.iter()) {
+                *value = lanes.get(lane).copied().unwrap_or(0.0);
+            }
+            let Cell(sum) = self.residual(slice * LANES + lane, &place, sum);
+            for (value, lanes) in sum.into_iter().zip(lanes.iter_mut()) {
+                if let Some(slot) = lanes.get_mut(lane) {
+                    *slot = value;
+                }
+            }
+        }
+    }
+}
+
+impl Term for Stiffening<'_> {
+    type State = Nothing;
+
+    #[inline(always)]
+    fn begin_tick(
+        self,
+        _: usize,
+        state: Nothing,
+        _: &impl Fn(usize) -> [f32; 3],
+    ) -> (Nothing, f64) {
+        (state, 0.0)
+    }
+
+    #[inline(always)]
+    fn update(self, _: usize, state: Nothing, _: &impl Fn(usize) -> [f32; 3]) -> Nothing {
+        state
+    }
+
+    #[inline(always)]
+    fn update_slice<V: F32x8>(self, _: usize, _: &[Cell], _: &mut [Nothing; LANES]) {}
+
+    fn accumulate<N: TermNumber>(
+        self,
+        awake: &SliceSet,
+        v: &[Cell<N>],
+        residual: &mut [Cell<N>],
+        _: &mut N::Tally,
+        output: &impl Fn([N; 3]) -> [N; 3],
+        _: &impl Fn(usize) -> Nothing,
+    ) {
+        if !self.is_any() {
+            return;
+        }
+        let place = |cell: usize| v.get(cell).map_or([0.0; 3], |v| single(output(v.xyz())));
+        let slices = v.len().div_ceil(LANES);
+        for cell in awake.iter(slices).flat_map(|slice| cells_of(slice, v.len())) {
+            let Some(r) = residual.get_mut(cell) else { continue };
+            let before = Cell(r.0.map(N::single));
+            *r = Cell(self.residual(cell, &place, before).0.map(N::from_single));
+        }
+    }
+
+    #[inline(always)]
+    fn slice<V: F32x8>(
+        self,
+        slice: usize,
+        at: &[Cell],
+        sum: &mut [V; 4],
+        _: &impl Fn(usize) -> Nothing,
+    ) {
+        if !self.is_any() {
+            return;
+        }
+        let (before, last) = (*sum, at.len().saturating_sub(1));
+        let place = |cell: usize| at.get(cell).map_or([0.0; 4], |cell| cell.0);
+        let here = places::<V>(|lane| place((slice * LANES + lane).min(last)));
+        let mut is_void = V::splat(0.0).below(V::splat(0.0));
+        for group in range(self.rows, slice) {
+            let slots = self.ids.get(group).zip(self.lengths.get(group));
+            let Some(((ids, lengths), volumes)) = slots.zip(self.volumes.get(group)) else {
+                continue;
+            };
+            let there = places::<V>(|lane| place(ids.get(lane).copied().map_or(0, usize::from)));
+            let ([a, b, c], [p, q, r]) = (here, there);
+            let [x, y, z] = [p - a, q - b, r - c];
+            let (u2, l0) = (x * x + y * y + z * z, Lane(V::load(lengths)));
+            let Some(pull) = self.pull(u2, l0, Lane(V::load(volumes))) else { continue };
+            let void = (Lane::of(COINCIDENT) * (l0 * l0)).above(u2);
+            is_void = V::either(is_void, void);
+            let [sx, sy, sz, wd2] = *sum;
+            let [fx, fy, fz] = [pull.factor * x, pull.factor * y, pull.factor * z];
+            *sum = [sx.plus(fx.0), sy.plus(fy.0), sz.plus(fz.0), wd2.plus(pull.wd2.0)];
+        }
+        if V::any(is_void) {
+            let mut lanes = [[0.0; LANES]; 4];
+            for (sum, lanes) in before.into_iter().zip(&mut lanes) {
+                sum.store(lanes);
+            }
+            self.one_by_one(slice, at, &mut lanes);
+            for (sum, lanes) in sum.iter_mut().zip(&lanes) {
+                *sum = V::load(lanes);
+            }
+        }
+    }
+
+    fn cell<N: TermNumber>(
+        self,
+        cell: usize,
+        at: &impl Fn(usize) -> [N; 3],
+        _: &impl Fn(usize) -> Nothing,
+        add_to: &mut impl FnMut(CellTerm),
+    ) {
+        let at = |cell: usize| single(at(cell));
+        let (mut residual, mut stored, mut length) = ([0.0; 3], 0.0, 0.0);
+        let modulus = self.modulus();
+        for (group, other) in self.slots_of(cell) {
+            let Some((force, wd2)) = self.force((group, cell, other), &at) else { continue };
+            residual = add(residual, force);
+            stored += wd2;
+            let [x, y, z] = sub(at(other), at(cell));
+            let weight = modulus * Self::at(self.volumes, group, cell);
+            length += weight * (x.abs() + y.abs() + z.abs());
+        }
+        if self.is_any() {
+            add_to(CellTerm { residual, wd2: stored, length });
+        }
+    }
+
+    fn touched<N: TermNumber>(
+        self,
+        held: &[Contact<N>],
+        output: &impl Fn(usize) -> [N; 3],
+        _: &impl Fn(usize) -> Nothing,
+        sums: &mut Touched,
+    ) {
+        let at = |cell: usize| single(output(cell));
+        for cell in held.iter().map(Contact::cell) {
+            for (group, other) in self.slots_of(cell) {
+                let is_held = held.binary_search_by_key(&other, Contact::cell).is_ok();
+                let counted = other < cell && is_held;
+                if !counted && let Some((force, wd2)) = self.force((group, cell, other), &at) {
+                    let (wd, way) = (2.0 * sqrt(dot(force, force)), sub(at(other), at(cell)));
+                    sums.wd2 = sums.wd2.plus(wd2.into());
+                    sums.scale += wd2 + wd * sqrt(dot(way, way));
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_move(self, cell: usize, squared: f32, sum: f32) -> f32 {
+        if self.is_any() { sum + 2.0 * self.weight(cell) * squared } else { sum }
+    }
+}
