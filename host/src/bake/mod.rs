@@ -9,12 +9,14 @@
 //! - `order`, `slices`: the order of the cells, and their links for vector units.
 //! - `coarse_basis`: the coarse level of `track`, `--hats`.
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
+//! - `contact`: the surface that a probe meets, `--probe-contact`.
 //! - `colours`: the order of `gauss-seidel`, `--colours`.
 //! - `notes`: node groups and border, for selectors.
 //! - `image`: the file.
 
 mod coarse_basis;
 mod colours;
+mod contact;
 mod embedded;
 mod groups;
 mod image;
@@ -30,6 +32,7 @@ use chaincell_kernel::model::rest_length;
 
 pub use coarse_basis::BasisSpacing;
 use coarse_basis::Bound;
+pub use contact::ProbeContact;
 pub use groups::{Groups, partition};
 pub use image::ImageBytes;
 use image::Sections;
@@ -87,6 +90,8 @@ pub struct BakeOptions {
     pub colours: bool,
     /// Leave out what only a display or a vector unit needs.
     pub lean: bool,
+    /// What a probe touches on a body of nodal shapes.
+    pub probe_contact: ProbeContact,
     /// Groups of nodes, each of them a cell; every node is one if absent.
     pub cells: Option<usize>,
 }
@@ -104,6 +109,7 @@ impl Default for BakeOptions {
             coarse_basis: BasisSpacing::BySize,
             colours: false,
             lean: false,
+            probe_contact: ProbeContact::Cells,
             cells: None,
         }
     }
@@ -208,7 +214,7 @@ fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
             return Err(Error::input(format!("{name} {value}: must be from 1e-11 to 1e11")));
         }
     }
-    Ok(())
+    contact::check(mesh, options)
 }
 
 /// At most three bands, each with a width of its own.
@@ -445,6 +451,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     }
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);
+    contact::push(&mut sections, plan.mesh(), body, (options, reference));
     if !options.lean {
         embedded::push(&mut sections, plan, body);
     }

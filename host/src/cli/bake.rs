@@ -8,7 +8,7 @@ use super::model_file;
 use super::reports::ModelReport;
 use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
-use crate::bake::{BakeOptions, BasisSpacing, bake};
+use crate::bake::{BakeOptions, BasisSpacing, ProbeContact, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::write_whole;
 use crate::interrupt;
@@ -140,6 +140,10 @@ pub struct BodyArgs {
     /// embedded by --cells, and the links once more in slices for vector units
     #[arg(long)]
     lean: bool,
+    /// What a probe touches: cells of the surface, or points of its triangles, which no probe slips
+    /// between; on a body of --young-pa
+    #[arg(long, value_enum, default_value_t = ProbeContactArg::Cells, value_name = "WHAT")]
+    probe_contact: ProbeContactArg,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -150,6 +154,21 @@ pub struct BodyArgs {
 enum Units {
     M,
     Mm,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ProbeContactArg {
+    Surface,
+    Cells,
+}
+
+impl From<ProbeContactArg> for ProbeContact {
+    fn from(arg: ProbeContactArg) -> Self {
+        match arg {
+            ProbeContactArg::Surface => Self::Surface,
+            ProbeContactArg::Cells => Self::Cells,
+        }
+    }
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -215,6 +234,7 @@ impl BodyArgs {
             coarse_basis: spacing(&self.hats)?,
             colours: self.colours,
             lean: self.lean,
+            probe_contact: self.probe_contact.into(),
             cells: self.cells,
         };
         Ok((mesh, fixed, options))

@@ -9,6 +9,7 @@ pub mod order;
 pub mod staged;
 pub mod threads;
 pub mod tissue;
+mod touch;
 
 use std::cell::OnceCell;
 
@@ -25,30 +26,8 @@ pub use chaincell_kernel::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use threads::Threads;
 use tissue::{Node, Refusal, Sweeps};
-
-/// What the tool touches while engaged.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Contact {
-    /// Cells that it holds: ascending, none fixed.
-    Cells(Vec<u16>),
-    /// Surface cells that a sphere around the tool pushes out.
-    Probe {
-        /// Radius \[m\].
-        radius_m: f32,
-        /// Most cells that it touches at a time.
-        capacity: usize,
-    },
-}
-
-impl Contact {
-    /// Contact slots that the tissue needs.
-    fn slots(&self) -> usize {
-        match self {
-            Self::Cells(cells) => cells.len(),
-            Self::Probe { capacity, .. } => *capacity,
-        }
-    }
-}
+pub use touch::Contact;
+use touch::TouchMemory;
 
 /// Arrays of a tissue under the scheme `D`.
 struct Memory<D: Dynamics> {
@@ -59,6 +38,7 @@ struct Memory<D: Dynamics> {
     room: Vec<[f32; 8]>,
     contacts: Vec<Slot<D::Number>>,
     states: Vec<TermState>,
+    touch: TouchMemory,
     threads: Option<Threads>,
 }
 
@@ -77,6 +57,7 @@ impl<D: Dynamics> Memory<D> {
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
             states: vec![TermState::REST; model.kept_states()],
+            touch: TouchMemory::for_contact(model, contact),
             threads: None,
         }
     }
@@ -90,6 +71,7 @@ impl<D: Dynamics> Memory<D> {
             room: &mut self.room,
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
+            touch: self.touch.room(),
             team: self.threads.as_ref().map_or(Team::ALONE, |threads| Team::of(threads)),
         }
     }
@@ -199,7 +181,8 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     fn ram_bytes(&self) -> usize {
         let (cells, contacts, room) = (self.state.len(), self.contacts.len(), self.room.len());
         let arrays = chaincell_kernel::array_bytes::<D>(cells, contacts, room);
-        size_of::<Head<D>>() + arrays + self.states.len() * size_of::<TermState>()
+        let states = self.states.len() * size_of::<TermState>();
+        size_of::<Head<D>>() + arrays + states + self.touch.ram_bytes()
     }
 }
 

@@ -368,6 +368,11 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_PROBE_HATS = -89,
     /**
+     * A probe meets the triangles of this model's surface, which this library does not do: bake it
+     * with `--probe-contact cells`.
+     */
+    CHAINCELL_CODE_CONTACT_PROBE_SURFACE = -90,
+    /**
      * The tissue belongs to another model.
      */
     CHAINCELL_CODE_STATE_MODEL = -100,

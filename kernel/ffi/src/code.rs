@@ -103,6 +103,9 @@ pub enum Code {
     /// Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
     /// `float`; room for 34 contact cells is enough for every model.
     ContactProbeHats = -89,
+    /// A probe meets the triangles of this model's surface, which this library does not do: bake it
+    /// with `--probe-contact cells`.
+    ContactProbeSurface = -90,
     /// The tissue belongs to another model.
     StateModel = -100,
     /// More or fewer positions than cells: `needed`, `available`.
@@ -127,7 +130,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 54] = [
+    pub(crate) const ALL: [Self; 55] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -172,6 +175,7 @@ impl Code {
         Self::ContactRadius,
         Self::ContactSurface,
         Self::ContactProbeHats,
+        Self::ContactProbeSurface,
         Self::StateModel,
         Self::StateCount,
         Self::StatePosition,
@@ -241,9 +245,8 @@ impl Code {
             Self::ContactSurface => {
                 c"the model has no surface: bake a mesh with triangles or tetrahedra, or name cells"
             }
-            Self::ContactProbeHats => {
-                c"too little room for a probe and the hats: initialise for 34 contacts or more"
-            }
+            Self::ContactProbeSurface => c"no probe on surfaces: bake --probe-contact cells",
+            Self::ContactProbeHats => c"too little room: initialise for 34 contacts or more",
             Self::StateModel => c"the tissue belongs to another model: initialise it again",
             Self::StateCount => c"there must be one position for each cell",
             Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
@@ -405,6 +408,10 @@ impl From<ContactError> for Refusal {
             ContactError::ProbeRoom { needed, room } => {
                 Self::sizes(Code::ContactProbeHats, needed, room)
             }
+            ContactError::SurfaceUnbuilt
+            | ContactError::SurfaceScheme
+            | ContactError::SurfaceRoom { .. }
+            | ContactError::RadiusMin { .. } => Code::ContactProbeSurface.into(),
         }
     }
 }

@@ -19,7 +19,7 @@ use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
     Dynamics, Head, I8F24, Model, Network, Number, NumberOf, TermState, TermStates, TissueMut,
-    array_bytes,
+    TouchRoom, array_bytes,
 };
 
 use crate::code::Code;
@@ -277,6 +277,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
                 states: TermStates::new(core::slice::from_raw_parts_mut(states, kept)),
+                touch: TouchRoom::none(),
                 team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),

@@ -7,6 +7,7 @@
 //! - `parts`: what threads share of a large body.
 //! - `nodal`: the numbers of nodal shapes.
 //! - `stiffening`: sets of bands on their links.
+//! - `surface`: what the surface resists a probe with.
 //! - `terms`: what the terms of the energy beside the links store, the static list of them.
 //! - `embedded_mesh`: nodes of a finer mesh that move with the cells.
 
@@ -22,6 +23,7 @@ mod query;
 mod read;
 #[cfg(feature = "nodal")]
 pub(crate) mod stiffening;
+pub(crate) mod surface;
 pub(crate) mod terms;
 mod validate;
 

@@ -3,6 +3,7 @@
 use super::coarse_basis::CoarseBasis;
 use super::embedded_mesh::EmbeddedMesh;
 use super::image::{ModelError, Sections, kind, params};
+use super::surface::ContactSurface;
 use super::terms::{Others, TermData};
 use super::validate;
 use crate::number::two_float::LANES;
@@ -57,6 +58,8 @@ pub struct Model<'a> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) triangles: &'a [[u16; 3]],
     pub(crate) tetrahedra: &'a [[u16; 4]],
+    /// What the triangles resist a probe with, where it touches them in place of cells.
+    pub(crate) contact: Option<&'a [[f32; 3]]>,
     pub(crate) notes: &'a [u8],
     pub(crate) embedded: Option<EmbeddedMesh<'a>>,
     /// Terms of the energy beside the links.
@@ -124,6 +127,7 @@ impl<'a> Model<'a> {
             normals,
             triangles: sections.optional(kind::TRIANGLES)?.unwrap_or(&[]),
             tetrahedra: sections.optional(kind::TETRAHEDRA)?.unwrap_or(&[]),
+            contact: ContactSurface::read(&sections)?,
             notes: sections.optional(kind::NOTES)?.unwrap_or(&[]),
             embedded: EmbeddedMesh::read(&sections, word(params::INPUT_NODES) as usize)?,
             others: Others::read(&sections)?,

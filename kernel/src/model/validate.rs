@@ -55,6 +55,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     input_ids(model)?;
     embedded_mesh(model)?;
     corners(kind::TRIANGLES, model.triangles.as_flattened(), model.cells())?;
+    model.contact_surface().map_or(Ok(()), |contact| contact.check())?;
     corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), model.cells())
 }
 

@@ -24,8 +24,14 @@ pub(super) const BOUNDED: f32 = 0.4;
 /// Range of alpha, for that curvature, and of beta.
 const ALPHA: [f32; 2] = [0.5, 3.0];
 const BETA: [f32; 2] = [-0.5, 1.0];
-/// Where the tool has pushed in between, the last way is no secant: the body goes on as it went.
-const PUSHED: [f32; 2] = [1.5, 0.75];
+/// Where the tool has pushed in between, the last way is no secant: the body goes on as it went, with
+/// this alpha for that curvature, and this beta.
+pub(super) const PUSHED: f32 = 1.5;
+const GOES_ON: f32 = 0.75;
+/// The alpha where a sphere has pushed the surface: the direction is mostly the sphere's doing.
+pub(super) const PUSHED_BY_SPHERE: f32 = 2.5;
+/// What a sphere adds to z.Hz over r.z: both parts of M take the motion of the surface under it.
+pub(super) const OF_SPHERE: f32 = 0.5;
 
 /// Inner products of a pass.
 #[derive(Debug, Clone, Copy)]
@@ -61,15 +67,16 @@ fn clamp(value: f32, [low, high]: [f32; 2]) -> f32 {
 }
 
 impl Last {
-    /// alpha and beta of this step along a direction of so much z.Hz over r.z.
+    /// alpha and beta of this step along a direction of so much z.Hz over r.z; `pushed` is the alpha
+    /// behind a push, for the curvature of [`BOUNDED`].
     #[inline]
-    pub fn choose(&mut self, products: Products, curvature: f32) -> [f32; 2] {
+    pub fn choose(&mut self, products: Products, curvature: f32, pushed: f32) -> [f32; 2] {
         let Products { rz, rs, .. } = products;
         let step = match *self {
             Self::None => [careful(curvature), 0.0],
             Self::Pushed => {
-                let alpha = PUSHED[0] * (BOUNDED / curvature);
-                [alpha, if rs > 0.0 { PUSHED[1] } else { 0.0 }]
+                let alpha = pushed * (BOUNDED / curvature);
+                [alpha, if rs > 0.0 { GOES_ON } else { 0.0 }]
             }
             Self::Secant(before) => secant(products, before, curvature),
         };
@@ -139,7 +146,8 @@ mod tests {
     fn a_quadratic_is_solved_in_its_subspace() {
         // H = diag(0.4, 0.1) along z = (1, 0) and s = (0, 1), r = (1, 0.05): r.z = 1.
         let mut last = Last::Secant(0.05 + 0.1);
-        let [alpha, beta] = last.choose(Products { rz: 1.0, rs: 0.05, rz_last: 1.0 }, BOUNDED);
+        let [alpha, beta] =
+            last.choose(Products { rz: 1.0, rs: 0.05, rz_last: 1.0 }, BOUNDED, PUSHED);
         assert!((alpha - 2.5).abs() < 1e-5 && (beta - 0.5).abs() < 1e-5, "{alpha} {beta}");
         assert_eq!(last, Last::Secant(alpha + beta * 0.05));
     }
@@ -153,27 +161,30 @@ mod tests {
             (1.0, f32::NAN, 0.0, 1.0),
         ] {
             assert_eq!(
-                Last::Secant(before).choose(Products { rz, rs, rz_last }, BOUNDED),
+                Last::Secant(before).choose(Products { rz, rs, rz_last }, BOUNDED, PUSHED),
                 [1.0, 0.0]
             );
         }
         let any = Products { rz: 1.0, rs: -1.0, rz_last: 0.0 };
-        assert_eq!(Last::None.choose(any, BOUNDED), [1.0, 0.0]);
-        assert_eq!(Last::Pushed.choose(any, BOUNDED), [PUSHED[0], 0.0]);
-        assert_eq!(Last::Pushed.choose(Products { rs: 1.0, ..any }, BOUNDED), PUSHED);
+        assert_eq!(Last::None.choose(any, BOUNDED, PUSHED), [1.0, 0.0]);
+        assert_eq!(Last::Pushed.choose(any, BOUNDED, PUSHED), [PUSHED, 0.0]);
+        assert_eq!(
+            Last::Pushed.choose(Products { rs: 1.0, ..any }, BOUNDED, PUSHED),
+            [PUSHED, GOES_ON]
+        );
     }
 
     #[test]
     fn a_guess_shortens_steps_and_falls_back() {
         let mut guess = Guess::REST;
         let any = Products { rz: 1.0, rs: 1.0, rz_last: 0.0 };
-        let [first, _] = Last::Pushed.choose(any, guess.value());
+        let [first, _] = Last::Pushed.choose(any, guess.value(), PUSHED);
         assert!((first - 0.4).abs() < 1e-6, "{first}");
         (0..20).for_each(|_| guess.judge(true));
         assert_eq!(guess.value(), Guess::MOST);
-        let [alpha, beta] = Last::Pushed.choose(any, guess.value());
-        assert!((alpha - 0.03).abs() < 1e-6 && beta == PUSHED[1], "{alpha} {beta}");
-        assert!((Last::None.choose(any, guess.value())[0] - 0.02).abs() < 1e-6);
+        let [alpha, beta] = Last::Pushed.choose(any, guess.value(), PUSHED);
+        assert!((alpha - 0.03).abs() < 1e-6 && beta == GOES_ON, "{alpha} {beta}");
+        assert!((Last::None.choose(any, guess.value(), PUSHED)[0] - 0.02).abs() < 1e-6);
         (0..10_000).for_each(|_| guess.judge(false));
         assert!((guess.value() - 1.5).abs() < 1e-3);
     }

@@ -18,6 +18,8 @@ pub trait Dynamics: Scheme + Copy {
     const IS_ANYTIME: bool = false;
     /// Whether it moves bodies of nodal shapes.
     const TAKES_SHAPES: bool = false;
+    /// Whether a sphere may meet the triangles of a surface.
+    const TAKES_SURFACES: bool = false;
     /// Arrays for the residual: one, or none for a scheme that moves cells in place.
     const RESIDUALS: usize = 1;
     /// Arrays of cells the scheme needs besides state and residual.

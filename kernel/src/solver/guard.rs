@@ -39,8 +39,10 @@ pub(super) fn discards<N: LinkNumber>(
     // A number whose spacing is everywhere the same needs no sums.
     let is_even = N::GRAIN > 0.0;
     let reach = if is_even { N::GRAIN } else { model.saturation() };
-    is_above(Rounding::at_most(model, reach, energy.hi))
-        || !is_even && is_above(Rounding::of_pass(model, at, residual))
+    // Under a sphere the cells' bounds are beyond those of the model.
+    let is_touched = terms.touch.get().is_some();
+    !is_touched && is_above(Rounding::at_most(model, reach, energy.hi))
+        || !is_even && is_above(Rounding::of_pass(terms.mobility(), at, residual))
 }
 
 /// Whether a potential is above the level by more than half of an allowance.

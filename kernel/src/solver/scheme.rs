@@ -1,7 +1,7 @@
 //! What a scheme does, and what it works on.
 
 use super::awake::Awake;
-use super::coarse::Coarse;
+use super::coarse::{Coarse, CoarseTouch};
 use super::level::Level;
 use super::loops::Loops;
 use crate::backend::VectorUnit;
@@ -45,6 +45,8 @@ pub(crate) struct Body<'a, 'm, N = f32> {
     pub room: &'a mut [Eight],
     /// How the coarse level leaves the held cells alone; `None` where it cannot.
     pub coarse: Option<Coarse>,
+    /// What a sphere makes of an elastic coarse level.
+    pub coarse_touch: Option<&'a CoarseTouch>,
     /// The slices that a sweep looks at.
     pub awake: &'a mut Awake,
     pub level: &'a mut Level,

@@ -39,11 +39,11 @@
 use core::marker::PhantomData;
 
 use super::Dynamics;
-use super::coarse::Coarse;
 use super::coarse::deflation::{deflate, probe_room};
 use super::coarse::elastic::elastic_room;
 use super::coarse::held::{self, coarse_room};
-use super::conjugate::{BOUNDED, Guess, Last, Products};
+use super::coarse::{Coarse, CoarseTouch};
+use super::conjugate::{BOUNDED, Guess, Last, OF_SPHERE, PUSHED, PUSHED_BY_SPHERE, Products};
 use super::guard::{Pass, discards};
 use super::loops::{Loops, Moved, Points, coarse_basis};
 use super::scheme::{Body, Memory, Scheme};
@@ -82,6 +82,7 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     };
     const IS_ANYTIME: bool = true;
     const TAKES_SHAPES: bool = N::TAKES_SHAPES;
+    const TAKES_SURFACES: bool = N::TAKES_SHAPES;
     const ARRAYS: usize = 2;
     type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 2];
@@ -126,7 +127,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         }
         self.going = true;
         let coarse = body.coarse.filter(|_| !body.awake.set.is_empty(model.slice_count()));
-        let step = self.choose(terms, sums, points.residual, (&mut *body.room, coarse));
+        let step =
+            self.choose(terms, sums, points.residual, (&mut *body.room, coarse, body.coarse_touch));
         let level = *body.level;
         body.level.certify(potential.minus(step.certain));
         let beyond = if step.is_coarse {
@@ -161,11 +163,11 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         terms: Terms<'_, '_>,
         [fine, way, direction, own]: [TwoFloat; 4],
         residual: &[Cell<N>],
-        (room, coarse): (&mut [Eight], Option<Coarse>),
+        (room, coarse, touch): (&mut [Eight], Option<Coarse>, Option<&CoarseTouch>),
     ) -> Chosen {
         let (model, rs) = (terms.model, way.hi);
         if coarse.is_some() && elastic_level::<N>(model).is_some() {
-            let [product, mixed] = N::elastic(terms, residual, room);
+            let [product, mixed] = N::elastic(terms, residual, room, touch);
             let is_finite = product.hi.is_finite() && mixed.hi.is_finite();
             let [product, mixed] = if is_finite { [product, mixed] } else { [TwoFloat::ZERO; 2] };
             if !is_finite {
@@ -173,7 +175,12 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             }
             self.guess.judge(false);
             let (rz, rz_last) = (own.plus(product).hi, direction.plus(mixed).hi);
-            let factors = self.last.choose(Products { rz, rs, rz_last }, self.guess.value());
+            let products = Products { rz, rs, rz_last };
+            let guess = self.guess.value();
+            let factors = match terms.touch.get() {
+                Some(_) => self.last.choose(products, guess + OF_SPHERE, PUSHED_BY_SPHERE),
+                None => self.last.choose(products, guess, PUSHED),
+            };
             let certain = decrease(fine, TwoFloat::ZERO);
             return Chosen { certain, factors, is_coarse: rz > 0.0 };
         }
@@ -186,7 +193,7 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         // A product that is not finite bounds no move: such a move is left out.
         let coarse = if coarse.hi.is_finite() { coarse } else { TwoFloat::ZERO };
         let products = Products { rz: fine.plus(coarse).hi, rs, rz_last: direction.hi };
-        let factors = self.last.choose(products, BOUNDED);
+        let factors = self.last.choose(products, BOUNDED, PUSHED);
         Chosen { certain: decrease(fine, coarse), factors, is_coarse: coarse.hi > 0.0 }
     }
 
@@ -233,7 +240,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         };
         let mut falls = N::Sum::default();
         let (mut highest, still) = (N::ZERO, [N::ZERO; 3]);
-        let cells = body.state.iter_mut().zip(&*body.residual).zip(model.mobility).enumerate();
+        let cells =
+            body.state.iter_mut().zip(&*body.residual).zip(body.terms.mobility()).enumerate();
         for (cell, ((v, &r), &mobility)) in cells {
             if mobility > 0.0 {
                 let to = next(v.xyz(), r, mobility);

@@ -114,6 +114,32 @@ pub enum ContactError {
         /// Blocks there.
         room: usize,
     },
+    /// The model has a contact surface, and this kernel is built without the feature `surface`.
+    #[error(
+        "a probe meets this model's surface: build this program with the feature `surface`, or bake \
+         the model with `probe-contact` cells"
+    )]
+    SurfaceUnbuilt,
+    /// The scheme has no contact on surfaces.
+    #[error(
+        "a probe meets this model's surface under track and predict in single precision alone: \
+         take one of them, or bake the model with `probe-contact` cells"
+    )]
+    SurfaceScheme,
+    /// The radius asks for more samples than a triangle has.
+    #[error("the probe's radius must be at least {min_m} m on this model's surface")]
+    RadiusMin {
+        /// Smallest radius \[m\].
+        min_m: f32,
+    },
+    /// The tissue has too little room for a probe on the surface.
+    #[error("a probe on the surface needs room for {needed} cells, there is room for {capacity}")]
+    SurfaceRoom {
+        /// Cells of the model.
+        needed: usize,
+        /// Room.
+        capacity: usize,
+    },
 }
 
 /// Checks a list of contact cells against the model.

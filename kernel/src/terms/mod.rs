@@ -13,6 +13,7 @@
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
 //! - `probe`: which cells a sphere touches, and where it puts them.
 //! - [`rounding`]: how far rounding may move the energy.
+//! - `surface`: a sphere that meets the triangles of the surface.
 //! - `residual`, `sliced`: one pass, cell by cell and eight cells side by side.
 //!
 //! **Adding a term** takes a file here, a file in [`model`](crate::model), and its entry in the list
@@ -54,6 +55,7 @@ pub(crate) mod sliced;
 pub mod state;
 #[cfg(feature = "nodal")]
 mod stiffening;
+pub(crate) mod surface;
 pub(crate) mod term;
 #[cfg(test)]
 pub(crate) mod tests;

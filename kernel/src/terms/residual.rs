@@ -9,8 +9,10 @@ use super::held::Contact;
 use super::links::number::LinkNumber;
 use super::links::term::Links;
 use super::state::States;
+use super::surface::Touch;
 use super::term::{CellTerm, Term};
 use crate::backend::VectorUnit;
+use crate::backend::f32x8::Chunk;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::backend::team::Team;
@@ -33,6 +35,8 @@ pub(crate) struct Terms<'a, 'm> {
     pub current: Option<[f32; 3]>,
     /// What the terms keep of the cells.
     pub states: States<'a>,
+    /// The sphere that the tissue meets.
+    pub touch: Touch<'a>,
 }
 
 impl<'a, 'm> Terms<'a, 'm> {
@@ -40,6 +44,47 @@ impl<'a, 'm> Terms<'a, 'm> {
     #[inline(always)]
     pub fn links(&self) -> Links<'a, 'm> {
         Links { model: self.model, closed: self.closed }
+    }
+
+    /// 1 / W of every cell, with the sphere's part where there is one.
+    #[inline(always)]
+    pub fn mobility(&self) -> &'a [f32] {
+        self.touch.get().map_or(self.model.mobility, |touching| touching.mobility)
+    }
+
+    /// The own part of every cell's direction over r / W; empty without an elastic level.
+    #[inline(always)]
+    pub fn factors(&self) -> &'a [f32] {
+        if let Some(touching) = self.touch.get() {
+            return touching.factors;
+        }
+        let elastic = self.model.coarse_basis.and_then(|basis| basis.elastic());
+        elastic.map_or(&[], |level| level.factors)
+    }
+
+    /// Adds what the sphere does to the residuals of awake slices at the outputs of v.
+    #[inline(always)]
+    fn push<N: Number>(self, awake: &SliceSet, v: &[Cell<N>], residual: &mut [Cell<N>]) {
+        let Some(touching) = self.touch.get() else { return };
+        touching.pull(&self.outputs(v));
+        for slice in awake.iter(self.model.slice_count()) {
+            let Some(pulls) = touching.of_slice(slice) else { continue };
+            let cells = residual.get_mut(cells_of(slice, v.len())).unwrap_or_default();
+            for (r, pull) in cells.iter_mut().zip(pulls) {
+                *r = r.plus(Cell(pull.0.map(N::from_single)));
+            }
+        }
+    }
+
+    /// Works out what the sphere adds to the residuals at states v within K, to be asked for slice by
+    /// slice.
+    #[inline(always)]
+    pub fn pulls(self, v: &[Cell]) -> impl Fn(usize) -> Option<Chunk> + Copy + use<'a> {
+        if let Some(touching) = self.touch.get() {
+            touching.pull(&self.outputs(v));
+        }
+        let touch = self.touch;
+        move |slice| touch.get().and_then(|touching| touching.of_slice(slice))
     }
 
     /// Brings what the terms keep of the cells in awake slices up to the states v.
@@ -114,6 +159,7 @@ impl<'a, 'm> Terms<'a, 'm> {
         };
         let state = |cell| self.states.at(cell);
         self.model.others.accumulate(awake, v, residual, &mut tally, &|v| v, &state);
+        self.push(awake, v, residual);
         self.drive(residual, contacts);
         tally
     }
@@ -136,6 +182,7 @@ impl<'a, 'm> Terms<'a, 'm> {
         };
         let state = |cell| self.states.at(cell);
         self.model.others.accumulate(awake, v, residual, &mut tally, &|v| output(v, k), &state);
+        self.push(awake, v, residual);
         self.drive(residual, contacts);
         let mut lanes = N::WideSum::default();
         for (cell, r) in residual.iter().enumerate() {

@@ -94,7 +94,7 @@ impl Rounding {
     #[cold]
     #[inline(never)]
     pub(crate) fn of_pass<N: LinkNumber>(
-        model: &Model<'_>,
+        mobility: &[f32],
         at: &[Cell<N>],
         residual: &[Cell<N>],
     ) -> Self {
@@ -102,7 +102,7 @@ impl Rounding {
         // By index: a compiler unrolls a loop over iterators to several times its size.
         let mut cell = 0;
         while let (Some(at), Some(r), Some(&mobility)) =
-            (at.get(cell), residual.get(cell), model.mobility.get(cell))
+            (at.get(cell), residual.get(cell), mobility.get(cell))
         {
             let of = Self::of_cell(single(at.xyz()), mobility, r.w().single());
             sum.moment += of.moment;

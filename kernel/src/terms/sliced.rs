@@ -7,7 +7,7 @@ use super::links::sliced::SlicedLinks;
 use super::residual::Terms;
 use super::state::{CellState, State};
 use super::term::Term;
-use crate::backend::f32x8::F32x8;
+use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
@@ -90,8 +90,9 @@ pub(crate) fn residual(
     }
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
     let (slices, state) = (0..model.slice_count(), |cell| terms.states.at(cell));
+    let pulls = terms.pulls(at);
     #[rustfmt::skip]
-    let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+    let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
     run(terms.vectors, pass);
     true
 }
@@ -114,20 +115,22 @@ pub(crate) fn residual_in_parts(
     if terms.states.any() {
         run(terms.vectors, Update { terms, awake, at });
         let state = |cell| terms.states.at(cell);
+        let pulls = terms.pulls(at);
         for (part, (residual, reduce)) in each {
             let slices = parts::slices(model.cells(), part);
             #[rustfmt::skip]
-            let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+            let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
             run(terms.vectors, pass);
         }
         return true;
     }
-    let state = |_| State::REST;
+    let (state, pulls) = (|_| State::REST, |_| None);
+    // A body without states meets no sphere.
     let passes = [(); PARTS].map(|()| {
         let (part, (residual, reduce)) = each.next()?;
         let slices = parts::slices(model.cells(), part);
         #[rustfmt::skip]
-        let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+        let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
         Some(pass)
     });
     terms.team.run(terms.vectors, passes);
@@ -161,7 +164,7 @@ impl Work for Update<'_, '_> {
 }
 
 /// A pass over the awake slices among some, and what it sums on the way.
-pub(crate) struct SlicedResidual<'a, 'm, R, S> {
+pub(crate) struct SlicedResidual<'a, 'm, R, S, P> {
     pub model: &'a Model<'m>,
     pub current: Option<[f32; 3]>,
     pub links: SlicedLinks<'a, 'm>,
@@ -175,14 +178,18 @@ pub(crate) struct SlicedResidual<'a, 'm, R, S> {
     /// What the terms keep of a cell.
     pub state: S,
     pub reduce: &'a mut R,
+    /// What a sphere adds to the residuals of a slice.
+    pub pulls: P,
 }
 
-impl<R: Reduce, S: Fn(usize) -> State> Work for SlicedResidual<'_, '_, R, S> {
+impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize) -> Option<Chunk>> Work
+    for SlicedResidual<'_, '_, R, S, P>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<V: F32x8>(self) {
-        let Self { links, at, mut contacts, reduce, state, .. } = self;
+        let Self { links, at, mut contacts, reduce, state, pulls, .. } = self;
         let (cells, mut residual) = (Chunks::repeated(at), ChunksMut::new(self.residual));
         let (varied, even) = (links.differ(), links.even());
         let first = self.slices.start;
@@ -197,6 +204,11 @@ impl<R: Reduce, S: Fn(usize) -> State> Work for SlicedResidual<'_, '_, R, S> {
                 links.residual::<V, false>(slice, here, even)
             };
             self.model.others.slice(slice, at, &mut sum, &state);
+            if let Some(pulls) = pulls(slice) {
+                let [x, y, z, w] = V::transposed(&pulls);
+                let [a, b, c, d] = sum;
+                sum = [a.plus(x), b.plus(y), c.plus(z), d.plus(w)];
+            }
             if let Some(contacts) = contacts.of_slice(slice) {
                 drive(&mut sum, self.current, contacts);
             }

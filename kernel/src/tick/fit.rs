@@ -6,7 +6,8 @@ use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::number::two_float::Eight;
 use crate::solver::Dynamics;
-use crate::terms::held::Contact;
+use crate::terms::held::{Contact, ContactError};
+use crate::terms::surface::BUILT;
 
 /// RAM of the arrays of a body under the scheme `D`, without the scalars and without what terms
 /// keep \[bytes\]; `room` in blocks of eight `f32`.
@@ -41,6 +42,25 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let (needed, room) = (D::room(model, 0), self.room.len());
         if needed > room {
             return Err(ResetError::CoarseRoom { needed, room });
+        }
+        Ok(())
+    }
+
+    /// Whether scheme and memory are enough for a probe on a model with a contact surface.
+    pub(super) fn check_touch(&self, model: &Model<'_>, radius: f32) -> Result<(), ContactError> {
+        let Some(least) = model.probe_radius_min() else { return Ok(()) };
+        if BUILT == 0 {
+            return Err(ContactError::SurfaceUnbuilt);
+        }
+        if !D::TAKES_SURFACES {
+            return Err(ContactError::SurfaceScheme);
+        }
+        if radius < least {
+            return Err(ContactError::RadiusMin { min_m: least * model.unit_m() });
+        }
+        let (needed, capacity) = (model.cells(), self.touch.capacity());
+        if needed > capacity {
+            return Err(ContactError::SurfaceRoom { needed, capacity });
         }
         Ok(())
     }

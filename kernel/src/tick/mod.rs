@@ -6,7 +6,7 @@
 //! | step of a tick | what it does | file |
 //! |---|---|---|
 //! | sample | a bad one is replaced by the last good one for 10 ticks, then the safe state answers | `order` |
-//! | contact | held cells follow the tool, a probe places its contacts, or a current loads the cells | `tool`, `probe`, `current` |
+//! | contact | held cells follow the tool, a probe places its contacts, or a current loads the cells | `tool`, `probe`, `surface`, `current` |
 //! | bands | unloading closes or reopens them | `unloading` |
 //! | sweeps | [`Settings::sweeps`](crate::Settings::sweeps) link passes under the scheme | `order` |
 //! | output | force, energy, work, stiffness, contacts, flags | `output` |
@@ -21,7 +21,8 @@
 //! - [`settings`], [`sample`]: a run's parameters, a tick's input and output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, whether a model fits it, and why it refuses a
 //!   model or a state.
-//! - [`order`]: one tick; `tool`, `probe`, `current`, `unloading`, `output`: its parts.
+//! - [`order`]: one tick; `tool`, `probe`, `surface`, `current`, `unloading`, `output`: its parts.
+//! - [`touch_room`]: memory for a probe on a model with a contact surface.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
 
@@ -37,8 +38,10 @@ mod output;
 mod probe;
 pub mod sample;
 pub mod settings;
+mod surface;
 #[cfg(test)]
 mod tests;
 pub mod tissue;
 mod tool;
+pub mod touch_room;
 mod unloading;

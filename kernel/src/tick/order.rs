@@ -4,6 +4,7 @@
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
+use super::touch_room::TouchRoom;
 use crate::backend::team::Team;
 use crate::number::cell::Cell;
 use crate::number::two_float::{Eight, TwoFloat};
@@ -13,6 +14,7 @@ use crate::solver::scheme::{Body, Pace};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::state::States;
+use crate::terms::surface::{BUILT, Touch};
 use crate::terms::term::Term;
 
 /// Bad samples in a row that the last good one stands in for.
@@ -125,7 +127,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let chosen = self.contacts.len().min(self.head.chosen);
         // A probe finds its cells by itself.
-        let slots = if self.head.probe.is_some() { self.contacts.len() } else { chosen };
+        let is_surface = BUILT > 0 && network.model().has_contact_surface();
+        let slots = match self.head.probe {
+            Some(_) if is_surface => 0,
+            Some(_) => self.contacts.len(),
+            None => chosen,
+        };
         let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
         let (room, states) = (&mut *self.room, self.states.shared(network.model().kept_states()));
         let mut tick = Tick {
@@ -137,6 +144,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             room,
             contacts,
             states,
+            touch: self.touch.reborrow(),
             team: self.team,
             work: TwoFloat::ZERO,
             sweeps: 0,
@@ -148,6 +156,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
+            Some(radius) if is_surface => tick.press::<LATE>(&sample, radius),
             Some(radius) => tick.touch::<LATE>(&sample, radius),
             None => tick.follow(&sample),
         }
@@ -202,6 +211,7 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub room: &'a mut [Eight],
     pub contacts: &'a mut [Contact<D::Number>],
     pub states: States<'a>,
+    pub touch: TouchRoom<'a>,
     pub team: Team<'a>,
     /// What the tool's motion did to E.
     pub work: TwoFloat,
@@ -214,7 +224,8 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     pub fn terms(&self) -> Terms<'a, 'm> {
         let (model, current) = (self.network.model(), self.current());
         let (closed, vectors) = (self.head.closed, self.head.vectors);
-        Terms { model, closed, vectors, team: self.team, current, states: self.states }
+        let (team, states, touch) = (self.team, self.states, Touch::NONE);
+        Terms { model, closed, vectors, team, current, states, touch }
     }
 
     /// The corrections of the terms for this tick, and what they do to the energy.
@@ -247,20 +258,26 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         };
         let &Settings { sweeps, step, tick_time, .. } = self.network.settings();
         let pace = Pace { sweeps, step, tick_time };
+        let model = self.network.model();
+        let mut arrays = self.touch.arrays(self.state.len());
+        let nothing = (Touch::NONE, None);
+        let (touch, coarse_touch) = arrays.as_mut().map_or(nothing, |of| of.touching(model));
         let mut body = Body {
             terms: Terms {
-                model: self.network.model(),
+                model,
                 closed: self.head.closed,
                 vectors: self.head.vectors,
                 team: self.team,
                 current,
                 states: self.states,
+                touch,
             },
             pace,
             contacts,
             held,
             applied,
             coarse,
+            coarse_touch,
             state: self.state,
             residual: self.residual,
             own: self.own,

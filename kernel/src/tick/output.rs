@@ -6,6 +6,7 @@ use crate::number::cell::scale;
 use crate::number::clamp::clamped;
 use crate::solver::Dynamics;
 use crate::terms::held;
+use crate::terms::surface::BUILT;
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the
@@ -15,6 +16,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return 0.0;
         }
         let model = self.network.model();
+        if let Some(sphere) = self.touch.sphere() {
+            // The term's energy counts in 2 k_ref.
+            return 2.0 * model.stiffness_n_per_m() * sphere.met.stiffness;
+        }
         let weight = match self.head.probe {
             None => self.head.outer_weight,
             Some(_) => self.contacts.iter().fold(0.0, |weight, contact| {
@@ -22,6 +27,12 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             }),
         };
         model.stiffness_n_per_m() * weight
+    }
+
+    /// Cells that the tool acts on, or triangles of the surface.
+    fn contact_count(&self) -> u32 {
+        let sphere = self.touch.sphere();
+        sphere.map_or(self.contacts.len() as u32, |sphere| sphere.met.touched)
     }
 
     /// Force and energy of the state after the last update. A late tick repeats the force of the
@@ -38,6 +49,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if self.head.engaged {
             force_n = if LATE {
                 self.head.force_n
+            } else if BUILT > 0 && self.head.probe.is_some() && model.has_contact_surface() {
+                scale(model.force_unit_n(), self.feel())
             } else {
                 scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))
             };
@@ -54,7 +67,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             energy_j: self.head.level.published() * model.energy_unit_j(),
             work_j: self.work.hi * model.energy_unit_j(),
             stiffness_n_per_m: self.stiffness(),
-            contacts: if self.head.engaged { self.contacts.len() as u32 } else { 0 },
+            contacts: if self.head.engaged { self.contact_count() } else { 0 },
             sweeps: self.sweeps,
             flags: self.flags,
         }

@@ -6,6 +6,7 @@ use super::error::{ResetError, StateError};
 use super::hash::state_hash;
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
+use super::touch_room::TouchRoom;
 use crate::backend::VectorUnit;
 use crate::backend::team::Team;
 use crate::model::image::CELLS_MAX;
@@ -142,6 +143,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
             room: self.room.flat(),
             contacts: &mut self.contacts,
             states: TermStates::new(&mut self.states),
+            touch: TouchRoom::none(),
             team: Team::ALONE,
         }
     }
@@ -236,6 +238,8 @@ pub struct TissueMut<'a, D: Dynamics> {
     pub contacts: &'a mut [Contact<D::Number>],
     /// What the terms of the energy keep, of [`Model::kept_states`] cells.
     pub states: TermStates<'a>,
+    /// Room for a probe on a model with a contact surface.
+    pub touch: TouchRoom<'a>,
     /// Who runs the parts of a large body; it changes no bit.
     pub team: Team<'a>,
 }
@@ -256,6 +260,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.dynamics = dynamics;
         self.head.model = Some(network.model().checksum());
         self.head.vectors = VectorUnit::find();
+        self.touch.leave();
         self.residual.fill(Cell::ZERO);
         self.states.reset();
         for (v, rest) in self.state.iter_mut().zip(network.model().rest) {
@@ -308,6 +313,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.chosen = if kept.probe.is_some() { 0 } else { kept.chosen };
         self.head.level.forget();
         self.head.awake.wake_all(model);
+        self.touch.leave();
         self.states.reset();
         if kept.awake.is_sleepless() {
             self.head.awake.forbid_sleep(model);
@@ -392,6 +398,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if model.surface().is_empty() {
             return Err(ContactError::NoSurface);
         }
+        self.check_touch(model, radius)?;
         let (needed, room) = (D::probe_room(model), self.room.len());
         if needed > room {
             return Err(ContactError::ProbeRoom { needed, room });

@@ -8,6 +8,7 @@ use crate::number::cell::{Cell, add, from_single, output, sub};
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::terms::held::{self, Touched};
+use crate::terms::surface::BUILT;
 
 /// Bound of a coordinate of the wished displacement, so that its square stays finite.
 const DISPLACEMENT_MAX: f32 = 1.0e6;
@@ -39,6 +40,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         if self.head.probe.is_some() {
             if engaged != self.head.engaged {
+                if BUILT > 0 && !engaged {
+                    self.leave_surface();
+                }
                 self.head.deflated = Some(0);
                 self.head.chosen = 0;
                 // The first tick looks, late or not.

@@ -13,3 +13,4 @@ mod numbers;
 mod plane;
 mod probe;
 mod same_bits;
+mod surface;

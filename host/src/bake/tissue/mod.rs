@@ -82,7 +82,7 @@ pub(super) struct Shapes {
 }
 
 /// A value of each cell.
-fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
+pub(super) fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
     match value {
         PerCell::Uniform(value) => vec![*value; body.rest.len()],
         PerCell::Each(values) => body.node.iter().map(|&node| values[node as usize]).collect(),

@@ -21,6 +21,7 @@
 //! Memory with n basis functions: 36 n^2 bytes of the image for B; in RAM 36 bytes a basis function
 //! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications beside restriction and prolongation.
 
+use super::touched::CoarseTouch;
 use super::vector;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
@@ -28,6 +29,7 @@ use crate::model::coarse_basis::{CoarseBasis, ElasticLevel};
 use crate::number::cell::{add, scale};
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 use crate::terms::residual::Terms;
+use crate::terms::surface::BUILT;
 use crate::terms::term::Term;
 
 /// Room that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
@@ -55,14 +57,30 @@ pub(crate) fn turn(
     let Some((x, rest)) = vectors.as_flattened_mut().split_at_mut_checked(stride) else { return };
     let Some((y, z)) = rest.split_at_mut_checked(stride) else { return };
     for (((x, y), z), &cell) in x.iter_mut().zip(y).zip(z).zip(turns) {
-        let turn = terms.model.others.turn(terms.states.at(cell.into()));
-        let Some([real, a, b, c]) = turn else { continue };
-        let axis = if back { [-a, -b, -c] } else { [a, b, c] };
-        let v = [*x, *y, *z];
-        // v + 2 a x (a x v + w v).
-        let inner = add(cross(axis, v), scale(real, v));
-        [*x, *y, *z] = add(v, scale(2.0, cross(axis, inner)));
+        [*x, *y, *z] = turned_by(terms, cell, [*x, *y, *z], back);
     }
+}
+
+/// A vector of a basis function, turned by the rotation of its cell, or back by it.
+pub(crate) fn turned(
+    terms: Terms<'_, '_>,
+    basis: &CoarseBasis<'_>,
+    function: usize,
+    v: [f32; 3],
+    back: bool,
+) -> [f32; 3] {
+    let turns = basis.elastic().map_or(&[][..], |level| level.turns);
+    turns.get(function).map_or(v, |&cell| turned_by(terms, cell, v, back))
+}
+
+#[inline(always)]
+fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
+    let turn = terms.model.others.turn(terms.states.at(cell.into()));
+    let Some([real, a, b, c]) = turn else { return v };
+    let axis = if back { [-a, -b, -c] } else { [a, b, c] };
+    // v + 2 a x (a x v + w v).
+    let inner = add(cross(axis, v), scale(real, v));
+    add(v, scale(2.0, cross(axis, inner)))
 }
 
 /// c = B g for the g in the room, which stays there as the last one; gives g . c and the last
@@ -70,6 +88,8 @@ pub(crate) fn turn(
 pub(crate) struct ElasticSolve<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
+    /// What a sphere makes of B.
+    pub touch: Option<&'a CoarseTouch>,
 }
 
 /// Blocks of c that are summed up side by side.
@@ -95,6 +115,11 @@ impl Work for ElasticSolve<'_, '_> {
         while first < blocks {
             columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
             first += 1;
+        }
+        if BUILT > 0
+            && let Some(touch) = self.touch
+        {
+            touch.correct::<V>(&self.basis, c);
         }
         let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);
         for ((g, c), last) in g.iter().zip(c).zip(last) {

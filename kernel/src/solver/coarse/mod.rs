@@ -42,6 +42,7 @@
 //! - `held`: the corrections for chosen cells.
 //! - `deflation`: without the basis functions at a probe's contacts.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
+//! - `touched`: that level under a sphere.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod deflation;
@@ -52,11 +53,13 @@ pub(crate) mod sliced;
 mod solve;
 #[cfg(test)]
 pub(crate) mod tests;
+pub(crate) mod touched;
 
 pub use deflation::probe_room;
 pub use elastic::elastic_room;
 pub use held::coarse_room;
 pub(crate) use solve::{Coarse, Solve};
+pub use touched::CoarseTouch;
 
 use crate::number::two_float::Eight;
 

@@ -6,12 +6,13 @@
 
 use crate::model::coarse_basis::CoarseBasis;
 use crate::model::image::NO_HAT;
-use crate::model::{Model, range};
+use crate::model::range;
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::{Eight, LANES};
 use crate::solver::loops::Points;
 use crate::solver::loops::scalar::Range;
 use crate::solver::loops::scalar::track::factor;
+use crate::terms::residual::Terms;
 
 /// One value a corner of a box and axis.
 type Corners = [[f32; 3]; LANES];
@@ -95,13 +96,14 @@ pub(crate) fn at_cell(basis: &CoarseBasis<'_>, room: &[Eight], cell: usize) -> [
 
 /// The update of all free cells with the coarse direction; whether some coordinate is beyond K.
 pub(crate) fn step(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
     room: &[Eight],
     points: &mut Points<'_, f32>,
     [alpha, beta]: [f32; 2],
 ) -> bool {
-    let linear = Range::new(model.saturation());
+    let linear = Range::new(terms.model.saturation());
+    let (mobility, factors) = (terms.mobility(), terms.factors());
     let elastic = basis.elastic();
     let mut beyond = false;
     for at_box in 0..basis.corners.len() {
@@ -117,14 +119,14 @@ pub(crate) fn step(
                     points.at.get_mut(cell),
                     points.before.get_mut(cell),
                     points.residual.get(cell),
-                    model.mobility.get(cell),
+                    mobility.get(cell),
                 ) else {
                     continue;
                 };
                 let (y, last) = (at.xyz(), before.xyz());
                 let coarse = along(&corners, weights(pair, second));
                 let sure = scale(mobility, r.xyz());
-                let own = elastic.map_or(sure, |_| scale(factor(model, cell), sure));
+                let own = elastic.map_or(sure, |_| scale(factor(factors, cell), sure));
                 let z = add(own, coarse);
                 let next = add(y, elastic.map_or(z, |_| sure));
                 let ahead = add(add(y, scale(alpha, z)), scale(beta, sub(y, last)));

@@ -92,8 +92,8 @@ pub(crate) fn step(
     factors: [f32; 2],
 ) -> bool {
     match basis.elastic() {
-        None => steps::<false>(terms, basis, (room, terms.model.mobility), points, factors),
-        Some(level) => steps::<true>(terms, basis, (room, level.factors), points, factors),
+        None => steps::<false>(terms, basis, (room, terms.mobility()), points, factors),
+        Some(_) => steps::<true>(terms, basis, (room, terms.factors()), points, factors),
     }
 }
 
@@ -106,7 +106,7 @@ fn steps<const ELASTIC: bool>(
     factors: [f32; 2],
 ) -> bool {
     let (model, k) = (terms.model, terms.model.saturation());
-    let mobility = model.mobility;
+    let mobility = terms.mobility();
     if !basis.is_in_parts {
         let (boxes, mut beyond) = (0..basis.corners.len(), false);
         let (points, beyond_k) = (points.reborrow(), &mut beyond);

@@ -18,7 +18,7 @@ mod vfp;
 use fixed::types::I8F24;
 
 use super::awake::Awake;
-use super::coarse::Coarse;
+use super::coarse::{Coarse, CoarseTouch};
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
@@ -135,7 +135,7 @@ pub trait Loops: LinkNumber {
         factors: [f32; 2],
         moved: &mut Moved,
     ) {
-        scalar::track::step(terms.model, awake, points, factors, moved);
+        scalar::track::step(terms, awake, points, factors, moved);
     }
 
     /// The coarse part of the direction, into the room; gives its inner product with the
@@ -162,10 +162,15 @@ pub trait Loops: LinkNumber {
         false
     }
 
-    /// The direction of an elastic level, into the room; gives its inner products with the residual
+    /// The direction of an elastic level, under a sphere or not, into the room; gives its inner products with the residual
     /// and with the last one.
-    fn elastic(terms: Terms<'_, '_>, residual: &[Cell<Self>], room: &mut [Eight]) -> [TwoFloat; 2] {
-        let _ = (terms, residual, room);
+    fn elastic(
+        terms: Terms<'_, '_>,
+        residual: &[Cell<Self>],
+        room: &mut [Eight],
+        touch: Option<&CoarseTouch>,
+    ) -> [TwoFloat; 2] {
+        let _ = (terms, residual, room, touch);
         [TwoFloat::ZERO; 2]
     }
 

@@ -12,7 +12,7 @@ use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::awake::Awake;
 use crate::solver::coarse::elastic::{self, ElasticSolve};
 use crate::solver::coarse::sliced::Restrict;
-use crate::solver::coarse::{self, Coarse, Solve};
+use crate::solver::coarse::{self, Coarse, CoarseTouch, Solve};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::sliced::{self as sliced_terms, Energy};
@@ -61,13 +61,12 @@ impl Loops for f32 {
         factors: [f32; 2],
         moved: &mut Moved,
     ) {
-        let model = terms.model;
         match terms.vectors {
             Some(_) => sliced::track::step(terms, awake, points, factors, moved),
             #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-            None => vfp::track(model, awake, points, factors, moved),
+            None => vfp::track(terms, awake, points, factors, moved),
             #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
-            None => scalar::track::step(model, awake, points, factors, moved),
+            None => scalar::track::step(terms, awake, points, factors, moved),
         }
     }
 
@@ -90,17 +89,22 @@ impl Loops for f32 {
     ) -> bool {
         let Some(basis) = terms.model.coarse_basis else { return false };
         if terms.vectors.is_none() {
-            return coarse::scalar::step(terms.model, &basis, room, points, [alpha, beta]);
+            return coarse::scalar::step(terms, &basis, room, points, [alpha, beta]);
         }
         coarse::sliced::step(terms, &basis, room, points, [alpha, beta])
     }
 
-    fn elastic(terms: Terms<'_, '_>, residual: &[Cell], room: &mut [Eight]) -> [TwoFloat; 2] {
+    fn elastic(
+        terms: Terms<'_, '_>,
+        residual: &[Cell],
+        room: &mut [Eight],
+        touch: Option<&CoarseTouch>,
+    ) -> [TwoFloat; 2] {
         let Some(basis) = terms.model.coarse_basis else { return [TwoFloat::ZERO; 2] };
         restrict(terms, basis, residual, room);
         let vector = basis.row_blocks();
         elastic::turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
-        let products = run(terms.vectors, ElasticSolve { basis, room });
+        let products = run(terms.vectors, ElasticSolve { basis, room, touch });
         elastic::turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
         products
     }

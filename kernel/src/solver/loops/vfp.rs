@@ -13,6 +13,7 @@ use crate::number::two_float::LANES;
 use crate::solver::awake::Awake;
 use crate::solver::loops::scalar;
 use crate::solver::loops::{Moved, Points};
+use crate::terms::residual::Terms;
 
 /// Hands the cells of awake slices to `update(watched, cells, beyond)`: those of each slice whose
 /// neighbours may be asleep, `watched`, alone, and it says whether one of them started to move; the
@@ -42,17 +43,17 @@ fn by_runs(
 
 /// See `Loops::track_step`.
 pub(crate) fn track(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     awake: &Awake,
     points: &mut Points<'_, f32>,
     factors: [f32; 2],
     moved: &mut Moved,
 ) {
-    by_runs(model, awake, moved, |watched, cells, beyond| {
+    by_runs(terms.model, awake, moved, |watched, cells, beyond| {
         if watched {
-            return scalar::track::update::<f32, true>(model, &cells, points, factors, beyond);
+            return scalar::track::update::<f32, true>(terms, &cells, points, factors, beyond);
         }
-        *beyond |= run_track(model, cells, points, factors);
+        *beyond |= run_track(terms, cells, points, factors);
         false
     })
 }
@@ -77,18 +78,18 @@ pub(crate) fn euler(
 
 /// The update of `track`; whether some coordinate is beyond K.
 fn run_track(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     cells: Range<usize>,
     points: &mut Points<'_, f32>,
     [alpha, beta]: [f32; 2],
 ) -> bool {
-    let linear = scalar::Range::new(model.saturation());
+    let linear = scalar::Range::new(terms.model.saturation());
     let (Some(published), Some(at), Some(before), Some(residual), Some(mobility)) = (
         points.published.get_mut(cells.clone()),
         points.at.get_mut(cells.clone()),
         points.before.get_mut(cells.clone()),
         points.residual.get(cells.clone()),
-        model.mobility.get(cells.clone()),
+        terms.mobility().get(cells.clone()),
     ) else {
         return false;
     };

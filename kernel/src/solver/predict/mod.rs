@@ -57,6 +57,7 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
         Self { track: Track::REST, prepared: None, is_known: false, ahead: [0.0; 3] };
     const IS_ANYTIME: bool = true;
     const TAKES_SHAPES: bool = true;
+    const TAKES_SURFACES: bool = true;
     const ARRAYS: usize = ARRAYS;
     const POINTS: usize = TRACK;
     type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];

@@ -149,16 +149,18 @@ impl System<'_, '_> {
         if let Some(basis) = basis {
             scalar::restrict(&basis, self.residual, self.room);
             if basis.elastic().is_some() {
-                run(self.vectors, ElasticSolve { basis, room: self.room });
+                run(self.vectors, ElasticSolve { basis, room: self.room, touch: None });
             } else {
                 let coarse = Coarse::Corrected(self.held.len());
                 run(self.vectors, Solve { basis, room: self.room, coarse });
             }
         }
+        let elastic = basis.and_then(|basis| basis.elastic());
+        let factors = elastic.map_or(&[][..], |level| level.factors);
         for (cell, (product, residual)) in self.product.iter_mut().zip(&*self.residual).enumerate()
         {
             let mobility = self.model.mobility.get(cell).copied().unwrap_or(0.0);
-            let fine = scale(mobility * factor(self.model, cell), residual.xyz());
+            let fine = scale(mobility * factor(factors, cell), residual.xyz());
             let coarse = basis.map_or([0.0; 3], |basis| scalar::at_cell(&basis, self.room, cell));
             *product = Cell::at(add(fine, coarse));
         }

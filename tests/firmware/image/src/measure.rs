@@ -32,6 +32,7 @@ pub fn part<'a>(tissue: &'a mut Tissue) -> TissueMut<'a, Scheme> {
         room: tissue.room,
         contacts: tissue.contacts,
         states: tissue.states.reborrow(),
+        touch: tissue.touch.reborrow(),
         team: tissue.team,
     }
 }

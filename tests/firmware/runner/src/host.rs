@@ -7,7 +7,7 @@ use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, Model, Network, Predict, Rkl1, Rkl2, Settings, TermState,
-    TermStates, TissueMut, ToolSample, Track,
+    TermStates, TissueMut, ToolSample, TouchRoom, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
@@ -130,6 +130,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],
         states: TermStates::new(&mut states),
+        touch: TouchRoom::none(),
         team: Team::ALONE,
     };
     act.act(ready.scene, tissue)

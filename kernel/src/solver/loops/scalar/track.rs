@@ -5,7 +5,7 @@ use core::ops;
 use super::{Range, part, part_mut};
 use crate::backend::slice_set::{Iter, SliceSet};
 use crate::backend::slices::cells_of;
-use crate::model::{Model, parts};
+use crate::model::parts;
 use crate::number::Sum;
 use crate::number::cell::{Cell, add, scale, sub};
 use crate::number::two_float::TwoFloat;
@@ -27,24 +27,24 @@ pub(crate) fn residual<N: Loops, const SUMS: usize>(
         return [TwoFloat::ZERO; SUMS];
     }
     if parts::count(model.cells()) > 1 {
-        return in_parts(model, awake, points, tally);
+        return in_parts(terms, awake, points, tally);
     }
-    sums(model, awake.iter(model.slice_count()), points, tally)
+    sums(terms, awake.iter(model.slice_count()), points, tally)
 }
 
 /// The sums of a body of several parts. Not inlined: no firmware's body has any.
 #[cold]
 #[inline(never)]
 fn in_parts<N: Loops, const SUMS: usize>(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     awake: &SliceSet,
     points: &Points<'_, N>,
     mut tally: N::Tally,
 ) -> [TwoFloat; SUMS] {
     let mut totals = [TwoFloat::ZERO; SUMS];
     for part in 0..parts::PARTS {
-        let slices = awake.iter_in(parts::slices(model.cells(), part));
-        totals = plus(totals, sums(model, slices, points, tally));
+        let slices = awake.iter_in(parts::slices(terms.model.cells(), part));
+        totals = plus(totals, sums(terms, slices, points, tally));
         // What is counted beside the sums is that of the whole body.
         tally = N::Tally::default();
     }
@@ -65,20 +65,21 @@ pub(crate) fn plus<const SUMS: usize>(
 /// The sums of some slices.
 #[inline(never)]
 fn sums<N: Loops, const SUMS: usize>(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     slices: Iter<'_>,
     points: &Points<'_, N>,
     tally: N::Tally,
 ) -> [TwoFloat; SUMS] {
     let is_elastic = SUMS > 4;
+    let (mobility, factors) = (terms.mobility(), terms.factors());
     let mut energy = N::WideSum::default();
     let (mut squared, mut way, mut direction, mut own) =
         (N::Sum::default(), N::Sum::default(), N::Sum::default(), N::Sum::default());
     for slice in slices {
-        let cells = cells_of(slice, model.cells());
+        let cells = cells_of(slice, mobility.len());
         let here = part(points.residual, &cells).zip(part(points.at, &cells));
         let there = part(points.published, &cells).zip(part(points.before, &cells));
-        let all = here.zip(there).zip(part(model.mobility, &cells)).enumerate();
+        let all = here.zip(there).zip(part(mobility, &cells)).enumerate();
         for (lane, (((r, at), (published, before)), &mobility)) in all {
             let (residual, before) = (r.xyz(), before.xyz());
             let z = scale(N::from_single(mobility), residual);
@@ -87,7 +88,7 @@ fn sums<N: Loops, const SUMS: usize>(
             squared.add(lane, N::inner(residual, z));
             way.add(lane, N::inner(residual, sub(at.xyz(), before)));
             if is_elastic {
-                let factor = N::from_single(factor(model, cells.start + lane));
+                let factor = N::from_single(factor(factors, cells.start + lane));
                 own.add(lane, N::inner(residual, scale(factor, z)));
                 last = scale(factor, last);
             }
@@ -104,26 +105,26 @@ fn sums<N: Loops, const SUMS: usize>(
 }
 
 /// The own part of a cell's direction over r / W.
-pub(crate) fn factor(model: &Model<'_>, cell: usize) -> f32 {
-    let elastic = model.coarse_basis.and_then(|basis| basis.elastic());
-    elastic.and_then(|level| level.factors.get(cell)).copied().unwrap_or(1.0)
+pub(crate) fn factor(factors: &[f32], cell: usize) -> f32 {
+    factors.get(cell).copied().unwrap_or(1.0)
 }
 
 /// See `Loops::track_step`.
 pub(crate) fn step<N: Loops>(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     awake: &Awake,
     points: &mut Points<'_, N>,
     factors: [f32; 2],
     moved: &mut Moved,
 ) {
+    let model = terms.model;
     for slice in awake.set.iter(model.slice_count()) {
         let cells = cells_of(slice, model.cells());
         // The neighbours of cells that moved before are awake.
         let started = if awake.spread.contains(slice) {
-            update::<N, false>(model, &cells, points, factors, &mut moved.beyond)
+            update::<N, false>(terms, &cells, points, factors, &mut moved.beyond)
         } else {
-            update::<N, true>(model, &cells, points, factors, &mut moved.beyond)
+            update::<N, true>(terms, &cells, points, factors, &mut moved.beyond)
         };
         if started {
             moved.slices.insert(slice);
@@ -133,16 +134,16 @@ pub(crate) fn step<N: Loops>(
 
 /// The update of some cells; with `WATCHED` whether one of them started to move.
 pub(crate) fn update<N: Loops, const WATCHED: bool>(
-    model: &Model<'_>,
+    terms: Terms<'_, '_>,
     cells: &ops::Range<usize>,
     points: &mut Points<'_, N>,
     factors: [f32; 2],
     beyond: &mut bool,
 ) -> bool {
     let [alpha, beta] = factors.map(N::from_single);
-    let range = Range::new(model.saturation());
+    let range = Range::new(terms.model.saturation());
     let mut started = false;
-    let from = part(points.residual, cells).zip(part(model.mobility, cells));
+    let from = part(points.residual, cells).zip(part(terms.mobility(), cells));
     let to = part_mut(points.published, cells)
         .zip(part_mut(points.at, cells))
         .zip(part_mut(points.before, cells));

@@ -6,7 +6,6 @@ use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::{Chunks, ChunksMut};
 use crate::backend::{Work, run};
-use crate::model::Model;
 use crate::model::parts::{self, PARTS};
 use crate::number::cell::Cell;
 use crate::number::two_float::{Lanes, Plain, TwoFloat};
@@ -28,10 +27,10 @@ pub(crate) struct Sums<'a, const SUMS: usize> {
 }
 
 impl<'a, const SUMS: usize> Sums<'a, SUMS> {
-    pub fn new(model: &'a Model<'_>, published: &'a [Cell], before: &'a [Cell]) -> Self {
+    pub fn new(terms: Terms<'a, '_>, published: &'a [Cell], before: &'a [Cell]) -> Self {
         Self {
-            mobility: Chunks::new(model.mobility, 0.0),
-            factors: Chunks::new(factors(model), 1.0),
+            mobility: Chunks::new(terms.mobility(), 0.0),
+            factors: Chunks::new(terms.factors(), 1.0),
             published: Chunks::repeated(published),
             before: Chunks::repeated(before),
             energy: Lanes::ZERO,
@@ -47,11 +46,6 @@ impl<'a, const SUMS: usize> Sums<'a, SUMS> {
         }
         totals
     }
-}
-
-/// The own parts of the cells' directions over r / W.
-fn factors<'m>(model: &Model<'m>) -> &'m [f32] {
-    model.coarse_basis.and_then(|basis| basis.elastic()).map_or(&[], |level| level.factors)
 }
 
 impl<const SUMS: usize> Reduce for Sums<'_, SUMS> {
@@ -93,7 +87,7 @@ pub(crate) fn residual<const SUMS: usize>(
     points: &mut Points<'_, f32>,
     contacts: &[Contact],
 ) -> Option<[TwoFloat; SUMS]> {
-    let mut sums = Sums::<SUMS>::new(terms.model, points.published, points.before);
+    let mut sums = Sums::<SUMS>::new(terms, points.published, points.before);
     sliced::residual(terms, awake, points.at, points.residual, contacts, &mut sums)
         .then(|| sums.totals())
 }
@@ -106,7 +100,7 @@ pub(crate) fn residual_in_parts<const SUMS: usize>(
     contacts: &[Contact],
 ) -> Option<[TwoFloat; SUMS]> {
     let Points { published, at, before, residual } = points;
-    let mut sums = [(); PARTS].map(|()| Sums::<SUMS>::new(terms.model, published, before));
+    let mut sums = [(); PARTS].map(|()| Sums::<SUMS>::new(terms, published, before));
     if !sliced::residual_in_parts(terms, awake, at, residual, contacts, &mut sums) {
         return None;
     }
@@ -121,7 +115,7 @@ pub(crate) fn step(
     factors: [f32; 2],
     moved: &mut Moved,
 ) {
-    let (mobility, saturation) = (terms.model.mobility, terms.model.saturation());
+    let (mobility, saturation) = (terms.mobility(), terms.model.saturation());
     if parts::count(mobility.len()) == 1 {
         let (slices, points) = (0..terms.model.slice_count(), points.reborrow());
         let step = Step { awake, slices, mobility, points, factors, saturation, moved };

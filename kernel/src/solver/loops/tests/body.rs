@@ -128,6 +128,7 @@ impl Body {
             normals: &[],
             triangles: &[],
             tetrahedra: &[],
+            contact: None,
             notes: &[],
             embedded: None,
             others: (Pins::NONE, NONE),

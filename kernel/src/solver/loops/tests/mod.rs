@@ -22,6 +22,7 @@ use crate::terms::links::sliced::SlicedLinks;
 use crate::terms::residual::Terms;
 use crate::terms::sliced::{Contacts, SlicedResidual};
 use crate::terms::state::States;
+use crate::terms::surface::Touch;
 use body::{Body, Link, Varied};
 
 /// Everything that a pass and the updates after it compute, as bits.
@@ -74,7 +75,8 @@ impl Case {
 
     fn terms<'a, 'm>(&self, model: &'a Model<'m>) -> Terms<'a, 'm> {
         let (closed, states) = (self.closed, States::NONE);
-        Terms { model, closed, vectors: None, team: Team::ALONE, current: None, states }
+        let (vectors, team, current, touch) = (None, Team::ALONE, None, Touch::NONE);
+        Terms { model, closed, vectors, team, current, states, touch }
     }
 
     /// Pass and updates cell by cell.
@@ -96,14 +98,14 @@ impl Case {
         self.outcome(
             model,
             &|terms, awake, points, held| {
-                let mut sums = sliced::track::Sums::new(model, points.published, points.before);
+                let mut sums = sliced::track::Sums::new(terms, points.published, points.before);
                 let links = SlicedLinks::of(terms.links(), points.at).unwrap();
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
                 let (contacts, reduce) = (Contacts::new(held), &mut sums);
                 let (current, slices) = (terms.current, 0..model.slice_count());
-                let state = |cell| terms.states.at(cell);
+                let (state, pulls) = (|cell| terms.states.at(cell), |_| None);
                 #[rustfmt::skip]
-                let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce };
+                let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
                 run(unit, pass);
                 sums.totals()
             },

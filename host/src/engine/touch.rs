@@ -1,0 +1,79 @@
+//! What the tool touches, and memory for a probe on a model with a contact surface.
+
+use chaincell_kernel::{Cell, CoarseTouch, Model, NearTriangle, Sphere, TouchArrays, TouchRoom};
+
+/// What the tool touches while engaged.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Contact {
+    /// Cells that it holds: ascending, none fixed.
+    Cells(Vec<u16>),
+    /// Surface cells that a sphere around the tool pushes out.
+    Probe {
+        /// Radius \[m\].
+        radius_m: f32,
+        /// Most cells that it touches at a time.
+        capacity: usize,
+    },
+}
+
+impl Contact {
+    /// Contact slots that the tissue needs.
+    pub(super) fn slots(&self) -> usize {
+        match self {
+            Self::Cells(cells) => cells.len(),
+            Self::Probe { capacity, .. } => *capacity,
+        }
+    }
+}
+
+/// Most triangles in reach of a probe; where more are, the nearest ones are kept.
+const TRIANGLES: usize = 1024;
+
+/// The arrays; empty where no probe meets a surface.
+#[derive(Default)]
+pub struct TouchMemory {
+    mobility: Vec<f32>,
+    factors: Vec<f32>,
+    pulls: Vec<Cell>,
+    near: Vec<NearTriangle>,
+    coarse: Vec<CoarseTouch>,
+    sphere: Vec<Sphere>,
+}
+
+impl TouchMemory {
+    /// For a probe on a model that has such a surface.
+    pub fn for_contact(model: &Model<'_>, contact: &Contact) -> Self {
+        if !model.has_contact_surface() || !matches!(contact, Contact::Probe { .. }) {
+            return Self::default();
+        }
+        let cells = model.cells();
+        Self {
+            mobility: vec![0.0; cells],
+            factors: vec![0.0; cells],
+            pulls: vec![Cell::ZERO; cells],
+            near: vec![NearTriangle::NONE; TRIANGLES],
+            coarse: vec![CoarseTouch::NONE],
+            sphere: vec![Sphere::AWAY],
+        }
+    }
+
+    pub fn room(&mut self) -> TouchRoom<'_> {
+        TouchRoom::new(TouchArrays {
+            mobility: &mut self.mobility,
+            factors: &mut self.factors,
+            pulls: &mut self.pulls,
+            near: &mut self.near,
+            coarse: &mut self.coarse,
+            sphere: &mut self.sphere,
+        })
+    }
+
+    pub fn ram_bytes(&self) -> usize {
+        size_of_val(&*self.mobility)
+            + size_of_val(&*self.factors)
+            + size_of_val(&*self.pulls)
+            + size_of_val(&*self.near)
+            + size_of_val(&*self.coarse)
+            + size_of_val(&*self.sphere)
+    }
+}

@@ -1,0 +1,124 @@
+//! The surface in an image that a probe touches: what the triangles of `TRIANGLES` resist with.
+
+use super::Model;
+use super::image::{ModelError, Sections, contact, kind};
+use crate::number::sqrt::sqrt;
+
+/// Ranges far beyond what meshes and tissue have.
+const NUMBERS: core::ops::RangeInclusive<f32> = 1.0e-12..=1.0e12;
+/// Contact is this many times as stiff as tissue as deep as an edge is long, at least and at most.
+const STIFFNESS: [f32; 2] = [6.0, 20.0];
+/// Of the radius over the length of an edge.
+const OF_RADIUS: f32 = 8.0;
+/// Samples stand so many radii apart, at most.
+const SPACING: f32 = 0.45;
+/// Most samples along an edge.
+const PARTS_MAX: f32 = 32.0;
+
+/// The triangles that a probe touches, and what each resists with.
+#[derive(Clone, Copy)]
+pub(crate) struct ContactSurface<'a> {
+    /// Corners, outward.
+    pub triangles: &'a [[u16; 3]],
+    numbers: &'a [[f32; 3]],
+}
+
+/// A triangle at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Triangle {
+    /// E a / h [2 `k_ref`], a its area and h the mean length of its edges.
+    pub stiffness: f32,
+    /// h [mean link lengths].
+    pub edge: f32,
+    /// a [mean link lengths squared].
+    pub area: f32,
+}
+
+impl Triangle {
+    /// Stiffness of all samples together under a sphere [2 `k_ref`].
+    pub fn weight(&self, radius: f32) -> f32 {
+        let [least, most] = STIFFNESS;
+        let times = OF_RADIUS * radius / self.edge;
+        // Not by `clamp`, which may panic.
+        let times = if times < least { least } else { times };
+        self.stiffness * if times > most { most } else { times }
+    }
+
+    /// Into so many parts each edge is cut, for a sample at the centre of each part.
+    pub fn parts(&self, radius: f32) -> u16 {
+        let parts = sqrt(self.area) / (SPACING * radius);
+        let parts = if parts < PARTS_MAX { parts } else { PARTS_MAX };
+        let whole = parts as u16;
+        (whole + u16::from(f32::from(whole) < parts)).max(2)
+    }
+}
+
+impl<'a> ContactSurface<'a> {
+    /// The numbers of an image, where it has them.
+    pub fn read(sections: &Sections<'a>) -> Result<Option<&'a [[f32; 3]]>, ModelError> {
+        let Some(numbers) = sections.optional::<[f32; 3]>(kind::CONTACT)? else {
+            return Ok(None);
+        };
+        if sections.optional::<u32>(kind::NODAL)?.is_none() {
+            return Err(ModelError::Layout);
+        }
+        let _: &[[u16; 3]] = sections.sized(kind::TRIANGLES, numbers.len())?;
+        Ok(Some(numbers))
+    }
+
+    /// Checks the numbers; the corners are those of `TRIANGLES`.
+    pub fn check(&self) -> Result<(), ModelError> {
+        for (position, numbers) in self.numbers.iter().enumerate() {
+            if !numbers.iter().all(|number| NUMBERS.contains(number)) {
+                return Err(ModelError::Value(kind::CONTACT, position as u32));
+            }
+        }
+        Ok(())
+    }
+
+    /// Corners and numbers of a triangle.
+    pub fn triangle(&self, index: usize) -> Option<([u16; 3], Triangle)> {
+        let numbers = self.numbers.get(index)?;
+        let at = |row: usize| numbers.get(row).copied().unwrap_or(1.0);
+        let [stiffness, edge, area] = [contact::STIFFNESS, contact::EDGE, contact::AREA].map(at);
+        Some((*self.triangles.get(index)?, Triangle { stiffness, edge, area }))
+    }
+}
+
+impl<'a> Model<'a> {
+    /// The triangles that a probe touches, where it does.
+    pub(crate) fn contact_surface(&self) -> Option<ContactSurface<'a>> {
+        Some(ContactSurface { triangles: self.triangles, numbers: self.contact? })
+    }
+
+    /// Whether a probe touches the triangles of the surface; else it touches cells.
+    #[must_use]
+    pub fn has_contact_surface(&self) -> bool {
+        self.contact.is_some()
+    }
+
+    /// Radius from which on samples stand as near to each other as they have to, less than that of
+    /// any probe to be taken [mean link lengths]; `None` where a probe touches cells.
+    #[must_use]
+    pub fn probe_radius_min(&self) -> Option<f32> {
+        let contact = self.contact_surface()?;
+        let areas = (0..contact.triangles.len()).filter_map(|index| contact.triangle(index));
+        let largest = areas.fold(0.0, |most, (_, of)| if of.area > most { of.area } else { most });
+        Some(sqrt(largest) / (SPACING * PARTS_MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_probes_meet_more_samples_and_softer_ones() {
+        let of = Triangle { stiffness: 2.0, edge: 1.0, area: 0.5 };
+        assert_eq!(
+            [0.1, 0.75, 1.0, 2.5, 10.0].map(|r| of.weight(r)),
+            [12.0, 12.0, 16.0, 40.0, 40.0]
+        );
+        assert_eq!([10.0, 0.79, 0.78, 0.5, 0.1, 1e-9].map(|r| of.parts(r)), [2, 2, 3, 4, 16, 32]);
+    }
+}

@@ -1,0 +1,85 @@
+//! What passes over the cells need of a sphere: the cells' bounds with it, and what it adds to
+//! their residuals.
+
+use core::cell;
+
+use super::BUILT;
+use super::meeting::{Ball, Press};
+use super::search::NearTriangle;
+use crate::backend::f32x8::Chunk;
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::number::cell::Cell;
+use crate::number::two_float::LANES;
+
+/// A sphere among its triangles during a tick.
+#[derive(Clone, Copy)]
+pub(crate) struct Touching<'a> {
+    pub ball: Ball,
+    pub near: &'a [NearTriangle],
+    /// The slices that have corners of these triangles.
+    pub slices: &'a SliceSet,
+    /// 1 / W of every cell with the sphere's part.
+    pub mobility: &'a [f32],
+    /// The own part of every cell's direction over r / W with the sphere's part; empty without an
+    /// elastic level.
+    pub factors: &'a [f32],
+    /// What the sphere adds to the residuals, written anew for each pass in those slices.
+    pub pulls: &'a [cell::Cell<Cell>],
+}
+
+impl Touching<'_> {
+    /// Works out what the sphere adds to the residuals of a pass at these outputs.
+    pub fn pull(&self, at: &impl Fn(usize) -> [f32; 3]) {
+        for slice in self.slices.iter(self.pulls.len().div_ceil(LANES)) {
+            let cells = self.pulls.get(cells_of(slice, self.pulls.len()));
+            cells.unwrap_or(&[]).iter().for_each(|pull| pull.set(Cell::ZERO));
+        }
+        for near in self.near {
+            let press = Press::of(&self.ball, near, near.corners.map(|cell| at(cell.into())));
+            if press.stiffness <= 0.0 {
+                continue;
+            }
+            for (&cell, more) in near.corners.iter().zip(press.corners) {
+                if let Some(pull) = self.pulls.get(usize::from(cell)) {
+                    pull.set(pull.get().plus(Cell(more)));
+                }
+            }
+        }
+    }
+
+    /// What is added to the residuals of a slice, where something may be.
+    #[inline(always)]
+    pub fn of_slice(&self, slice: usize) -> Option<Chunk> {
+        if !self.slices.contains(slice) {
+            return None;
+        }
+        let mut chunk = [Cell::ZERO; LANES];
+        let pulls = self.pulls.get(cells_of(slice, self.pulls.len())).unwrap_or(&[]);
+        for (slot, pull) in chunk.iter_mut().zip(pulls) {
+            *slot = pull.get();
+        }
+        Some(chunk)
+    }
+}
+
+/// The sphere that the tissue meets in this tick, if any; without size in a kernel without contact on
+/// surfaces.
+#[derive(Clone, Copy)]
+pub(crate) struct Touch<'a>([Option<Touching<'a>>; BUILT]);
+
+impl<'a> Touch<'a> {
+    /// No sphere.
+    pub const NONE: Self = Self([None; BUILT]);
+
+    /// A sphere.
+    pub fn of(touching: Option<Touching<'a>>) -> Self {
+        let mut touching = touching;
+        Self([(); BUILT].map(|()| touching.take()))
+    }
+
+    #[inline(always)]
+    pub fn get(&self) -> Option<&Touching<'a>> {
+        self.0.first()?.as_ref()
+    }
+}

@@ -1,0 +1,193 @@
+//! A probe on the triangles of a surface: it never slips through, its force does not jump, and what
+//! it costs the hand is what the body holds.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+
+/// Height of the top of the bodies \[m\].
+const TOP_M: f32 = 0.04;
+
+/// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
+fn block(probe_contact: ProbeContact) -> ImageBytes {
+    let mesh = load("box:11x11x6x0.008", &MeshOptions::default()).unwrap();
+    let nodes = mesh.nodes_m.iter().enumerate();
+    let ground: Vec<u32> =
+        nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
+}
+
+fn model(image: &ImageBytes) -> Model<'_> {
+    Model::from_bytes(image.as_bytes()).unwrap()
+}
+
+fn engine<'m>(model: Model<'m>, radius_m: f32, sweeps: u16) -> Engine<'m> {
+    let settings = Settings {
+        sweeps,
+        unloading: Unloading::Off,
+        max_tool_step_m: 0.01,
+        ..Settings::for_model(&model)
+    };
+    let contact = Contact::Probe { radius_m, capacity: 64 };
+    let network = Network::new(model, settings).unwrap();
+    Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact).unwrap()
+}
+
+/// The sphere so deep below the top \[m\], aside by `x_m`.
+fn at(x_m: f32, radius_m: f32, depth_m: f32) -> ToolSample {
+    ToolSample { position_m: [x_m, 0.3 * x_m, TOP_M + radius_m - depth_m].into(), engaged: 1 }
+}
+
+/// Down to a depth in so many ticks.
+fn press(
+    engine: &mut Engine<'_>,
+    (x_m, radius_m, depth_m): (f32, f32, f32),
+    ticks: u16,
+) -> TickOutput {
+    let mut last = None;
+    for tick in 0..=ticks {
+        let share = f32::from(tick) / f32::from(ticks);
+        last = Some(engine.tick(&at(x_m, radius_m, share * depth_m)));
+    }
+    last.unwrap()
+}
+
+#[test]
+fn a_sphere_smaller_than_an_edge_never_slips_through() {
+    let image = block(ProbeContact::Surface);
+    for (radius_m, x_m) in [(0.003, 0.0), (0.003, 0.0037), (0.002, 0.002)] {
+        let mut engine = engine(model(&image), radius_m, 4);
+        let (mut most, mut clamped) = (0.0_f32, false);
+        for tick in 0..300_u16 {
+            // 0.3 m/s down to 20 mm, then still.
+            let output = engine.tick(&at(x_m, radius_m, f32::from(tick.min(67)) * 0.0003));
+            let force = output.force_n.norm();
+            most = most.max(force);
+            clamped |= output.flags.contains(Flags::MOTION_CLAMPED);
+            if tick > 5 {
+                assert!(force > 0.9 * most, "{radius_m} {x_m} tick {tick}: {force} of {most}");
+            }
+        }
+        assert!(clamped && most > 0.005, "{radius_m} {x_m}: {most}");
+    }
+}
+
+#[test]
+fn a_slow_press_and_release_costs_nothing() {
+    let image = block(ProbeContact::Surface);
+    let radius_m = 0.006;
+    let mut engine = engine(model(&image), radius_m, 16);
+    let mut work = 0.0;
+    for tick in -50..=400_i16 {
+        work += f64::from(engine.tick(&at(0.001, radius_m, f32::from(tick) * 7.5e-6)).work_j);
+    }
+    let pressed = engine.tick(&at(0.001, radius_m, 0.003));
+    let energy = f64::from(pressed.energy_j);
+    assert!(pressed.force_n.z > 0.02 && pressed.contacts > 0, "{pressed:?}");
+    assert!((work / energy - 1.0).abs() < 0.01, "{work} {energy}");
+    let before = work;
+    for tick in (-50..=400_i16).rev() {
+        work += f64::from(engine.tick(&at(0.001, radius_m, f32::from(tick) * 7.5e-6)).work_j);
+    }
+    assert!(work.abs() < 0.002 * before, "{work} of {before}");
+    let mut released = at(0.001, radius_m, 0.0);
+    released.engaged = 0;
+    let output = engine.tick(&released);
+    assert!(
+        output.force_n.norm() == 0.0 && f64::from(output.energy_j) < 1e-4 * energy,
+        "{output:?}"
+    );
+}
+
+#[test]
+fn a_drag_and_back_leaves_nothing() {
+    let image = block(ProbeContact::Surface);
+    let radius_m = 0.008;
+    let mut engine = engine(model(&image), radius_m, 8);
+    let shape = (0.0, radius_m, 0.003);
+    press(&mut engine, shape, 200);
+    let mut settle = |ticks: u16, x_m: f32| {
+        (0..ticks).map(|_| engine.tick(&at(x_m, radius_m, 0.003))).last().unwrap().force_n
+    };
+    let before = settle(100, 0.0);
+    for tick in (0..=400_u16).chain((0..400).rev()) {
+        settle(1, f32::from(tick) * 2.0e-5);
+    }
+    let after = settle(100, 0.0);
+    assert!((after - before).norm() < 0.005 * before.norm(), "{before} {after}");
+}
+
+#[test]
+fn the_force_of_a_slide_does_not_jump() {
+    let image = block(ProbeContact::Surface);
+    let radius_m = 0.012;
+    let mut engine = engine(model(&image), radius_m, 8);
+    let mut last = press(&mut engine, (-0.01, radius_m, 0.003), 300).force_n;
+    let (first, mut most) = (last.norm(), 0.0_f32);
+    for tick in 0..200_u16 {
+        // 0.1 m/s.
+        let force = engine.tick(&at(-0.01 + f32::from(tick) * 1.0e-4, radius_m, 0.003)).force_n;
+        most = most.max((force - last).norm() / first);
+        last = force;
+    }
+    assert!(most < 0.02, "{most}");
+}
+
+#[test]
+fn a_sphere_engaged_inside_starts_small_and_grows() {
+    let image = block(ProbeContact::Surface);
+    let mut engine = engine(model(&image), 0.006, 8);
+    let first = engine.tick(&at(0.0, 0.006, 0.006)).force_n.norm();
+    let later =
+        (0..300).map(|_| engine.tick(&at(0.0, 0.006, 0.006)).force_n.norm()).last().unwrap();
+    assert!(first < 0.5 * later && later > 0.05, "{first} {later}");
+}
+
+/// Scalar and vector units, awake and asleep: the same bits, through contact and rollbacks.
+#[test]
+fn every_way_gives_the_same_bits() {
+    let image = block(ProbeContact::Surface);
+    let run = |scalar: bool| {
+        let mut engine = engine(model(&image), 0.006, 4);
+        if scalar {
+            engine.go_scalar();
+        }
+        (0..240_u16).map(move |tick| {
+            let depth = 0.0001 * f32::from(tick.min(60));
+            let mut sample = at(0.0002 * f32::from(tick.saturating_sub(60)), 0.006, depth);
+            sample.engaged = u32::from(tick < 200);
+            let output = engine.tick(&sample);
+            (output.force_n, output.energy_j.to_bits(), engine.state_hash())
+        })
+    };
+    assert!(run(false).eq(run(true)));
+}
+
+#[test]
+fn what_cannot_meet_a_surface_says_so() {
+    let image = block(ProbeContact::Surface);
+    let of = |scheme, radius_m| {
+        let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
+        let contact = Contact::Probe { radius_m, capacity: 64 };
+        Engine::with_contact(network, scheme, Arithmetic::F32, contact).map(drop)
+    };
+    let small = of(Scheme::Track, 1.0e-4).unwrap_err().to_string();
+    assert!(small.contains("radius must be at least 0.0003"), "{small}");
+    assert!(of(Scheme::Track, 0.001).is_ok() && of(Scheme::Predict, 0.001).is_ok());
+    let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
+    let options = BakeOptions { probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let links = bake(&mesh, &[0], &options).unwrap_err().to_string();
+    assert!(links.contains("`probe_contact` surface"), "{links}");
+}
+
+/// Without the section a probe touches cells, and the image is what it was.
+#[test]
+fn a_model_without_the_section_has_none() {
+    let (cells, surface) = (block(ProbeContact::Cells), block(ProbeContact::Surface));
+    assert!(!model(&cells).has_contact_surface() && model(&surface).has_contact_surface());
+    assert!(cells.as_bytes().len() < surface.as_bytes().len());
+}
