@@ -1,6 +1,9 @@
 //! What the tool touches, and memory for a probe on a model with a contact surface.
 
-use chaincell_kernel::{Cell, CoarseTouch, Model, NearTriangle, Sphere, TouchArrays, TouchRoom};
+use chaincell_kernel::{
+    Anchor, Cell, CoarseTouch, Model, NearTriangle, TOOLS_MAX, ToolState, TouchArrays, TouchRoom,
+    TouchState,
+};
 
 /// What the tool touches while engaged.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +31,8 @@ impl Contact {
 
 /// Most triangles in reach of a probe; where more are, the nearest ones are kept.
 const TRIANGLES: usize = 1024;
+/// Most samples that friction or grips hold.
+const SAMPLES: usize = 2048;
 
 /// The arrays; empty where no probe meets a surface.
 #[derive(Default)]
@@ -37,7 +42,9 @@ pub struct TouchMemory {
     pulls: Vec<Cell>,
     near: Vec<NearTriangle>,
     coarse: Vec<CoarseTouch>,
-    sphere: Vec<Sphere>,
+    anchors: Vec<Anchor>,
+    tools: Vec<ToolState>,
+    state: Vec<TouchState>,
 }
 
 impl TouchMemory {
@@ -53,7 +60,9 @@ impl TouchMemory {
             pulls: vec![Cell::ZERO; cells],
             near: vec![NearTriangle::NONE; TRIANGLES],
             coarse: vec![CoarseTouch::NONE],
-            sphere: vec![Sphere::AWAY],
+            anchors: vec![Anchor::NONE; 2 * SAMPLES],
+            tools: vec![ToolState::NONE; TOOLS_MAX],
+            state: vec![TouchState::AWAY],
         }
     }
 
@@ -64,7 +73,9 @@ impl TouchMemory {
             pulls: &mut self.pulls,
             near: &mut self.near,
             coarse: &mut self.coarse,
-            sphere: &mut self.sphere,
+            anchors: &mut self.anchors,
+            tools: &mut self.tools,
+            state: &mut self.state,
         })
     }
 
@@ -74,6 +85,8 @@ impl TouchMemory {
             + size_of_val(&*self.pulls)
             + size_of_val(&*self.near)
             + size_of_val(&*self.coarse)
-            + size_of_val(&*self.sphere)
+            + size_of_val(&*self.anchors)
+            + size_of_val(&*self.tools)
+            + size_of_val(&*self.state)
     }
 }

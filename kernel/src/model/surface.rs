@@ -54,6 +54,11 @@ impl Triangle {
 }
 
 impl<'a> ContactSurface<'a> {
+    #[cfg(test)]
+    pub fn of(triangles: &'a [[u16; 3]], numbers: &'a [[f32; 3]]) -> Self {
+        Self { triangles, numbers }
+    }
+
     /// The numbers of an image, where it has them.
     pub fn read(sections: &Sections<'a>) -> Result<Option<&'a [[f32; 3]]>, ModelError> {
         let Some(numbers) = sections.optional::<[f32; 3]>(kind::CONTACT)? else {

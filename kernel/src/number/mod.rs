@@ -30,6 +30,7 @@ pub mod float_env;
 mod single;
 #[allow(unsafe_code)]
 pub mod sqrt;
+pub mod turn;
 pub mod two_float;
 
 use core::fmt::Debug;

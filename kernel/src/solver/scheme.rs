@@ -115,6 +115,11 @@ pub trait Scheme {
         let _ = way;
     }
 
+    /// Tools moved on the surface, by this share of what they did in the last tick.
+    fn goes_on(&mut self, share: f32) {
+        let _ = share;
+    }
+
     /// Whether a cell has moved since the last pass, or has momentum.
     fn has_moved(
         state: &[Cell<Self::Number>],

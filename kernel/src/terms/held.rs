@@ -96,6 +96,45 @@ pub enum ContactError {
         /// Largest radius \[m\].
         max_m: f32,
     },
+    /// Tools meet a contact surface, and the model has none.
+    #[error("the model has no contact surface: bake it with `probe_contact` surface")]
+    NoContactSurface,
+    /// There is room for other numbers of tools.
+    #[error("{needed} tools: there must be 1 to {capacity}, as many as the tissue has room for")]
+    Tools {
+        /// Tools asked for.
+        needed: usize,
+        /// Most tools.
+        capacity: usize,
+    },
+    /// A tool has no parts, or too many.
+    #[error("tool {tool} must have 1 to {most} parts")]
+    Parts {
+        /// The tool, from 0.
+        tool: usize,
+        /// Most parts.
+        most: usize,
+    },
+    /// A part of a tool cannot be.
+    #[error(
+        "part {part} of tool {tool}: its radius must be above 0, its lengths finite and not \
+         negative, its turn a unit quaternion"
+    )]
+    Part {
+        /// The tool, from 0.
+        tool: usize,
+        /// The part, from 0.
+        part: usize,
+    },
+    /// The coefficient of friction is out of its range.
+    #[error("friction must be 0 to {max}")]
+    Friction {
+        /// Largest coefficient.
+        max: f32,
+    },
+    /// Friction holds samples, and the tissue has no room for any.
+    #[error("friction needs room for anchors: give the tissue some")]
+    AnchorRoom,
     /// A probe touches surface cells, and the model has none.
     #[error(
         "the model has no surface that a probe could touch: bake a mesh with triangles or \

@@ -22,7 +22,7 @@
 //! - [`tissue`], [`fit`], `error`: the state in RAM, whether a model fits it, and why it refuses a
 //!   model or a state.
 //! - [`order`]: one tick; `tool`, `probe`, `surface`, `current`, `unloading`, `output`: its parts.
-//! - [`touch_room`]: memory for a probe on a model with a contact surface.
+//! - [`tools`], [`pose`]: tools on a model with a contact surface; [`touch_room`]: memory for them.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
 
@@ -35,6 +35,7 @@ pub mod handover;
 pub mod hash;
 pub mod order;
 mod output;
+pub mod pose;
 mod probe;
 pub mod sample;
 pub mod settings;
@@ -43,5 +44,6 @@ mod surface;
 mod tests;
 pub mod tissue;
 mod tool;
+pub mod tools;
 pub mod touch_room;
 mod unloading;

@@ -1,6 +1,7 @@
 //! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs. The terms'
 //! corrections come before the contact.
 
+use super::pose::ToolPose;
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
 use super::tissue::{Head, TissueMut};
@@ -110,6 +111,31 @@ impl<D: Dynamics> TissueMut<'_, D> {
         sample: &ToolSample,
         more: impl FnMut(u16) -> bool,
     ) -> TickOutput {
+        self.run_with::<LATE>(network, sample, None, more)
+    }
+
+    /// The same for several tools: one function, whatever the caller.
+    #[inline(never)]
+    pub(super) fn run_poses<const LATE: bool>(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        poses: Option<&[ToolPose]>,
+        more: &mut dyn FnMut(u16) -> bool,
+    ) -> TickOutput {
+        self.run_with::<LATE>(network, sample, poses, more)
+    }
+
+    /// A tick whose tools have these poses; without any the sample is that of the first tool.
+    #[inline(always)]
+    fn run_with<const LATE: bool>(
+        &mut self,
+        network: &Network<'_>,
+        sample: &ToolSample,
+        poses: Option<&[ToolPose]>,
+        more: impl FnMut(u16) -> bool,
+    ) -> TickOutput {
+        let is_good = sample.is_good();
         let mut flags = Flags::default();
         let cells = network.model().cells();
         if self.head.model != Some(network.model().checksum()) {
@@ -156,7 +182,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            Some(radius) if is_surface => tick.press::<LATE>(&sample, radius),
+            Some(_) if is_surface => match poses {
+                None => tick.press::<LATE>(&[ToolPose::at(sample.position_m, sample.engaged)]),
+                Some(poses) if is_good => tick.press::<LATE>(poses),
+                // The last good poses stand.
+                Some(_) => tick.press::<LATE>(&[]),
+            },
             Some(radius) => tick.touch::<LATE>(&sample, radius),
             None => tick.follow(&sample),
         }

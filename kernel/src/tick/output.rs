@@ -16,9 +16,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return 0.0;
         }
         let model = self.network.model();
-        if let Some(sphere) = self.touch.sphere() {
+        if BUILT > 0 && !self.touch.tools().is_empty() && self.head.probe.is_some() {
+            let first = self.touch.tool(0);
             // The term's energy counts in 2 k_ref.
-            return 2.0 * model.stiffness_n_per_m() * sphere.met.stiffness;
+            return first.map_or(0.0, |tool| 2.0 * model.stiffness_n_per_m() * tool.met.stiffness);
         }
         let weight = match self.head.probe {
             None => self.head.outer_weight,
@@ -31,8 +32,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// Cells that the tool acts on, or triangles of the surface.
     fn contact_count(&self) -> u32 {
-        let sphere = self.touch.sphere();
-        sphere.map_or(self.contacts.len() as u32, |sphere| sphere.met.touched)
+        let tool = self.touch.tool(0);
+        tool.map_or(self.contacts.len() as u32, |tool| tool.met.touched)
     }
 
     /// Force and energy of the state after the last update. A late tick repeats the force of the

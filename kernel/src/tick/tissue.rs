@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::error::{ResetError, StateError};
 use super::hash::state_hash;
+use super::pose::ToolPart;
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use super::touch_room::TouchRoom;
@@ -398,7 +399,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if model.surface().is_empty() {
             return Err(ContactError::NoSurface);
         }
-        self.check_touch(model, radius)?;
+        if model.has_contact_surface() {
+            self.check_touch(model, radius)?;
+            return self.choose_tools(network, &[&[ToolPart::sphere(radius_m)]], 0.0);
+        }
         let (needed, room) = (D::probe_room(model), self.room.len());
         if needed > room {
             return Err(ContactError::ProbeRoom { needed, room });
@@ -410,7 +414,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// The model, where what the tool touches may be chosen.
-    fn may_choose<'n, 'm>(&self, network: &'n Network<'m>) -> Result<&'n Model<'m>, ContactError> {
+    pub(super) fn may_choose<'n, 'm>(
+        &self,
+        network: &'n Network<'m>,
+    ) -> Result<&'n Model<'m>, ContactError> {
         let model = network.model();
         if self.head.engaged {
             Err(ContactError::Engaged)

@@ -1,10 +1,10 @@
-//! Memory for contact on surfaces, and what a tissue keeps of its sphere.
+//! Memory for contact on surfaces, and what a tissue keeps of it.
 
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::solver::coarse::CoarseTouch;
-use crate::terms::surface::{BUILT, Ball, Meeting, NearTriangle, Touch, Touching};
+use crate::terms::surface::{Anchor, BUILT, NearTriangle, Proxies, ToolState, Touch, Touching};
 
 /// Arrays for contact on surfaces, in memory of the caller.
 pub struct TouchArrays<'a> {
@@ -12,14 +12,18 @@ pub struct TouchArrays<'a> {
     pub mobility: &'a mut [f32],
     /// Factors of the cells' own parts, one a cell.
     pub factors: &'a mut [f32],
-    /// What the sphere does to the residuals, one a cell.
+    /// What the tools do to the residuals, one a cell.
     pub pulls: &'a mut [Cell],
-    /// Triangles in reach: the capacity. Where more are, the nearest ones are kept.
+    /// Triangles in reach: the capacity. Where more are, those deepest in the tools are kept.
     pub near: &'a mut [NearTriangle],
-    /// The coarse level under the sphere: one.
+    /// Samples that friction or grips may hold: two a sample; none where nothing does.
+    pub anchors: &'a mut [Anchor],
+    /// The coarse level under the tools: one.
     pub coarse: &'a mut [CoarseTouch],
-    /// The sphere: one.
-    pub sphere: &'a mut [Sphere],
+    /// The tools: the capacity, at most [`TOOLS_MAX`](crate::TOOLS_MAX).
+    pub tools: &'a mut [ToolState],
+    /// What belongs to all of them: one.
+    pub state: &'a mut [TouchState],
 }
 
 /// Room for contact on surfaces; without size in a kernel that is built without it.
@@ -47,42 +51,68 @@ impl<'a> TouchRoom<'a> {
             factors: arrays.factors,
             pulls: arrays.pulls,
             near: arrays.near,
+            anchors: arrays.anchors,
             coarse: arrays.coarse,
-            sphere: arrays.sphere,
+            tools: arrays.tools,
+            state: arrays.state,
         }))
     }
 
     /// Cells that there is room for, where triangles have room too.
     pub(crate) fn capacity(&self) -> usize {
         let Some(arrays) = self.0.first() else { return 0 };
-        if arrays.near.is_empty() || arrays.coarse.is_empty() || arrays.sphere.is_empty() {
+        if arrays.near.is_empty() || arrays.coarse.is_empty() || arrays.state.is_empty() {
             return 0;
         }
         arrays.mobility.len().min(arrays.factors.len()).min(arrays.pulls.len())
     }
 
-    /// The sphere while it is engaged.
-    pub(crate) fn sphere(&self) -> Option<&Sphere> {
-        self.0.first()?.sphere.first().filter(|sphere| sphere.is_in)
+    /// Tools that there is room for, and anchors.
+    pub(crate) fn tool_capacity(&self) -> (usize, usize) {
+        self.0.first().map_or((0, 0), |arrays| (arrays.tools.len(), arrays.anchors.len() / 2))
     }
 
-    /// The sphere is away, without a word to the body.
+    /// The tools that were chosen.
+    pub(crate) fn tools(&self) -> &[ToolState] {
+        let Some(arrays) = self.0.first() else { return &[] };
+        let count = arrays.state.first().map_or(0, |state| state.tools);
+        arrays.tools.get(..count).unwrap_or(&[])
+    }
+
+    /// A tool while it is engaged.
+    pub(crate) fn tool(&self, index: usize) -> Option<&ToolState> {
+        self.tools().get(index).filter(|tool| tool.is_in)
+    }
+
+    /// The tools are away, without a word to the body.
     pub(crate) fn leave(&mut self) {
         for arrays in &mut self.0 {
-            arrays.sphere.fill(Sphere::AWAY);
+            arrays.tools.iter_mut().for_each(ToolState::leave);
+            for state in &mut *arrays.state {
+                *state =
+                    TouchState { tools: state.tools, friction: state.friction, ..TouchState::AWAY };
+            }
         }
     }
 
-    /// The arrays cut to a model's size.
+    /// The arrays.
+    pub(crate) fn whole(&mut self) -> Option<&mut TouchArrays<'a>> {
+        self.0.first_mut()
+    }
+
+    /// The arrays cut to a model's size, and to the tools that were chosen.
     pub(crate) fn arrays(&mut self, cells: usize) -> Option<TouchArrays<'_>> {
         let arrays = self.0.first_mut()?;
+        let count = arrays.state.first()?.tools;
         Some(TouchArrays {
             mobility: arrays.mobility.get_mut(..cells)?,
             factors: arrays.factors.get_mut(..cells)?,
             pulls: arrays.pulls.get_mut(..cells)?,
             near: arrays.near,
+            anchors: arrays.anchors,
             coarse: arrays.coarse,
-            sphere: arrays.sphere,
+            tools: arrays.tools.get_mut(..count)?,
+            state: arrays.state,
         })
     }
 }
@@ -94,24 +124,40 @@ impl<'a> TouchArrays<'a> {
             factors: &mut [],
             pulls: &mut [],
             near: &mut [],
+            anchors: &mut [],
             coarse: &mut [],
-            sphere: &mut [],
+            tools: &mut [],
+            state: &mut [],
         }
     }
 
-    /// The sphere, while it is engaged, and what it does to a coarse level, for the sweeps of a tick.
+    /// The triangles in reach.
+    pub(crate) fn near(&self) -> &[NearTriangle] {
+        let count = self.state.first().map_or(0, |state| state.count);
+        self.near.get(..count).unwrap_or(&[])
+    }
+
+    /// The anchors of this tick.
+    pub(crate) fn anchors(&self) -> &[Anchor] {
+        let Some(state) = self.state.first() else { return &[] };
+        let first = if state.is_second { self.anchors.len() / 2 } else { 0 };
+        self.anchors.get(first..first + state.anchors).unwrap_or(&[])
+    }
+
+    /// The tools, while one is engaged, and what they do to a coarse level, for the sweeps of a tick.
     pub(crate) fn touching(&mut self, model: &Model<'_>) -> (Touch<'_>, Option<&CoarseTouch>) {
         let none = (Touch::NONE, None);
-        let Some(sphere) = self.sphere.first().filter(|sphere| sphere.is_in) else { return none };
-        let near = self.near.get(..sphere.count).unwrap_or(&[]);
-        if near.is_empty() {
+        let Some(state) = self.state.first() else { return none };
+        if state.count == 0 || !self.tools.iter().any(|tool| tool.is_in) {
             return none;
         }
         let is_elastic = model.coarse_basis.is_some_and(|basis| basis.elastic().is_some());
+        let first = if state.is_second { self.anchors.len() / 2 } else { 0 };
         let touching = Touching {
-            ball: sphere.ball,
-            near,
-            slices: &sphere.slices,
+            tools: Proxies(self.tools),
+            near: self.near.get(..state.count).unwrap_or(&[]),
+            anchors: self.anchors.get(first..first + state.anchors).unwrap_or(&[]),
+            slices: &state.slices,
             mobility: self.mobility,
             factors: if is_elastic { self.factors } else { &[] },
             pulls: core::cell::Cell::from_mut(&mut *self.pulls).as_slice_of_cells(),
@@ -120,30 +166,34 @@ impl<'a> TouchArrays<'a> {
     }
 }
 
-/// The sphere as the tissue meets it.
+/// What all tools have in common.
 #[derive(Debug, Clone, Copy)]
-pub struct Sphere {
-    pub(crate) ball: Ball,
-    /// Whether it is engaged.
-    pub(crate) is_in: bool,
+pub struct TouchState {
+    /// Tools that were chosen.
+    pub(crate) tools: usize,
+    /// Coefficient of friction.
+    pub(crate) friction: f32,
     /// Triangles in reach.
     pub(crate) count: usize,
     /// The slices that have corners of them.
     pub(crate) slices: SliceSet,
-    /// What it met behind the last sweeps.
-    pub(crate) met: Meeting,
-    /// How far it went in this tick.
-    pub(crate) way: [f32; 3],
+    /// Whether the bounds of the cells elsewhere are those of this model.
+    pub(crate) is_filled: bool,
+    /// Samples that are held, in one half of the list.
+    pub(crate) anchors: usize,
+    /// Which half.
+    pub(crate) is_second: bool,
 }
 
-impl Sphere {
-    /// Not engaged.
+impl TouchState {
+    /// No tool is engaged.
     pub const AWAY: Self = Self {
-        ball: Ball { centre: [0.0; 3], radius: 0.0, whole: 0.0 },
-        is_in: false,
+        tools: 0,
+        friction: 0.0,
         count: 0,
         slices: SliceSet::EMPTY,
-        met: Meeting::NONE,
-        way: [0.0; 3],
+        is_filled: false,
+        anchors: 0,
+        is_second: false,
     };
 }

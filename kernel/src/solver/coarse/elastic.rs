@@ -26,7 +26,7 @@ use super::vector;
 use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::{CoarseBasis, ElasticLevel};
-use crate::number::cell::{add, scale};
+use crate::number::turn::{Turn, turned};
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 use crate::terms::residual::Terms;
 use crate::terms::surface::BUILT;
@@ -37,11 +37,6 @@ use crate::terms::term::Term;
 #[must_use]
 pub const fn elastic_room(functions: usize) -> usize {
     9 * functions.div_ceil(LANES)
-}
-
-/// a x b.
-fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
 /// Turns the vectors of the basis functions, x, y and z apart, by the rotations of their cells, or
@@ -62,7 +57,7 @@ pub(crate) fn turn(
 }
 
 /// A vector of a basis function, turned by the rotation of its cell, or back by it.
-pub(crate) fn turned(
+pub(crate) fn turned_with(
     terms: Terms<'_, '_>,
     basis: &CoarseBasis<'_>,
     function: usize,
@@ -76,11 +71,8 @@ pub(crate) fn turned(
 #[inline(always)]
 fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 3] {
     let turn = terms.model.others.turn(terms.states.at(cell.into()));
-    let Some([real, a, b, c]) = turn else { return v };
-    let axis = if back { [-a, -b, -c] } else { [a, b, c] };
-    // v + 2 a x (a x v + w v).
-    let inner = add(cross(axis, v), scale(real, v));
-    add(v, scale(2.0, cross(axis, inner)))
+    let Some(turn) = turn.map(Turn::of_unit) else { return v };
+    turned(if back { turn.back() } else { turn }, v)
 }
 
 /// c = B g for the g in the room, which stays there as the last one; gives g . c and the last

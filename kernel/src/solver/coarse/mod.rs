@@ -42,7 +42,7 @@
 //! - `held`: the corrections for chosen cells.
 //! - `deflation`: without the basis functions at a probe's contacts.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
-//! - `touched`: that level under a sphere.
+//! - `touched`: that level under tools.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod deflation;
@@ -60,6 +60,7 @@ pub use elastic::elastic_room;
 pub use held::coarse_room;
 pub(crate) use solve::{Coarse, Solve};
 pub use touched::CoarseTouch;
+pub(crate) use touched::Under;
 
 use crate::number::two_float::Eight;
 

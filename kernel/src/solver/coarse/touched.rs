@@ -1,50 +1,53 @@
-//! An elastic coarse level under a sphere that meets the surface.
+//! An elastic coarse level under tools that meet the surface.
 //!
-//! The level's B knows of the body alone. What the sphere adds to its matrix is, with the samples of
-//! each triangle taken as one of stiffness `k_t`, corner weights `w_t` and normal `n_t`,
+//! The level's B knows of the body alone. What the tools add to its matrix is, with the samples of
+//! each triangle taken as one of corner weights `w_t` and stiffness K_t, which is `k_t` n n' in contact
+//! and has a part across the normal n where friction or a grip holds the samples,
 //!
 //! ```text
-//! C = U S U',   S_ab = sum over t of k_t p_a p_b (n_t . n_a) (n_t . n_b),   p_a = w_t' P_a
+//! C = U S U',   S_ab = sum over t of p_a p_b d_a' K_t d_b,   p_a = w_t' P_a
 //! ```
 //!
-//! U has a column for each basis function under the sphere: its mean normal `n_a`, turned to the rest
-//! shape. With S = L L' the Woodbury formula gives
+//! U has a column for each basis function under a tool and each direction d_a that it is pushed in,
+//! turned to the rest shape: one, its mean normal, where all samples slide, else three. With S = L L'
+//! the Woodbury formula gives
 //!
 //! ```text
 //! (B^-1 + C)^-1 = B - B U L (1 + L' U' B U L)^-1 L' U' B
 //! ```
 //!
-//! Without it a direction would press the surface into the sphere as if nothing were there, and the
+//! Without it a direction would press the surface into the tool as if nothing were there, and the
 //! guard would discard the pass. It is a direction as ever: the guard judges the pass, and no proof
-//! rests on it. Beyond [`FUNCTIONS`] basis functions the others are taken as untouched.
+//! rests on it. Beyond [`COLUMNS`] columns the other basis functions are taken as untouched.
 //!
-//! Cost with m functions: m^3 a tick and m^2 / 2 elements of B; 3 m rows of B a sweep.
+//! Cost with m columns: m^3 a tick and m^2 / 2 elements of B; 3 m rows of B a sweep.
 
-use super::elastic::turned;
+use super::elastic::turned_with;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
-use crate::number::cell::{add, dot, scale};
+use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
 use crate::terms::residual::Terms;
-use crate::terms::surface::{Ball, NearTriangle, Press};
+use crate::terms::surface::{Anchor, NearTriangle, Proxies, each_met};
 
-/// Most basis functions under a sphere.
-const FUNCTIONS: usize = 48;
+/// Most columns of U.
+const COLUMNS: usize = 48;
 /// Basis functions at the corners of a triangle.
 const OF_TRIANGLE: usize = 24;
 /// Pivots of S below this share of the largest are taken as 0.
 const LEAST: f32 = 1.0e-5;
 
-type Square = [[f32; FUNCTIONS]; FUNCTIONS];
+type Square = [[f32; COLUMNS]; COLUMNS];
 
-/// What a sphere makes of an elastic coarse level in a tick: memory for it.
+/// What tools make of an elastic coarse level in a tick: memory for it.
 #[derive(Debug, Clone, Copy)]
 pub struct CoarseTouch {
     count: usize,
-    functions: [u16; FUNCTIONS],
-    /// Mean normals, in the rest shape's frame once prepared.
-    normals: [[f32; 3]; FUNCTIONS],
+    /// The basis function of each column.
+    functions: [u16; COLUMNS],
+    /// The direction of each column, in the rest shape's frame once prepared.
+    ways: [[f32; 3]; COLUMNS],
     /// L.
     lower: Square,
     /// The Cholesky factor of 1 + L' V L, V = U' B U.
@@ -87,40 +90,80 @@ fn cholesky(matrix: &mut Square, count: usize) {
     }
 }
 
-/// A triangle under the sphere: its samples as one.
+/// A triangle under a tool: its samples as one.
 struct OneSample {
-    stiffness: f32,
+    /// Along the normal, and across it.
+    stiffness: [f32; 2],
     normal: [f32; 3],
     /// Basis functions with what they move it by.
     functions: [(u16, f32); OF_TRIANGLE],
     count: usize,
 }
 
+/// What tools meet in a tick.
+#[derive(Clone, Copy)]
+pub(crate) struct Under<'a> {
+    pub tools: Proxies<'a>,
+    pub near: &'a [NearTriangle],
+    pub anchors: &'a [Anchor],
+}
+
 impl OneSample {
     fn of(
         basis: &CoarseBasis<'_>,
-        ball: &Ball,
+        under: Under<'_>,
         near: &NearTriangle,
         place: &impl Fn(usize) -> [f32; 3],
     ) -> Option<Self> {
-        let press = Press::of(ball, near, near.corners.map(|cell| place(cell.into())));
-        let force = sqrt(dot(press.force, press.force));
-        if !(press.stiffness > 0.0 && force > 0.0) {
+        let solid = under.tools.part(near.of)?;
+        let (mut shares, mut way) = ([0.0; 3], [0.0; 3]);
+        let [mut along, mut across] = [0.0; 2];
+        each_met(
+            solid,
+            near,
+            under.anchors,
+            near.corners.map(|cell| place(cell.into())),
+            |sample| {
+                let k = sample.stiffness;
+                if sample.depth > 0.0 {
+                    along += k;
+                    way = add(way, scale(k * sample.depth, sample.normal));
+                }
+                if sample.is_stuck {
+                    across += k;
+                }
+                shares = add(shares, scale(k, sample.weights));
+            },
+        );
+        let whole = shares.into_iter().fold(0.0, |sum, share| sum + share);
+        let length = sqrt(dot(way, way));
+        // A grip alone has no normal, and is as stiff in all directions.
+        let (normal, along) = match length > 0.0 {
+            true => (scale(1.0 / length, way), if along > across { along } else { across }),
+            false => ([0.0; 3], across),
+        };
+        if !(whole > 0.0 && along > 0.0) {
             return None;
         }
-        let normal = scale(1.0 / force, press.force);
         let mut one = Self {
-            stiffness: press.stiffness,
+            stiffness: [along, across],
             normal,
             functions: [(0, 0.0); OF_TRIANGLE],
             count: 0,
         };
-        for (&cell, share) in near.corners.iter().zip(press.shares) {
+        for (&cell, share) in near.corners.iter().zip(shares) {
             for (function, weight) in basis.row_of(cell.into()) {
-                one.add(function as u16, weight * share / press.stiffness);
+                one.add(function as u16, weight * share / whole);
             }
         }
         Some(one)
+    }
+
+    /// K d.
+    fn resist(&self, d: [f32; 3]) -> [f32; 3] {
+        let [along, across] = self.stiffness;
+        let inward = scale(dot(self.normal, d), self.normal);
+        add(scale(along, inward), scale(across, sub(d, inward)))
     }
 
     fn add(&mut self, function: u16, weight: f32) {
@@ -139,81 +182,99 @@ impl OneSample {
 }
 
 impl CoarseTouch {
-    /// Nothing under the sphere.
+    /// Nothing under a tool.
     pub const NONE: Self = Self {
         count: 0,
-        functions: [0; FUNCTIONS],
-        normals: [[0.0; 3]; FUNCTIONS],
-        lower: [[0.0; FUNCTIONS]; FUNCTIONS],
-        factor: [[0.0; FUNCTIONS]; FUNCTIONS],
+        functions: [0; COLUMNS],
+        ways: [[0.0; 3]; COLUMNS],
+        lower: [[0.0; COLUMNS]; COLUMNS],
+        factor: [[0.0; COLUMNS]; COLUMNS],
     };
 
-    fn index_of(&self, function: u16) -> Option<usize> {
-        let taken = self.functions.get(..self.count).unwrap_or(&[]);
-        taken.iter().position(|&of| of == function)
-    }
-
-    /// Prepares for a sphere among these triangles, the cells being at `place`.
+    /// Prepares for tools among these triangles, the cells being at `place`.
     pub(crate) fn prepare(
         &mut self,
         terms: Terms<'_, '_>,
-        (ball, near): (&Ball, &[NearTriangle]),
+        under: Under<'_>,
         place: &impl Fn(usize) -> [f32; 3],
     ) {
         self.count = 0;
         let Some(basis) = terms.model.coarse_basis.filter(|basis| basis.elastic().is_some()) else {
             return;
         };
-        let samples = || near.iter().filter_map(|near| OneSample::of(&basis, ball, near, place));
-        samples().for_each(|sample| self.take_in(&sample));
+        let samples =
+            || under.near.iter().filter_map(|near| OneSample::of(&basis, under, near, place));
+        let holds = samples().any(|sample| sample.stiffness[1] > 0.0);
+        samples().for_each(|sample| self.take_in(&sample, holds));
         let count = self.count;
-        for normal in self.normals.iter_mut().take(count) {
-            let length = sqrt(dot(*normal, *normal));
-            *normal = if length > 0.0 { scale(1.0 / length, *normal) } else { [0.0; 3] };
+        if !holds {
+            for way in self.ways.iter_mut().take(count) {
+                let length = sqrt(dot(*way, *way));
+                *way = if length > 0.0 { scale(1.0 / length, *way) } else { [0.0; 3] };
+            }
         }
         self.lower.iter_mut().take(count).for_each(|row| row.fill(0.0));
         samples().for_each(|sample| self.stiffen(&sample));
         cholesky(&mut self.lower, count);
         let functions = self.functions;
-        for (normal, &function) in self.normals.iter_mut().zip(&functions).take(count) {
-            *normal = turned(terms, &basis, function.into(), *normal, true);
+        for (way, &function) in self.ways.iter_mut().zip(&functions).take(count) {
+            *way = turned_with(terms, &basis, function.into(), *way, true);
         }
         self.find_factor(&basis);
     }
 
-    /// The basis functions of a sample, with its normal.
-    fn take_in(&mut self, sample: &OneSample) {
+    /// The columns of a function: from, to.
+    fn columns_of(&self, function: u16) -> Option<core::ops::Range<usize>> {
+        let taken = self.functions.get(..self.count).unwrap_or(&[]);
+        let first = taken.iter().position(|&of| of == function)?;
+        let more = taken.iter().skip(first).take_while(|&&of| of == function).count();
+        Some(first..first + more)
+    }
+
+    /// The basis functions of a sample: with its normal, or with all directions.
+    fn take_in(&mut self, sample: &OneSample, holds: bool) {
+        const AXES: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for &(function, weight) in sample.functions() {
-            let index = self.index_of(function).unwrap_or(self.count);
-            let (Some(slot), Some(normal)) =
-                (self.functions.get_mut(index), self.normals.get_mut(index))
-            else {
-                continue;
-            };
-            if index == self.count {
-                (*slot, *normal) = (function, [0.0; 3]);
-                self.count += 1;
+            let known = self.columns_of(function);
+            let more: &[[f32; 3]] = if holds { &AXES } else { &[[0.0; 3]] };
+            if known.is_none() {
+                let Some(end) = self.count.checked_add(more.len()).filter(|end| *end <= COLUMNS)
+                else {
+                    continue;
+                };
+                let slots = self.functions.iter_mut().zip(&mut self.ways);
+                for ((of, way), axis) in slots.skip(self.count).zip(more) {
+                    (*of, *way) = (function, *axis);
+                }
+                self.count = end;
             }
-            *normal = add(*normal, scale(sample.stiffness * weight, sample.normal));
+            if !holds && let Some(columns) = self.columns_of(function) {
+                let push = scale(sample.stiffness[0] * weight, sample.normal);
+                for way in self.ways.get_mut(columns).unwrap_or_default() {
+                    *way = add(*way, push);
+                }
+            }
         }
     }
 
     /// The part of a sample in S.
     fn stiffen(&mut self, sample: &OneSample) {
-        let mut shares = [(0, 0.0); OF_TRIANGLE];
+        let mut shares = [(0, 0.0, [0.0; 3]); 3 * OF_TRIANGLE];
         let mut count = 0;
         for &(function, weight) in sample.functions() {
-            let Some(index) = self.index_of(function) else { continue };
-            let normal = self.normals.get(index).copied().unwrap_or([0.0; 3]);
-            if let Some(slot) = shares.get_mut(count) {
-                *slot = (index, weight * dot(sample.normal, normal));
-                count += 1;
+            for column in self.columns_of(function).unwrap_or(0..0) {
+                let way = self.ways.get(column).copied().unwrap_or([0.0; 3]);
+                if let Some(slot) = shares.get_mut(count) {
+                    *slot = (column, weight, way);
+                    count += 1;
+                }
             }
         }
         let shares = shares.get(..count).unwrap_or(&[]);
-        for &(a, one) in shares {
-            for &(b, other) in shares.iter().filter(|&&(b, _)| b <= a) {
-                let sum = at(&self.lower, a, b) + sample.stiffness * one * other;
+        for &(a, weight, way) in shares {
+            let resisted = scale(weight, sample.resist(way));
+            for &(b, other, across) in shares.iter().filter(|&&(b, ..)| b <= a) {
+                let sum = at(&self.lower, a, b) + other * dot(across, resisted);
                 put(&mut self.lower, a, b, sum);
             }
         }
@@ -224,10 +285,10 @@ impl CoarseTouch {
         let (count, stride) = (self.count, basis.stride());
         let of = |index: usize| {
             let function = self.functions.get(index).copied().unwrap_or(0);
-            (usize::from(function), self.normals.get(index).copied().unwrap_or([0.0; 3]))
+            (usize::from(function), self.ways.get(index).copied().unwrap_or([0.0; 3]))
         };
         // V, then V L in its place, row by row.
-        let mut product = [[0.0; FUNCTIONS]; FUNCTIONS];
+        let mut product = [[0.0; COLUMNS]; COLUMNS];
         for a in 0..count {
             let (one, normal) = of(a);
             for b in 0..=a {
@@ -263,9 +324,9 @@ impl CoarseTouch {
     }
 
     /// y of B U y, for t = U' B g.
-    fn solve(&self, t: [f32; FUNCTIONS]) -> [f32; FUNCTIONS] {
-        let (count, mut b, mut y) = (self.count, [0.0; FUNCTIONS], [0.0; FUNCTIONS]);
-        let get = |of: &[f32; FUNCTIONS], at: usize| of.get(at).copied().unwrap_or(0.0);
+    fn solve(&self, t: [f32; COLUMNS]) -> [f32; COLUMNS] {
+        let (count, mut b, mut y) = (self.count, [0.0; COLUMNS], [0.0; COLUMNS]);
+        let get = |of: &[f32; COLUMNS], at: usize| of.get(at).copied().unwrap_or(0.0);
         for row in 0..count {
             // L' t, then forward through the factor.
             let mut sum = 0.0;
@@ -296,13 +357,13 @@ impl CoarseTouch {
         y
     }
 
-    /// Takes c = B g to what the sphere leaves of it.
+    /// Takes c = B g to what the tools leave of it.
     #[inline(always)]
     pub(crate) fn correct<V: F32x8>(&self, basis: &CoarseBasis<'_>, c: &mut [Eight]) {
         let (stride, blocks) = (basis.stride(), basis.row_blocks());
-        let mut t = [0.0; FUNCTIONS];
+        let mut t = [0.0; COLUMNS];
         let flat = c.as_flattened();
-        let each = self.functions.iter().zip(&self.normals).take(self.count);
+        let each = self.functions.iter().zip(&self.ways).take(self.count);
         for (slot, (&function, normal)) in t.iter_mut().zip(each.clone()) {
             for (axis, n) in normal.iter().enumerate() {
                 let value = flat.get(axis * stride + usize::from(function));
@@ -329,7 +390,7 @@ mod tests {
 
     /// A symmetric positive matrix.
     fn matrix(count: usize) -> Square {
-        let mut matrix = [[0.0; FUNCTIONS]; FUNCTIONS];
+        let mut matrix = [[0.0; COLUMNS]; COLUMNS];
         for (a, row) in matrix.iter_mut().enumerate().take(count) {
             for (b, slot) in row.iter_mut().enumerate().take(count) {
                 *slot = 1.0 / (1.0 + a.abs_diff(b) as f32) + if a == b { 2.0 } else { 0.0 };
@@ -340,7 +401,7 @@ mod tests {
 
     #[test]
     fn a_cholesky_factor_times_itself_is_the_matrix() {
-        for count in [1, 2, 7, FUNCTIONS] {
+        for count in [1, 2, 7, COLUMNS] {
             let (whole, mut factor) = (matrix(count), matrix(count));
             cholesky(&mut factor, count);
             for a in 0..count {
@@ -351,7 +412,7 @@ mod tests {
             }
         }
         // Of rank one: what is left is nothing.
-        let mut same = [[0.0; FUNCTIONS]; FUNCTIONS];
+        let mut same = [[0.0; COLUMNS]; COLUMNS];
         same.iter_mut().take(3).for_each(|row| row[..3].fill(4.0));
         cholesky(&mut same, 3);
         assert_eq!([same[0][0], same[2][0], same[1][1], same[2][2]], [2.0, 2.0, 0.0, 0.0]);
@@ -386,7 +447,7 @@ mod tests {
             }
         }
         cholesky(&mut touch.factor, count);
-        let mut t = [0.0; FUNCTIONS];
+        let mut t = [0.0; COLUMNS];
         t[..count].copy_from_slice(&[1.0, -2.0, 0.5, 3.0, 0.1]);
         let y = touch.solve(t);
         for a in 0..count {

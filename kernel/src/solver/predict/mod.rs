@@ -14,7 +14,12 @@
 //!
 //! A sweep a tick then has the work that is left: what the body does otherwise than the fields say.
 //!
-//! There are no fields, and the scheme is `track` bit for bit, while a probe touches, under a
+//! **Under tools on a surface** there are no fields, since what a tool touches changes as it moves. Where
+//! tools go on by a share of their last moves, the points go on by that share of the way that they have
+//! gone since the last tick: a body that follows a steady tool is in each tick ahead of it by what the
+//! last tick has learnt.
+//!
+//! There are no fields, and the scheme is `track` bit for bit, while a probe touches cells, under a
 //! current, and on a body with slack (alpha above 0): there the answer is local and changes with
 //! every link that becomes taut. A prediction moves every free cell, so it wakes the whole body.
 //!
@@ -24,6 +29,7 @@
 //! where they are the cells chosen last; it forgets the momentum of a body that still moves.
 
 mod fields;
+mod momentum;
 mod response;
 
 use super::Dynamics;
@@ -49,12 +55,22 @@ pub struct Predict<const ROOM: usize = 0> {
     /// How far the held cells went since the last pass; the fields follow before the next one, so a
     /// tick without a pass does not pay for them.
     ahead: [f32; 3],
+    /// Share of the body's last way that it goes on by, for tools that moved; `None` where none did.
+    goes_on: Option<f32>,
+    /// Whether the first field is where the points were in the last tick.
+    is_marked: bool,
 }
 
 impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const NAME: &'static str = "predict";
-    const REST: Self =
-        Self { track: Track::REST, prepared: None, is_known: false, ahead: [0.0; 3] };
+    const REST: Self = Self {
+        track: Track::REST,
+        prepared: None,
+        is_known: false,
+        ahead: [0.0; 3],
+        goes_on: None,
+        is_marked: false,
+    };
     const IS_ANYTIME: bool = true;
     const TAKES_SHAPES: bool = true;
     const TAKES_SURFACES: bool = true;
@@ -65,7 +81,8 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     type Room = [Eight; ROOM];
 
     fn stilled(self) -> Self {
-        Self { track: self.track.stilled(), ahead: [0.0; 3], ..self }
+        let track = self.track.stilled();
+        Self { track, ahead: [0.0; 3], goes_on: None, is_marked: false, ..self }
     }
 }
 
@@ -82,6 +99,15 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
         }
+        if let Some(share) = core::mem::take(&mut self.goes_on) {
+            let share = if self.is_marked && self.track.is_going() { share } else { 0.0 };
+            if momentum::go_on(body.terms.model, own, share) {
+                self.track.interrupt();
+            }
+            self.is_marked = true;
+        } else {
+            self.is_marked = false;
+        }
         body.own = own.get_mut(..TRACK * cells).unwrap_or(&mut []);
     }
 
@@ -97,6 +123,10 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
 
     fn pushed(&mut self) {
         self.track.pushed();
+    }
+
+    fn goes_on(&mut self, share: f32) {
+        self.goes_on = Some(share);
     }
 
     fn follow(&mut self, way: [f32; 3]) {

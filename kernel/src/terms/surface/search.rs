@@ -1,11 +1,13 @@
-//! The triangles that a sphere may touch in a tick.
+//! The triangles that tools may touch in a tick.
 
-use super::meeting::Ball;
+use super::friction::Anchor;
+use super::proxy::{PARTS_MAX, TOOLS_MAX, ToolState};
+use super::solid::Solid;
 use crate::model::surface::ContactSurface;
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 
-/// A triangle in reach of a probe.
+/// A triangle in reach of a part of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearTriangle {
     pub(crate) corners: [u16; 3],
@@ -13,13 +15,51 @@ pub struct NearTriangle {
     pub(crate) parts: u16,
     /// Stiffness of all samples together [2 `k_ref`].
     pub(crate) weight: f32,
-    /// At most the distance of its points from the centre of the search.
+    /// At most the distance of its points from the part, less than 0 inside.
     pub(crate) distance: f32,
+    /// The triangle, in the model's order.
+    pub(crate) index: u32,
+    /// Its anchors, in the list.
+    pub(crate) first: u16,
+    pub(crate) held: u16,
+    /// The part: that of its tool plus [`PARTS_MAX`] times the tool.
+    pub(crate) of: u8,
 }
 
 impl NearTriangle {
     /// An empty slot.
-    pub const NONE: Self = Self { corners: [0; 3], parts: 0, weight: 0.0, distance: 0.0 };
+    pub const NONE: Self = Self {
+        corners: [0; 3],
+        parts: 0,
+        weight: 0.0,
+        distance: 0.0,
+        index: 0,
+        first: 0,
+        held: 0,
+        of: 0,
+    };
+
+    /// The tool.
+    pub(crate) fn tool(&self) -> usize {
+        usize::from(self.of) / PARTS_MAX
+    }
+
+    /// Which of its parts.
+    pub(crate) fn part(&self) -> usize {
+        usize::from(self.of) % PARTS_MAX
+    }
+
+    /// Its anchors among all.
+    #[inline(always)]
+    pub(crate) fn anchors_of<'a>(&self, anchors: &'a [Anchor]) -> &'a [Anchor] {
+        let first = usize::from(self.first);
+        anchors.get(first..first + usize::from(self.held)).unwrap_or(&[])
+    }
+
+    /// Order of the list.
+    pub(crate) fn key(&self) -> (u32, u8) {
+        (self.index, self.of)
+    }
 }
 
 /// What a search found.
@@ -29,120 +69,209 @@ pub(crate) struct Near {
     pub count: usize,
     /// Some triangle in reach found no slot.
     pub full: bool,
-    /// At most the distance of the surface from the centre.
-    pub distance: f32,
+    /// At most the distance of the surface from the cores of each tool.
+    pub distance: [f32; TOOLS_MAX],
 }
 
-/// Finds the triangles that a sphere of the radius of `ball` may touch while its centre goes by
-/// `reach` at most. Where there are more than slots, the nearest ones are kept.
+/// Finds the triangles that tools may touch while they go by `reach` times the smallest radius of
+/// their parts at most; in the order of the triangles. Where there are more than slots, those are kept
+/// that are deepest in the tools.
 ///
-/// Cost: one look at each triangle of the surface; where slots are lacking, at most 2 log2(slots)
-/// moves for each further one.
+/// Cost: one look at each triangle of the surface for each part of an engaged tool; where slots are
+/// lacking, at most 2 log2(slots) moves for each further one and for each slot.
 pub(crate) fn search(
     surface: &ContactSurface<'_>,
     at: &impl Fn(usize) -> [f32; 3],
-    (ball, reach): (Ball, f32),
+    (tools, reach): (&[ToolState], f32),
     slots: &mut [NearTriangle],
 ) -> Near {
-    let mut near = Near { count: 0, full: false, distance: f32::MAX };
-    let far = ball.radius + reach;
-    for index in 0..surface.triangles.len() {
-        let Some(&corners) = surface.triangles.get(index) else { break };
-        let distance = least_distance(ball.centre, corners.map(|cell| at(cell.into())));
-        near.distance = if distance < near.distance { distance } else { near.distance };
-        if distance > far {
-            continue;
+    let mut near = Near { count: 0, full: false, distance: [f32::MAX; TOOLS_MAX] };
+    // The largest triangle, and the nearest centre of one, both squared.
+    let (mut widest, mut nearest) = (0.0, [f32::MAX; TOOLS_MAX]);
+    for (index, &corners) in surface.triangles.iter().enumerate() {
+        let whole = Whole::of(corners.map(|cell| at(cell.into())));
+        widest = if whole.squared > widest { whole.squared } else { widest };
+        for ((number, tool), nearest) in tools.iter().enumerate().zip(&mut nearest) {
+            if !tool.is_in {
+                continue;
+            }
+            let stride = reach * tool.proxy.radius_min();
+            for (part, solid) in tool.proxy.parts().iter().enumerate() {
+                let (squared, distance) = whole.within(solid, solid.whole + stride);
+                *nearest = if squared < *nearest { squared } else { *nearest };
+                let Some(distance) = distance else { continue };
+                let Some((_, of)) = surface.triangle(index) else { continue };
+                let (parts, weight) = (of.parts(solid.sampled), of.weight(solid.sampled));
+                let (index, of) = (index as u32, (number * PARTS_MAX + part) as u8);
+                #[rustfmt::skip]
+                let found = NearTriangle { corners, parts, weight, distance, index, of, ..NearTriangle::NONE };
+                near.take(found, slots);
+            }
         }
-        let Some((_, of)) = surface.triangle(index) else { break };
-        let (parts, weight) = (of.parts(ball.whole), of.weight(ball.whole));
-        let found = NearTriangle { corners, parts, weight, distance };
-        if let Some(slot) = slots.get_mut(near.count) {
-            *slot = found;
-            near.count += 1;
-            continue;
-        }
-        if !near.full {
-            near.full = true;
-            (0..slots.len() / 2).rev().for_each(|root| sift(slots, root));
-        }
-        if let Some(farthest) = slots.first_mut().filter(|slot| slot.distance > distance) {
-            *farthest = found;
-            sift(slots, 0);
-        }
+    }
+    if near.full {
+        sort(slots);
+    }
+    let widest = sqrt(widest);
+    for (distance, nearest) in near.distance.iter_mut().zip(nearest) {
+        *distance = sqrt(nearest) - widest;
     }
     near
 }
 
-/// At most the distance of a triangle's points: that of its centre less that of its farthest corner.
-fn least_distance(centre: [f32; 3], corners: [[f32; 3]; 3]) -> f32 {
-    let [a, b, c] = corners;
-    let middle = scale(1.0 / 3.0, add(add(a, b), c));
-    let squared = |corner| {
-        let way = sub(corner, middle);
-        dot(way, way)
-    };
-    let largest =
-        corners.map(squared).into_iter().fold(0.0, |most, r| if r > most { r } else { most });
-    let way = sub(middle, centre);
-    sqrt(dot(way, way)) - sqrt(largest)
+/// A triangle as a whole.
+struct Whole {
+    middle: [f32; 3],
+    /// Square of the distance of the farthest corner from the middle.
+    squared: f32,
 }
 
-/// Lets a slot sink to its place in a heap with the farthest triangle on top.
-fn sift(slots: &mut [NearTriangle], mut root: usize) {
-    let distance = |slots: &[NearTriangle], at: usize| slots.get(at).map(|slot| slot.distance);
-    loop {
-        let (left, right) = (2 * root + 1, 2 * root + 2);
-        let child = if distance(slots, right) > distance(slots, left) { right } else { left };
-        // `None`, beyond the end, is less than any.
-        if distance(slots, child) <= distance(slots, root) {
+impl Whole {
+    #[inline(always)]
+    fn of([a, b, c]: [[f32; 3]; 3]) -> Self {
+        let middle = scale(1.0 / 3.0, add(add(a, b), c));
+        let squared = |corner| {
+            let way = sub(corner, middle);
+            dot(way, way)
+        };
+        let corners = [a, b, c].map(squared);
+        let squared = corners.into_iter().fold(0.0, |most, r| if r > most { r } else { most });
+        Self { middle, squared }
+    }
+
+    /// Square of the middle's distance from a core; and at most the distance of the triangle's points
+    /// from the part, where the core is within `far` of them.
+    #[inline(always)]
+    fn within(&self, solid: &Solid, far: f32) -> (f32, Option<f32>) {
+        let way = solid.way_to(self.middle);
+        let squared = dot(way, way);
+        // Twice the sum of two squares is at least the square of the sum: most need no root.
+        if squared > 2.0 * (far * far + self.squared) {
+            return (squared, None);
+        }
+        let distance = sqrt(squared) - sqrt(self.squared);
+        (squared, (distance <= far).then_some(distance - solid.radius))
+    }
+}
+
+impl Near {
+    /// Gives what was found a slot, or that of the farthest one.
+    fn take(&mut self, found: NearTriangle, slots: &mut [NearTriangle]) {
+        if let Some(slot) = slots.get_mut(self.count) {
+            *slot = found;
+            self.count += 1;
             return;
         }
-        let (Some(&up), Some(&down)) = (slots.get(child), slots.get(root)) else { return };
-        for (at, value) in [(root, up), (child, down)] {
-            if let Some(slot) = slots.get_mut(at) {
-                *slot = value;
-            }
+        let farther = |a: &NearTriangle, b: &NearTriangle| a.distance > b.distance;
+        if !self.full {
+            self.full = true;
+            (0..slots.len() / 2).rev().for_each(|root| sift(slots, root, farther));
         }
+        if let Some(farthest) = slots.first_mut().filter(|slot| slot.distance > found.distance) {
+            *farthest = found;
+            sift(slots, 0, farther);
+        }
+    }
+}
+
+/// Puts slots into the order of the triangles.
+fn sort(slots: &mut [NearTriangle]) {
+    let later = |a: &NearTriangle, b: &NearTriangle| a.key() > b.key();
+    (0..slots.len() / 2).rev().for_each(|root| sift(slots, root, later));
+    for end in (1..slots.len()).rev() {
+        exchange(slots, 0, end);
+        sift(slots.get_mut(..end).unwrap_or(&mut []), 0, later);
+    }
+}
+
+/// Lets a slot sink to its place in a heap in which every slot is above those below it.
+fn sift(
+    slots: &mut [NearTriangle],
+    mut root: usize,
+    above: impl Fn(&NearTriangle, &NearTriangle) -> bool,
+) {
+    loop {
+        let (left, right) = (2 * root + 1, 2 * root + 2);
+        let is_above = |a: usize, b: usize| match (slots.get(a), slots.get(b)) {
+            (Some(a), Some(b)) => above(a, b),
+            _ => false,
+        };
+        let child = if is_above(right, left) { right } else { left };
+        if !is_above(child, root) {
+            return;
+        }
+        exchange(slots, child, root);
         root = child;
+    }
+}
+
+fn exchange(slots: &mut [NearTriangle], a: usize, b: usize) {
+    if let Ok([a, b]) = slots.get_disjoint_mut([a, b]) {
+        core::mem::swap(a, b);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::vec;
-    use std::vec::Vec;
+    use crate::terms::surface::proxy::Proxy;
 
-    #[test]
-    fn a_heap_keeps_the_nearest() {
-        let all: Vec<f32> = (0..57).map(|i| ((i * 37) % 101) as f32).collect();
-        let mut slots = vec![NearTriangle::NONE; 8];
-        for (slot, &distance) in slots.iter_mut().zip(&all) {
-            slot.distance = distance;
+    fn tool(centre: [f32; 3], whole: f32) -> ToolState {
+        let part = Solid { whole, sampled: whole, ..Solid::NONE };
+        let proxy = Proxy::of([part].into_iter()).at(centre, crate::number::turn::Turn::NONE, 1.0);
+        ToolState { proxy, is_in: true, ..ToolState::NONE }
+    }
+
+    /// A strip of triangles along x, one after the other.
+    const STRIP: [[u16; 3]; 40] = {
+        let mut strip = [[0; 3]; 40];
+        let mut at = 0;
+        while at < 40 {
+            strip[at] = [at as u16, at as u16 + 1, at as u16 + 2];
+            at += 1;
         }
-        (0..4).rev().for_each(|root| sift(&mut slots, root));
-        for &distance in &all[8..] {
-            if slots[0].distance > distance {
-                slots[0].distance = distance;
-                sift(&mut slots, 0);
-            }
-        }
-        let mut kept: Vec<f32> = slots.iter().map(|slot| slot.distance).collect();
-        let mut sorted = all.clone();
-        kept.sort_unstable_by(f32::total_cmp);
-        sorted.sort_unstable_by(f32::total_cmp);
-        assert_eq!(kept, sorted[..8]);
+        strip
+    };
+
+    fn place(cell: usize) -> [f32; 3] {
+        [0.5 * cell as f32, (cell % 2) as f32, 0.0]
+    }
+
+    fn found(tools: &[ToolState], room: usize) -> (Near, std::vec::Vec<(u32, u8)>) {
+        let surface = ContactSurface::of(&STRIP, &[[1.0; 3]; 40]);
+        let mut slots = std::vec![NearTriangle::NONE; room];
+        let near = search(&surface, &place, (tools, 0.0), &mut slots);
+        (near, slots[..near.count].iter().map(NearTriangle::key).collect())
     }
 
     #[test]
-    fn no_point_of_a_triangle_is_nearer_than_its_least_distance() {
-        let corners = [[1.0, 0.0, 0.0], [4.0, 0.0, 3.0], [1.0, 6.0, 0.0]];
-        for centre in [[0.0; 3], [2.0, 1.0, 0.5], [-7.0, 3.0, 2.0]] {
-            let least = least_distance(centre, corners);
-            super::super::samples::each(9, corners, |_, point| {
-                let way = sub(point, centre);
-                assert!(sqrt(dot(way, way)) >= least - 1e-5);
-            });
-        }
+    fn triangles_in_reach_are_found_in_their_order() {
+        let (near, all) = found(&[tool([5.0, 0.5, 1.0], 1.5)], 64);
+        assert!(!near.full && all.len() > 4 && all.is_sorted(), "{all:?}");
+        assert!(near.distance[0] > 0.0 && near.distance[0] <= 1.0, "{:?}", near.distance);
+        // No second tool, far from everything.
+        assert!(near.distance[1] > 1e9);
+        let nothing = found(&[tool([5.0, 0.5, 100.0], 1.5)], 64);
+        assert!(nothing.1.is_empty() && nothing.0.distance[0] > 90.0);
+    }
+
+    #[test]
+    fn where_slots_are_lacking_the_nearest_are_kept() {
+        let tools = [tool([5.0, 0.5, 0.2], 3.0)];
+        let (_, all) = found(&tools, 64);
+        let (near, kept) = found(&tools, 5);
+        assert!(near.full && kept.len() == 5 && kept.is_sorted());
+        // Around the triangle in the middle.
+        let (first, last) = (kept[0].0, kept[4].0);
+        assert!(last - first == 4 && first > all[0].0 && last < all[all.len() - 1].0, "{kept:?}");
+    }
+
+    #[test]
+    fn each_part_of_each_engaged_tool_has_its_own() {
+        let away = ToolState { is_in: false, ..tool([5.0, 0.5, 0.0], 1.0) };
+        let tools = [away, tool([5.0, 0.5, 0.0], 1.0), tool([15.0, 0.5, 0.0], 1.0)];
+        let (_, all) = found(&tools, 64);
+        assert!(all.iter().all(|(_, of)| *of == 8 || *of == 16), "{all:?}");
+        assert!([8, 16].iter().all(|of| all.iter().any(|(_, own)| own == of)));
     }
 }

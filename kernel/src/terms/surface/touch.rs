@@ -1,10 +1,12 @@
-//! What passes over the cells need of a sphere: the cells' bounds with it, and what it adds to
+//! What passes over the cells need of tools: the cells' bounds with it, and what it adds to
 //! their residuals.
 
 use core::cell;
 
 use super::BUILT;
-use super::meeting::{Ball, Press};
+use super::friction::Anchor;
+use super::press::at_corners;
+use super::proxy::Proxies;
 use super::search::NearTriangle;
 use crate::backend::f32x8::Chunk;
 use crate::backend::slice_set::SliceSet;
@@ -12,35 +14,35 @@ use crate::backend::slices::cells_of;
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// A sphere among its triangles during a tick.
+/// Tools among their triangles during a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Touching<'a> {
-    pub ball: Ball,
+    pub tools: Proxies<'a>,
     pub near: &'a [NearTriangle],
+    pub anchors: &'a [Anchor],
     /// The slices that have corners of these triangles.
     pub slices: &'a SliceSet,
-    /// 1 / W of every cell with the sphere's part.
+    /// 1 / W of every cell with the tools' part.
     pub mobility: &'a [f32],
-    /// The own part of every cell's direction over r / W with the sphere's part; empty without an
+    /// The own part of every cell's direction over r / W with the tools' part; empty without an
     /// elastic level.
     pub factors: &'a [f32],
-    /// What the sphere adds to the residuals, written anew for each pass in those slices.
+    /// What the tools add to the residuals, written anew for each pass in those slices.
     pub pulls: &'a [cell::Cell<Cell>],
 }
 
 impl Touching<'_> {
-    /// Works out what the sphere adds to the residuals of a pass at these outputs.
+    /// Works out what the tools add to the residuals of a pass at these outputs.
     pub fn pull(&self, at: &impl Fn(usize) -> [f32; 3]) {
         for slice in self.slices.iter(self.pulls.len().div_ceil(LANES)) {
             let cells = self.pulls.get(cells_of(slice, self.pulls.len()));
             cells.unwrap_or(&[]).iter().for_each(|pull| pull.set(Cell::ZERO));
         }
         for near in self.near {
-            let press = Press::of(&self.ball, near, near.corners.map(|cell| at(cell.into())));
-            if press.stiffness <= 0.0 {
-                continue;
-            }
-            for (&cell, more) in near.corners.iter().zip(press.corners) {
+            let Some(solid) = self.tools.part(near.of) else { continue };
+            let corners = near.corners.map(|cell| at(cell.into()));
+            let Some(corners) = at_corners(solid, near, self.anchors, corners) else { continue };
+            for (&cell, more) in near.corners.iter().zip(corners) {
                 if let Some(pull) = self.pulls.get(usize::from(cell)) {
                     pull.set(pull.get().plus(Cell(more)));
                 }
@@ -63,16 +65,16 @@ impl Touching<'_> {
     }
 }
 
-/// The sphere that the tissue meets in this tick, if any; without size in a kernel without contact on
+/// The tools that the tissue meets in this tick, if any; without size in a kernel without contact on
 /// surfaces.
 #[derive(Clone, Copy)]
 pub(crate) struct Touch<'a>([Option<Touching<'a>>; BUILT]);
 
 impl<'a> Touch<'a> {
-    /// No sphere.
+    /// No tool.
     pub const NONE: Self = Self([None; BUILT]);
 
-    /// A sphere.
+    /// Tools.
     pub fn of(touching: Option<Touching<'a>>) -> Self {
         let mut touching = touching;
         Self([(); BUILT].map(|()| touching.take()))

@@ -1,0 +1,225 @@
+//! Friction by Coulomb's law, and grips: samples that are held where they are in the tool's frame.
+//!
+//! Each sample in contact has an anchor in the tool's frame. With p the sample's way from its anchor,
+//! in the plane across the normal n, the term is
+//!
+//! ```text
+//! E_f = k_t |p|^2 / 2                         where k_t |p| <= mu f_n
+//!       mu f_n |p| - (mu f_n)^2 / (2 k_t)     beyond: it slips
+//! ```
+//!
+//! with the normal force `f_n` and n of the last tick, so both are fixed in a tick, and k_t the
+//! stiffness of contact. The force is k_t |p| back to the anchor, mu `f_n` at most.
+//!
+//! **The theorem.** E_f is the least over all slips s of k_t |p - s|^2 / 2 + mu `f_n` |s|: a least of
+//! quadratics curves upwards by at most k_t, as each of them does. The cells' bounds grow by as much
+//! as for contact.
+//!
+//! **After the sweeps** an anchor takes the normal and the force that its sample has now: p loses its
+//! part along the new normal, and the anchor is dragged along until |p| is at most mu `f_n` / k_t. A
+//! sample that is free again has none. What that does to the energy is counted.
+//!
+//! **A grip** has no normal and no limit: p has all three directions. It holds its sample whether it
+//! is in contact or not, until it is let go: its stiffness then falls to 0 along a ramp, which lowers
+//! the energy.
+
+use super::press::{Sample, each_met};
+use super::proxy::{Proxies, Proxy};
+use super::search::NearTriangle;
+use crate::number::cell::{dot, scale, sub};
+use crate::number::sqrt::sqrt;
+
+/// What holds a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Anchor {
+    /// The triangle, in the model's order.
+    pub(crate) triangle: u32,
+    /// Which of its samples.
+    pub(crate) sample: u16,
+    /// Which part of which tool.
+    pub(crate) part: u8,
+    /// Where it is in the tool's frame [mean link lengths].
+    pub(crate) point: [f32; 3],
+    /// Where that is in this tick.
+    pub(crate) place: [f32; 3],
+    /// Of the contact in the last tick; 0 for a grip.
+    pub(crate) normal: [f32; 3],
+    /// Most force: mu `f_n`; infinite for a grip.
+    pub(crate) limit: f32,
+    /// Share of its stiffness that a grip has yet.
+    pub(crate) share: f32,
+}
+
+/// What an anchor does to its sample.
+pub(crate) struct Hold {
+    /// On the tissue.
+    pub force: [f32; 3],
+    pub energy: f32,
+    pub is_stuck: bool,
+}
+
+impl Anchor {
+    /// An empty slot.
+    pub const NONE: Self = Self {
+        triangle: u32::MAX,
+        sample: 0,
+        part: 0,
+        point: [0.0; 3],
+        place: [0.0; 3],
+        normal: [0.0; 3],
+        limit: 0.0,
+        share: 1.0,
+    };
+
+    /// Whether it holds its sample without a limit.
+    pub(crate) fn is_grip(&self) -> bool {
+        self.limit == f32::INFINITY
+    }
+
+    /// p: the way from the anchor to a point, across the normal.
+    fn way_to(&self, point: [f32; 3]) -> [f32; 3] {
+        let way = sub(point, self.place);
+        sub(way, scale(dot(self.normal, way), self.normal))
+    }
+
+    /// What it does to its sample, of this stiffness.
+    #[inline(always)]
+    pub(crate) fn hold(&self, point: [f32; 3], stiffness: f32) -> Hold {
+        let (way, stiffness) = (self.way_to(point), self.share * stiffness);
+        let squared = dot(way, way);
+        let pull = stiffness * sqrt(squared);
+        if pull <= self.limit {
+            let energy = 0.5 * stiffness * squared;
+            return Hold { force: scale(-stiffness, way), energy, is_stuck: true };
+        }
+        let energy = self.limit * (sqrt(squared) - 0.5 * self.limit / stiffness);
+        let force = scale(-self.limit / sqrt(squared), way);
+        Hold { force, energy, is_stuck: false }
+    }
+
+    /// The anchor that its sample has behind a tick's sweeps: dragged along by what is beyond the
+    /// limit. `None` where the sample is free.
+    pub(crate) fn after(&self, sample: &Sample, friction: f32) -> Option<Self> {
+        if self.is_grip() {
+            return Some(*self);
+        }
+        let limit = friction * (sample.stiffness * sample.depth);
+        if !(limit > 0.0 && sample.normal != [0.0; 3]) {
+            return None;
+        }
+        let way = sub(sample.point, self.place);
+        let across = sub(way, scale(dot(sample.normal, way), sample.normal));
+        let (most, length) = (limit / sample.stiffness, sqrt(dot(across, across)));
+        let kept = if length > most { scale(most / length, across) } else { across };
+        let place = sub(sample.point, kept);
+        Some(Self { place, normal: sample.normal, limit, ..*self })
+    }
+
+    /// The anchor where a sample is now, for one that was free.
+    pub(crate) fn new(sample: &Sample, (triangle, part): (u32, u8), friction: f32) -> Option<Self> {
+        let none = Self { triangle, part, sample: sample.index, place: sample.point, ..Self::NONE };
+        none.after(sample, friction)
+    }
+
+    /// Keeps its place in the frame of the tool.
+    fn fastened(self, proxy: &Proxy) -> Self {
+        Self { point: proxy.to_tool(self.place), ..self }
+    }
+
+    /// Goes where the tool has gone.
+    pub(crate) fn follow(&mut self, proxy: &Proxy) {
+        self.place = proxy.to_body(self.point);
+    }
+}
+
+/// A grip of a sample where it is, for an anchor of it or none.
+pub(crate) fn grip(sample: &Sample, (triangle, part): (u32, u8), proxy: &Proxy) -> Anchor {
+    let (index, place) = (sample.index, sample.point);
+    let limit = f32::INFINITY;
+    Anchor { triangle, sample: index, part, place, limit, ..Anchor::NONE }.fastened(proxy)
+}
+
+/// The anchors behind a tick's sweeps, from those of the tick, both in their order: `make` says what a
+/// sample's is, for the one that it had. Gives how many there are and whether some found no slot.
+pub(crate) fn renew(
+    tools: Proxies<'_>,
+    near: &[NearTriangle],
+    (anchors, slots): (&[Anchor], &mut [Anchor]),
+    at: &impl Fn(usize) -> [f32; 3],
+    mut make: impl FnMut(&Sample, &NearTriangle, Option<&Anchor>) -> Option<Anchor>,
+) -> (usize, bool) {
+    let (mut count, mut full) = (0, false);
+    for near in near {
+        let (Some(solid), Some(tool)) = (tools.part(near.of), tools.0.get(near.tool())) else {
+            continue;
+        };
+        let own = near.anchors_of(anchors);
+        each_met(solid, near, anchors, near.corners.map(|cell| at(cell.into())), |sample| {
+            let before = own.iter().find(|anchor| anchor.sample == sample.index);
+            let Some(anchor) = make(sample, near, before) else { return };
+            match slots.get_mut(count) {
+                Some(slot) => {
+                    *slot = anchor.fastened(&tool.proxy);
+                    count += 1;
+                }
+                None => full = true,
+            }
+        });
+    }
+    (count, full)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn anchor() -> Anchor {
+        Anchor { place: [1.0, 0.0, 0.0], normal: [0.0, 0.0, 1.0], limit: 0.3, ..Anchor::NONE }
+    }
+
+    #[test]
+    fn friction_is_the_slope_of_its_energy_and_no_more_than_the_limit() {
+        for x in [1.0_f32, 1.05, 1.2, 4.0] {
+            let (hold, step) = (anchor().hold([x, 0.0, 7.0], 2.0), 1.0e-2);
+            let by = |x: f32| anchor().hold([x, 0.0, 7.0], 2.0).energy;
+            let slope = (by(x + step) - by(x - step)) / (2.0 * step);
+            assert!((slope + hold.force[0]).abs() < 2e-3, "{x}: {slope} {:?}", hold.force);
+            assert!(hold.force[0].abs() <= 0.3 && hold.force[2] == 0.0);
+            assert_eq!(hold.is_stuck, x <= 1.15);
+        }
+    }
+
+    #[test]
+    fn an_anchor_is_dragged_up_to_the_limit() {
+        let sample = Sample {
+            index: 0,
+            weights: [1.0, 0.0, 0.0],
+            point: [3.0, 0.0, 0.5],
+            depth: 0.5,
+            normal: [0.0, 0.0, 1.0],
+            stiffness: 2.0,
+            push: [0.0; 3],
+            drag: [0.0; 3],
+            is_stuck: false,
+            energy: 0.0,
+        };
+        // mu f_n / k = 0.3 * 0.5.
+        let dragged = anchor().after(&sample, 0.3).unwrap();
+        assert!((dragged.place[0] - 2.85).abs() < 1e-6 && dragged.place[2] == 0.5, "{dragged:?}");
+        assert!((dragged.limit - 0.3).abs() < 1e-6);
+        let slips = dragged.hold(sample.point, 2.0);
+        assert!((slips.force[0] + 0.3).abs() < 1e-6, "{:?}", slips.force);
+        assert_eq!(anchor().after(&Sample { depth: 0.0, ..sample }, 0.3), None);
+        let held = Anchor { limit: f32::INFINITY, ..anchor() };
+        assert!(held.after(&Sample { depth: 0.0, ..sample }, 0.0).is_some());
+    }
+
+    #[test]
+    fn a_grip_holds_in_every_direction_and_fades() {
+        let held = Anchor { normal: [0.0; 3], limit: f32::INFINITY, ..anchor() };
+        assert_eq!(held.hold([1.0, 0.0, 2.0], 3.0).force, [0.0, 0.0, -6.0]);
+        let fading = Anchor { share: 0.5, ..held };
+        assert_eq!(fading.hold([1.0, 0.0, 2.0], 3.0).force, [0.0, 0.0, -3.0]);
+        assert!(fading.hold([9.0, 0.0, 2.0], 3.0).energy < held.hold([9.0, 0.0, 2.0], 3.0).energy);
+    }
+}

@@ -1,0 +1,139 @@
+//! What a part of a tool does to the samples of a triangle.
+
+use super::friction::Anchor;
+use super::samples::each;
+use super::search::NearTriangle;
+use super::solid::Solid;
+use crate::number::cell::{add, dot, scale, sub};
+use crate::number::sqrt::sqrt;
+
+/// A share of the radius: a sample nearer to the core is pushed nowhere.
+const MIDDLE: f32 = 1.0e-6;
+
+/// A sample that is in the part, or that an anchor holds.
+pub(crate) struct Sample {
+    /// Its place in the order of the triangle's samples.
+    pub index: u16,
+    /// Of the triangle's corners.
+    pub weights: [f32; 3],
+    pub point: [f32; 3],
+    /// In the part; 0 outside.
+    pub depth: f32,
+    /// Out of the part, a unit; 0 in the middle.
+    pub normal: [f32; 3],
+    /// Stiffness [2 `k_ref`].
+    pub stiffness: f32,
+    /// Pressure on the tissue along the normal.
+    pub push: [f32; 3],
+    /// Friction on the tissue, or the pull of what grips it.
+    pub drag: [f32; 3],
+    /// Whether an anchor holds it and it does not slip.
+    pub is_stuck: bool,
+    /// Of contact and friction.
+    pub energy: f32,
+}
+
+/// Calls `visit` for the samples of a triangle, with corners at `at`, that the part meets or an anchor
+/// holds. Gives the square of the smallest distance of a sample from the core; that of the radius
+/// where the triangle is out of reach.
+#[inline(always)]
+pub(crate) fn each_met(
+    solid: &Solid,
+    near: &NearTriangle,
+    anchors: &[Anchor],
+    at: [[f32; 3]; 3],
+    mut visit: impl FnMut(&Sample),
+) -> f32 {
+    let reach = solid.radius * solid.radius;
+    let mut anchors = near.anchors_of(anchors);
+    if anchors.is_empty() && is_beyond(solid, reach, at) {
+        return reach;
+    }
+    let parts = f32::from(near.parts);
+    let stiffness = near.weight / (parts * parts);
+    let (mut nearest, mut next) = (f32::MAX, 0);
+    each(near.parts, at, |weights, point| {
+        let index = next;
+        next += 1;
+        let way = solid.way_to(point);
+        let squared = dot(way, way);
+        nearest = if squared < nearest { squared } else { nearest };
+        let anchor = match anchors.split_first() {
+            Some((first, rest)) if first.sample == index => {
+                anchors = rest;
+                Some(first)
+            }
+            _ => None,
+        };
+        let is_in = squared < reach;
+        if !is_in && anchor.is_none() {
+            return;
+        }
+        let mut sample = Sample {
+            index,
+            weights,
+            point,
+            depth: 0.0,
+            normal: [0.0; 3],
+            stiffness,
+            push: [0.0; 3],
+            drag: [0.0; 3],
+            is_stuck: false,
+            energy: 0.0,
+        };
+        if is_in {
+            let distance = sqrt(squared);
+            sample.depth = solid.radius - distance;
+            sample.energy = 0.5 * stiffness * (sample.depth * sample.depth);
+            if distance > MIDDLE * solid.radius {
+                sample.normal = scale(1.0 / distance, way);
+                sample.push = scale(stiffness * sample.depth / distance, way);
+            }
+        }
+        if let Some(anchor) = anchor {
+            let held = anchor.hold(point, stiffness);
+            sample.drag = held.force;
+            sample.is_stuck = held.is_stuck;
+            sample.energy += held.energy;
+        }
+        visit(&sample);
+    });
+    nearest
+}
+
+/// Whether no point of a triangle can be in the part, by a bound that needs no root: the square of a
+/// sum is at most twice the sum of the squares.
+#[inline(always)]
+fn is_beyond(solid: &Solid, reach: f32, [a, b, c]: [[f32; 3]; 3]) -> bool {
+    let middle = scale(1.0 / 3.0, add(add(a, b), c));
+    let squared = |corner| {
+        let way = sub(corner, middle);
+        dot(way, way)
+    };
+    let corners = [a, b, c].map(squared);
+    let largest = corners.into_iter().fold(0.0, |most, r| if r > most { r } else { most });
+    let way = solid.way_to(middle);
+    dot(way, way) > 2.0 * (reach + largest)
+}
+
+/// What a triangle's corners get in a pass: residual, and eight times the energy in the fourth lane.
+/// `None` where it is not met.
+#[inline(always)]
+pub(crate) fn at_corners(
+    solid: &Solid,
+    near: &NearTriangle,
+    anchors: &[Anchor],
+    at: [[f32; 3]; 3],
+) -> Option<[[f32; 4]; 3]> {
+    let (mut corners, mut is_met) = ([[0.0; 4]; 3], false);
+    each_met(solid, near, anchors, at, |sample| {
+        is_met = true;
+        let force = add(sample.push, sample.drag);
+        for (corner, weight) in corners.iter_mut().zip(sample.weights) {
+            let [x, y, z] = scale(weight, force);
+            let [a, b, c, e] = *corner;
+            *corner = [a + x, b + y, c + z, e + 8.0 * weight * sample.energy];
+        }
+    });
+    is_met.then_some(corners)
+}

@@ -1,0 +1,137 @@
+//! A tool as the tissue meets it: its parts at a pose.
+
+use super::solid::Solid;
+use crate::number::cell::{add, sub};
+use crate::number::turn::{Turn, turned};
+
+/// Most parts of a tool.
+pub const PARTS_MAX: usize = 8;
+/// Most tools.
+pub const TOOLS_MAX: usize = 8;
+
+/// A tool's parts in its frame and in the body's [mean link lengths].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Proxy {
+    shape: [Solid; PARTS_MAX],
+    parts: [Solid; PARTS_MAX],
+    count: usize,
+    /// Where the tool's frame is.
+    pub pivot: [f32; 3],
+    pub turn: Turn,
+    /// Share of the parts' radii that there is.
+    pub share: f32,
+}
+
+impl Proxy {
+    /// No tool.
+    pub const NONE: Self = Self {
+        shape: [Solid::NONE; PARTS_MAX],
+        parts: [Solid::NONE; PARTS_MAX],
+        count: 0,
+        pivot: [0.0; 3],
+        turn: Turn::NONE,
+        share: 0.0,
+    };
+
+    /// A tool of these parts, at the origin; parts beyond [`PARTS_MAX`] are left out.
+    pub fn of(parts: impl Iterator<Item = Solid>) -> Self {
+        let mut proxy = Self::NONE;
+        for (slot, part) in proxy.shape.iter_mut().zip(parts) {
+            *slot = part;
+            proxy.count += 1;
+        }
+        proxy.at([0.0; 3], Turn::NONE, 1.0)
+    }
+
+    /// The tool at a pose, with a share of its radii.
+    pub fn at(&self, pivot: [f32; 3], turn: Turn, share: f32) -> Self {
+        let mut proxy = Self { pivot, turn, share, ..*self };
+        for (part, shape) in proxy.parts.iter_mut().zip(&proxy.shape).take(proxy.count) {
+            *part = shape.placed(pivot, turn).grown(share);
+        }
+        proxy
+    }
+
+    /// Its parts in the body's frame.
+    pub fn parts(&self) -> &[Solid] {
+        self.parts.get(..self.count).unwrap_or(&[])
+    }
+
+    /// Smallest radius of a part, as it was chosen.
+    pub fn radius_min(&self) -> f32 {
+        self.parts().iter().fold(f32::MAX, |r, of| if of.whole < r { of.whole } else { r })
+    }
+
+    /// Largest distance of a core's corner from the pivot: a turn by a small angle moves no point of
+    /// the tool's cores by more than the angle times it. Half spaces are left out: theirs has no end.
+    pub fn arm(&self) -> f32 {
+        let shape = self.shape.get(..self.count).unwrap_or(&[]);
+        shape.iter().fold(0.0, |most, part| {
+            let [low, high] = part.core;
+            let far = |of: [f32; 3]| of.into_iter().fold(0.0, |r, x| r + x.abs());
+            let arm = far(part.centre) + far(low).max(far(high));
+            if arm > most && arm.is_finite() { arm } else { most }
+        })
+    }
+
+    /// A point of the body in the tool's frame.
+    pub fn to_tool(&self, point: [f32; 3]) -> [f32; 3] {
+        turned(self.turn.back(), sub(point, self.pivot))
+    }
+
+    /// A point of the tool's frame in the body's.
+    pub fn to_body(&self, point: [f32; 3]) -> [f32; 3] {
+        add(self.pivot, turned(self.turn, point))
+    }
+}
+
+/// The tools, as far as they are engaged.
+#[derive(Clone, Copy)]
+pub(crate) struct Proxies<'a>(pub &'a [ToolState]);
+
+/// A tool and what the tissue does to it.
+#[derive(Debug, Clone, Copy)]
+pub struct ToolState {
+    pub(crate) proxy: Proxy,
+    /// Whether it is engaged.
+    pub(crate) is_in: bool,
+    /// What it met behind the last sweeps.
+    pub(crate) met: super::Meeting,
+    /// How far it went in this tick, and its turn as axis times angle.
+    pub(crate) way: [f32; 3],
+    /// And in the last one.
+    pub(crate) way_before: [f32; 3],
+    pub(crate) spin: [f32; 3],
+    /// Where it was asked to go, and how it was to be turned.
+    pub(crate) target: [f32; 3],
+    pub(crate) target_turn: Turn,
+    /// Share of their stiffness that its grips lose in a tick.
+    pub(crate) fade: f32,
+    /// Work of its move in this tick, internal units.
+    pub(crate) work: f32,
+}
+
+impl ToolState {
+    /// No tool.
+    pub const NONE: Self = Self {
+        proxy: Proxy::NONE,
+        is_in: false,
+        met: super::Meeting::NONE,
+        way: [0.0; 3],
+        way_before: [0.0; 3],
+        spin: [0.0; 3],
+        target: [0.0; 3],
+        target_turn: Turn::NONE,
+        fade: 0.0,
+        work: 0.0,
+    };
+}
+
+impl<'a> Proxies<'a> {
+    /// Part `index`: its tool is the index over [`PARTS_MAX`].
+    #[inline(always)]
+    pub fn part(&self, index: u8) -> Option<&'a Solid> {
+        let index = usize::from(index);
+        self.0.get(index / PARTS_MAX)?.proxy.parts().get(index % PARTS_MAX)
+    }
+}

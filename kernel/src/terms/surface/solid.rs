@@ -1,0 +1,127 @@
+//! The parts of a tool: convex bodies with rounded edges.
+//!
+//! A part is all that lies within a radius of its core, a box that may be flat in any axis: of a
+//! sphere it is a point, of a capsule a line, of a half space the half space below. A sample at a
+//! distance d from the core lies r - d deep, and is pushed straight away from the core's nearest
+//! point.
+//!
+//! **The theorem** holds for each: half the squared depth curves upwards by at most 1. Along the way
+//! out it curves by 1, across it by -(r - d) / d or by 0. Inside the core the energy is that at the
+//! core's surface, and no sample is pushed there: it rises to that value and stays, which bends it
+//! downwards.
+
+use crate::number::cell::{add, sub};
+use crate::number::turn::{Turn, turned};
+
+/// A part of a tool as the tissue meets it, in the body's frame [mean link lengths].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Solid {
+    pub centre: [f32; 3],
+    /// Turns the part's frame into the body's.
+    pub turn: Turn,
+    /// The core's lowest and highest coordinates in the part's frame.
+    pub core: [[f32; 3]; 2],
+    /// Around the core. It grows where the tool was engaged inside the body.
+    pub radius: f32,
+    /// As it was chosen.
+    pub whole: f32,
+    /// Of the sphere that samples and stiffness are chosen for.
+    pub sampled: f32,
+}
+
+impl Solid {
+    /// No part.
+    pub const NONE: Self = Self {
+        centre: [0.0; 3],
+        turn: Turn::NONE,
+        core: [[0.0; 3]; 2],
+        radius: 0.0,
+        whole: 0.0,
+        sampled: 0.0,
+    };
+
+    fn is_ball(&self) -> bool {
+        self.core == [[0.0; 3]; 2]
+    }
+
+    /// The way from the core's nearest point to a point.
+    #[inline(always)]
+    pub fn way_to(&self, point: [f32; 3]) -> [f32; 3] {
+        let way = sub(point, self.centre);
+        if self.is_ball() {
+            return way;
+        }
+        let place = turned(self.turn.back(), way);
+        let [low, high] = self.core;
+        let mut out = [0.0; 3];
+        for ((out, at), (low, high)) in out.iter_mut().zip(place).zip(low.into_iter().zip(high)) {
+            // Not a difference of infinities: a core may be without end.
+            *out = if at < low {
+                at - low
+            } else if at > high {
+                at - high
+            } else {
+                0.0
+            };
+        }
+        turned(self.turn, out)
+    }
+
+    /// The part of a tool at `pivot`, turned; the part itself is in the tool's frame.
+    pub fn placed(&self, pivot: [f32; 3], turn: Turn) -> Self {
+        let centre = add(pivot, turned(turn, self.centre));
+        Self { centre, turn: turn.after(self.turn), ..*self }
+    }
+
+    /// The part with a share of its radius.
+    pub fn grown(&self, share: f32) -> Self {
+        Self { radius: if share < 1.0 { share * self.whole } else { self.whole }, ..*self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::cell::dot;
+
+    fn length(a: [f32; 3]) -> f32 {
+        crate::number::sqrt::sqrt(dot(a, a))
+    }
+
+    #[test]
+    fn ways_lead_from_the_nearest_point_of_the_core() {
+        let quarter = Turn::new([0.5_f32.sqrt(), 0.0, 0.0, 0.5_f32.sqrt()]).unwrap();
+        let capsule = Solid {
+            centre: [1.0, 0.0, 0.0],
+            turn: quarter,
+            core: [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
+            ..Solid::NONE
+        };
+        // Turned by 90 degrees about z its line lies along y.
+        for (point, way) in [
+            ([1.5, 1.0, 0.0], [0.5, 0.0, 0.0]),
+            ([1.0, 3.0, 0.0], [0.0, 1.0, 0.0]),
+            ([1.0, -2.5, 0.5], [0.0, -0.5, 0.5]),
+            ([1.0, 1.9, 0.0], [0.0; 3]),
+        ] {
+            assert!(length(sub(capsule.way_to(point), way)) < 1e-6, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn a_core_without_end_has_finite_ways() {
+        let end = f32::INFINITY;
+        let half_space = Solid { core: [[-end; 3], [end, end, -1.0]], ..Solid::NONE };
+        assert_eq!(half_space.way_to([7.0, -3.0, -0.25]), [0.0, 0.0, 0.75]);
+        assert_eq!(half_space.way_to([7.0, -3.0, -8.0]), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_part_turns_about_its_tool() {
+        let quarter = Turn::new([0.5_f32.sqrt(), 0.0, 0.0, 0.5_f32.sqrt()]).unwrap();
+        let part = Solid { centre: [2.0, 0.0, 0.0], whole: 3.0, ..Solid::NONE };
+        let placed = part.placed([1.0, 0.0, 5.0], quarter);
+        assert!(length(sub(placed.centre, [1.0, 2.0, 5.0])) < 1e-6, "{placed:?}");
+        assert_eq!([placed.grown(0.5).radius, placed.grown(1.5).radius], [1.5, 3.0]);
+    }
+}

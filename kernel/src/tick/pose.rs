@@ -1,0 +1,142 @@
+//! Where tools are, and what a tool is.
+
+use nalgebra::Vector3;
+
+use crate::number::turn::Turn;
+use crate::terms::surface::Solid;
+
+/// Pose of a tool in a tick: any bit pattern is admitted, as for [`ToolSample`](crate::ToolSample).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolPose {
+    /// Where its frame is in the frame of the input mesh \[m\].
+    pub position_m: Vector3<f32>,
+    /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
+    pub turn: [f32; 4],
+    /// 1 while the tissue feels it, else 0.
+    pub engaged: u32,
+}
+
+impl ToolPose {
+    /// A tool at a place, not turned.
+    #[must_use]
+    pub fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
+        Self { position_m, turn: [1.0, 0.0, 0.0, 0.0], engaged }
+    }
+
+    /// Whether the tick may act on it: finite, `engaged` 0 or 1, the quaternion's length within 1/2
+    /// and 2.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite()) && self.turn().is_some()
+    }
+
+    pub(crate) fn turn(&self) -> Option<Turn> {
+        Turn::new(self.turn)
+    }
+}
+
+/// A convex part of a tool with rounded edges, in the tool's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolPart {
+    /// Its middle \[m\].
+    pub centre_m: [f32; 3],
+    /// Turns its own frame into the tool's: a unit quaternion w, x, y, z.
+    pub turn: [f32; 4],
+    /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Of a half
+    /// space the core is all that lies below z = -radius: infinite in every axis.
+    pub half_m: [f32; 3],
+    /// Of the rounded edges around the core \[m\]. A sample is never pushed deeper into the tool than
+    /// half of it.
+    pub radius_m: f32,
+}
+
+impl ToolPart {
+    /// A sphere around the tool's position.
+    #[must_use]
+    pub const fn sphere(radius_m: f32) -> Self {
+        let (centre_m, half_m) = ([0.0; 3], [0.0; 3]);
+        Self { centre_m, turn: [1.0, 0.0, 0.0, 0.0], half_m, radius_m }
+    }
+
+    /// A capsule along z: a cylinder of this half length with half spheres at its ends.
+    #[must_use]
+    pub const fn capsule(half_length_m: f32, radius_m: f32) -> Self {
+        Self { half_m: [0.0, 0.0, half_length_m], ..Self::sphere(radius_m) }
+    }
+
+    /// A box whose outer half edges are those of `half_m` plus the radius of its rounded edges.
+    #[must_use]
+    pub const fn rounded_box(half_m: [f32; 3], radius_m: f32) -> Self {
+        Self { half_m, ..Self::sphere(radius_m) }
+    }
+
+    /// All that lies below z = 0.
+    #[must_use]
+    pub const fn half_space(radius_m: f32) -> Self {
+        Self { half_m: [f32::INFINITY; 3], ..Self::sphere(radius_m) }
+    }
+
+    /// Whether it is a half space.
+    #[must_use]
+    pub fn is_half_space(&self) -> bool {
+        self.half_m == [f32::INFINITY; 3]
+    }
+
+    /// The part in mean link lengths; `None` where a number is none, too small or too large.
+    pub(crate) fn solid(&self, unit_m: f32, most: f32) -> Option<Solid> {
+        let own = |x: f32| x / unit_m;
+        let (centre, half) = (self.centre_m.map(own), self.half_m.map(own));
+        let whole = own(self.radius_m);
+        let is_within = |x: f32| x.is_finite() && x.abs() <= most;
+        let is_plane = self.is_half_space();
+        let is_good = self.radius_m > 0.0
+            && whole > 0.0
+            && is_within(whole)
+            && centre.into_iter().all(is_within)
+            && (is_plane || half.into_iter().all(|x| x >= 0.0 && is_within(x)));
+        let turn = Turn::new(self.turn).filter(|_| is_good)?;
+        let end = f32::INFINITY;
+        let core = match is_plane {
+            true => [[-end; 3], [end, end, -whole]],
+            // -0.0 becomes +0.0.
+            false => [half.map(|x| 0.0 - x), half.map(|x| x + 0.0)],
+        };
+        // Samples under a half space need no finer rule than under the largest sphere.
+        let sampled = if is_plane { most } else { whole };
+        Some(Solid { centre, turn, core, radius: whole, whole, sampled })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_cannot_be_are_refused() {
+        let good = ToolPart::capsule(0.01, 0.002);
+        assert!(good.solid(0.005, 100.0).is_some());
+        assert!(ToolPart::half_space(0.004).solid(0.005, 100.0).is_some());
+        for bad in [
+            ToolPart { radius_m: 0.0, ..good },
+            ToolPart { radius_m: f32::NAN, ..good },
+            ToolPart { half_m: [0.0, -0.01, 0.0], ..good },
+            ToolPart { half_m: [0.0, f32::INFINITY, 0.0], ..good },
+            ToolPart { centre_m: [f32::NAN, 0.0, 0.0], ..good },
+            ToolPart { turn: [0.0; 4], ..good },
+            ToolPart { radius_m: 9.0, ..good },
+        ] {
+            assert!(bad.solid(0.005, 100.0).is_none(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn poses_that_cannot_be_are_seen() {
+        let good = ToolPose::at([0.0, 0.1, 0.2].into(), 1);
+        assert!(good.is_good());
+        assert!(!ToolPose { engaged: 2, ..good }.is_good());
+        assert!(!ToolPose { turn: [0.0, f32::NAN, 0.0, 1.0], ..good }.is_good());
+        assert!(!ToolPose { position_m: [f32::INFINITY, 0.0, 0.0].into(), ..good }.is_good());
+    }
+}

@@ -1,0 +1,96 @@
+//! The bounds of the cells under tools.
+
+use crate::backend::slice_set::SliceSet;
+use crate::backend::slices::cells_of;
+use crate::model::Model;
+use crate::number::two_float::LANES;
+use crate::terms::surface::NearTriangle;
+use crate::tick::touch_room::{TouchArrays, TouchState};
+
+/// Room for the rounding of the cells' bounds.
+const ROUNDED_UP: f32 = 1.001;
+
+/// The factors of an elastic level, where the model has one.
+fn factors<'m>(model: &Model<'m>) -> &'m [f32] {
+    let elastic = model.coarse_basis.and_then(|basis| basis.elastic());
+    elastic.map_or(&[][..], |level| level.factors)
+}
+
+/// Puts the tools' part into the bounds of the cells at the triangles in reach.
+pub(super) fn enclose(model: &Model<'_>, arrays: &mut TouchArrays<'_>, count: usize) {
+    let Some(state) = arrays.state.first_mut() else { return };
+    let slices = model.slice_count();
+    if state.is_filled {
+        restore(model, state, arrays.mobility, arrays.factors);
+    } else if count > 0 {
+        arrays.mobility.copy_from(model.mobility);
+        arrays.factors.copy_from(factors(model));
+        state.is_filled = true;
+    }
+    state.count = count;
+    state.slices = SliceSet::EMPTY;
+    let near = arrays.near.get(..count).unwrap_or(&[]);
+    for cell in near.iter().flat_map(|near| near.corners) {
+        state.slices.insert(usize::from(cell) / LANES);
+    }
+    for cell in state.slices.iter(slices).flat_map(|slice| cells_of(slice, model.cells())) {
+        if let Some(bound) = arrays.mobility.get_mut(cell) {
+            *bound = 0.0;
+        }
+    }
+    for near in near {
+        let weight = bound(near);
+        for cell in near.corners {
+            if let Some(bound) = arrays.mobility.get_mut(usize::from(cell)) {
+                *bound += weight;
+            }
+        }
+    }
+    for cell in state.slices.iter(slices).flat_map(|slice| cells_of(slice, model.cells())) {
+        let (Some(slot), Some(&own)) = (arrays.mobility.get_mut(cell), model.mobility.get(cell))
+        else {
+            continue;
+        };
+        let more = ROUNDED_UP * *slot * own;
+        *slot = own / (1.0 + more);
+        if let Some(factor) = arrays.factors.get_mut(cell) {
+            // The own part by itself, f / W, is softened by the tools' bound as r / W is.
+            *factor *= (1.0 + more) / (1.0 + *factor * more);
+        }
+    }
+}
+
+/// Part of a triangle in the bound of each of its corners: a third of its stiffness in contact, and
+/// as much for what holds samples of it.
+fn bound(near: &NearTriangle) -> f32 {
+    let third = near.weight * (1.0 / 3.0);
+    if near.held > 0 { third + third } else { third }
+}
+
+/// Gives the cells of the last tick's triangles their own bounds back.
+fn restore(model: &Model<'_>, state: &TouchState, mobility: &mut [f32], own: &mut [f32]) {
+    let factors = factors(model);
+    for slice in state.slices.iter(model.slice_count()) {
+        for cell in cells_of(slice, model.cells()) {
+            if let (Some(slot), Some(&of)) = (mobility.get_mut(cell), model.mobility.get(cell)) {
+                *slot = of;
+            }
+            if let (Some(slot), Some(&of)) = (own.get_mut(cell), factors.get(cell)) {
+                *slot = of;
+            }
+        }
+    }
+}
+
+/// `copy_from_slice` that cannot panic.
+trait CopyFrom {
+    fn copy_from(&mut self, from: &Self);
+}
+
+impl CopyFrom for [f32] {
+    fn copy_from(&mut self, from: &Self) {
+        for (slot, value) in self.iter_mut().zip(from) {
+            *slot = *value;
+        }
+    }
+}

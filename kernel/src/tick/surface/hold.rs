@@ -1,0 +1,144 @@
+//! What holds samples: friction's anchors and grips, from tick to tick.
+
+use super::{energy_of, follow};
+use crate::number::two_float::TwoFloat;
+use crate::terms::surface::{Anchor, NearTriangle, Proxies, Sample, ToolState, grip, renew};
+use crate::tick::touch_room::TouchArrays;
+
+/// Tells the triangles in reach which anchors are theirs; both are in the order of the triangles.
+pub(super) fn regroup(arrays: &mut TouchArrays<'_>, count: usize) {
+    let Some(state) = arrays.state.first_mut() else { return };
+    state.count = count;
+    let first = if state.is_second { arrays.anchors.len() / 2 } else { 0 };
+    let anchors = arrays.anchors.get(first..first + state.anchors).unwrap_or(&[]);
+    let mut next = 0;
+    for near in arrays.near.iter_mut().take(count) {
+        let key = near.key();
+        let order = |anchor: &Anchor| (anchor.triangle, anchor.part);
+        while anchors.get(next).is_some_and(|anchor| order(anchor) < key) {
+            next += 1;
+        }
+        let own = anchors.iter().skip(next).take_while(|anchor| order(anchor) == key).count();
+        (near.first, near.held) = (next as u16, own as u16);
+        next += own;
+    }
+}
+
+/// Anchors follow their tools and grips that are let go fade. The energy that all tools then meet;
+/// where that is more than there is room for, nothing is held any more.
+pub(super) fn loaded(
+    arrays: &mut TouchArrays<'_>,
+    room: f32,
+    at: &impl Fn(usize) -> [f32; 3],
+) -> TwoFloat {
+    let Some(state) = arrays.state.first().copied() else { return TwoFloat::ZERO };
+    let first = if state.is_second { arrays.anchors.len() / 2 } else { 0 };
+    let anchors = arrays.anchors.get_mut(first..first + state.anchors).unwrap_or_default();
+    for anchor in &mut *anchors {
+        let tool = arrays.tools.get(usize::from(anchor.part) / crate::PARTS_MAX);
+        if anchor.is_grip()
+            && let Some(tool) = tool
+        {
+            let share = anchor.share - tool.fade;
+            anchor.share = if share > 0.0 { share } else { 0.0 };
+        }
+    }
+    follow(anchors, arrays.tools);
+    let energy = energy_of(arrays, at);
+    if state.anchors == 0 || energy.hi <= room {
+        return energy;
+    }
+    for near in arrays.near.iter_mut().take(state.count) {
+        near.held = 0;
+    }
+    if let Some(state) = arrays.state.first_mut() {
+        state.anchors = 0;
+    }
+    energy_of(arrays, at)
+}
+
+/// Gives every sample in contact the anchor that it has from now on. What that does to the energy,
+/// rounded up, and whether some sample found no slot.
+pub(super) fn renew_all(
+    arrays: &mut TouchArrays<'_>,
+    at: &impl Fn(usize) -> [f32; 3],
+) -> (TwoFloat, bool) {
+    let nothing = (TwoFloat::ZERO, false);
+    let Some(state) = arrays.state.first().copied() else { return nothing };
+    if state.count == 0 || (state.friction <= 0.0 && state.anchors == 0) {
+        return nothing;
+    }
+    let before = energy_of(arrays, at);
+    let full = exchange(arrays, at, |sample, near, held| match held {
+        Some(held) if !held.is_grip() || held.share > 0.0 => held.after(sample, state.friction),
+        _ => Anchor::new(sample, (near.index, near.of), state.friction),
+    });
+    let after = energy_of(arrays, at);
+    let rounding = f32::EPSILON * (before.hi + after.hi);
+    (after.minus(before).plus(rounding.into()), full)
+}
+
+/// A tool grips the samples that it is in contact with, where they are. How many it holds, and what
+/// that does to the energy.
+pub(in crate::tick) fn take_hold(
+    arrays: &mut TouchArrays<'_>,
+    tool: usize,
+    at: &impl Fn(usize) -> [f32; 3],
+) -> (usize, TwoFloat, bool) {
+    let before = energy_of(arrays, at);
+    let mut held = 0;
+    let proxies: [_; crate::TOOLS_MAX] =
+        core::array::from_fn(|tool| arrays.tools.get(tool).map(|tool| tool.proxy));
+    let full = exchange(arrays, at, |sample, near, anchor| {
+        if near.tool() != tool || sample.depth <= 0.0 {
+            return anchor.copied();
+        }
+        let proxy = proxies.get(tool)?.as_ref()?;
+        held += 1;
+        Some(grip(sample, (near.index, near.of), proxy))
+    });
+    if let Some(tool) = arrays.tools.get_mut(tool) {
+        tool.fade = 0.0;
+    }
+    let after = energy_of(arrays, at);
+    let rounding = f32::EPSILON * (before.hi + after.hi);
+    (held, after.minus(before).plus(rounding.into()), full)
+}
+
+/// Writes the other half of the list anew and goes over to it.
+fn exchange(
+    arrays: &mut TouchArrays<'_>,
+    at: &impl Fn(usize) -> [f32; 3],
+    make: impl FnMut(&Sample, &NearTriangle, Option<&Anchor>) -> Option<Anchor>,
+) -> bool {
+    let Some(state) = arrays.state.first_mut() else { return false };
+    let half = arrays.anchors.len() / 2;
+    let Some((one, other)) = arrays.anchors.split_at_mut_checked(half) else { return false };
+    let (from, to) = if state.is_second { (other, one) } else { (one, other) };
+    let from = from.get(..state.anchors).unwrap_or(&[]);
+    let near = arrays.near.get(..state.count).unwrap_or(&[]);
+    let to = to.get_mut(..half).unwrap_or_default();
+    let (count, full) = renew(Proxies(arrays.tools), near, (from, to), at, make);
+    (state.anchors, state.is_second) = (count, !state.is_second);
+    let count = state.count;
+    regroup(arrays, count);
+    full
+}
+
+/// What a list of tools holds.
+pub(in crate::tick) fn held_by(arrays: &TouchArrays<'_>, tool: usize) -> usize {
+    let of = |anchor: &&Anchor| usize::from(anchor.part) / crate::PARTS_MAX == tool;
+    arrays.anchors().iter().filter(of).filter(|anchor| anchor.is_grip()).count()
+}
+
+impl ToolState {
+    /// Whether its proxy is where the tool is.
+    pub(super) fn is_at_target(&self) -> bool {
+        self.proxy.pivot == self.target && self.proxy.turn == self.target_turn
+    }
+
+    /// Whether it is also as large.
+    pub(super) fn is_there(&self) -> bool {
+        self.is_at_target() && self.proxy.share >= 1.0 && self.fade <= 0.0
+    }
+}

@@ -1,0 +1,285 @@
+//! The tools' part of a tick on a model with a contact surface, see
+//! [`surface`](crate::terms::surface).
+//!
+//! **The tissue meets a proxy of each tool.** It goes to where the tool is, with three exceptions, each
+//! marked by flag 1 ([`Flags::MOTION_CLAMPED`]) and made up for in later ticks:
+//!
+//! - **Never through.** It goes only so far that no sample lies deeper in a part than half its radius,
+//!   so none passes its middle. A tool that goes deeper leaves it behind, and the force stays.
+//! - It goes by half a radius a tick at most while the surface is near; far from it by as much as
+//!   the surface is away, so that it never jumps over it.
+//! - It goes only so far as the model's largest energy allows. A move that lowers the energy is
+//!   never shortened.
+//!
+//! A tool that is engaged inside the body starts with smaller radii, which grow by a tenth a tick
+//! at most.
+//!
+//! **Energy.** The level changes by what the moves do to the term's energy at the positions as they
+//! are. What the hand feels is less: the sweeps take the rest out of the body within the tick. The
+//! work that the device is charged for is the mean of the forces before and after, times the way, and
+//! that of the torques, times the turn.
+//!
+//! **Late ticks** move nothing: the proxies go on in the next tick with a sweep.
+//!
+//! Cost a tick while engaged: one look at each triangle of the surface for each part of a tool, up to
+//! eight looks at the samples of those in reach, and one a sweep; with friction or grips two more.
+//!
+//! - `going`: how far a proxy goes.
+//! - `bounds`: the bounds of the cells under tools.
+
+mod bounds;
+mod going;
+mod hold;
+
+use super::order::Tick;
+use super::pose::ToolPose;
+use super::sample::Flags;
+use super::touch_room::TouchArrays;
+use crate::model::Model;
+use crate::number::Number;
+use crate::number::cell::{Cell, add, dot, output, single, sub};
+use crate::number::two_float::TwoFloat;
+use crate::solver::Dynamics;
+use crate::solver::coarse::Under;
+use crate::terms::held::approach;
+use crate::terms::surface::{Anchor, Meeting, Proxies, ToolState, search};
+use going::{COMING, Go, HALF};
+pub(super) use hold::{held_by, take_hold};
+
+/// Largest coordinate of a tool [mean link lengths], so that its square stays finite.
+const PLACE_MAX: f32 = 2.0e6;
+
+/// Where cells are published, in single precision.
+pub(super) fn places<'a, N: Number>(
+    model: &Model<'_>,
+    state: &'a [Cell<N>],
+) -> impl Fn(usize) -> [f32; 3] + use<'a, N> {
+    let k = N::from_single(model.saturation());
+    move |cell| state.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
+}
+
+/// What all engaged tools meet, in energy.
+fn energy_of(arrays: &TouchArrays<'_>, at: &impl Fn(usize) -> [f32; 3]) -> TwoFloat {
+    let each = arrays.tools.iter().enumerate().filter(|(_, tool)| tool.is_in);
+    each.fold(TwoFloat::ZERO, |sum, (number, tool)| {
+        let among = (arrays.near(), arrays.anchors());
+        sum.plus(Meeting::of((&tool.proxy, number), among, at).energy)
+    })
+}
+
+/// A place in the frame of the mesh \[m\] in mean link lengths from the body's centre.
+fn internal(model: &Model<'_>, position_m: [f32; 3]) -> [f32; 3] {
+    sub(position_m, model.centre_m()).map(|way| (way / model.unit_m()).clamp(-PLACE_MAX, PLACE_MAX))
+}
+
+/// Whether a tool begins or ceases to be engaged.
+#[derive(PartialEq)]
+enum Edge {
+    None,
+    In,
+    Out,
+}
+
+impl ToolState {
+    /// A tick begins: the tool is engaged or lets go.
+    fn engage(&mut self, pose: Option<&ToolPose>) -> Edge {
+        (self.way, self.spin) = ([0.0; 3], [0.0; 3]);
+        match pose.map(|pose| pose.engaged == 1) {
+            Some(true) if !self.is_in => {
+                self.proxy = self.proxy.at(self.target, self.target_turn, 1.0);
+                self.is_in = true;
+                Edge::In
+            }
+            Some(false) if self.is_in => {
+                self.leave();
+                Edge::Out
+            }
+            _ => Edge::None,
+        }
+    }
+
+    /// The tool lets go.
+    pub(crate) fn leave(&mut self) {
+        self.is_in = false;
+        self.met = Meeting::NONE;
+        (self.way, self.spin, self.fade) = ([0.0; 3], [0.0; 3], 0.0);
+    }
+
+    /// Takes a pose as its target, by the step limit; whether that bit.
+    fn aim(&mut self, model: &Model<'_>, pose: &ToolPose, step: f32) -> bool {
+        let wished = internal(model, pose.position_m.into());
+        if let Some(turn) = pose.turn() {
+            self.target_turn = turn;
+        }
+        if !self.is_in {
+            self.target = wished;
+            return false;
+        }
+        let (to, is_short) = approach(self.target, wished, step);
+        self.target = to;
+        is_short
+    }
+}
+
+impl<D: Dynamics> Tick<'_, '_, D> {
+    /// The tools follow their poses.
+    pub(super) fn press<const LATE: bool>(&mut self, poses: &[ToolPose]) {
+        if self.go::<LATE>(poses) {
+            self.prepare();
+        }
+    }
+
+    /// The tools go on; whether there is something to prepare for.
+    fn go<const LATE: bool>(&mut self, poses: &[ToolPose]) -> bool {
+        let model = self.network.model();
+        let step = self.network.settings().max_tool_step_m / model.unit_m();
+        let at = places(model, &*self.state);
+        let sleeps = self.head.awake.set.is_empty(model.slice_count());
+        let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return false };
+        let before = if LATE { TwoFloat::ZERO } else { energy_of(&arrays, &at) };
+        let (mut is_new, mut stays) = ([false; crate::TOOLS_MAX], true);
+        for (number, (tool, is_new)) in arrays.tools.iter_mut().zip(&mut is_new).enumerate() {
+            let pose = poses.get(number);
+            if pose.is_some_and(|pose| tool.aim(model, pose, step)) {
+                self.flags.insert(Flags::MOTION_CLAMPED);
+            }
+            if !LATE {
+                let edge = tool.engage(pose);
+                *is_new = edge == Edge::In;
+                stays &= edge == Edge::None && (!tool.is_in || tool.is_there());
+            }
+        }
+        if let Some(tool) = arrays.tools.first() {
+            let start = internal(model, self.head.tool_origin_m);
+            self.head.applied = sub(tool.target, start);
+        }
+        if LATE || (stays && sleeps) {
+            return false;
+        }
+        let found = model
+            .contact_surface()
+            .map(|surface| search(&surface, &at, (arrays.tools, HALF + COMING), arrays.near));
+        let Some(found) = found else { return false };
+        if found.full {
+            self.flags.insert(Flags::CONTACT_CAPACITY);
+        }
+        hold::regroup(&mut arrays, found.count);
+        let room = model.energy_max() - (self.head.level.at_most(model.energy_max()) - before.hi);
+        let (moved, going) = advance(&mut arrays, &found.distance, (is_new, room), &at);
+        if arrays.tools.iter().any(|tool| tool.is_in && !tool.is_at_target()) {
+            self.flags.insert(Flags::MOTION_CLAMPED);
+        }
+        bounds::enclose(model, &mut arrays, found.count);
+        let after = hold::loaded(&mut arrays, room, &at);
+        if before != TwoFloat::ZERO || after != TwoFloat::ZERO {
+            let rounding = f32::EPSILON * (before.hi + after.hi);
+            self.head.level.shift(after.minus(before).plus(rounding.into()));
+            self.head.awake.wake_all(model);
+            if moved || !stays {
+                self.head.dynamics.pushed();
+                self.head.dynamics.goes_on(going);
+            }
+        }
+        true
+    }
+
+    /// Prepares the coarse level for what the tools meet.
+    fn prepare(&mut self) {
+        let (terms, model) = (self.terms(), self.network.model());
+        let at = places(model, &*self.state);
+        let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return };
+        let [coarse, ..] = core::mem::take(&mut arrays.coarse) else { return };
+        let (near, anchors) = (arrays.near(), arrays.anchors());
+        coarse.prepare(terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);
+    }
+
+    /// All tools let go: the term's energy at the samples is gone.
+    pub(super) fn leave_surface(&mut self) {
+        let model = self.network.model();
+        let at = places(model, &*self.state);
+        let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return };
+        let energy = energy_of(&arrays, &at);
+        arrays.tools.iter_mut().for_each(ToolState::leave);
+        bounds::enclose(model, &mut arrays, 0);
+        for state in &mut *arrays.state {
+            state.anchors = 0;
+        }
+        if energy != TwoFloat::ZERO {
+            let rounding = f32::EPSILON * energy.hi;
+            self.head.level.shift(TwoFloat::ZERO.minus(energy).plus(rounding.into()));
+            self.head.awake.wake_all(model);
+            self.head.dynamics.pushed();
+        }
+    }
+
+    /// What the tools meet behind the sweeps: the force on the first in internal units; the work of
+    /// their moves is booked.
+    pub(super) fn feel(&mut self) -> [f32; 3] {
+        let model = self.network.model();
+        let at = places(model, &*self.state);
+        let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return [0.0; 3] };
+        let (change, full) = hold::renew_all(&mut arrays, &at);
+        if full {
+            self.flags.insert(Flags::CONTACT_CAPACITY);
+        }
+        if change != TwoFloat::ZERO {
+            self.head.level.shift(change);
+        }
+        let mut work = 0.0;
+        for number in 0..arrays.tools.len() {
+            let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
+            let met = Meeting::of((&tool.proxy, number), (arrays.near(), arrays.anchors()), &at);
+            let (force, torque) =
+                (add(tool.met.force, met.force), add(tool.met.torque, met.torque));
+            let own = -0.5 * (dot(force, tool.way) + dot(torque, tool.spin));
+            work += own;
+            if let Some(tool) = arrays.tools.get_mut(number) {
+                (tool.met, tool.work) = (met, own);
+            }
+        }
+        self.work = work.into();
+        arrays.tools.first().map_or([0.0; 3], |tool| tool.met.force)
+    }
+}
+
+/// The proxies go towards their tools; whether one moved or grew, and how much of the last
+/// tick's moves they make again, at most 1.
+fn advance(
+    arrays: &mut TouchArrays<'_>,
+    distance: &[f32],
+    (is_new, room): ([bool; crate::TOOLS_MAX], f32),
+    at: &impl Fn(usize) -> [f32; 3],
+) -> (bool, f32) {
+    let (mut moved, mut taken) = (false, 0.0);
+    let (mut along, mut last) = (0.0, 0.0);
+    for (number, (&is_new, &distance)) in is_new.iter().zip(distance).enumerate() {
+        let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
+        let near = arrays.near();
+        let go = Go { tool, number, is_new, room: room - taken, distance, near };
+        let (proxy, met) = go.go(at);
+        taken += met.energy.hi;
+        let from = tool.proxy;
+        if let Some(tool) = arrays.tools.get_mut(number) {
+            if !is_new {
+                tool.way = sub(proxy.pivot, from.pivot);
+                tool.spin = proxy.turn.after(from.turn.back()).small();
+            }
+            moved |= proxy != from || is_new;
+            along += dot(tool.way, tool.way_before);
+            last += dot(tool.way_before, tool.way_before);
+            tool.way_before = tool.way;
+            tool.proxy = proxy;
+        }
+    }
+    let ratio = if along > 0.0 { along / last } else { 0.0 };
+    (moved, if ratio < 1.0 { ratio } else { 1.0 })
+}
+
+/// Anchors go where their tools have gone.
+fn follow(anchors: &mut [Anchor], tools: &[ToolState]) {
+    for anchor in anchors {
+        if let Some(tool) = tools.get(usize::from(anchor.part) / crate::PARTS_MAX) {
+            anchor.follow(&tool.proxy);
+        }
+    }
+}

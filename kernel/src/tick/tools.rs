@@ -1,0 +1,223 @@
+//! Tools on a model with a contact surface: their choice, ticks with a pose each, what each feels, and
+//! what it grips.
+
+use nalgebra::Vector3;
+
+use super::pose::{ToolPart, ToolPose};
+use super::sample::{TickOutput, ToolSample};
+use super::settings::Network;
+use super::surface::{held_by, places, take_hold};
+use super::tissue::TissueMut;
+use crate::COORDINATE_MAX;
+use crate::number::cell::{add, scale};
+use crate::number::clamp::clamped;
+use crate::solver::Dynamics;
+use crate::terms::held::ContactError;
+use crate::terms::surface::{
+    BUILT, ContactForce, PARTS_MAX, Proxies, Proxy, TOOLS_MAX, ToolState, forces,
+};
+
+/// Largest coefficient of friction.
+pub const FRICTION_MAX: f32 = 10.0;
+
+/// What one of several tools feels in a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolOutput {
+    /// Force of the tissue on the tool \[N\].
+    pub force_n: Vector3<f32>,
+    /// Torque on it about its position \[N m\].
+    pub torque_nm: Vector3<f32>,
+    /// Its part in [`TickOutput::work_j`], the torque's times the turn included \[J\].
+    pub work_j: f32,
+    /// Upper bound of the stiffness that it meets within a tick [N/m].
+    pub stiffness_n_per_m: f32,
+    /// Triangles that it is in contact with, or whose samples it grips.
+    pub contacts: u32,
+}
+
+impl ToolOutput {
+    /// Of a tool that touches nothing.
+    pub const NONE: Self = Self {
+        force_n: Vector3::new(0.0, 0.0, 0.0),
+        torque_nm: Vector3::new(0.0, 0.0, 0.0),
+        work_j: 0.0,
+        stiffness_n_per_m: 0.0,
+        contacts: 0,
+    };
+}
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Gives the tissue tools in place of chosen cells: each a list of at most [`PARTS_MAX`] convex
+    /// parts, with one coefficient of friction by Coulomb's law, 0 for none. Each tick then takes a
+    /// pose for each ([`Self::tick_tools`]); [`Self::tick`] moves the first, not turned.
+    ///
+    /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue
+    /// without room for anchors has no friction and no grips.
+    ///
+    /// # Errors
+    /// Why this cannot be; the old choice stays.
+    pub fn choose_tools(
+        &mut self,
+        network: &Network<'_>,
+        tools: &[&[ToolPart]],
+        friction: f32,
+    ) -> Result<(), ContactError> {
+        let model = self.may_choose(network)?;
+        if !model.has_contact_surface() {
+            return Err(ContactError::NoContactSurface);
+        }
+        let (capacity, anchors) = self.touch.tool_capacity();
+        let capacity = capacity.min(TOOLS_MAX);
+        if BUILT > 0 && (tools.is_empty() || tools.len() > capacity) {
+            return Err(ContactError::Tools { needed: tools.len(), capacity });
+        }
+        if !(0.0..=FRICTION_MAX).contains(&friction) {
+            return Err(ContactError::Friction { max: FRICTION_MAX });
+        }
+        if friction > 0.0 && anchors == 0 {
+            return Err(ContactError::AnchorRoom);
+        }
+        let unit_m = model.unit_m();
+        let mut radius = f32::MAX;
+        for (tool, parts) in tools.iter().enumerate() {
+            if parts.is_empty() || parts.len() > PARTS_MAX {
+                return Err(ContactError::Parts { tool, most: PARTS_MAX });
+            }
+            for (part, of) in parts.iter().enumerate() {
+                let Some(solid) = of.solid(unit_m, COORDINATE_MAX) else {
+                    return Err(ContactError::Part { tool, part });
+                };
+                radius = if solid.whole < radius { solid.whole } else { radius };
+                self.check_touch(model, solid.sampled)?;
+            }
+        }
+        let (needed, room) = (D::probe_room(model), self.room.len());
+        if needed > room {
+            return Err(ContactError::ProbeRoom { needed, room });
+        }
+        if let Some(arrays) = self.touch.whole() {
+            for (slot, parts) in arrays.tools.iter_mut().zip(tools) {
+                let parts = parts.iter().filter_map(|part| part.solid(unit_m, COORDINATE_MAX));
+                *slot = ToolState { proxy: Proxy::of(parts), ..ToolState::NONE };
+            }
+            for state in &mut *arrays.state {
+                (state.tools, state.friction) = (tools.len(), friction);
+                (state.count, state.anchors) = (0, 0);
+            }
+        }
+        self.head.chosen = 0;
+        self.head.dynamics.release();
+        self.head.probe = Some(radius);
+        Ok(())
+    }
+
+    /// One tick with a pose for each tool, see [`Self::tick`]; poses beyond the tools are left out,
+    /// tools beyond the poses stay as they are. One bad pose makes the sample a bad one. The output is
+    /// that of the first tool, with the work of all; [`Self::tool_output`] has the others'.
+    pub fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput {
+        self.tick_tools_while(network, poses, |_| true)
+    }
+
+    /// As [`Self::tick_tools`], ended as by [`Self::tick_while`].
+    pub fn tick_tools_while(
+        &mut self,
+        network: &Network<'_>,
+        poses: &[ToolPose],
+        mut more: impl FnMut(u16) -> bool,
+    ) -> TickOutput {
+        let sample = joined(poses);
+        self.run_poses::<false>(network, &sample, Some(poses), &mut more)
+    }
+
+    /// As [`Self::tick_late`], with a pose for each tool.
+    pub fn tick_tools_late(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput {
+        if !D::IS_ANYTIME || self.head.level.is_forgotten() {
+            return self.tick_tools_while(network, poses, |_| false);
+        }
+        self.run_poses::<true>(network, &joined(poses), Some(poses), &mut |_| false)
+    }
+
+    /// What a tool felt in the last tick with a sweep; nothing while it is not engaged.
+    #[must_use]
+    pub fn tool_output(&self, network: &Network<'_>, tool: usize) -> ToolOutput {
+        let model = network.model();
+        let Some(tool) = self.touch.tool(tool) else { return ToolOutput::NONE };
+        let force_n = scale(model.force_unit_n(), tool.met.force);
+        let (force_n, _) = clamped(force_n, network.settings().max_force_n);
+        let torque_nm = scale(model.force_unit_n() * model.unit_m(), tool.met.torque);
+        ToolOutput {
+            force_n: force_n.into(),
+            torque_nm: torque_nm.into(),
+            work_j: tool.work * model.energy_unit_j(),
+            stiffness_n_per_m: 2.0 * model.stiffness_n_per_m() * tool.met.stiffness,
+            contacts: tool.met.touched,
+        }
+    }
+
+    /// The contacts of all tools as they are now, one for each triangle and part of a tool. Cost: one
+    /// look at the samples in reach.
+    pub fn contact_forces(&mut self, network: &Network<'_>, mut each: impl FnMut(&ContactForce)) {
+        let model = network.model();
+        let Some(state) = self.state.get(..model.cells()) else { return };
+        let at = places(model, state);
+        let Some(arrays) = self.touch.arrays(model.cells()) else { return };
+        let among = (Proxies(arrays.tools), arrays.near(), arrays.anchors());
+        let (unit_m, unit_n) = (model.unit_m(), model.force_unit_n());
+        for contact in forces(among.0, among.1, among.2, at) {
+            let area = model.contact_surface().and_then(|surface| {
+                surface.triangle(contact.triangle as usize).map(|(_, of)| of.area)
+            });
+            each(&ContactForce {
+                position_m: add(model.centre_m(), scale(unit_m, contact.position_m)),
+                normal_n: scale(unit_n, contact.normal_n),
+                tangential_n: scale(unit_n, contact.tangential_n),
+                area_m2: contact.area_m2 * area.unwrap_or(0.0) * (unit_m * unit_m),
+                ..contact
+            });
+        }
+    }
+
+    /// A tool grips what it is in contact with: it holds these samples where they are in its frame,
+    /// without slip, until [`Self::let_go`] or until it is no longer engaged. A tool that stays is a
+    /// pin. Gives how many samples it holds; 0 where it touches nothing.
+    ///
+    /// The force does not jump: a grip begins without pull. Between two ticks.
+    pub fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize {
+        let model = network.model();
+        let Some(state) = self.state.get(..model.cells()) else { return 0 };
+        let at = places(model, state);
+        let Some(mut arrays) = self.touch.arrays(model.cells()) else { return 0 };
+        let (held, change, _) = take_hold(&mut arrays, tool, &at);
+        self.head.level.shift(change);
+        self.head.awake.wake_all(model);
+        self.head.dynamics.interrupt();
+        held
+    }
+
+    /// A tool lets go of what it grips, within so many ticks: the pull falls to 0 evenly.
+    pub fn let_go(&mut self, tool: usize, ticks: u16) {
+        let Some(arrays) = self.touch.whole() else { return };
+        if let Some(tool) = arrays.tools.get_mut(tool) {
+            tool.fade = 1.0 / f32::from(if ticks > 0 { ticks } else { 1 });
+        }
+    }
+
+    /// Samples that a tool grips.
+    #[must_use]
+    pub fn gripped(&mut self, network: &Network<'_>, tool: usize) -> usize {
+        let arrays = self.touch.arrays(network.model().cells());
+        arrays.map_or(0, |arrays| held_by(&arrays, tool))
+    }
+}
+
+/// The sample that poses make together: the first one's place, engaged where one is, bad where one
+/// is.
+fn joined(poses: &[ToolPose]) -> ToolSample {
+    let position_m = poses.first().map_or_else(Vector3::zeros, |pose| pose.position_m);
+    let engaged = if poses.iter().all(ToolPose::is_good) {
+        u32::from(poses.iter().any(|pose| pose.engaged == 1))
+    } else {
+        u32::MAX
+    };
+    ToolSample { position_m, engaged }
+}
