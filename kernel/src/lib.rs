@@ -90,4 +90,4 @@ pub use tick::sample::{Flags, TickOutput, ToolSample};
 pub use tick::settings::{Network, Settings, SettingsError};
 pub use tick::tissue::{Head, Tissue, TissueMut};
 pub use tick::tools::{FRICTION_MAX, ToolOutput};
-pub use tick::touch_room::{TouchArrays, TouchRoom, TouchState};
+pub use tick::touch_room::{TouchArrays, TouchRoom, TouchState, TouchStore};

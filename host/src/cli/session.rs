@@ -10,7 +10,7 @@ use super::choice::parser;
 use super::verdict::VerdictArgs;
 use crate::engine::contact::{farthest, inward};
 use crate::engine::motion::{Pose, Press};
-use crate::engine::{Contact, Engine, rest_m};
+use crate::engine::{Contact, Engine, only_sphere, rest_m};
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
@@ -112,6 +112,12 @@ pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Ve
     let (cells, clearance_m) = match *engine.contact() {
         Contact::Cells(ref cells) => (cells.clone(), 0.0),
         Contact::Probe { radius_m, .. } => (vec![farthest(model)?], f64::from(radius_m)),
+        Contact::Tools { ref tools, .. } => {
+            let radius_m = only_sphere(tools).ok_or_else(|| {
+                Error::input("the built-in press is for one sphere; give a path of your own")
+            })?;
+            (vec![farthest(model)?], f64::from(radius_m))
+        }
     };
     let direction = inward(model, &cells);
     let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();

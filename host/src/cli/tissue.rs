@@ -7,14 +7,16 @@
 
 use std::ffi::OsString;
 
-use chaincell_kernel::{Choice, Drive, Model, Network, Settings, SettingsError, Unloading};
+use chaincell_kernel::{
+    Choice, Drive, FRICTION_MAX, Model, Network, Settings, SettingsError, ToolPart, Unloading,
+};
 use serde::Serialize;
 
 use super::choice::parser;
 use crate::choice;
 use crate::engine::contact::contact_cells;
 use crate::engine::threads::{ThreadCount, Threads};
-use crate::engine::{Arithmetic, Contact, Engine, Scheme};
+use crate::engine::{Arithmetic, Contact, Engine, Scheme, only_sphere};
 use crate::error::{Error, Result};
 use crate::words::counted;
 
@@ -35,11 +37,15 @@ pub struct TissueArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(1..))]
     pub probe_capacity: Option<u16>,
+    /// Coefficient of friction between a probe and the contact surface of a model that was baked with
+    /// --probe-contact surface [default: 0]
+    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
+    pub friction: Option<f32>,
     /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
-    /// cells; euler is the paper's own, for relaxation in time;
+    /// cells or moves on a surface; euler is the paper's own, for relaxation in time;
     /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
     /// least RAM and a model baked with --colours [default: predict where the tool holds cells of a
-    /// model without slack, else track]
+    /// model without slack, or meets a contact surface; else track]
     #[arg(long, value_parser = parser::<Scheme>())]
     dynamics: Option<Scheme>,
     /// Numbers that cells and links are computed in
@@ -105,6 +111,7 @@ pub struct TissueReport {
     contact_nodes: Vec<u32>,
     probe_radius_m: Option<f32>,
     probe_capacity: Option<usize>,
+    friction: Option<f32>,
     alpha: f32,
     alpha_varies: bool,
     stiffness_n_per_m: f32,
@@ -146,7 +153,7 @@ impl TissueArgs {
     /// The scheme that was asked for, or the one that suits the scene.
     fn scheme(&self, model: &Model<'_>, contact: &Contact) -> Scheme {
         let why_track = match contact {
-            Contact::Probe { .. } => Some("with a probe"),
+            Contact::Probe { .. } if !model.has_contact_surface() => Some("with a probe on cells"),
             _ if self.drive == Drive::Current => Some("under a current"),
             _ if model.has_slack() => Some("on a model with slack (--alpha of bake)"),
             _ => None,
@@ -251,6 +258,12 @@ impl TissueArgs {
                      or leave it out"
                 )));
             }
+            if let Some(friction) = self.friction {
+                return Err(Error::input(format!(
+                    "--friction {friction}: cells that are held do not slide; give --contact \
+                     probe:RADIUS, or leave it out"
+                )));
+            }
             return contact_cells(&self.contact, model).map(Contact::Cells);
         };
         if self.drive == Drive::Current {
@@ -272,6 +285,9 @@ impl TissueArgs {
                  body's own bound (--k-m of bake)"
             )));
         }
+        if let Some(friction) = self.friction.filter(|friction| *friction != 0.0) {
+            return slides(model, radius_m, friction);
+        }
         Ok(Contact::Probe {
             radius_m,
             capacity: self.probe_capacity.unwrap_or(PROBE_CAPACITY).into(),
@@ -282,6 +298,7 @@ impl TissueArgs {
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args = vec![format!("--contact={}", self.contact)];
         args.extend(self.probe_capacity.map(|count| format!("--probe-capacity={count}")));
+        args.extend(self.friction.map(|friction| format!("--friction={friction}")));
         args.extend(self.dynamics.map(|scheme| format!("--dynamics={}", scheme.name())));
         args.push(format!("--number={}", self.number.name()));
         args.push(format!("--sweeps={}", self.sweeps));
@@ -305,9 +322,10 @@ impl TissueArgs {
         let mut contact_nodes: Vec<u32> =
             engine.contacts().iter().map(|&cell| model.input_id()[usize::from(cell)]).collect();
         contact_nodes.sort_unstable();
-        let (probe_radius_m, probe_capacity) = match *engine.contact() {
-            Contact::Cells(_) => (None, None),
-            Contact::Probe { radius_m, capacity } => (Some(radius_m), Some(capacity)),
+        let (probe_radius_m, probe_capacity, friction) = match *engine.contact() {
+            Contact::Cells(_) => (None, None, None),
+            Contact::Probe { radius_m, capacity } => (Some(radius_m), Some(capacity), None),
+            Contact::Tools { ref tools, friction } => (only_sphere(tools), None, Some(friction)),
         };
         let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
@@ -329,6 +347,7 @@ impl TissueArgs {
             contact_nodes,
             probe_radius_m,
             probe_capacity,
+            friction,
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
@@ -341,4 +360,18 @@ impl TissueArgs {
             model_checksum: format!("{:08x}", model.checksum()),
         }
     }
+}
+
+/// A sphere that rubs on a contact surface.
+fn slides(model: &Model<'_>, radius_m: f32, friction: f32) -> Result<Contact> {
+    if !(0.0..=FRICTION_MAX).contains(&friction) {
+        return Err(Error::input(format!("--friction {friction}: must be 0 to {FRICTION_MAX}")));
+    }
+    if !model.has_contact_surface() {
+        return Err(Error::input(format!(
+            "--friction {friction}: the probe touches cells of this model, without friction; bake it \
+             with --probe-contact surface"
+        )));
+    }
+    Ok(Contact::Tools { tools: vec![vec![ToolPart::sphere(radius_m)]], friction })
 }

@@ -9,6 +9,7 @@ pub mod order;
 pub mod staged;
 pub mod threads;
 pub mod tissue;
+pub mod tools;
 mod touch;
 
 use std::cell::OnceCell;
@@ -18,7 +19,8 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1,
-    Rkl2, Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolSample, Track,
+    Rkl2, Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample,
+    Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -26,8 +28,9 @@ pub use chaincell_kernel::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use threads::Threads;
 use tissue::{Node, Refusal, Sweeps};
-pub use touch::Contact;
+use tools::AnyTools;
 use touch::TouchMemory;
+pub use touch::{Contact, only_sphere};
 
 /// Arrays of a tissue under the scheme `D`.
 struct Memory<D: Dynamics> {
@@ -47,7 +50,7 @@ impl<D: Dynamics> Memory<D> {
         let (cells, slots) = (model.cells(), contact.slots());
         let room = match contact {
             Contact::Cells(_) => D::room_blocks(model, slots),
-            Contact::Probe { .. } => D::probe_blocks(model),
+            Contact::Probe { .. } | Contact::Tools { .. } => D::probe_blocks(model),
         };
         Self {
             head: Head::NEW,
@@ -78,7 +81,7 @@ impl<D: Dynamics> Memory<D> {
 }
 
 /// A tissue whatever its scheme.
-trait AnyTissue {
+trait AnyTissue: AnyTools {
     fn reset(&mut self, network: &Network<'_>) -> Result<()>;
     fn choose(
         &mut self,
@@ -119,6 +122,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         match contact {
             Contact::Cells(cells) => self.view().choose_contacts(network, cells),
             Contact::Probe { radius_m, .. } => self.view().choose_probe(network, *radius_m),
+            Contact::Tools { tools, friction } => {
+                let tools: Vec<&[ToolPart]> = tools.iter().map(Vec::as_slice).collect();
+                self.view().choose_tools(network, &tools, *friction)
+            }
         }
     }
 
@@ -399,7 +406,7 @@ impl<'m> Engine<'m> {
     pub fn contacts(&self) -> &[u16] {
         match &self.contact {
             Contact::Cells(cells) => cells,
-            Contact::Probe { .. } => &[],
+            Contact::Probe { .. } | Contact::Tools { .. } => &[],
         }
     }
 

@@ -1,8 +1,8 @@
 //! What the tool touches, and memory for a probe on a model with a contact surface.
 
 use chaincell_kernel::{
-    Anchor, Cell, CoarseTouch, Model, NearTriangle, TOOLS_MAX, ToolState, TouchArrays, TouchRoom,
-    TouchState,
+    Anchor, Cell, CoarseTouch, Model, NearTriangle, TOOLS_MAX, ToolPart, ToolState, TouchArrays,
+    TouchRoom, TouchState,
 };
 
 /// What the tool touches while engaged.
@@ -17,6 +17,13 @@ pub enum Contact {
         /// Most cells that it touches at a time.
         capacity: usize,
     },
+    /// Tools on a model with a contact surface.
+    Tools {
+        /// The parts of each.
+        tools: Vec<Vec<ToolPart>>,
+        /// Coefficient of friction.
+        friction: f32,
+    },
 }
 
 impl Contact {
@@ -25,8 +32,17 @@ impl Contact {
         match self {
             Self::Cells(cells) => cells.len(),
             Self::Probe { capacity, .. } => *capacity,
+            Self::Tools { .. } => 0,
         }
     }
+}
+
+/// The radius \[m\] where there is one tool and it is a sphere around its position.
+#[must_use]
+pub fn only_sphere(tools: &[Vec<ToolPart>]) -> Option<f32> {
+    let [parts] = tools else { return None };
+    let [part] = parts.as_slice() else { return None };
+    (*part == ToolPart::sphere(part.radius_m)).then_some(part.radius_m)
 }
 
 /// Most triangles in reach of a probe; where more are, the nearest ones are kept.
@@ -50,7 +66,7 @@ pub struct TouchMemory {
 impl TouchMemory {
     /// For a probe on a model that has such a surface.
     pub fn for_contact(model: &Model<'_>, contact: &Contact) -> Self {
-        if !model.has_contact_surface() || !matches!(contact, Contact::Probe { .. }) {
+        if !model.has_contact_surface() || matches!(contact, Contact::Cells(_)) {
             return Self::default();
         }
         let cells = model.cells();

@@ -121,8 +121,8 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let pass = Pass { at: points.at, residual: points.residual, energy, potential };
         if self.going && discards(body.terms, body.level, &pass) {
             self.going = false;
-            // Behind a push the point says nothing of how stiff the body is.
-            if self.last != Last::Pushed {
+            // Behind a tool's push the point says nothing of how stiff the body is.
+            if self.last != Last::Pushed || body.terms.touch.get().is_none() {
                 self.guess.judge(true);
             }
             body.terms.states.restore(&body.awake.set, model.slice_count());

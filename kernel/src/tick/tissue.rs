@@ -149,6 +149,12 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
         }
     }
 
+    /// The view with memory for contact on surfaces. Every call on such a tissue is to go by this view:
+    /// the tools are in that memory.
+    pub fn touching<'a>(&'a mut self, touch: TouchRoom<'a>) -> TissueMut<'a, D> {
+        TissueMut { touch, ..self.view() }
+    }
+
     /// See [`TissueMut::reset`].
     ///
     /// # Errors

@@ -4,7 +4,9 @@ use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
 use crate::number::cell::Cell;
 use crate::solver::coarse::CoarseTouch;
-use crate::terms::surface::{Anchor, BUILT, NearTriangle, Proxies, ToolState, Touch, Touching};
+use crate::terms::surface::{
+    Anchor, BUILT, NearTriangle, Proxies, TOOLS_MAX, ToolState, Touch, Touching,
+};
 
 /// Arrays for contact on surfaces, in memory of the caller.
 pub struct TouchArrays<'a> {
@@ -24,6 +26,75 @@ pub struct TouchArrays<'a> {
     pub tools: &'a mut [ToolState],
     /// What belongs to all of them: one.
     pub state: &'a mut [TouchState],
+}
+
+/// Statically sized arrays for contact on surfaces: of a body of up to `CELLS` cells, `NEAR`
+/// triangles in reach, `HELD` samples that friction or grips hold, and `TOOLS` tools.
+///
+/// `const` constructible, so it can be a `static`. [`Tissue::touching`](crate::Tissue::touching)
+/// joins it with a tissue.
+pub struct TouchStore<
+    const CELLS: usize,
+    const NEAR: usize,
+    const HELD: usize = 0,
+    const TOOLS: usize = 1,
+> {
+    mobility: [f32; CELLS],
+    factors: [f32; CELLS],
+    pulls: [Cell; CELLS],
+    near: [NearTriangle; NEAR],
+    anchors: [[Anchor; HELD]; 2],
+    coarse: [CoarseTouch; 1],
+    tools: [ToolState; TOOLS],
+    state: [TouchState; 1],
+}
+
+impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usize>
+    TouchStore<CELLS, NEAR, HELD, TOOLS>
+{
+    /// RAM \[bytes\].
+    pub const RAM_BYTES: usize = size_of::<Self>();
+
+    /// Without tools.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(NEAR > 0 && NEAR <= 65_535, "between 1 and 65,535 triangles in reach") };
+        const { assert!(HELD <= 32_767, "at most 32,767 samples that are held") };
+        const { assert!(TOOLS > 0 && TOOLS <= TOOLS_MAX, "between 1 and 8 tools") };
+        Self {
+            mobility: [0.0; CELLS],
+            factors: [0.0; CELLS],
+            pulls: [Cell::ZERO; CELLS],
+            near: [NearTriangle::NONE; NEAR],
+            anchors: [[Anchor::NONE; HELD]; 2],
+            coarse: [CoarseTouch::NONE],
+            tools: [ToolState::NONE; TOOLS],
+            state: [TouchState::AWAY],
+        }
+    }
+
+    /// The room that it is.
+    #[must_use]
+    pub fn room(&mut self) -> TouchRoom<'_> {
+        TouchRoom::new(TouchArrays {
+            mobility: &mut self.mobility,
+            factors: &mut self.factors,
+            pulls: &mut self.pulls,
+            near: &mut self.near,
+            anchors: self.anchors.as_flattened_mut(),
+            coarse: &mut self.coarse,
+            tools: &mut self.tools,
+            state: &mut self.state,
+        })
+    }
+}
+
+impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usize> Default
+    for TouchStore<CELLS, NEAR, HELD, TOOLS>
+{
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Room for contact on surfaces; without size in a kernel that is built without it.

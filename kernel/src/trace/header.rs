@@ -13,6 +13,7 @@ use crate::tick::choice::Choice;
 use crate::tick::choices::{Arithmetic, Drive, Scheme, Unloading};
 use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings, SettingsError};
+use crate::tick::tools::FRICTION_MAX;
 
 /// Words of the part that every version has.
 const WORDS: usize = COMMON_BYTES / 4;
@@ -129,14 +130,19 @@ pub struct RecordedProbe {
     pub radius_m: f32,
     /// Contacts that the tissue had room for: the bits depend on it where that bit.
     pub capacity: u32,
+    /// Coefficient of friction, where it is a tool on a contact surface; else 0.
+    pub friction: f32,
 }
 
 impl RecordedProbe {
     /// From the header's two words; `None` where they are no probe.
-    fn read(radius: u32, capacity: u32) -> Option<Self> {
-        let radius_m = f32::from_bits(radius);
-        let is_one = radius_m > 0.0 && radius_m.is_finite() && capacity as usize <= CONTACTS_MAX;
-        is_one.then_some(Self { radius_m, capacity })
+    fn read(radius: u32, capacity: u32, friction: u32) -> Option<Self> {
+        let [radius_m, friction] = [radius, friction].map(f32::from_bits);
+        let is_one = radius_m > 0.0
+            && radius_m.is_finite()
+            && capacity as usize <= CONTACTS_MAX
+            && (0.0..=FRICTION_MAX).contains(&friction);
+        is_one.then_some(Self { radius_m, capacity, friction })
     }
 }
 
@@ -260,7 +266,7 @@ impl Header {
             revision,
             codes(major, minor),
             codes(patch, self.stage.is_some().into()),
-            0,
+            self.probe.map_or(0, |probe| probe.friction.to_bits()),
         ];
         let stage = self.stage.as_ref().map(stage::words);
         let all = words.iter().chain(stage.iter().flatten()).chain(contacts);
@@ -293,7 +299,7 @@ impl Header {
         if checksum(header) != stored {
             return Err(TraceError::Checksum);
         }
-        let (origin, front) = version.extension(header)?;
+        let (origin, front, friction) = version.extension(header)?;
         if bytes != (front.end + 4 * contacts).next_multiple_of(8) {
             return Err(TraceError::Layout);
         }
@@ -308,9 +314,9 @@ impl Header {
             max_force_n: f32::from_bits(max_force),
         };
         let probe = match (radius, capacity) {
-            (0, 0) => None,
+            (0, 0) if friction == 0 => None,
             _ if contacts > 0 => return Err(TraceError::Layout),
-            _ => Some(RecordedProbe::read(radius, capacity).ok_or(TraceError::Layout)?),
+            _ => Some(RecordedProbe::read(radius, capacity, friction).ok_or(TraceError::Layout)?),
         };
         let ids = front.end..front.end + 4 * contacts;
         let stage = stage::read(header.get(front).ok_or(TraceError::Layout)?)?;

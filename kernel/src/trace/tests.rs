@@ -291,7 +291,7 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
 
 #[test]
 fn a_probe_is_recorded_and_not_taken_for_cells() {
-    let probe = RecordedProbe { radius_m: 0.0125, capacity: 48 };
+    let probe = RecordedProbe { radius_m: 0.0125, capacity: 48, friction: 0.25 };
     let header = Header { probe: Some(probe), ..header() };
     let trace = written(&header, &[], &session()[..3]);
     let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
@@ -303,7 +303,7 @@ fn a_probe_is_recorded_and_not_taken_for_cells() {
     assert!(refused.to_string().contains("choose that probe"), "{refused}");
     assert!(Writer::begin(&header, &[31], &mut [0; 4 * HEADER_BYTES]).is_none());
     for (radius_m, capacity) in [(-1.0, 4), (f32::NAN, 4), (0.0, 4), (0.1, 70_000)] {
-        let probe = Some(RecordedProbe { radius_m, capacity });
+        let probe = Some(RecordedProbe { radius_m, capacity, friction: 0.0 });
         let trace = written(&Header { probe, ..header }, &[], &[]);
         assert_eq!(Reader::open(&trace).err(), Some(TraceError::Layout), "{radius_m} {capacity}");
     }

@@ -46,23 +46,31 @@ impl Version {
         [plain, staged].iter().any(|front| (front + 4 * contacts).next_multiple_of(8) == bytes)
     }
 
-    /// What wrote the trace, and where its header holds the settings of the output stage.
-    pub(super) fn extension(self, header: &[u8]) -> Result<(Origin, Range<usize>), TraceError> {
+    /// What wrote the trace, where its header holds the settings of the output stage, and the word of
+    /// a probe's friction.
+    pub(super) fn extension(
+        self,
+        header: &[u8],
+    ) -> Result<(Origin, Range<usize>, u32), TraceError> {
         match self {
-            Self::Plain => Ok((ORIGIN_BEFORE_3, COMMON_BYTES..COMMON_BYTES)),
-            Self::Staged => Ok((ORIGIN_BEFORE_3, COMMON_BYTES..COMMON_BYTES + STAGE_BYTES)),
+            Self::Plain => Ok((ORIGIN_BEFORE_3, COMMON_BYTES..COMMON_BYTES, 0)),
+            Self::Staged => Ok((ORIGIN_BEFORE_3, COMMON_BYTES..COMMON_BYTES + STAGE_BYTES, 0)),
             Self::Current => {
                 let words: &[u8; HEADER_BYTES - COMMON_BYTES] = header
                     .get(COMMON_BYTES..)
                     .and_then(<[u8]>::first_chunk)
                     .ok_or(TraceError::Layout)?;
-                let [revision, low, high, zero]: [u32; 4] = bytemuck::cast(*words);
+                let [revision, low, high, friction]: [u32; 4] = bytemuck::cast(*words);
                 let [major, minor, patch, parts]: [u16; 4] = bytemuck::cast([low, high]);
-                if parts > 1 || zero != 0 {
+                if parts > 1 {
                     return Err(TraceError::Layout);
                 }
                 let end = HEADER_BYTES + usize::from(parts) * STAGE_BYTES;
-                Ok((Origin { revision, release: [major, minor, patch] }, HEADER_BYTES..end))
+                Ok((
+                    Origin { revision, release: [major, minor, patch] },
+                    HEADER_BYTES..end,
+                    friction,
+                ))
             }
         }
     }

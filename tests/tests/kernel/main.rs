@@ -14,3 +14,4 @@ mod plane;
 mod probe;
 mod same_bits;
 mod surface;
+mod tools;

@@ -10,16 +10,16 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use chaincell_kernel::Model;
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
     Command, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError, TraceError,
     Writer,
 };
+use chaincell_kernel::{Model, ToolPart};
 
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
-use crate::engine::{Arithmetic, Contact, Engine, Scheme};
+use crate::engine::{Arithmetic, Contact, Engine, Scheme, only_sphere};
 use crate::error::{Error, Result};
 use crate::files::whole::folder_of;
 
@@ -58,7 +58,16 @@ impl Recording {
         let probe = match *engine.contact() {
             Contact::Cells(_) => None,
             Contact::Probe { radius_m, capacity } => {
-                Some(RecordedProbe { radius_m, capacity: capacity as u32 })
+                Some(RecordedProbe { radius_m, capacity: capacity as u32, friction: 0.0 })
+            }
+            Contact::Tools { ref tools, friction } => {
+                let radius_m = only_sphere(tools).ok_or_else(|| {
+                    Error::input(
+                        "a trace holds one sphere; several tools and other parts are not \
+                         recorded yet",
+                    )
+                })?;
+                Some(RecordedProbe { radius_m, capacity: 0, friction })
             }
         };
         let header = Header::new(network, scheme, numbers);
@@ -195,7 +204,10 @@ pub fn tissue<'m>(
     let network = trace.header().network(model).map_err(refused)?;
     trace.header().output_stage().map_err(refused)?;
     let contact = match trace.header().probe {
-        Some(RecordedProbe { radius_m, capacity }) => {
+        Some(RecordedProbe { radius_m, friction, .. }) if friction > 0.0 => {
+            Contact::Tools { tools: vec![vec![ToolPart::sphere(radius_m)]], friction }
+        }
+        Some(RecordedProbe { radius_m, capacity, .. }) => {
             Contact::Probe { radius_m, capacity: capacity as usize }
         }
         None => {

@@ -4,6 +4,10 @@ use super::{ARRAYS, TRACK};
 use crate::model::Model;
 use crate::number::cell::{Cell, add, peak, scale, sub};
 
+/// Share of its last way that the body goes on by under tools that go on as they did. Less than all of
+/// it damps what the last tick had not yet settled.
+const CARRIED: f32 = 0.9;
+
 /// Moves the point of the next pass and that of the last one by a share of the way that the former has
 /// gone since the last call, which the first field remembers. Whether some coordinate is beyond K.
 pub(super) fn go_on(model: &Model<'_>, own: &mut [Cell], share: f32) -> bool {
@@ -13,7 +17,7 @@ pub(super) fn go_on(model: &Model<'_>, own: &mut [Cell], share: f32) -> bool {
     }
     let Some((points, fields)) = own.split_at_mut_checked(TRACK * cells) else { return false };
     let Some((at, before)) = points.split_at_mut_checked(cells) else { return false };
-    let mut highest = 0.0;
+    let (mut highest, share) = (0.0, CARRIED * share);
     for ((at, before), mark) in at.iter_mut().zip(before).zip(fields) {
         let here = at.xyz();
         let way = scale(share, sub(here, mark.xyz()));

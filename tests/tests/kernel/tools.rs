@@ -1,0 +1,278 @@
+//! Tools on a contact surface: friction, parts, turns and torque, several at once, grips, and what each
+//! contact does.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
+use nalgebra::Vector3;
+
+/// Height of the top of the block \[m\].
+const TOP_M: f32 = 0.04;
+const NOT_TURNED: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+
+/// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
+fn block() -> ImageBytes {
+    let mesh = load("box:11x11x6x0.008", &MeshOptions::default()).unwrap();
+    let nodes = mesh.nodes_m.iter().enumerate();
+    let ground: Vec<u32> =
+        nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let probe_contact = ProbeContact::Surface;
+    bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
+}
+
+fn engine(image: &ImageBytes, tools: Vec<Vec<ToolPart>>, friction: f32, sweeps: u16) -> Engine<'_> {
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let settings = Settings::for_model(&model);
+    let (unloading, max_tool_step_m) = (Unloading::Off, 0.01);
+    let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
+    let network = Network::new(model, settings).unwrap();
+    let contact = Contact::Tools { tools, friction };
+    Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap()
+}
+
+fn pose(position_m: [f32; 3]) -> ToolPose {
+    ToolPose { position_m: position_m.into(), turn: NOT_TURNED, engaged: 1 }
+}
+
+/// About y by an angle \[rad\].
+fn tilted(position_m: [f32; 3], angle: f32) -> ToolPose {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    ToolPose { turn: [cos, 0.0, sin, 0.0], ..pose(position_m) }
+}
+
+/// Forces of all contacts of a tool, along the normals and across them.
+fn contacts(engine: &mut Engine<'_>, tool: u8) -> [Vector3<f32>; 2] {
+    let of = engine.contact_forces();
+    let own = || of.iter().filter(|contact| contact.tool == tool);
+    [
+        own().map(|c| Vector3::from(c.normal_n)).sum(),
+        own().map(|c| Vector3::from(c.tangential_n)).sum(),
+    ]
+}
+
+#[test]
+fn a_tool_that_slips_is_held_back_by_the_coefficient() {
+    let image = block();
+    for radius_m in [0.012_f32, 0.006] {
+        let mut engine = engine(&image, vec![vec![ToolPart::sphere(radius_m)]], 0.3, 8);
+        let height = |depth_m: f32| TOP_M + radius_m - depth_m;
+        let mut work = 0.0_f64;
+        let mut tick = |engine: &mut Engine<'_>, x_m: f32, depth_m: f32| {
+            work += f64::from(engine.tick_tools(&[pose([x_m, 0.001, height(depth_m)])]).work_j);
+        };
+        for step in -20..=100_i16 {
+            tick(&mut engine, -0.01, f32::from(step) * 3.0e-5);
+        }
+        let mut ratios = Vec::new();
+        for step in 0..=200_u16 {
+            tick(&mut engine, -0.01 + f32::from(step) * 1.0e-4, 0.003);
+            if step > 120 {
+                let [_, across] = contacts(&mut engine, 0);
+                let pressed: f32 = (engine.contact_forces().iter())
+                    .map(|contact| Vector3::from(contact.normal_n).norm())
+                    .sum();
+                ratios.push(across.norm() / pressed);
+            }
+        }
+        let [low, high] = ratios.iter().fold([f32::MAX, 0.0], |[a, b], r| [a.min(*r), b.max(*r)]);
+        assert!(low > 0.27 && high <= 0.3001, "{radius_m}: {low} to {high}");
+        // Back and out: the whole cycle took energy from the hand.
+        for step in (0..=200_u16).rev() {
+            tick(&mut engine, -0.01 + f32::from(step) * 1.0e-4, 0.003);
+        }
+        for step in (-20..=100_i16).rev() {
+            tick(&mut engine, -0.01, f32::from(step) * 3.0e-5);
+        }
+        assert!(work > 0.0, "{radius_m}: {work}");
+    }
+}
+
+#[test]
+fn friction_sticks_until_it_slips() {
+    let image = block();
+    let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.01)]], 0.3, 8);
+    let at = |x_m: f32, depth_m: f32| pose([x_m, 0.0, TOP_M + 0.01 - depth_m]);
+    (0..=100_u8).for_each(|step| drop(engine.tick_tools(&[at(0.0, f32::from(step) * 3.0e-5)])));
+    let drag = |engine: &mut Engine<'_>, from_m: f32, to_m: f32| {
+        for step in 0..=40_u8 {
+            let x_m = from_m + (to_m - from_m) * f32::from(step) / 40.0;
+            engine.tick_tools(&[at(x_m, 0.003)]);
+        }
+        contacts(engine, 0)
+    };
+    // A tenth of a millimetre holds, and back leaves little.
+    let [normal, across] = drag(&mut engine, 0.0, 1.0e-4);
+    assert!(across.x < 0.0 && across.norm() < 0.28 * normal.norm(), "{across} {normal}");
+    let [_, back] = drag(&mut engine, 1.0e-4, 0.0);
+    assert!(back.norm() < 0.3 * across.norm(), "{back} {across}");
+    // Five millimetres slip.
+    let [normal, across] = drag(&mut engine, 0.0, 5.0e-3);
+    assert!(across.norm() > 0.27 * normal.norm(), "{across} {normal}");
+}
+
+/// Work of a slow press with every kind of part, turned on the way: what the body holds, and nothing
+/// behind a closed cycle.
+#[test]
+fn work_of_force_and_torque_is_the_energy() {
+    let image = block();
+    for part in [
+        ToolPart::capsule(0.008, 0.004),
+        ToolPart::rounded_box([0.006, 0.004, 0.003], 0.004),
+        ToolPart::half_space(0.004),
+    ] {
+        let mut engine = engine(&image, vec![vec![part]], 0.0, 16);
+        // A half space is what lies below its plane: turned over.
+        let (over, reach_m) = if part.is_half_space() {
+            (std::f32::consts::PI, 0.0)
+        } else {
+            (0.0, part.half_m[2] + part.radius_m)
+        };
+        let path = |share: f32| {
+            let depth_m = 0.002 * share - 0.0005;
+            tilted([0.001, 0.0, TOP_M + reach_m - depth_m], over + 0.1 * share)
+        };
+        let mut work = 0.0;
+        for step in 0..=400_u16 {
+            work += f64::from(engine.tick_tools(&[path(f32::from(step) / 400.0)]).work_j);
+        }
+        let pressed = engine.tick_tools(&[path(1.0)]);
+        let output = engine.tool_output(0);
+        let energy = f64::from(pressed.energy_j);
+        assert!(output.force_n.z > 0.01 && output.torque_nm.norm() > 1e-5, "{output:?}");
+        assert!((work / energy - 1.0).abs() < 0.02, "{part:?}: {work} {energy}");
+        for step in (0..=400_u16).rev() {
+            work += f64::from(engine.tick_tools(&[path(f32::from(step) / 400.0)]).work_j);
+        }
+        assert!(work.abs() < 0.01 * energy, "{part:?}: {work} of {energy}");
+    }
+}
+
+#[test]
+fn two_tools_feel_what_two_parts_of_one_feel() {
+    let image = block();
+    let ball = ToolPart::sphere(0.006);
+    let beside = ToolPart { centre_m: [0.02, 0.0, 0.0], ..ball };
+    let mut one = engine(&image, vec![vec![ball, beside]], 0.2, 6);
+    let mut two = engine(&image, vec![vec![ball], vec![ball]], 0.2, 6);
+    for step in 0..120_u8 {
+        let depth_m = f32::from(step.min(60)) * 4.0e-5;
+        let x_m = -0.01 + f32::from(step.saturating_sub(60)) * 1.0e-4;
+        let at = [x_m, 0.0, TOP_M + 0.006 - depth_m];
+        one.tick_tools(&[pose(at)]);
+        two.tick_tools(&[pose(at), pose([at[0] + 0.02, at[1], at[2]])]);
+    }
+    let [a, b] = [two.tool_output(0), two.tool_output(1)];
+    let whole = one.tool_output(0);
+    let sum = a.force_n + b.force_n;
+    assert!((sum - whole.force_n).norm() < 1e-3 * sum.norm(), "{sum} {}", whole.force_n);
+    // Torque about the first ball: the second one's force on an arm of 20 mm.
+    let torque = a.torque_nm + b.torque_nm + Vector3::new(0.02, 0.0, 0.0).cross(&b.force_n);
+    assert!((torque - whole.torque_nm).norm() < 2e-3 * torque.norm(), "{torque} {whole:?}");
+    // A tool that lets go feels nothing, and the other stays.
+    let mut free = pose([0.0, 0.0, TOP_M]);
+    free.engaged = 0;
+    let kept = pose([0.016, 0.0, TOP_M + 0.006 - 0.0024]);
+    two.tick_tools(&[free, kept]);
+    assert_eq!(two.tool_output(0).force_n.norm(), 0.0);
+    assert!(two.tool_output(1).force_n.z > 0.01);
+}
+
+#[test]
+fn a_grip_pulls_until_it_is_let_go_without_a_jump() {
+    let image = block();
+    let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.008)]], 0.0, 8);
+    let at = |height_m: f32| pose([0.0, 0.0, TOP_M + 0.008 + height_m]);
+    (0..=60_u8).for_each(|step| drop(engine.tick_tools(&[at(-5.0e-5 * f32::from(step))])));
+    let before = engine.tool_output(0).force_n;
+    assert!(engine.grip(0) > 4);
+    engine.tick_tools(&[at(-0.003)]);
+    assert!((engine.tool_output(0).force_n - before).norm() < 0.02 * before.norm());
+    // Up again: from the surface on it pulls the tissue along.
+    for step in 0..=120_u8 {
+        engine.tick_tools(&[at(-0.003 + 5.0e-5 * f32::from(step))]);
+    }
+    let mut last = engine.tool_output(0).force_n;
+    assert!(last.z < -0.02, "{last}");
+    let pulled = last.norm();
+    engine.let_go(0, 50);
+    let mut largest = 0.0_f32;
+    for _ in 0..60 {
+        engine.tick_tools(&[at(0.003)]);
+        let force = engine.tool_output(0).force_n;
+        largest = largest.max((force - last).norm());
+        last = force;
+    }
+    assert!(largest < 0.08 * pulled && last.norm() < 0.01 * pulled, "{largest} {last} {pulled}");
+}
+
+#[test]
+fn forces_of_contacts_add_up_to_the_tools() {
+    let image = block();
+    let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.012)]], 0.3, 6);
+    for step in 0..150_u8 {
+        let x_m = f32::from(step.saturating_sub(80)) * 5.0e-5;
+        engine.tick_tools(&[pose([x_m, 0.0, TOP_M + 0.012 - f32::from(step.min(80)) * 4.0e-5])]);
+    }
+    let [normal, across] = contacts(&mut engine, 0);
+    let output = engine.tool_output(0);
+    assert!((normal + across - output.force_n).norm() < 1e-5 * output.force_n.norm());
+    let each = engine.contact_forces();
+    assert_eq!(each.len(), output.contacts as usize);
+    for contact in &each {
+        let place = Vector3::from(contact.position_m);
+        assert!((place.z - TOP_M).abs() < 0.004 && contact.area_m2 > 0.0, "{contact:?}");
+        assert!((contact.tool, contact.part) == (0, 0));
+    }
+}
+
+/// Scalar and vector units: the same bits, with friction, two tools of several parts and a grip.
+#[test]
+fn every_way_gives_the_same_bits() {
+    let image = block();
+    let jaw = vec![ToolPart::capsule(0.006, 0.004), ToolPart::sphere(0.005)];
+    let run = |scalar: bool| {
+        let mut engine = engine(&image, vec![jaw.clone(), jaw.clone()], 0.25, 4);
+        if scalar {
+            engine.go_scalar();
+        }
+        (0..160_u8).map(move |step| {
+            let depth_m = f32::from(step.min(60)) * 5.0e-5;
+            let aside = f32::from(step.saturating_sub(60)) * 1.0e-4;
+            let z = TOP_M + 0.010 - depth_m;
+            if step == 90 {
+                engine.grip(1);
+            }
+            let second = tilted([0.02 - aside, 0.002, z], 0.002 * f32::from(step));
+            let mut first = pose([-0.01 + aside, 0.0, z]);
+            first.engaged = u32::from(step < 140);
+            let output = engine.tick_tools(&[first, second]);
+            let [a, b] = [0, 1].map(|tool| engine.tool_output(tool));
+            (output.energy_j.to_bits(), a, b, engine.state_hash())
+        })
+    };
+    assert!(run(false).eq(run(true)));
+}
+
+#[test]
+fn tools_that_cannot_be_are_refused_by_name() {
+    let image = block();
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    let why = |tools: Vec<Vec<ToolPart>>, friction| {
+        let network = Network::new(model, Settings::for_model(&model)).unwrap();
+        let contact = Contact::Tools { tools, friction };
+        let engine = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
+        engine.map(drop).unwrap_err().to_string()
+    };
+    let ball = || vec![ToolPart::sphere(0.01)];
+    assert!(why(vec![], 0.0).contains("1 to 8"));
+    assert!(why(vec![ball(); 9], 0.0).contains("1 to 8"));
+    assert!(why(vec![ball(), vec![]], 0.0).contains("tool 1 must have 1 to 8 parts"));
+    assert!(why(vec![vec![ToolPart::sphere(-1.0)]], 0.0).contains("part 0 of tool 0"));
+    assert!(why(vec![ball()], -0.1).contains("friction must be 0 to 10"));
+    assert!(why(vec![ball()], f32::NAN).contains("friction must be"));
+    assert!(why(vec![vec![ToolPart::sphere(1.0e-5)]], 0.0).contains("radius"));
+}
