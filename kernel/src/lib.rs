@@ -89,5 +89,5 @@ pub use tick::pose::{ToolPart, ToolPose};
 pub use tick::sample::{Flags, TickOutput, ToolSample};
 pub use tick::settings::{Network, Settings, SettingsError};
 pub use tick::tissue::{Head, Tissue, TissueMut};
-pub use tick::tools::{FRICTION_MAX, ToolOutput};
+pub use tick::tools::{FRICTION_MAX, ProxyPose, ToolOutput};
 pub use tick::touch_room::{TouchArrays, TouchRoom, TouchState, TouchStore};

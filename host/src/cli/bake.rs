@@ -140,10 +140,10 @@ pub struct BodyArgs {
     /// embedded by --cells, and the links once more in slices for vector units
     #[arg(long)]
     lean: bool,
-    /// What a probe touches: cells of the surface, or points of its triangles, which no probe slips
-    /// between; on a body of --young-pa
-    #[arg(long, value_enum, default_value_t = ProbeContactArg::Cells, value_name = "WHAT")]
-    probe_contact: ProbeContactArg,
+    /// What a probe touches: points of the surface's triangles, which no probe slips between, or cells
+    /// of the surface [default: surface on a body of --young-pa that has triangles, else cells]
+    #[arg(long, value_enum, value_name = "WHAT")]
+    probe_contact: Option<ProbeContactArg>,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -234,7 +234,7 @@ impl BodyArgs {
             coarse_basis: spacing(&self.hats)?,
             colours: self.colours,
             lean: self.lean,
-            probe_contact: self.probe_contact.into(),
+            probe_contact: self.probe_contact(&mesh),
             cells: self.cells,
         };
         Ok((mesh, fixed, options))
@@ -257,6 +257,17 @@ impl BodyArgs {
                  reads them as {other}"
             )
         })
+    }
+
+    /// What a probe touches.
+    fn probe_contact(&self, mesh: &Mesh) -> ProbeContact {
+        let is_tissue = self.young_pa.is_some() || !self.material.is_empty();
+        let takes_surface = is_tissue && !mesh.triangles.is_empty() && !self.lean;
+        match self.probe_contact {
+            Some(what) => what.into(),
+            None if takes_surface => ProbeContact::Surface,
+            None => ProbeContact::Cells,
+        }
     }
 
     /// The nodes that are held for ever.

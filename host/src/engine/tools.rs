@@ -1,6 +1,8 @@
 //! Tools on a contact surface: a pose for each, what each feels, what it is in contact with.
 
-use chaincell_kernel::{ContactForce, Dynamics, Network, TickOutput, ToolOutput, ToolPose};
+use chaincell_kernel::{
+    ContactForce, Dynamics, Network, ProxyPose, TickOutput, ToolOutput, ToolPose,
+};
 
 use super::{Engine, Memory};
 
@@ -8,6 +10,7 @@ use super::{Engine, Memory};
 pub(super) trait AnyTools {
     fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput;
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
+    fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
     fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize;
     fn let_go(&mut self, tool: usize, ticks: u16);
@@ -20,6 +23,10 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput {
         self.view().tool_output(network, tool)
+    }
+
+    fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
+        self.view().proxy_pose(network, tool)
     }
 
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce)) {
@@ -46,6 +53,11 @@ impl Engine<'_> {
     /// [`TissueMut::tool_output`](chaincell_kernel::TissueMut::tool_output).
     pub fn tool_output(&mut self, tool: usize) -> ToolOutput {
         self.tissue.tool_output(&self.network, tool)
+    }
+
+    /// Where the tissue meets a tool; `None` while that is not engaged.
+    pub fn proxy_pose(&mut self, tool: usize) -> Option<ProxyPose> {
+        self.tissue.proxy_pose(&self.network, tool)
     }
 
     /// The contacts of all tools, one for each triangle and part of a tool; none for held cells and

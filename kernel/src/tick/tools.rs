@@ -46,7 +46,26 @@ impl ToolOutput {
     };
 }
 
+/// Where the tissue meets a tool: its proxy, which stops short of the tool where that is too deep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProxyPose {
+    /// Where its frame is in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
+    pub turn: [f32; 4],
+    /// Share of the parts' radii that it has: below 1 behind an engagement inside the body.
+    pub share: f32,
+}
+
 impl<D: Dynamics> TissueMut<'_, D> {
+    /// Where the tissue meets a tool; `None` while that is not engaged.
+    #[must_use]
+    pub fn proxy_pose(&self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
+        let (model, proxy) = (network.model(), &self.touch.tool(tool)?.proxy);
+        let position_m = add(model.centre_m(), scale(model.unit_m(), proxy.pivot));
+        Some(ProxyPose { position_m, turn: proxy.turn.quaternion(), share: proxy.share })
+    }
+
     /// Gives the tissue tools in place of chosen cells: each a list of at most [`PARTS_MAX`] convex
     /// parts, with one coefficient of friction by Coulomb's law, 0 for none. Each tick then takes a
     /// pose for each ([`Self::tick_tools`]); [`Self::tick`] moves the first, not turned.

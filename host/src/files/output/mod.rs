@@ -1,6 +1,7 @@
 //! What a run leaves behind: a folder of files that appear whole or not at all.
 
 mod cells;
+mod contacts;
 mod force;
 mod vtu;
 
@@ -14,6 +15,7 @@ use crate::files::recording::{self, check_idle};
 use crate::files::whole::write_whole;
 
 pub use cells::cells_csv;
+pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
 pub use vtu::vtu;
 
@@ -100,6 +102,7 @@ fn is_ours(name: &str) -> bool {
     let chart = name.starts_with("target") && (name.ends_with(".svg") || name.ends_with(".png"));
     let fixed = [
         "force.csv",
+        "contacts.csv",
         "path.csv",
         recording::TRACE,
         "final.vtu",
