@@ -6,10 +6,13 @@ pub(crate) mod fixture;
 pub mod flag_ticks;
 pub mod motion;
 pub mod order;
+pub mod place;
+pub mod reach;
 pub mod staged;
 pub mod threads;
 pub mod tissue;
 mod touch;
+pub mod untouched;
 
 use std::cell::OnceCell;
 
