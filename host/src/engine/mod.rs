@@ -8,6 +8,7 @@ pub mod motion;
 pub mod order;
 pub mod place;
 pub mod reach;
+pub mod slow_press;
 pub mod staged;
 pub mod threads;
 pub mod tissue;

@@ -39,7 +39,8 @@ impl Reach {
     #[must_use]
     pub fn distance_m(&self, point_m: [f64; 3]) -> Option<f64> {
         let point = Vector3::from(point_m);
-        let squared = |corners: &[Vector3<f64>; 3]| (nearest(point, *corners) - point).norm_squared();
+        let squared =
+            |corners: &[Vector3<f64>; 3]| (nearest(point, *corners) - point).norm_squared();
         self.triangles_m.iter().map(squared).min_by(f64::total_cmp).map(libm::sqrt)
     }
 
@@ -144,7 +145,8 @@ mod tests {
     fn tetrahedron() -> Reach {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        let triangles_m = faces.map(|face| face.map(|corner: usize| Vector3::from(corners[corner])));
+        let triangles_m =
+            faces.map(|face| face.map(|corner: usize| Vector3::from(corners[corner])));
         Reach { triangles_m: triangles_m.to_vec() }
     }
 

@@ -132,9 +132,8 @@ mod tests {
 
     #[test]
     fn it_is_said_in_one_line() {
-        let of = |nearest_m, is_inside| {
-            Untouched { nearest_m, tick: Some(120), is_inside }.to_string()
-        };
+        let of =
+            |nearest_m, is_inside| Untouched { nearest_m, tick: Some(120), is_inside }.to_string();
         assert_eq!(
             of(Some(0.0041), false),
             "the tool never touched the body: nearest 4.1 mm at tick 120"
