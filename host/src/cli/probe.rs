@@ -30,8 +30,12 @@ struct SurfaceReport {
     /// Depth at which the sphere first stays behind the tool, and the force there.
     behind_depth_m: Option<f64>,
     behind_force_n: Option<f32>,
+    /// Smallest force from there on.
+    behind_least_force_n: Option<f32>,
     /// `depth`, or `energy` where the largest energy that a tool may load holds it.
     behind_by: Option<&'static str>,
+    /// Depth at which the tool lost the body, slipped off or gone through.
+    lost_depth_m: Option<f64>,
 }
 
 impl ProbeReport {
@@ -63,6 +67,8 @@ impl ProbeReport {
             step_m: press.step_m,
             behind_depth_m: press.behind.map(|behind| behind.depth_m),
             behind_force_n: press.behind.map(|behind| behind.force_n),
+            behind_least_force_n: press.behind.map(|behind| behind.least_n),
+            lost_depth_m: press.lost_m,
             behind_by: press.behind.map(|of| if of.by_energy { "energy" } else { "depth" }),
         };
         Ok(Self { radius_m, meets: "triangles", surface: Some(surface) })
@@ -90,18 +96,27 @@ impl ProbeReport {
             (Some(depth_m), Some(force_n), Some("energy")) => row(
                 "energy bound",
                 format!(
-                    "reached {} deep, at {force_n:.2} N (--energy-max-j)",
+                    "reached {} deep, at {force_n:.3} N (--energy-max-j)",
                     millimetres(depth_m)
                 ),
-            ),
-            (Some(depth_m), Some(force_n), _) => {
-                row(
-                    "never through",
-                    format!("from {} on, at {force_n:.2} N:", millimetres(depth_m)),
-                )?;
-                row("", "deeper the force stays and does not fall".to_owned())
-            }
-            _ => row("never through", format!("not needed down to {pressed}")),
+            )?,
+            (Some(depth_m), Some(force_n), _) => row(
+                "never through",
+                format!(
+                    "first holds the sphere back at {}, at {force_n:.3} N",
+                    millimetres(depth_m)
+                ),
+            )?,
+            _ => row("never through", format!("not needed down to {pressed}"))?,
         }
+        if let Some(depth_m) = of.lost_depth_m {
+            return row(
+                "lost",
+                format!("at {}: slipped off or went through", millimetres(depth_m)),
+            );
+        }
+        of.behind_least_force_n.map_or(Ok(()), |least_n| {
+            row("", format!("a slow press feels {least_n:.3} N or more from there to {pressed}"))
+        })
     }
 }

@@ -22,7 +22,7 @@ const STEPS: [f64; 2] = [60.0, 400.0];
 /// Sweeps of a tick.
 const SWEEPS: u16 = 8;
 /// The body is at rest when the force changes by no more than this share a tick, and it is waited for
-/// so many ticks at most; at least so many where a move is shortened.
+/// so many ticks at most; at least so many where a move is shortened for the first time.
 const SETTLED: f32 = 1e-3;
 const WAIT_TICKS: usize = 60;
 const SHORTENED_TICKS: usize = 20;
@@ -38,6 +38,9 @@ pub struct SlowPress {
     pub step_m: f64,
     /// Where the sphere first stayed behind; `None` where it followed all the way.
     pub behind: Option<Behind>,
+    /// Where the tool no longer touched the body, though it had before: it slipped off, or went
+    /// through \[m\]. The press ends there.
+    pub lost_m: Option<f64>,
 }
 
 /// The first depth at which the sphere that the tissue meets stays behind the tool.
@@ -47,6 +50,8 @@ pub struct Behind {
     pub depth_m: f64,
     /// Force there \[N\].
     pub force_n: f32,
+    /// Smallest force from there on \[N\].
+    pub least_n: f32,
     /// Whether it is the largest energy that a tool may load which holds it.
     pub by_energy: bool,
 }
@@ -67,36 +72,41 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
     let step_m = deepest_m / steps;
     let (touch_m, direction) = (Vector3::from(way.touch_m), Vector3::from(way.direction));
     let progress = terminal::progress(steps as u64, "press");
-    let mut behind = None;
-    let mut pressed_m = 0.0;
+    let mut press = SlowPress { pressed_m: 0.0, step_m, behind: None, lost_m: None };
+    let mut has_touched = false;
     for step in 0..=steps as u64 {
         interrupt::check()?;
         progress.inc(1);
-        pressed_m = step_m * step as f64;
-        let position_m = (touch_m + direction * pressed_m).map(|x| x as f32);
-        let output = settle(&mut engine, &ToolSample { position_m, engaged: 1 });
-        if output.flags.contains(Flags::MOTION_CLAMPED) {
-            let most_j = LOADED * model.energy_max() * model.energy_unit_j();
-            behind = Some(Behind {
-                depth_m: pressed_m,
-                force_n: output.force_n.norm(),
-                by_energy: output.energy_j > most_j,
-            });
+        press.pressed_m = step_m * step as f64;
+        let position_m = (touch_m + direction * press.pressed_m).map(|x| x as f32);
+        let sample = ToolSample { position_m, engaged: 1 };
+        let output = settle(&mut engine, &sample, press.behind.is_none());
+        let (force_n, depth_m) = (output.force_n.norm(), press.pressed_m);
+        if has_touched && output.contacts == 0 {
+            press.lost_m = Some(depth_m);
             break;
+        }
+        has_touched |= output.contacts > 0;
+        if let Some(behind) = &mut press.behind {
+            behind.least_n = behind.least_n.min(force_n);
+        } else if output.flags.contains(Flags::MOTION_CLAMPED) {
+            let most_j = LOADED * model.energy_max() * model.energy_unit_j();
+            let by_energy = output.energy_j > most_j;
+            press.behind = Some(Behind { depth_m, force_n, least_n: force_n, by_energy });
         }
     }
     progress.finish_and_clear();
-    Ok(SlowPress { pressed_m, step_m, behind })
+    Ok(press)
 }
 
 /// The answer once the force stays.
-fn settle(engine: &mut Engine<'_>, sample: &ToolSample) -> TickOutput {
+fn settle(engine: &mut Engine<'_>, sample: &ToolSample, may_catch_up: bool) -> TickOutput {
     let mut last = engine.tick(sample);
     for tick in 1..WAIT_TICKS {
         let next = engine.tick(sample);
         let change_n = (next.force_n - last.force_n).norm();
         let stays = change_n <= SETTLED * next.force_n.norm();
-        let is_shortened = next.flags.contains(Flags::MOTION_CLAMPED);
+        let is_shortened = may_catch_up && next.flags.contains(Flags::MOTION_CLAMPED);
         last = next;
         if stays && (!is_shortened || tick >= SHORTENED_TICKS) {
             break;
