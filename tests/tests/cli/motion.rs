@@ -27,8 +27,7 @@ fn pressed(model: &Path, out: &Path, options: &[&str]) -> Ended {
 
 /// The rows of a press while it is engaged: positions, forces and contacts.
 fn engaged(out: &Path) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<u64>) {
-    let (path, force) =
-        (Table::read(&out.join("path.csv")), Table::read(&out.join("force.csv")));
+    let (path, force) = (Table::read(&out.join("path.csv")), Table::read(&out.join("force.csv")));
     let held = path.whole("engaged");
     let from = held.iter().position(|held| *held == 1).unwrap();
     let to = from + held.iter().filter(|held| **held == 1).count();
@@ -116,7 +115,10 @@ fn a_tool_that_never_touched_is_said() {
             let out = folder.path().join("out");
             write_path(&path, rows);
             let options = [&PROBE[..], &["--force"]].concat();
-            (play(&model, &path, &out, &options).with(0).out, summary(&out)["never_touched"].clone())
+            (
+                play(&model, &path, &out, &options).with(0).out,
+                summary(&out)["never_touched"].clone(),
+            )
         };
         // By and by to 4.1 mm, at tick 20, and away again.
         let way = |tick: u64| 0.0461 + 1e-3 * tick.abs_diff(20) as f32;
@@ -160,7 +162,10 @@ fn a_press_of_control_reaches_the_body_of_a_model() {
         (said, summary(&out)["never_touched"].clone())
     };
     let (said, found) = session(&["--touch-m", "0,0,0.3"]);
-    assert!(said.contains("never touched the body; --model MODEL --contact probe:RADIUS"), "{said}");
+    assert!(
+        said.contains("never touched the body; --model MODEL --contact probe:RADIUS"),
+        "{said}"
+    );
     assert!(found["nearest_m"].as_f64().unwrap() > 0.2, "{found}");
     let (said, found) = session(&["--json", "--model", text(&model), PROBE[0], PROBE[1]]);
     assert!(said.contains("\"has_touched\":true"), "{said}");

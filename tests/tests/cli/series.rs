@@ -27,11 +27,11 @@ fn every_snapshot_is_a_body_in_time() {
         let folder = scratch();
         let model = bake(folder.path(), spec, &[]);
         let out = folder.path().join("out");
-        let args = ["run", text(&model), "--motion", "press", "--seconds", "0.1"];
-        let which = ["--snapshot-every", "40", "--snapshot-ticks", "7,40", "--out", text(&out)];
+        let args = ["run", text(&model), "--motion", "press", "--seconds", "0.2"];
+        let which = ["--snapshot-every", "80", "--snapshot-ticks", "7,80", "--out", text(&out)];
         run([&args[..], &which].concat()).with(0);
         let found = rows(&out.join("series.pvd"));
-        let ticks = [0, 7, 40, 80];
+        let ticks = [0, 7, 80, 160];
         let expected = ticks.map(|tick| (f64::from(tick) / 1000.0, format!("state_{tick}.vtu")));
         assert_eq!(found, expected);
         let of_bodies = names(&out).into_iter().filter(|name| name.starts_with("state_"));
@@ -49,7 +49,7 @@ fn every_snapshot_is_a_body_in_time() {
                 assert_eq!(places[3 * point..3 * point + 3], at[*node as usize], "tick {tick}");
             }
             let farthest = moved.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            assert_eq!(farthest > 1e-3, tick >= 40, "tick {tick}: {farthest} m");
+            assert_eq!(farthest > 1e-3, tick >= 80, "tick {tick}: {farthest} m");
         }
     }
 }
@@ -67,7 +67,10 @@ fn counts_that_are_none_or_too_many_are_refused() {
         (&["--snapshot-every", "0"][..], "--snapshot-every"),
         (&["--snapshot-every", "9"], "1112 snapshots: at most 1000"),
         (&["--snapshot-every", "9"], "--snapshot-every 10 or more"),
-        (&["--snapshot-ticks", "10000"], "--snapshot-ticks 10000: the path has the ticks 0 to 9999"),
+        (
+            &["--snapshot-ticks", "10000"],
+            "--snapshot-ticks 10000: the path has the ticks 0 to 9999",
+        ),
     ] {
         let err = ran(options).with(2).err;
         assert!(err.contains(named), "{options:?}: {err}");
