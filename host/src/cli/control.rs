@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
+use serde::Serialize;
 
 use super::inject::{InjectArgs, tell_injected};
+use super::model_file;
+use super::press::{Motion, PressArgs};
 use super::session::{LoopArgs, tell_refused};
+use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
-use crate::engine::motion::{Pose, Press};
+use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::files::path::{self, Rules};
 use crate::session::ipc::payload::ToolPose;
@@ -18,6 +21,7 @@ use crate::words::counted;
 /// Send tool poses at 1 kHz to a served scene and time its answers.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell control --scene left --path press.csv\n  \
+    chaincell control --scene left --model liver.chaincell --contact probe:0.012\n  \
     chaincell control --motion press --touch-m 0,0,0.05 --direction=0,0,-1 --depth-m 0.01")]
 pub struct Args {
     #[command(flatten)]
@@ -28,20 +32,14 @@ pub struct Args {
     /// Built-in motion: approach, minimum-jerk press, hold with an 8 to 12 Hz tremor, retreat
     #[arg(long, value_enum, default_value_t)]
     motion: Motion,
-    /// Point where the press touches, x,y,z [m]; with a probe its centre then: a radius outside
-    #[arg(long, default_value = "0,0,0", value_name = "X,Y,Z", value_parser = vector,
-        allow_hyphen_values = true)]
-    touch_m: Vector,
-    /// Direction of the press
-    #[arg(long, default_value = "0,0,-1", value_name = "X,Y,Z", value_parser = vector,
-        allow_hyphen_values = true)]
-    direction: Vector,
-    /// Depth of the press [m]
-    #[arg(long, default_value_t = 0.01, value_name = "D", allow_negative_numbers = true)]
-    depth_m: f64,
-    /// Length of the press [s]
-    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
-    seconds: f64,
+    #[command(flatten)]
+    press: PressArgs,
+    /// Model that the server runs: the press goes to its contact, as in `run` and `cosim`
+    #[arg(long, value_name = "MODEL", conflicts_with = "path")]
+    model: Option<PathBuf>,
+    /// Contact that the server has: probe:RADIUS, cells:SELECTOR or auto [default: auto]
+    #[arg(long, value_name = "CONTACT", requires = "model")]
+    contact: Option<String>,
     /// Play the path or the motion so many times, its ticks counting on
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     repeat: u64,
@@ -63,36 +61,6 @@ pub struct Args {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-enum Motion {
-    /// Approach, press, hold, retreat
-    #[default]
-    Press,
-}
-
-/// Three coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Vector([f64; 3]);
-
-fn vector(text: &str) -> std::result::Result<Vector, String> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
-    let three = numbers.and_then(|numbers| numbers.try_into().ok());
-    three.map(Vector).ok_or_else(|| "give three finite numbers, x,y,z".to_owned())
-}
-
-/// Ticks in a number of seconds.
-///
-/// # Errors
-/// Less than the built-in press has room for, more than a day, or no number.
-pub fn ticks(seconds: f64) -> Result<u64> {
-    if seconds.is_finite() && (0.02..=86_400.0).contains(&seconds) {
-        Ok((seconds * 1000.0).round() as u64)
-    } else {
-        Err(Error::input(format!("--seconds {seconds}: must be from 0.02 to 86400")))
-    }
-}
-
 impl Args {
     fn poses(&self) -> Result<Vec<Pose>> {
         match &self.path {
@@ -100,12 +68,18 @@ impl Args {
                 let sequences = path::read(file, Rules::Strict)?;
                 Ok(released_first(sequences.concat()))
             }
-            None => {
-                let ticks = ticks(self.seconds)?;
-                Press::new(self.touch_m.0, self.direction.0, self.depth_m, ticks)
-                    .map(|press| press.poses())
-            }
+            None => self.press(),
         }
+    }
+
+    /// The built-in press: at the contact of the model, where it is known.
+    fn press(&self) -> Result<Vec<Pose>> {
+        let Motion::Press = self.motion;
+        let Some(path) = &self.model else { return self.press.anywhere() };
+        let image = model_file::read(path)?;
+        let model = model_file::parse(&image, path)?;
+        let contact = self.contact.as_deref().unwrap_or("auto");
+        self.press.on(&model, &tissue::contact(contact, None, &model)?)
     }
 }
 
@@ -148,9 +122,13 @@ pub fn execute(args: &Args) -> Result<()> {
         faults,
         ..ControlOptions::default()
     };
-    let report = control(&poses, &options)?.report;
+    let run = control(&poses, &options)?;
+    // The answers of a motion that is repeated are not kept.
+    let has_touched = (args.repeat == 1 && !run.forces.is_empty())
+        .then(|| run.forces.iter().any(|force| force.contacts > 0));
+    let report = run.report;
     let verdict = args.verdict.judge(counts(&report));
-    print(args, &report, &verdict)?;
+    print(args, &report, has_touched, &verdict)?;
     let outcome = if report.interrupted {
         Err(Error::Interrupted)
     } else if report.ticks_unanswered > 0 {
@@ -177,9 +155,23 @@ fn counts(report: &ControlReport) -> Counts {
     }
 }
 
-fn print(args: &Args, report: &ControlReport, verdict: &Verdict) -> Result<()> {
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    report: &'a ControlReport,
+    /// Whether an answer had a contact; unknown where a motion is repeated or nothing was answered.
+    has_touched: Option<bool>,
+}
+
+fn print(
+    args: &Args,
+    report: &ControlReport,
+    has_touched: Option<bool>,
+    verdict: &Verdict,
+) -> Result<()> {
     if args.json {
-        return terminal::say_json(report);
+        return terminal::say_json(&Printed { report, has_touched });
     }
     tell_refused(&report.refused);
     terminal::say(format_args!(
@@ -200,7 +192,20 @@ fn print(args: &Args, report: &ControlReport, verdict: &Verdict) -> Result<()> {
         report.largest_force_step_n,
         counted(report.silences, "silence")
     ))?;
+    if has_touched == Some(false) {
+        terminal::say(format_args!("  contact     {}", untouched(args)))?;
+    }
     tell_injected(report.injected.as_ref())?;
     terminal::say(format_args!("  state hash  {}", report.state_hash))?;
     terminal::say(format_args!("  verdict     {verdict}"))
+}
+
+/// Why nothing may have been touched, and what to do.
+fn untouched(args: &Args) -> &'static str {
+    if args.path.is_none() && args.model.is_none() {
+        "the tool never touched the body; --model MODEL --contact probe:RADIUS puts the press where \
+         the probe meets it"
+    } else {
+        "the tool never touched the body"
+    }
 }

@@ -6,9 +6,9 @@ use chaincell_kernel::trace::Reader;
 use serde::Serialize;
 
 use super::budget::BudgetArgs;
-use super::control::ticks;
 use super::inject::{InjectArgs, tell_injected};
 use super::model_file;
+use super::press::ticks;
 use super::run::play;
 use super::session::{self, Files, LoopArgs, Session, Sides, tell_refused};
 use super::stage::{StageArgs, StageReport};
@@ -18,6 +18,7 @@ use crate::bake::organ;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
+use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::Folder;
 use crate::files::path::{self, Rules};
@@ -103,6 +104,8 @@ struct CosimSummary {
     #[serde(flatten)]
     tissue: TissueReport,
     stage: Option<StageReport>,
+    /// How near a probe came that never touched the body.
+    never_touched: Option<Untouched>,
     verdict: Verdict,
 }
 
@@ -140,27 +143,36 @@ pub fn execute(args: &Args) -> Result<()> {
     serve_args.extend(args.budget.to_args());
     let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
     let session = session::run(&files, &poses, sides, &args.common)?;
-    let replay_state_hash = if session.reports.serve.commands_done == 0 {
+    let replayed = if session.reports.serve.commands_done == 0 {
         replay(&mut tissue, &folder.file("path.csv"))?
     } else {
-        replay_trace(&mut tissue, &folder.file(recording::TRACE))?
+        (replay_trace(&mut tissue, &folder.file(recording::TRACE))?, None)
     };
-    let summary = summary(args, &tissue, session, replay_state_hash);
+    let summary = summary(args, &tissue, session, replayed);
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
     judge(args, &summary)
 }
 
-/// State hash after the poses as received, played once more without shared memory.
-fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<String> {
+/// State hash after the poses as received, played once more without shared memory, and how near a
+/// probe came that never touched.
+fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Untouched>)> {
     let nothing_received =
         std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
+    let mut never_touched = None;
     if !nothing_received {
         let poses = path::read(received, Rules::Recorded)?;
+        let mut executed = Vec::new();
         // An interrupted session is short and checked like any other.
-        interrupt::ignoring(|| play(tissue, &poses, |_, _| Ok(())))?;
+        let played = interrupt::ignoring(|| {
+            play(tissue, &poses, |pose, _| {
+                executed.push(*pose);
+                Ok(())
+            })
+        })?;
+        never_touched = Untouched::of(tissue.engine(), &executed, played.has_touched());
     }
-    Ok(format!("{:016x}", tissue.state_hash()))
+    Ok((format!("{:016x}", tissue.state_hash()), never_touched))
 }
 
 /// As [`replay`], of a session that took commands, which only the trace has.
@@ -178,7 +190,7 @@ fn summary(
     args: &Args,
     tissue: &Staged<'_>,
     session: Session,
-    replay_state_hash: String,
+    (replay_state_hash, never_touched): (String, Option<Untouched>),
 ) -> CosimSummary {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
@@ -227,6 +239,7 @@ fn summary(
         refused,
         tissue: args.tissue.report(tissue.engine()),
         stage: args.stage.report(),
+        never_touched,
         verdict,
     }
 }
@@ -243,6 +256,9 @@ fn print(args: &Args, summary: &CosimSummary) -> Result<()> {
         summary.missed_deadlines
     ))?;
     terminal::say(format_args!("  {:<18}{}", "flags", summary.flag_ticks))?;
+    if let Some(untouched) = &summary.never_touched {
+        terminal::say(format_args!("  {:<18}{untouched}", "contact"))?;
+    }
     session::tell_latencies(&[
         ("kernel step", &summary.step_ns),
         ("round trip", &summary.round_trip_ns),

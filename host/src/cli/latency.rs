@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use chaincell_kernel::Model;
 use serde::Serialize;
 
-use super::control::ticks;
 use super::model_file;
+use super::press::ticks;
 use super::run::play;
 use super::session::{self, Files, LoopArgs, Sides, tell_refused};
 use super::tissue::TissueArgs;

@@ -9,15 +9,19 @@ use chaincell_kernel::{Choice, ToolSample};
 use serde::Serialize;
 
 use super::model_file;
+use super::press::{Motion, PressArgs};
+use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
+use crate::engine::Engine;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
+use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, Folder, cells_csv, force_csv, vtu};
+use crate::files::output::{Answer, ContactRows, Folder, cells_csv, force_csv, vtu};
 use crate::files::path::{self, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
@@ -30,17 +34,21 @@ use crate::words::counted;
 
 /// Run a path of tool positions offline and write forces, positions and a summary.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  chaincell run liver.chaincell --path press.csv --out press \
-    --contact cells:file:liver.sets.json#patch --snapshot-ticks 100,200\n\n\
+#[command(after_help = "Examples:\n  chaincell run liver.chaincell --path press.csv --out press \
+    --contact cells:file:liver.sets.json#patch --snapshot-ticks 100,200\n  \
+    chaincell run liver.chaincell --motion press --contact probe:0.012 --seconds 2 \
+    --snapshot-every 20 --out press\n\n\
     A path has the header tick,x_m,y_m,z_m,engaged and a row for each consecutive tick.\n\
-    --out gets force.csv, cells_final.csv, cells_<tick>.csv, final.vtu, summary.json, the model and\n\
-    session.trace, which `chaincell replay` plays.")]
+    --out gets force.csv, cells_final.csv, final.vtu, summary.json, the model and session.trace, which\n\
+    `chaincell replay` plays; path.csv of a motion; of snapshots cells_<tick>.csv, state_<tick>.vtu\n\
+    and series.pvd, which ParaView opens.")]
 pub struct Args {
     /// Model file from `chaincell bake`
     model: PathBuf,
-    /// Path of tool positions (CSV)
-    #[arg(long, value_name = "PATH.csv")]
-    path: PathBuf,
+    #[command(flatten)]
+    source: Source,
+    #[command(flatten)]
+    press: PressArgs,
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -50,11 +58,10 @@ pub struct Args {
     /// Overwrite the results of an earlier run in --out, and an earlier --trace
     #[arg(long)]
     force: bool,
-    /// Also write the positions after these ticks
-    #[arg(long, value_name = "TICKS", value_delimiter = ',', allow_negative_numbers = true)]
-    snapshot_ticks: Vec<u64>,
+    #[command(flatten)]
+    snapshots: SnapshotArgs,
     /// Replay a recorded session, lost and bad poses included, by the rules of `serve`
-    #[arg(long)]
+    #[arg(long, conflicts_with = "motion")]
     recorded: bool,
     #[command(flatten)]
     tissue: TissueArgs,
@@ -63,6 +70,19 @@ pub struct Args {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// Where the poses come from.
+#[derive(Debug, Clone, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Source {
+    /// Path of tool positions (CSV)
+    #[arg(long, value_name = "PATH.csv")]
+    path: Option<PathBuf>,
+    /// Built-in motion in place of a path: a press on the contact, with a probe from where it first
+    /// touches the body
+    #[arg(long, value_enum)]
+    motion: Option<Motion>,
 }
 
 /// summary.json
@@ -77,7 +97,9 @@ struct RunSummary {
     ram_bytes: usize,
     poses_repeated: u64,
     recorded: bool,
-    snapshot_ticks: Vec<u64>,
+    snapshot_ticks: BTreeSet<u64>,
+    /// How near a probe came that never touched the body.
+    never_touched: Option<Untouched>,
     /// Flags seen, each with the number of ticks it was set on.
     flag_ticks: FlagTicks,
     interrupted: bool,
@@ -89,10 +111,9 @@ struct RunSummary {
 pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
-    let poses = path::read(&args.path, rules)?;
-    check_snapshots(&args.snapshot_ticks, &poses)?;
     let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
+    let poses = poses(args, tissue.engine())?;
+    let snapshot_ticks = args.snapshots.of(&poses)?;
     check_sweeps(args, &tissue, &poses)?;
     if let Some(trace) = &args.trace
         && (args.out.exists() || folder_of(trace).exists())
@@ -115,22 +136,28 @@ pub fn execute(args: &Args) -> Result<()> {
         write_whole(path, &front)?;
     }
     folder.write(recording::MODEL, image.as_bytes())?;
+    if args.source.motion.is_some() {
+        folder.write("path.csv", path::to_text(poses.concat()).as_bytes())?;
+    }
+    let mut snapshots = Snapshots::new(&snapshot_ticks, &folder, &model);
+    let mut executed = Vec::with_capacity(rows);
+    let mut contacts = ContactRows::default();
     let played = play(&mut tissue, &poses, |pose, tissue| {
         let (tick, sample) = (pose.tick, ToolSample::from(*pose));
         let (sweeps, state_hash) = (pose.sweeps, Some(tissue.state_hash()));
         trace.add(&Record { sweeps, state_hash, ..Record::of(tick, sample) });
-        if args.snapshot_ticks.contains(&tick) {
-            let text = cells_csv(&tissue.engine_mut().nodes());
-            folder.write(&format!("cells_{tick}.csv"), text.as_bytes())?;
-        }
-        Ok(())
+        executed.push(*pose);
+        contacts.after(tick, tissue.engine_mut());
+        snapshots.after(tick, tissue.engine_mut())
     })?;
     trace.finish()?;
     if let Some(path) = copy {
         write_whole(path, &recording::read(&place)?)?;
     }
+    snapshots.finish()?;
     let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
+    contacts.write(&folder, tissue.engine())?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
     folder.write("final.vtu", vtu(&model, &nodes, tissue.engine().contacts()).as_bytes())?;
     let summary = RunSummary {
@@ -143,7 +170,8 @@ pub fn execute(args: &Args) -> Result<()> {
         ram_bytes: tissue.engine().ram_bytes(),
         poses_repeated: played.poses_repeated,
         recorded: args.recorded,
-        snapshot_ticks: args.snapshot_ticks.clone(),
+        snapshot_ticks,
+        never_touched: Untouched::of(tissue.engine(), &executed, played.has_touched()),
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         tissue: args.tissue.report(tissue.engine()),
@@ -154,6 +182,14 @@ pub fn execute(args: &Args) -> Result<()> {
     if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
 }
 
+/// The poses of the path or of the built-in motion.
+fn poses(args: &Args, engine: &Engine<'_>) -> Result<Vec<Vec<Pose>>> {
+    match &args.source.path {
+        Some(file) => path::read(file, if args.recorded { Rules::Recorded } else { Rules::Strict }),
+        None => Ok(vec![args.press.on(engine.network().model(), engine.contact())?]),
+    }
+}
+
 /// Whether both are the same file.
 fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
@@ -162,7 +198,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
 /// A path may ask for the sweeps of a tick where a tick may end after any, up to `--sweeps`.
 fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result<()> {
     let most = poses.iter().flatten().filter_map(|pose| pose.sweeps).max();
-    let path = args.path.display();
+    let path = args.source.path.as_deref().unwrap_or(Path::new("path")).display();
     match most {
         Some(_) if !tissue.is_anytime() => Err(Error::input(format!(
             "{path}: it has the column sweeps, but under --dynamics {} the sweeps are the tissue's \
@@ -175,19 +211,6 @@ fn check_sweeps(args: &Args, tissue: &Staged<'_>, poses: &[Vec<Pose>]) -> Result
             args.tissue.sweeps
         ))),
         _ => Ok(()),
-    }
-}
-
-fn check_snapshots(ticks: &[u64], poses: &[Vec<Pose>]) -> Result<()> {
-    let of_path: BTreeSet<u64> = poses.iter().flatten().map(|pose| pose.tick).collect();
-    let (first, last) = (of_path.first().copied(), of_path.last().copied());
-    match ticks.iter().find(|tick| !of_path.contains(tick)) {
-        None => Ok(()),
-        Some(tick) => Err(Error::input(format!(
-            "--snapshot-ticks {tick}: the path has the ticks {} to {}",
-            first.unwrap_or_default(),
-            last.unwrap_or_default()
-        ))),
     }
 }
 
@@ -238,6 +261,11 @@ pub fn play(
 }
 
 impl Played {
+    /// Whether the tool had a contact in some tick.
+    pub fn has_touched(&self) -> bool {
+        self.answers.iter().any(|answer| answer.output.contacts > 0)
+    }
+
     /// One timed tick.
     fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose) {
         let sample = ToolSample::from(*pose);
@@ -276,5 +304,8 @@ fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
     ))?;
     terminal::say(format_args!("  {:<14}{}", "state hash", summary.state_hash))?;
     terminal::say(format_args!("  {:<14}{}", "flags", summary.flag_ticks))?;
+    if let Some(untouched) = &summary.never_touched {
+        terminal::say(format_args!("  {:<14}{untouched}", "contact"))?;
+    }
     terminal::say(format_args!("  {:<14}{}", "results", args.out.display()))
 }

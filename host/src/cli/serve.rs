@@ -16,13 +16,14 @@ use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
+use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::{Answer, Folder, force_csv};
 use crate::files::path;
 use crate::files::recording::{self, Recording, TraceFile};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::inject::Faults;
-use crate::session::loops::record::Recorder;
+use crate::session::loops::record::{Recorder, Row};
 use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
 use crate::terminal;
 use crate::words::counted;
@@ -109,6 +110,7 @@ struct ServeSummary<'a> {
     max_pose_hz: u32,
     state_hz: u32,
     stage: Option<StageReport>,
+    never_touched: Option<Untouched>,
     verdict: Verdict,
 }
 
@@ -151,6 +153,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
     // Told last, so that it costs no other result.
     let finished = recorder.finish_trace();
+    let never_touched = folder.as_ref().and_then(|_| untouched(&tissue, recorder.rows(), &report));
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
         let received =
@@ -169,6 +172,7 @@ pub fn execute(args: &Args) -> Result<()> {
             max_pose_hz: args.max_pose_hz,
             state_hz: args.state_hz,
             stage: args.stage.report(),
+            never_touched,
             verdict,
         };
         folder.write_json("summary.json", &summary)?;
@@ -176,7 +180,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.out.is_some() || args.record.is_some() {
         tell_unrecorded(&report);
     }
-    print(args, &report, &verdict)?;
+    print(args, &report, never_touched, &verdict)?;
     finished?;
     let interrupted = report.ended_by == Ending::Interrupt;
     args.common.after_report(if interrupted {
@@ -264,7 +268,20 @@ fn answer(force: &ToolForce) -> Answer {
     Answer { tick: force.tick, output }
 }
 
-fn print(args: &Args, report: &ServeReport, verdict: &Verdict) -> Result<()> {
+/// How near a probe came that never touched, where all of the session is recorded.
+fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<Untouched> {
+    let poses: Vec<Pose> = rows.iter().map(|row| row.pose.into()).collect();
+    let has_touched = rows.iter().any(|row| row.force.contacts > 0);
+    let untouched = Untouched::of(tissue.engine(), &poses, has_touched);
+    untouched.filter(|_| report.ticks_unrecorded == 0)
+}
+
+fn print(
+    args: &Args,
+    report: &ServeReport,
+    never_touched: Option<Untouched>,
+    verdict: &Verdict,
+) -> Result<()> {
     if args.json {
         return terminal::say_json(report);
     }
@@ -280,6 +297,9 @@ fn print(args: &Args, report: &ServeReport, verdict: &Verdict) -> Result<()> {
         counted(report.watchdog_fired, "time")
     ))?;
     terminal::say(format_args!("  flags       {}", report.flag_ticks))?;
+    if let Some(untouched) = never_touched {
+        terminal::say(format_args!("  contact     {untouched}"))?;
+    }
     terminal::say(format_args!("  step        {}", report.step_ns.in_us()))?;
     terminal::say(format_args!("  force       largest step {} N", report.largest_force_step_n))?;
     terminal::say(format_args!(

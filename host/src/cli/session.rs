@@ -7,10 +7,10 @@ use chaincell_kernel::{Choice, Model};
 use tempfile::TempDir;
 
 use super::choice::parser;
+use super::press::press_on;
 use super::verdict::VerdictArgs;
-use crate::engine::contact::{farthest, inward};
-use crate::engine::motion::{Pose, Press};
-use crate::engine::{Contact, Engine, only_sphere, rest_m};
+use crate::engine::Engine;
+use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
@@ -27,8 +27,6 @@ use crate::words::counted;
 
 /// Ticks of each measurement of the machine's floor: a second and a half.
 const FLOOR_TICKS: u32 = 1500;
-/// Depth of the built-in press unless given [mean link lengths].
-const DEPTH_LINKS: f64 = 3.0;
 /// Longest wait for `serve` [s].
 const READY_S: u64 = 20;
 
@@ -105,31 +103,9 @@ pub struct Session {
     pub floor: Floor,
 }
 
-/// The built-in press on the contact cells of an engine, along their mean inward normal; with a
-/// probe from outside on the cell in the middle of `--contact auto`.
+/// The built-in press on the body of an engine, at its contact.
 pub fn press(engine: &Engine<'_>, depth_m: Option<f64>, ticks: u64) -> Result<Vec<Pose>> {
-    let model = engine.network().model();
-    let (cells, clearance_m) = match *engine.contact() {
-        Contact::Cells(ref cells) => (cells.clone(), 0.0),
-        Contact::Probe { radius_m, .. } => (vec![farthest(model)?], f64::from(radius_m)),
-        Contact::Tools { ref tools, .. } => {
-            let radius_m = only_sphere(tools).ok_or_else(|| {
-                Error::input("the built-in press is for one sphere; give a path of your own")
-            })?;
-            (vec![farthest(model)?], f64::from(radius_m))
-        }
-    };
-    let direction = inward(model, &cells);
-    let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let mut touch_m = direction.map(|x| -clearance_m * x / length);
-    for &cell in &cells {
-        let at = rest_m(model, cell.into());
-        for axis in 0..3 {
-            touch_m[axis] += at[axis] / cells.len() as f64;
-        }
-    }
-    let depth_m = depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
-    Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
+    press_on(engine.network().model(), engine.contact(), depth_m, ticks)
 }
 
 /// The model's bytes and the poses as files that the two processes read.

@@ -247,51 +247,24 @@ impl TissueArgs {
 
     /// What the tool touches.
     fn contact(&self, model: &Model<'_>) -> Result<Contact> {
-        if self.contact == "probe" {
-            let why = "--contact probe: give its radius [m], as in probe:0.012";
-            return Err(Error::input(why));
-        }
-        let Some(radius) = self.contact.strip_prefix("probe:") else {
-            if let Some(capacity) = self.probe_capacity {
-                return Err(Error::input(format!(
-                    "--probe-capacity {capacity}: there is no probe; give --contact probe:RADIUS, \
-                     or leave it out"
-                )));
-            }
-            if let Some(friction) = self.friction {
-                return Err(Error::input(format!(
-                    "--friction {friction}: cells that are held do not slide; give --contact \
-                     probe:RADIUS, or leave it out"
-                )));
-            }
-            return contact_cells(&self.contact, model).map(Contact::Cells);
-        };
-        if self.drive == Drive::Current {
+        let contact = contact(&self.contact, self.probe_capacity, model)?;
+        if !matches!(contact, Contact::Cells(_)) && self.drive == Drive::Current {
             return Err(Error::input(
                 "--drive current loads chosen cells, and a probe has none: give --contact \
                  cells:SELECTOR, or leave --drive out",
             ));
         }
-        let contact = &self.contact;
-        let radius_m: f32 = radius.parse().map_err(|_| {
-            Error::input(format!(
-                "--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"
-            ))
-        })?;
-        let most_m = model.saturation() * model.unit_m();
-        if !(radius_m > 0.0 && radius_m <= most_m) {
-            return Err(Error::input(format!(
-                "--contact {contact}: the probe's radius must be above 0 and at most {most_m} m, the \
-                 body's own bound (--k-m of bake)"
-            )));
+        match (self.friction, contact) {
+            (None, contact) => Ok(contact),
+            (Some(friction), Contact::Probe { radius_m, .. }) if friction != 0.0 => {
+                slides(model, radius_m, friction)
+            }
+            (Some(friction), Contact::Cells(_)) => Err(Error::input(format!(
+                "--friction {friction}: cells that are held do not slide; give --contact \
+                 probe:RADIUS, or leave it out"
+            ))),
+            (Some(_), contact) => Ok(contact),
         }
-        if let Some(friction) = self.friction.filter(|friction| *friction != 0.0) {
-            return slides(model, radius_m, friction);
-        }
-        Ok(Contact::Probe {
-            radius_m,
-            capacity: self.probe_capacity.unwrap_or(PROBE_CAPACITY).into(),
-        })
     }
 
     /// The same arguments for a child process.
@@ -374,4 +347,35 @@ fn slides(model: &Model<'_>, radius_m: f32, friction: f32) -> Result<Contact> {
         )));
     }
     Ok(Contact::Tools { tools: vec![vec![ToolPart::sphere(radius_m)]], friction })
+}
+
+/// What `--contact` and `--probe-capacity` name on a model.
+///
+/// # Errors
+/// A selector or a radius that names nothing, a capacity without a probe.
+pub fn contact(contact: &str, probe_capacity: Option<u16>, model: &Model<'_>) -> Result<Contact> {
+    if contact == "probe" {
+        let why = "--contact probe: give its radius [m], as in probe:0.012";
+        return Err(Error::input(why));
+    }
+    let Some(radius) = contact.strip_prefix("probe:") else {
+        if let Some(capacity) = probe_capacity {
+            return Err(Error::input(format!(
+                "--probe-capacity {capacity}: there is no probe; give --contact probe:RADIUS, or \
+                 leave it out"
+            )));
+        }
+        return contact_cells(contact, model).map(Contact::Cells);
+    };
+    let radius_m: f32 = radius.parse().map_err(|_| {
+        Error::input(format!("--contact {contact}: {radius:?} is no radius [m], as in probe:0.012"))
+    })?;
+    let most_m = model.saturation() * model.unit_m();
+    if !(radius_m > 0.0 && radius_m <= most_m) {
+        return Err(Error::input(format!(
+            "--contact {contact}: the probe's radius must be above 0 and at most {most_m} m, the \
+             body's own bound (--k-m of bake)"
+        )));
+    }
+    Ok(Contact::Probe { radius_m, capacity: probe_capacity.unwrap_or(PROBE_CAPACITY).into() })
 }

@@ -6,11 +6,15 @@ pub(crate) mod fixture;
 pub mod flag_ticks;
 pub mod motion;
 pub mod order;
+pub mod place;
+pub mod reach;
+pub mod slow_press;
 pub mod staged;
 pub mod threads;
 pub mod tissue;
 pub mod tools;
 mod touch;
+pub mod untouched;
 
 use std::cell::OnceCell;
 

@@ -27,6 +27,16 @@ pub enum Contact {
 }
 
 impl Contact {
+    /// The radius \[m\] of the sphere that touches, where it is one.
+    #[must_use]
+    pub fn radius_m(&self) -> Option<f32> {
+        match self {
+            Self::Cells(_) => None,
+            Self::Probe { radius_m, .. } => Some(*radius_m),
+            Self::Tools { tools, .. } => only_sphere(tools),
+        }
+    }
+
     /// Contact slots that the tissue needs.
     pub(super) fn slots(&self) -> usize {
         match self {

@@ -102,6 +102,18 @@ impl<'a> Model<'a> {
         self.contact.is_some()
     }
 
+    /// Calls `visit(parts, stiffness_n_per_m)` for each triangle that a probe touches, in the order of
+    /// the image: into how many parts its samples cut each side under a probe of this radius
+    /// \[m\], and the stiffness of all its samples together [N/m]. Nothing where a probe touches
+    /// cells.
+    pub fn each_probe_triangle(&self, radius_m: f32, mut visit: impl FnMut(u16, f32)) {
+        let radius = radius_m / self.unit_m;
+        let Some(surface) = self.contact_surface() else { return };
+        for (_, of) in (0..surface.triangles.len()).filter_map(|index| surface.triangle(index)) {
+            visit(of.parts(radius), 2.0 * self.stiffness_n_per_m * of.weight(radius));
+        }
+    }
+
     /// Radius from which on samples stand as near to each other as they have to, less than that of
     /// any probe to be taken [mean link lengths]; `None` where a probe touches cells.
     #[must_use]

@@ -2,9 +2,12 @@
 
 mod bad_input;
 mod latency;
+mod motion;
 mod output;
 mod path_files;
 mod place;
+mod probe;
 mod run;
 mod safety;
+mod series;
 mod trace;

@@ -91,7 +91,11 @@ fn files_have_the_columns_of_the_contract() {
         "final.vtu",
         "force.csv",
         "model.chaincell",
+        "series.pvd",
         "session.trace",
+        "state_0.vtu",
+        "state_10.vtu",
+        "state_159.vtu",
         "summary.json",
     ];
     assert_eq!(names(&results.out), expected);
@@ -99,6 +103,7 @@ fn files_have_the_columns_of_the_contract() {
     assert!(results.force.whole("tick").into_iter().eq(0..160));
     // The last snapshot is the final state; `positions` checks the header and the input order.
     assert_eq!(results.bytes("cells_159.csv"), results.bytes("cells_final.csv"));
+    assert_eq!(results.bytes("state_159.vtu"), results.bytes("final.vtu"));
     for text in String::from_utf8(results.bytes("cells_10.csv")).unwrap().lines().skip(1) {
         for number in text.split(',').skip(1) {
             let digits = number.split('e').next().unwrap();
@@ -234,14 +239,14 @@ fn final_vtu_is_well_formed() {
 }
 
 /// Numbers of a named array.
-fn array(vtu: &str, name: &str) -> Vec<f64> {
+pub(super) fn array(vtu: &str, name: &str) -> Vec<f64> {
     let start = vtu.find(&format!("Name=\"{name}\"")).unwrap();
     let body = &vtu[start..];
     let body = &body[body.find('>').unwrap() + 1..body.find("</DataArray>").unwrap()];
     body.split_whitespace().map(|number| number.parse().unwrap()).collect()
 }
 
-fn check_vtu(file: &Path, elements: usize, corners: usize) {
+pub(super) fn check_vtu(file: &Path, elements: usize, corners: usize) {
     let vtu = std::fs::read_to_string(file).unwrap();
     let count = |name: &str| -> usize {
         let text = vtu.split(&format!("{name}=\"")).nth(1).unwrap();

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use chaincell_tests::files::{bake, scratch, text};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Running, process::SHORT, run, turn};
 use serde_json::Value;
@@ -22,6 +23,11 @@ fn the_contract_names_every_key() {
     let out = place.folder.path().join("out");
     let session = out.to_str().unwrap();
     let mut found = keys("info", &run(["info", model, "--json"]).with(0).json());
+    let folder = scratch();
+    let body = ["--young-pa", "5000", "--probe-contact", "surface"];
+    let body = bake(folder.path(), "box:4x4x3x0.01", &body);
+    let of_probe = run(["info", text(&body), "--probe", "0.01", "--json"]).with(0).json();
+    found.extend(keys("info --probe", &of_probe["probe"]));
     let serve = place.serve(&["--ticks", "200", "--json", "--late-share", "off"]);
     let control =
         ["control", "--scene", &place.scene, "--seconds", "0.1", "--wait-for-server-s", "10"];

@@ -4,6 +4,10 @@ use std::fmt::Write as _;
 
 use chaincell_kernel::{ContactForce, Model};
 
+use super::Folder;
+use crate::engine::{Contact, Engine};
+use crate::error::Result;
+
 /// Rows of contacts, tick by tick.
 #[derive(Debug, Default)]
 pub struct ContactRows(String);
@@ -13,8 +17,13 @@ const HEADER: &str = "tick,tool,part,node,x_m,y_m,z_m,normal_x_n,normal_y_n,norm
     tangential_x_n,tangential_y_n,tangential_z_n,area_m2\n";
 
 impl ContactRows {
-    /// Adds the contacts of a tick.
-    pub fn add(&mut self, model: &Model<'_>, tick: u64, contacts: &[ContactForce]) {
+    /// Adds the contacts of the tick that an engine has just made.
+    pub fn after(&mut self, tick: u64, engine: &mut Engine<'_>) {
+        let contacts = engine.contact_forces();
+        self.add(engine.network().model(), tick, &contacts);
+    }
+
+    fn add(&mut self, model: &Model<'_>, tick: u64, contacts: &[ContactForce]) {
         for of in contacts {
             let node = model.input_id().get(usize::from(of.cell)).copied().unwrap_or(u32::MAX);
             let _ = write!(self.0, "{tick},{},{},{node}", of.tool, of.part);
@@ -25,10 +34,20 @@ impl ContactRows {
         }
     }
 
-    /// The file.
-    #[must_use]
-    pub fn csv(&self) -> String {
+    fn csv(&self) -> String {
         format!("{HEADER}{}", self.0)
+    }
+
+    /// Writes `contacts.csv`, where the engine has tools on a contact surface.
+    ///
+    /// # Errors
+    /// As [`Folder::write`].
+    pub fn write(&self, folder: &Folder, engine: &Engine<'_>) -> Result<()> {
+        let has_surface = engine.network().model().has_contact_surface();
+        if !has_surface || matches!(engine.contact(), Contact::Cells(_)) {
+            return Ok(());
+        }
+        folder.write("contacts.csv", self.csv().as_bytes())
     }
 }
 

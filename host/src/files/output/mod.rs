@@ -3,6 +3,7 @@
 mod cells;
 mod contacts;
 mod force;
+mod series;
 mod vtu;
 
 use std::fs;
@@ -17,6 +18,7 @@ use crate::files::whole::write_whole;
 pub use cells::cells_csv;
 pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
+pub use series::{SERIES, pvd, state_name};
 pub use vtu::vtu;
 
 /// An output folder.
@@ -96,10 +98,11 @@ impl Folder {
 
 /// Whether a run writes files of that name.
 fn is_ours(name: &str) -> bool {
-    let snapshot = name.starts_with("cells_") && name.ends_with(".csv");
+    let is = |front: &str, end: &str| name.starts_with(front) && name.ends_with(end);
+    let snapshot = is("cells_", ".csv") || is("state_", ".vtu") || name == SERIES;
     let report = name == "REPORT.md" || name.starts_with("report_");
     let paper = ["paper.html", "paper.json"].contains(&name) || name.starts_with("paper_");
-    let chart = name.starts_with("target") && (name.ends_with(".svg") || name.ends_with(".png"));
+    let chart = is("target", ".svg") || is("target", ".png");
     let fixed = [
         "force.csv",
         "contacts.csv",
@@ -131,11 +134,14 @@ mod tests {
         let folder = Folder::open(&path, false).unwrap();
         folder.write("cells_9.csv", b"old").unwrap();
         folder.write("paper_plane.svg", b"old").unwrap();
+        folder.write("state_9.vtu", b"old").unwrap();
+        folder.write(SERIES, b"old").unwrap();
         folder.write("notes.txt", b"mine").unwrap();
         let refused = Folder::open(&path, false).unwrap_err().to_string();
         assert!(refused.contains("not empty") && refused.contains("`force`"), "{refused}");
         Folder::open(&path, true).unwrap();
         assert!(!path.join("cells_9.csv").exists() && !path.join("paper_plane.svg").exists());
+        assert!(!path.join("state_9.vtu").exists() && !path.join(SERIES).exists());
         assert_eq!(fs::read(path.join("notes.txt")).unwrap(), b"mine");
     }
 

@@ -32,6 +32,34 @@ pub fn vtu(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> String {
     integers(&mut text, "offsets", (1..=count).map(|n| (n * elements.corners_each) as u32));
     integers(&mut text, "types", std::iter::repeat_n(u32::from(elements.kind), count));
     text.push_str("</Cells>\n<PointData Vectors=\"displacement_m\">\n");
+    point_data(model, nodes, contacts).into_iter().for_each(|array| array.write(&mut text));
+    text.push_str("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+    text
+}
+
+/// One array of a number or a vector at each point.
+struct PointArray {
+    name: &'static str,
+    values: Values,
+}
+
+enum Values {
+    Vectors(Vec<[f64; 3]>),
+    Integers(Vec<u32>),
+}
+
+impl PointArray {
+    fn write(self, text: &mut String) {
+        match self.values {
+            Values::Vectors(values) => vectors(text, self.name, values.into_iter()),
+            Values::Integers(values) => integers(text, self.name, values.into_iter()),
+        }
+    }
+}
+
+/// Every array at the points, in the order of the nodes.
+fn point_data(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> Vec<PointArray> {
+    let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let rest_of = |point: usize| match nodes.ids.get(point) {
         Some(&id) if fine => model.fine_rest(id as usize).unwrap_or_default(),
         _ => model.rest_position(point),
@@ -40,20 +68,20 @@ pub fn vtu(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> String {
         let rest = to_m(model, rest_of(point).map(f64::from));
         std::array::from_fn(|axis| position[axis] - rest[axis])
     });
-    vectors(&mut text, "displacement_m", displacements);
-    integers(&mut text, "node", nodes.ids.iter().copied());
     let cells: Vec<u16> = if fine {
         nodes.ids.iter().map(|&id| model.cell_of_input(id).unwrap_or(u16::MAX)).collect()
     } else {
-        (0..points).map(|cell| cell as u16).collect()
+        (0..positions_m.len()).map(|cell| cell as u16).collect()
     };
     let marks = |marked: &[u16]| -> Vec<u32> {
         cells.iter().map(|cell| marked.binary_search(cell).is_ok().into()).collect()
     };
-    integers(&mut text, "fixed", marks(model.fixed()).into_iter());
-    integers(&mut text, "contact", marks(contacts).into_iter());
-    text.push_str("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
-    text
+    vec![
+        PointArray { name: "displacement_m", values: Values::Vectors(displacements.collect()) },
+        PointArray { name: "node", values: Values::Integers(nodes.ids.clone()) },
+        PointArray { name: "fixed", values: Values::Integers(marks(model.fixed())) },
+        PointArray { name: "contact", values: Values::Integers(marks(contacts)) },
+    ]
 }
 
 /// The elements that show a model best.

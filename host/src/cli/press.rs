@@ -1,0 +1,118 @@
+//! Arguments of the built-in press, shared by `run` and `control`.
+
+use chaincell_kernel::Model;
+use clap::ValueEnum;
+
+use crate::engine::Contact;
+use crate::engine::motion::{Pose, Press};
+use crate::engine::place::place;
+use crate::error::{Error, Result};
+
+/// Depth unless given [mean link lengths], and where no model is known [m].
+const DEPTH_LINKS: f64 = 3.0;
+const DEPTH_M: f64 = 0.01;
+
+/// A built-in motion.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum Motion {
+    /// Approach, press, hold, retreat
+    #[default]
+    Press,
+}
+
+/// Where the press goes, how deep and how long.
+#[derive(Debug, Clone, clap::Args)]
+pub struct PressArgs {
+    /// Point where the press touches, x,y,z [m]; with a probe its centre then: a radius outside
+    /// [default: at the contact of the model; 0,0,0 where no model is known]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
+        conflicts_with = "path")]
+    touch_m: Option<Vector>,
+    /// Direction of the press [default: into the model's body; 0,0,-1 where no model is known]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
+        conflicts_with = "path")]
+    direction: Option<Vector>,
+    /// Depth of the press [m] [default: 3 mean link lengths; 0.01 where no model is known]
+    #[arg(long, value_name = "D", allow_negative_numbers = true, conflicts_with = "path")]
+    depth_m: Option<f64>,
+    /// Length of the press [s]
+    #[arg(
+        long,
+        default_value_t = 10.0,
+        value_name = "S",
+        allow_negative_numbers = true,
+        conflicts_with = "path"
+    )]
+    seconds: f64,
+}
+
+/// Three coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Vector([f64; 3]);
+
+fn vector(text: &str) -> std::result::Result<Vector, String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    let three = numbers.and_then(|numbers| numbers.try_into().ok());
+    three.map(Vector).ok_or_else(|| "give three finite numbers, x,y,z".to_owned())
+}
+
+/// Ticks in a number of seconds.
+///
+/// # Errors
+/// Less than the built-in press has room for, more than a day, or no number.
+pub fn ticks(seconds: f64) -> Result<u64> {
+    if seconds.is_finite() && (0.02..=86_400.0).contains(&seconds) {
+        Ok((seconds * 1000.0).round() as u64)
+    } else {
+        Err(Error::input(format!("--seconds {seconds}: must be from 0.02 to 86400")))
+    }
+}
+
+/// The press of this depth \[m\] on a body, in so many ticks.
+///
+/// # Errors
+/// No place for it, see [`place`]; a bad depth; too few ticks.
+pub fn press_on(
+    model: &Model<'_>,
+    contact: &Contact,
+    depth_m: Option<f64>,
+    ticks: u64,
+) -> Result<Vec<Pose>> {
+    let args = PressArgs { touch_m: None, direction: None, depth_m, seconds: 0.0 };
+    args.along(model, contact, ticks)
+}
+
+impl PressArgs {
+    /// The press on a body.
+    ///
+    /// # Errors
+    /// As [`press_on`]; a bad number of seconds.
+    pub fn on(&self, model: &Model<'_>, contact: &Contact) -> Result<Vec<Pose>> {
+        self.along(model, contact, ticks(self.seconds)?)
+    }
+
+    /// The press where the body is not known.
+    ///
+    /// # Errors
+    /// A bad direction, depth or number of seconds.
+    pub fn anywhere(&self) -> Result<Vec<Pose>> {
+        let touch_m = self.touch_m.map_or([0.0; 3], |touch| touch.0);
+        let direction = self.direction.map_or([0.0, 0.0, -1.0], |direction| direction.0);
+        let depth_m = self.depth_m.unwrap_or(DEPTH_M);
+        Ok(Press::new(touch_m, direction, depth_m, ticks(self.seconds)?)?.poses())
+    }
+
+    fn along(&self, model: &Model<'_>, contact: &Contact, ticks: u64) -> Result<Vec<Pose>> {
+        let direction = self.direction.map(|direction| direction.0);
+        let depth_m = self.depth_m.unwrap_or(DEPTH_LINKS * f64::from(model.unit_m()));
+        let (touch_m, direction) = match (self.touch_m, direction) {
+            (Some(touch), Some(direction)) => (touch.0, direction),
+            (touch, direction) => {
+                let place = place(model, contact, direction)?;
+                (touch.map_or(place.touch_m, |touch| touch.0), place.direction)
+            }
+        };
+        Ok(Press::new(touch_m, direction, depth_m, ticks)?.poses())
+    }
+}

@@ -1,0 +1,55 @@
+//! Where the built-in press goes on a body.
+
+use chaincell_kernel::Model;
+use nalgebra::Vector3;
+
+use super::contact::{farthest, inward};
+use super::reach::Reach;
+use super::{Contact, rest_m};
+use crate::error::{Error, Result};
+
+/// Where a press touches, and which way it goes from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Position of the tool then \[m\]: of a probe its centre, outside of the body.
+    pub touch_m: [f64; 3],
+    /// A unit vector.
+    pub direction: [f64; 3],
+}
+
+/// The middle of the cells that are held; with a probe the place where it first touches on its way to
+/// the cell in the middle of `--contact auto`. Into the body along the mean normal there, unless a
+/// direction is given.
+///
+/// # Errors
+/// A direction without length, a model without a free cell, a probe that would pass by.
+pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> Result<Place> {
+    let cells = match contact {
+        Contact::Cells(cells) => cells.clone(),
+        Contact::Probe { .. } | Contact::Tools { .. } => vec![farthest(model)?],
+    };
+    let direction = Vector3::from(along.unwrap_or_else(|| inward(model, &cells)));
+    let length = direction.norm();
+    if !(length.is_finite() && length > 0.0) {
+        return Err(Error::input("`direction`: its length must be finite and above 0"));
+    }
+    let direction = direction / length;
+    let mut touch_m = [0.0; 3];
+    for &cell in &cells {
+        let at = rest_m(model, cell.into());
+        for axis in 0..3 {
+            touch_m[axis] += at[axis] / cells.len() as f64;
+        }
+    }
+    if let Some(radius_m) = contact.radius_m() {
+        let way_m = Reach::of(model).first_touch_m(touch_m, (-direction).into(), radius_m.into());
+        let way_m = way_m.ok_or_else(|| {
+            Error::input(
+                "`contact` probe: the built-in press would pass by the body: give `touch_m` and \
+                 `direction`",
+            )
+        })?;
+        touch_m = (Vector3::from(touch_m) - direction * way_m).into();
+    }
+    Ok(Place { touch_m, direction: direction.into() })
+}

@@ -1,0 +1,193 @@
+//! What a probe may touch, as it is at rest: how far a point is from it.
+
+use std::f64::consts::TAU;
+
+use chaincell_kernel::Model;
+use nalgebra::Vector3;
+
+use super::rest_m;
+
+/// The triangles of the surface that a probe meets. Where it meets cells, each of these is a triangle
+/// without size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reach {
+    triangles_m: Vec<[Vector3<f64>; 3]>,
+}
+
+/// Looks for the place where a sphere first touches.
+const LOOKS: usize = 400;
+/// A sphere that near to the surface touches it [radii].
+const CLOSE: f64 = 1e-4;
+
+impl Reach {
+    /// Of a model: the triangles of its contact surface, else its free surface cells.
+    #[must_use]
+    pub fn of(model: &Model<'_>) -> Self {
+        let at = |cell: u16| Vector3::from(rest_m(model, cell.into()));
+        let triangles_m = if model.has_contact_surface() {
+            model.triangles().iter().map(|corners| corners.map(at)).collect()
+        } else {
+            let free = model.surface().iter().filter(|cell| !model.is_fixed(**cell));
+            free.map(|&cell| [at(cell); 3]).collect()
+        };
+        Self { triangles_m }
+    }
+
+    /// Distance of a point \[m\]; `None` where there is nothing to touch.
+    ///
+    /// Cost: one look at each triangle.
+    #[must_use]
+    pub fn distance_m(&self, point_m: [f64; 3]) -> Option<f64> {
+        let point = Vector3::from(point_m);
+        let squared =
+            |corners: &[Vector3<f64>; 3]| (nearest(point, *corners) - point).norm_squared();
+        self.triangles_m.iter().map(squared).min_by(f64::total_cmp).map(libm::sqrt)
+    }
+
+    /// Whether a point lies inside the closed surface of the triangles: they stand around it.
+    #[must_use]
+    pub fn is_around(&self, point_m: [f64; 3]) -> bool {
+        let point = Vector3::from(point_m);
+        let angle = |corners: &[Vector3<f64>; 3]| {
+            let [a, b, c] = corners.map(|corner| corner - point);
+            let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+            let above = a.dot(&b.cross(&c));
+            let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+            2.0 * libm::atan2(above, below)
+        };
+        // All of the solid angle inside, none of it outside.
+        self.triangles_m.iter().map(angle).sum::<f64>().abs() > TAU
+    }
+
+    /// How far outside of a point, along the unit vector `outward`, the centre of a sphere stands that
+    /// comes from there and touches for the first time \[m\]; `None` where it passes everything.
+    #[must_use]
+    pub fn first_touch_m(
+        &self,
+        point_m: [f64; 3],
+        outward: [f64; 3],
+        radius_m: f64,
+    ) -> Option<f64> {
+        let (point, outward) = (Vector3::from(point_m), Vector3::from(outward));
+        let along = |at: &Vector3<f64>| (at - point).dot(&outward);
+        let beside = |at: &Vector3<f64>| (at - point - outward * along(at)).norm();
+        // Triangles that are all beside the way are never met.
+        let is_met = |corners: &&[Vector3<f64>; 3]| {
+            let [a, b, c] = **corners;
+            let longest = (b - a).norm().max((c - a).norm());
+            beside(&a) <= radius_m + longest
+        };
+        let met: Vec<_> = self.triangles_m.iter().filter(is_met).copied().collect();
+        let ways = || met.iter().flatten().map(along);
+        let (lowest, highest) = (ways().reduce(f64::min)?, ways().reduce(f64::max)?);
+        let met = Self { triangles_m: met };
+        let mut way_m = highest + radius_m;
+        for _ in 0..LOOKS {
+            let gap_m = met.distance_m((point + outward * way_m).into())? - radius_m;
+            if gap_m <= CLOSE * radius_m {
+                break;
+            }
+            way_m -= gap_m;
+            if way_m < lowest - radius_m {
+                return None;
+            }
+        }
+        Some(way_m)
+    }
+}
+
+/// How long a body is in a direction, a unit vector \[m\].
+#[must_use]
+pub fn extent_m(model: &Model<'_>, direction: [f64; 3]) -> f64 {
+    let along = |cell: usize| Vector3::from(rest_m(model, cell)).dot(&Vector3::from(direction));
+    let ways = || (0..model.cells()).map(along);
+    let (low, high) = (ways().reduce(f64::min), ways().reduce(f64::max));
+    high.zip(low).map_or(0.0, |(high, low)| high - low)
+}
+
+/// The point of a triangle that is nearest to a point.
+fn nearest(point: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let from = |corner: Vector3<f64>| (ab.dot(&(point - corner)), ac.dot(&(point - corner)));
+    let (along_a, across_a) = from(a);
+    if along_a <= 0.0 && across_a <= 0.0 {
+        return a;
+    }
+    let (along_b, across_b) = from(b);
+    if along_b >= 0.0 && across_b <= along_b {
+        return b;
+    }
+    let (along_c, across_c) = from(c);
+    if across_c >= 0.0 && along_c <= across_c {
+        return c;
+    }
+    let beyond_ab = along_a * across_b - along_b * across_a;
+    if beyond_ab <= 0.0 && along_a >= 0.0 && along_b <= 0.0 {
+        return a + ab * (along_a / (along_a - along_b));
+    }
+    let beyond_ac = along_c * across_a - along_a * across_c;
+    if beyond_ac <= 0.0 && across_a >= 0.0 && across_c <= 0.0 {
+        return a + ac * (across_a / (across_a - across_c));
+    }
+    let beyond_bc = along_b * across_c - along_c * across_b;
+    let (to_b, to_c) = (across_b - along_b, along_c - across_c);
+    if beyond_bc <= 0.0 && to_b >= 0.0 && to_c >= 0.0 {
+        return b + (c - b) * (to_b / (to_b + to_c));
+    }
+    let all = beyond_ab + beyond_ac + beyond_bc;
+    a + ab * (beyond_ac / all) + ac * (beyond_ab / all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> Reach {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let triangles_m =
+            faces.map(|face| face.map(|corner: usize| Vector3::from(corners[corner])));
+        Reach { triangles_m: triangles_m.to_vec() }
+    }
+
+    /// Against the least distance of many points of each triangle.
+    #[test]
+    fn no_point_of_the_surface_is_nearer() {
+        let reach = tetrahedron();
+        for point in [[0.3, 0.2, 2.0], [-1.0, 0.4, 0.1], [2.0, 2.0, -1.0], [0.2, 0.2, 0.2]] {
+            let mut least = f64::MAX;
+            for [a, b, c] in &reach.triangles_m {
+                for i in 0..=200 {
+                    for j in 0..=200 - i {
+                        let (u, v) = (f64::from(i) / 200.0, f64::from(j) / 200.0);
+                        let at = a + (b - a) * u + (c - a) * v;
+                        least = least.min((at - Vector3::from(point)).norm());
+                    }
+                }
+            }
+            let found = reach.distance_m(point).unwrap();
+            assert!(found <= least + 1e-12 && found > least - 1e-2, "{point:?}: {found} {least}");
+        }
+        assert_eq!(reach.distance_m([0.0, 0.0, 3.0]), Some(2.0));
+    }
+
+    #[test]
+    fn a_closed_surface_has_an_inside() {
+        let reach = tetrahedron();
+        assert!(reach.is_around([0.1, 0.1, 0.1]));
+        assert!(!reach.is_around([-0.1, 0.1, 0.1]) && !reach.is_around([0.5, 0.5, 0.5]));
+        let open = Reach { triangles_m: vec![reach.triangles_m[0]] };
+        assert!(!open.is_around([0.1, 0.1, 1e-3]));
+    }
+
+    #[test]
+    fn a_sphere_stops_where_it_first_touches() {
+        let reach = tetrahedron();
+        // Beside the tip: the sphere meets it with its side.
+        let off = reach.first_touch_m([0.06, 0.0, 0.0], [0.0, 0.0, 1.0], 0.1).unwrap();
+        let centre = [0.06, 0.0, off];
+        assert!((reach.distance_m(centre).unwrap() - 0.1).abs() < 1e-4, "{off}");
+        assert!(off > 1.0 && off < 1.1, "{off}");
+        assert_eq!(reach.first_touch_m([3.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.1), None);
+    }
+}

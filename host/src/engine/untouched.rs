@@ -1,0 +1,144 @@
+//! A probe that never touched the body: how near it came.
+//!
+//! A body that no tool touched is at rest to the last bit, so the distances are those from the body
+//! at rest, and they are worked out once, behind the run.
+//!
+//! **Bounded cost.** From one position to another the distance changes by no more than the way
+//! between them. So the positions of the run are halved again and again: a part is looked at in its
+//! middle, and left alone where nothing in it can be nearer than the nearest so far by more than
+//! [`GRAIN_M`]. At most [`LOOKS`] looks are made, each at every triangle; where these do not suffice
+//! the nearest found stands.
+
+use std::collections::VecDeque;
+use std::fmt;
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::motion::Pose;
+use super::reach::Reach;
+use super::Engine;
+
+/// Most positions that are looked at.
+const LOOKS: usize = 1000;
+/// What a distance may be off \[m\].
+const GRAIN_M: f64 = 1e-5;
+
+/// How near a probe came that never touched.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Untouched {
+    /// From the sphere to the surface at rest \[m\]; `None` where it was never engaged.
+    pub nearest_m: Option<f64>,
+    /// When it was that near.
+    pub tick: Option<u64>,
+    /// Whether it was inside the body then, a surface all around it.
+    pub is_inside: bool,
+}
+
+impl Untouched {
+    /// Of a run: the poses that were executed, and whether one of them had a contact. `None` where one
+    /// had, where the tool holds cells, and where no pose came.
+    #[must_use]
+    pub fn of(engine: &Engine<'_>, poses: &[Pose], has_touched: bool) -> Option<Self> {
+        let radius_m = engine.contact().radius_m()?;
+        if has_touched || poses.is_empty() {
+            return None;
+        }
+        let is_good = |pose: &&Pose| pose.position_m.iter().all(|x| x.is_finite());
+        let engaged = poses.iter().filter(|pose| pose.engaged == 1).filter(is_good);
+        let engaged: Vec<(u64, Vector3<f64>)> = engaged
+            .map(|pose| (pose.tick, Vector3::from(pose.position_m.map(f64::from))))
+            .collect();
+        let reach = Reach::of(engine.network().model());
+        let found = nearest(&engaged, |point| reach.distance_m(point.into()));
+        Some(Self {
+            nearest_m: found.map(|(_, _, distance_m)| (distance_m - f64::from(radius_m)).max(0.0)),
+            tick: found.map(|(tick, ..)| tick),
+            is_inside: found.is_some_and(|(_, at, _)| reach.is_around(at.into())),
+        })
+    }
+}
+
+impl fmt::Display for Untouched {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the tool never touched the body: ")?;
+        let (Some(nearest_m), Some(tick)) = (self.nearest_m, self.tick) else {
+            return write!(f, "it was never engaged");
+        };
+        write!(f, "nearest {:.1} mm at tick {tick}", 1e3 * nearest_m)?;
+        if self.is_inside { write!(f, ", inside the body") } else { Ok(()) }
+    }
+}
+
+/// The nearest of these positions, with its tick and its distance \[m\].
+fn nearest(
+    positions: &[(u64, Vector3<f64>)],
+    distance_m: impl Fn(Vector3<f64>) -> Option<f64>,
+) -> Option<(u64, Vector3<f64>, f64)> {
+    let mut best: Option<(u64, Vector3<f64>, f64)> = None;
+    let mut parts = VecDeque::from([(positions, 0.0)]);
+    let mut looks = 0;
+    while let Some((part, least_m)) = parts.pop_front() {
+        let may_be_nearer = best.is_none_or(|(.., best_m)| least_m < best_m - GRAIN_M);
+        if !may_be_nearer || looks == LOOKS {
+            continue;
+        }
+        let middle = part.len() / 2;
+        let Some(&(tick, at)) = part.get(middle) else { continue };
+        looks += 1;
+        let here_m = distance_m(at)?;
+        if best.is_none_or(|(.., best_m)| here_m < best_m) {
+            best = Some((tick, at, here_m));
+        }
+        let (before, rest) = part.split_at(middle);
+        for half in [before, rest.get(1..).unwrap_or(&[])] {
+            let way_m = half.iter().map(|(_, other)| (other - at).norm()).fold(0.0, f64::max);
+            parts.push_back((half, here_m - way_m));
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    /// Past a point at a distance of 3 mm, in steps of 0.1 mm, then away for long.
+    #[test]
+    fn the_nearest_of_many_positions_takes_few_looks() {
+        let at = |tick: u64| Vector3::new(1e-4 * tick as f64 - 0.3, 0.003, 0.0);
+        let positions: Vec<_> = (0..100_000).map(|tick| (tick, at(tick))).collect();
+        let looks = Cell::new(0);
+        let found = nearest(&positions, |point| {
+            looks.set(looks.get() + 1);
+            Some(point.norm())
+        });
+        let (tick, _, nearest_m) = found.unwrap();
+        assert!((nearest_m - 0.003).abs() < GRAIN_M && tick.abs_diff(3000) < 10, "{tick}");
+        assert!(looks.get() < 200, "{}", looks.get());
+    }
+
+    #[test]
+    fn a_tool_that_stands_still_takes_a_bounded_number_of_looks() {
+        // All alike but for less than the grain, and then one that is nearer.
+        let at = |tick: u64| Vector3::new(0.0, 0.0, if tick == 777 { 0.01 } else { 0.02 });
+        let positions: Vec<_> = (0..1000).map(|tick| (tick, at(tick))).collect();
+        let found = nearest(&positions, |point| Some(point.norm()));
+        assert_eq!(found.unwrap().0, 777);
+        assert_eq!(nearest(&[], |_| Some(0.0)), None);
+    }
+
+    #[test]
+    fn it_is_said_in_one_line() {
+        let of =
+            |nearest_m, is_inside| Untouched { nearest_m, tick: Some(120), is_inside }.to_string();
+        assert_eq!(
+            of(Some(0.0041), false),
+            "the tool never touched the body: nearest 4.1 mm at tick 120"
+        );
+        assert!(of(Some(0.0041), true).ends_with("at tick 120, inside the body"));
+        assert!(of(None, false).ends_with("it was never engaged"));
+    }
+}

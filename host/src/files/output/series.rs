@@ -1,0 +1,47 @@
+//! A series of bodies in time for `ParaView`: a collection file that names one file a tick.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+/// Name of the collection.
+pub const SERIES: &str = "series.pvd";
+
+/// Name of the file of a tick.
+#[must_use]
+pub fn state_name(tick: u64) -> String {
+    format!("state_{tick}.vtu")
+}
+
+/// The collection of the files of these ticks; times in seconds, a tick being 1 ms.
+#[must_use]
+pub fn pvd(ticks: &BTreeSet<u64>) -> String {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" \
+         byte_order=\"LittleEndian\">\n<Collection>\n",
+    );
+    for &tick in ticks {
+        let (s, ms, file) = (tick / 1000, tick % 1000, state_name(tick));
+        let _ = writeln!(text, "<DataSet timestep=\"{s}.{ms:03}\" part=\"0\" file=\"{file}\"/>");
+    }
+    text.push_str("</Collection>\n</VTKFile>\n");
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_stand_in_the_order_of_time() {
+        let text = pvd(&BTreeSet::from([1200, 7, 90]));
+        let rows: Vec<&str> = text.lines().filter(|row| row.starts_with("<DataSet")).collect();
+        assert_eq!(
+            rows,
+            [
+                "<DataSet timestep=\"0.007\" part=\"0\" file=\"state_7.vtu\"/>",
+                "<DataSet timestep=\"0.090\" part=\"0\" file=\"state_90.vtu\"/>",
+                "<DataSet timestep=\"1.200\" part=\"0\" file=\"state_1200.vtu\"/>",
+            ]
+        );
+    }
+}
