@@ -15,9 +15,9 @@ use std::fmt;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::Engine;
 use super::motion::Pose;
 use super::reach::Reach;
-use super::Engine;
 
 /// Most positions that are looked at.
 const LOOKS: usize = 1000;

@@ -190,6 +190,7 @@ mod tests {
             weights: &[],
             entry: &[NO_HAT; CELLS],
             inverse: &[],
+            #[cfg(feature = "nodal")]
             elastic: None,
             is_in_parts: true,
         };

@@ -7,7 +7,7 @@ use crate::number::cell::Cell;
 use crate::number::two_float::Eight;
 use crate::solver::Dynamics;
 use crate::terms::held::{Contact, ContactError};
-use crate::terms::surface::BUILT;
+use crate::terms::surface::IS_BUILT;
 
 /// RAM of the arrays of a body under the scheme `D`, without the scalars and without what terms
 /// keep \[bytes\]; `room` in blocks of eight `f32`.
@@ -49,7 +49,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Whether scheme and memory are enough for a probe on a model with a contact surface.
     pub(super) fn check_touch(&self, model: &Model<'_>, radius: f32) -> Result<(), ContactError> {
         let Some(least) = model.probe_radius_min() else { return Ok(()) };
-        if BUILT == 0 {
+        if !IS_BUILT {
             return Err(ContactError::SurfaceUnbuilt);
         }
         if !D::TAKES_SURFACES {

@@ -15,7 +15,7 @@ use crate::solver::scheme::{Body, Pace};
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
 use crate::terms::state::States;
-use crate::terms::surface::{BUILT, Touch};
+use crate::terms::surface::{IS_BUILT, Touch};
 use crate::terms::term::Term;
 
 /// Bad samples in a row that the last good one stands in for.
@@ -153,7 +153,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let chosen = self.contacts.len().min(self.head.chosen);
         // A probe finds its cells by itself.
-        let is_surface = BUILT > 0 && network.model().has_contact_surface();
+        let is_surface = IS_BUILT && network.model().has_contact_surface();
         let slots = match self.head.probe {
             Some(_) if is_surface => 0,
             Some(_) => self.contacts.len(),

@@ -6,7 +6,7 @@ use crate::number::cell::scale;
 use crate::number::clamp::clamped;
 use crate::solver::Dynamics;
 use crate::terms::held;
-use crate::terms::surface::BUILT;
+use crate::terms::surface::IS_BUILT;
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the
@@ -16,7 +16,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return 0.0;
         }
         let model = self.network.model();
-        if BUILT > 0 && !self.touch.tools().is_empty() && self.head.probe.is_some() {
+        if IS_BUILT && !self.touch.tools().is_empty() && self.head.probe.is_some() {
             let first = self.touch.tool(0);
             // The term's energy counts in 2 k_ref.
             return first.map_or(0.0, |tool| 2.0 * model.stiffness_n_per_m() * tool.met.stiffness);
@@ -50,7 +50,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if self.head.engaged {
             force_n = if LATE {
                 self.head.force_n
-            } else if BUILT > 0 && self.head.probe.is_some() && model.has_contact_surface() {
+            } else if IS_BUILT && self.head.probe.is_some() && model.has_contact_surface() {
                 scale(model.force_unit_n(), self.feel())
             } else {
                 scale(model.force_unit_n(), held::force(self.terms(), self.state, self.contacts))

@@ -8,7 +8,7 @@ use crate::number::cell::{Cell, add, from_single, output, sub};
 use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::terms::held::{self, Touched};
-use crate::terms::surface::BUILT;
+use crate::terms::surface::IS_BUILT;
 
 /// Bound of a coordinate of the wished displacement, so that its square stays finite.
 const DISPLACEMENT_MAX: f32 = 1.0e6;
@@ -40,7 +40,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         if self.head.probe.is_some() {
             if engaged != self.head.engaged {
-                if BUILT > 0 && !engaged {
+                if IS_BUILT && !engaged {
                     self.leave_surface();
                 }
                 self.head.deflated = Some(0);

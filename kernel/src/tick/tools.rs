@@ -14,7 +14,7 @@ use crate::number::clamp::clamped;
 use crate::solver::Dynamics;
 use crate::terms::held::ContactError;
 use crate::terms::surface::{
-    BUILT, ContactForce, PARTS_MAX, Proxies, Proxy, TOOLS_MAX, ToolState, forces,
+    ContactForce, IS_BUILT, PARTS_MAX, Proxies, Proxy, TOOLS_MAX, ToolState, forces,
 };
 
 /// Largest coefficient of friction.
@@ -87,7 +87,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         let (capacity, anchors) = self.touch.tool_capacity();
         let capacity = capacity.min(TOOLS_MAX);
-        if BUILT > 0 && (tools.is_empty() || tools.len() > capacity) {
+        if IS_BUILT && (tools.is_empty() || tools.len() > capacity) {
             return Err(ContactError::Tools { needed: tools.len(), capacity });
         }
         if !(0.0..=FRICTION_MAX).contains(&friction) {

@@ -29,7 +29,7 @@ use crate::model::coarse_basis::{CoarseBasis, ElasticLevel};
 use crate::number::turn::{Turn, turned};
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 use crate::terms::residual::Terms;
-use crate::terms::surface::BUILT;
+use crate::terms::surface::IS_BUILT;
 use crate::terms::term::Term;
 
 /// Room that the coarse level of nodal shapes needs for `functions` basis functions \[blocks of
@@ -108,9 +108,7 @@ impl Work for ElasticSolve<'_, '_> {
             columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
             first += 1;
         }
-        if BUILT > 0
-            && let Some(touch) = self.touch
-        {
+        if IS_BUILT && let Some(touch) = self.touch {
             touch.correct::<V>(&self.basis, c);
         }
         let (mut product, mut mixed) = (Lanes::ZERO, Lanes::ZERO);

@@ -123,12 +123,12 @@ impl Anchor {
 
     /// Keeps its place in the frame of the tool.
     fn fastened(self, proxy: &Proxy) -> Self {
-        Self { point: proxy.to_tool(self.place), ..self }
+        Self { point: proxy.in_tool(self.place), ..self }
     }
 
     /// Goes where the tool has gone.
     pub(crate) fn follow(&mut self, proxy: &Proxy) {
-        self.place = proxy.to_body(self.point);
+        self.place = proxy.in_body(self.point);
     }
 }
 

@@ -58,6 +58,7 @@ pub(crate) use search::search;
 pub(crate) use solid::Solid;
 pub(crate) use touch::{Touch, Touching};
 
-/// 1 where this kernel is built with contact on surfaces, else 0: arrays of what only that needs
-/// have this length.
-pub(crate) const BUILT: usize = cfg!(feature = "surface") as usize;
+/// Whether this kernel is built with contact on surfaces.
+pub(crate) const IS_BUILT: bool = cfg!(feature = "surface");
+/// 1 where it is, else 0: arrays of what only that needs have this length.
+pub(crate) const BUILT: usize = IS_BUILT as usize;

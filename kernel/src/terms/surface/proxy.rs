@@ -75,12 +75,12 @@ impl Proxy {
     }
 
     /// A point of the body in the tool's frame.
-    pub fn to_tool(&self, point: [f32; 3]) -> [f32; 3] {
+    pub fn in_tool(&self, point: [f32; 3]) -> [f32; 3] {
         turned(self.turn.back(), sub(point, self.pivot))
     }
 
     /// A point of the tool's frame in the body's.
-    pub fn to_body(&self, point: [f32; 3]) -> [f32; 3] {
+    pub fn in_body(&self, point: [f32; 3]) -> [f32; 3] {
         add(self.pivot, turned(self.turn, point))
     }
 }
