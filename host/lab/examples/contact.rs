@@ -55,7 +55,7 @@ impl<'m> Scene<'m> {
         let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
         let contact = Contact::Probe { radius_m: radius_m as f32, capacity: 64 };
         let network = Network::new(model, settings).unwrap();
-        let engine = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact);
+        let engine = Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact);
         Self { engine: engine.unwrap(), top_m, radius_m }
     }
 

@@ -71,3 +71,94 @@ impl Meeting {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::cell::dot;
+    use crate::number::turn::Turn;
+    use crate::terms::surface::Solid;
+    use crate::terms::surface::press::at_corners;
+
+    const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.1], [0.0, 2.0, -0.2]];
+
+    fn near() -> [NearTriangle; 1] {
+        [NearTriangle { corners: [0, 1, 2], parts: 6, weight: 3.0, ..NearTriangle::NONE }]
+    }
+
+    /// A capsule across the triangle, its frame aside of it.
+    fn tool() -> Proxy {
+        let core = [[-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]];
+        let centre = [0.3, 0.0, 0.1];
+        let part = Solid { centre, core, whole: 1.2, sampled: 1.2, radius: 1.2, ..Solid::NONE };
+        let turn = Turn::new([0.9, 0.1, 0.2, 0.3]).unwrap();
+        Proxy::of([part].into_iter()).at([0.3, 0.4, 0.8], turn, 1.0)
+    }
+
+    fn meet(proxy: &Proxy, corners: [[f32; 3]; 3]) -> Meeting {
+        Meeting::of((proxy, 0), (&near(), &[]), &|cell| corners[cell])
+    }
+
+    fn energy(proxy: &Proxy, corners: [[f32; 3]; 3]) -> f64 {
+        let meeting = meet(proxy, corners);
+        f64::from(meeting.energy.hi) + f64::from(meeting.energy.lo)
+    }
+
+    #[test]
+    fn forces_and_torque_are_the_gradient_of_the_energy() {
+        let (tool, step) = (tool(), 1.0e-2);
+        let meeting = meet(&tool, CORNERS);
+        let pressed = at_corners(&tool.parts()[0], &near()[0], &[], CORNERS).unwrap();
+        let mut balance = meeting.force;
+        assert!(meeting.touched == 1 && meeting.force[2] > 0.2, "{meeting:?}");
+        for axis in 0..3 {
+            let mut way = [0.0; 3];
+            way[axis] = step;
+            let moved = |sign: f32| add(tool.pivot, way.map(|x| sign * x));
+            let by = |sign: f32| energy(&tool.at(moved(sign), tool.turn, 1.0), CORNERS);
+            let slope = (by(1.0) - by(-1.0)) / f64::from(2.0 * step);
+            assert!((slope + f64::from(meeting.force[axis])).abs() < 5e-3, "{slope} {meeting:?}");
+            let [a, b, c] = way.map(|x| 0.5 * x);
+            let turned = |sign: f32| {
+                let small = Turn::new([1.0, sign * a, sign * b, sign * c]).unwrap();
+                energy(&tool.at(tool.pivot, small.after(tool.turn), 1.0), CORNERS)
+            };
+            let slope = (turned(1.0) - turned(-1.0)) / f64::from(2.0 * step);
+            assert!((slope + f64::from(meeting.torque[axis])).abs() < 5e-3, "{slope} {meeting:?}");
+            for corner in 0..3 {
+                let by = |sign: f32| {
+                    let mut corners = CORNERS;
+                    corners[corner][axis] += sign * step;
+                    energy(&tool, corners)
+                };
+                let slope = (by(1.0) - by(-1.0)) / f64::from(2.0 * step);
+                let own = pressed[corner][axis];
+                assert!((slope + f64::from(own)).abs() < 5e-3, "{slope} {own}");
+                balance[axis] += own;
+            }
+        }
+        // What the tool feels the corners feel too.
+        assert!(dot(balance, balance) < 1e-10, "{balance:?}");
+        let stored: f32 = pressed.iter().map(|corner| corner[3] / 8.0).sum();
+        assert!((f64::from(stored) - energy(&tool, CORNERS)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_tool_beside_the_triangle_meets_nothing() {
+        let tool = tool();
+        let meeting = meet(&tool.at([0.3, 0.4, 2.5], tool.turn, 1.0), CORNERS);
+        assert!(meeting.nearest >= 1.0);
+        assert_eq!(Meeting { nearest: f32::MAX, ..meeting }, Meeting::NONE);
+    }
+
+    #[test]
+    fn a_sample_in_the_core_is_pushed_nowhere() {
+        let near = NearTriangle { parts: 1, ..near()[0] };
+        let tool = tool();
+        let middle = CORNERS.iter().fold([0.0; 3], |sum, corner| add(sum, corner.map(|x| x / 3.0)));
+        let part = Solid { centre: middle, ..tool.parts()[0] };
+        let corners = at_corners(&part, &near, &[], CORNERS).unwrap();
+        let pushes = corners.iter().flat_map(|corner| &corner[..3]);
+        assert!(pushes.into_iter().all(|x| *x == 0.0) && corners[0][3] > 1.0, "{corners:?}");
+    }
+}

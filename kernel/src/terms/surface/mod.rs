@@ -11,7 +11,9 @@
 //! with R the part's radius, h the mean length of the triangle's edges and E Young's modulus there.
 //! Contact is about as stiff as tissue as deep as an edge is long. A harder one is no more accurate: a
 //! coarse mesh is too stiff under a small tool, and soft contact makes up for it. n is such that
-//! samples stand half a radius apart at most, and at least 2.
+//! samples stand half a radius apart at most, and at least 2. Beside quadratic elements, a quarter to
+//! half a radius deep, the force of a sphere is 2 to 14 % low from R = 2 h on, within 17 % from h on,
+//! and known to 30 % only below (`contact_force`, an example of the laboratory).
 //!
 //! **The theorem.** Half the squared distance to a set, here the outside of a part, curves upwards by
 //! at most 1. E_c therefore curves by at most sum of `k_q` `A_q'` `A_q`, whose row sums are `k_q`
