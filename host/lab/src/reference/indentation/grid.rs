@@ -36,7 +36,7 @@ impl Grid {
         // A full column and one of the middles alone, then the next.
         let both = 3 * rows + 2;
         let at = |i: usize, j: usize| {
-            let place = if i % 2 == 0 { j } else { 2 * rows + 1 + j / 2 };
+            let place = if i.is_multiple_of(2) { j } else { 2 * rows + 1 + j / 2 };
             i / 2 * both + place
         };
         let element = |i: usize, j: usize| {
@@ -66,7 +66,7 @@ fn lines(length_m: f64, near_m: f64, element_m: f64) -> Vec<f64> {
     let mut lines: Vec<f64> = (0..=even).map(|k| k as f64 * element_m).collect();
     let start = even as f64 * element_m;
     if start >= length_m {
-        return (0..=even).map(|k| k as f64 * length_m / even as f64).collect();
+        lines.iter_mut().for_each(|line| *line *= length_m / start);
     }
     let (mut end, mut step) = (start, element_m);
     while end < length_m {
@@ -78,12 +78,24 @@ fn lines(length_m: f64, near_m: f64, element_m: f64) -> Vec<f64> {
     for line in &mut lines[even + 1..] {
         *line = start + stretch * (*line - start);
     }
+    if let Some(last) = lines.last_mut() {
+        *last = length_m;
+    }
     lines
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_end_at_the_length_to_the_last_bit() {
+        for near in 1..60 {
+            let lines = lines(0.04, 1e-3 * f64::from(near), 0.00125);
+            assert_eq!([lines[0], lines[lines.len() - 1]], [0.0, 0.04]);
+            assert!(lines.windows(2).all(|two| two[0] < two[1]));
+        }
+    }
 
     #[test]
     fn nodes_and_elements_fit() {
