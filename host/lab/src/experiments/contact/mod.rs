@@ -50,6 +50,8 @@ pub struct Reference {
     pub fine: Vec<Press>,
     /// By the law of small strain.
     pub linear: Vec<Press>,
+    /// By the law of nodal shapes.
+    pub nodal: Vec<Press>,
 }
 
 impl Reference {
@@ -69,6 +71,7 @@ impl Reference {
             coarse: of(Law::NeoHooke, ELEMENT_M)?,
             fine: of(Law::NeoHooke, 0.5 * element_m)?,
             linear: of(Law::Hooke, element_m)?,
+            nodal: of(Law::Nodal, element_m)?,
         })
     }
 }

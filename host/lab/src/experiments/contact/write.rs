@@ -81,15 +81,16 @@ pub fn markdown(references: &[Reference], rows: &[Row]) -> String {
         let _ = writeln!(text, "{line}");
     };
     put(format!(
-        "Finite elements: force [mN] (halved elements, elements of 1.25 mm, small strain: over it)\n\n\
+        "Finite elements: force [mN] (halved elements, elements of 1.25 mm, small strain, the law of nodal \
+         shapes: over it)\n\n\
          | R [mm] | {depths} |\n|---{line}|"
     ));
     for of in references {
         let cells = (0..DEPTHS.len()).map(|at| {
             let force = of.press[at].force_n;
-            let [fine, coarse, linear] =
-                [&of.fine, &of.coarse, &of.linear].map(|other| other[at].force_n / force);
-            format!("{:.3} ({fine:.4}, {coarse:.3}, {linear:.3})", 1000.0 * force)
+            let [fine, coarse, linear, nodal] = [&of.fine, &of.coarse, &of.linear, &of.nodal]
+                .map(|other| other[at].force_n / force);
+            format!("{:.3} ({fine:.4}, {coarse:.3}, {linear:.3}, {nodal:.3})", 1000.0 * force)
         });
         let cells = cells.collect::<Vec<_>>().join(" | ");
         put(format!("| {:.0} | {cells} |", 1000.0 * of.sphere_m));

@@ -1,5 +1,9 @@
 //! Elastic laws of a gradient that turns around the axis.
 
+use nalgebra::Matrix3;
+
+use super::super::nodal;
+
 /// Moduli \[Pa\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moduli {
@@ -14,6 +18,9 @@ pub enum Law {
     NeoHooke,
     /// Hooke's for small strain.
     Hooke,
+    /// That of nodal shapes as they are baked unless asked otherwise: by the distance to determinant
+    /// 1, with the band of stretches.
+    Nodal,
 }
 
 /// Slopes of the displacement (r, z) by r and z, and the strain around the axis: `[rr, rz, zr, zz,
@@ -42,6 +49,7 @@ impl Moduli {
         match law {
             Law::NeoHooke => self.neo_hooke(slopes),
             Law::Hooke => Some(self.hooke(slopes)),
+            Law::Nodal => self.nodal(slopes),
         }
     }
 
@@ -62,6 +70,26 @@ impl Moduli {
             stress: std::array::from_fn(|a| mu * (f[a] - g[a]) + lambda * log * g[a]),
             tangent: self.tangent(&g, log),
         })
+    }
+
+    fn nodal(self, slopes: &Slopes) -> Option<Response> {
+        let poisson = 0.5 * self.lambda / (self.lambda + self.mu);
+        let (young_pa, volume) = (2.0 * self.mu * (1.0 + poisson), nodal::Volume::Det1);
+        let law = nodal::Law { young_pa, poisson, volume, band: true };
+        let flat = |matrix: &Matrix3<f64>| PLACES.map(|place| matrix[place]);
+        let full = |slopes: &Slopes| {
+            let mut matrix = Matrix3::zeros();
+            PLACES.iter().zip(slopes).for_each(|(place, slope)| matrix[*place] = *slope);
+            matrix
+        };
+        let answer = law.at(&(Matrix3::identity() + full(slopes))).ok()?;
+        // The second derivative is symmetric: its columns are its rows.
+        let tangent = std::array::from_fn(|a| {
+            let mut unit = [0.0; 5];
+            unit[a] = 1.0;
+            flat(&answer.tangent.times(&full(&unit)))
+        });
+        Some(Response { energy: answer.energy, stress: flat(&answer.stress), tangent })
     }
 
     /// The same tangent at rest, for all strains.
@@ -98,7 +126,7 @@ mod tests {
     fn stress_and_tangent_are_derivatives() {
         let moduli = Moduli::new(5000.0, 0.45);
         let at = [0.1, -0.2, 0.3, -0.15, 0.05];
-        for law in [Law::NeoHooke, Law::Hooke] {
+        for law in [Law::NeoHooke, Law::Hooke, Law::Nodal] {
             let here = moduli.response(law, &at).unwrap();
             for a in 0..5 {
                 let step = 1e-6;
@@ -122,7 +150,14 @@ mod tests {
     fn small_strain_is_hookes() {
         let moduli = Moduli::new(5000.0, 0.3);
         let at = [1e-4, -2e-4, 3e-4, 2e-4, -1e-4];
-        let [a, b] = [Law::NeoHooke, Law::Hooke].map(|law| moduli.response(law, &at).unwrap());
-        assert!(a.stress.iter().zip(b.stress).all(|(a, b)| (a - b).abs() < 1e-3 * 5000.0 * 3e-4));
+        let stress = |law| moduli.response(law, &at).unwrap().stress;
+        let right = stress(Law::Hooke);
+        for law in [Law::NeoHooke, Law::Nodal] {
+            let pairs = stress(law).into_iter().zip(right);
+            assert!(
+                pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-3 * 5000.0 * 3e-4),
+                "{law:?}"
+            );
+        }
     }
 }
