@@ -1,5 +1,6 @@
 //! The experiments, one folder each.
 
+pub mod contact;
 pub mod identify;
 pub mod paper;
 pub mod report;

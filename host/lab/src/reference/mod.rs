@@ -8,6 +8,7 @@
 mod elastic;
 #[cfg(test)]
 mod grouped;
+pub mod indentation;
 mod links;
 mod minimum;
 pub mod nodal;

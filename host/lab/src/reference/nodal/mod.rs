@@ -30,8 +30,8 @@ pub use chaincell_host::bake::tissue::shape::{Half, Shape, volume_m3};
 use chaincell_host::error::{Error, Result};
 use chaincell_kernel::Model;
 use chaincell_kernel::image::LAW_TRACE;
-pub use law::{BAND_FROM, BAND_WEIGHT, Law, Volume};
-use law::{Moduli, Tangent};
+use law::Moduli;
+pub use law::{Answer, BAND_FROM, BAND_WEIGHT, Law, Tangent, Volume};
 use stretches::Stretches;
 
 /// Beta: the part of the shape's stiffness that acts on tetrahedra.
