@@ -213,7 +213,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         held
     }
 
-    /// A tool lets go of what it grips, within so many ticks: the pull falls to 0 evenly.
+    /// A tool lets go of what it grips, within so many ticks: the pull falls to 0 without a jump.
     pub fn let_go(&mut self, tool: usize, ticks: u16) {
         let Some(arrays) = self.touch.whole() else { return };
         if let Some(tool) = arrays.tools.get_mut(tool) {

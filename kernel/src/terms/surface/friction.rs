@@ -20,8 +20,8 @@
 //! sample that is free again has none. What that does to the energy is counted.
 //!
 //! **A grip** has no normal and no limit: p has all three directions. It holds its sample whether it
-//! is in contact or not, until it is let go: its stiffness then falls to 0 along a ramp, which lowers
-//! the energy.
+//! is in contact or not, until it is let go: its stiffness then falls to 0 within some ticks, which
+//! lowers the energy.
 
 use super::press::{Sample, each_met};
 use super::proxy::{Proxies, Proxy};
@@ -46,7 +46,8 @@ pub struct Anchor {
     pub(crate) normal: [f32; 3],
     /// Most force: mu `f_n`; infinite for a grip.
     pub(crate) limit: f32,
-    /// Share of its stiffness that a grip has yet.
+    /// Share of its time that a grip has yet: its stiffness goes by the cube, since a pull through soft
+    /// tissue hardly falls before the grip is softer than the tissue.
     pub(crate) share: f32,
 }
 
@@ -85,7 +86,8 @@ impl Anchor {
     /// What it does to its sample, of this stiffness.
     #[inline(always)]
     pub(crate) fn hold(&self, point: [f32; 3], stiffness: f32) -> Hold {
-        let (way, stiffness) = (self.way_to(point), self.share * stiffness);
+        let kept = self.share * self.share * self.share;
+        let (way, stiffness) = (self.way_to(point), kept * stiffness);
         let squared = dot(way, way);
         let pull = stiffness * sqrt(squared);
         if pull <= self.limit {
@@ -219,7 +221,7 @@ mod tests {
         let held = Anchor { normal: [0.0; 3], limit: f32::INFINITY, ..anchor() };
         assert_eq!(held.hold([1.0, 0.0, 2.0], 3.0).force, [0.0, 0.0, -6.0]);
         let fading = Anchor { share: 0.5, ..held };
-        assert_eq!(fading.hold([1.0, 0.0, 2.0], 3.0).force, [0.0, 0.0, -3.0]);
+        assert_eq!(fading.hold([1.0, 0.0, 2.0], 3.0).force, [0.0, 0.0, -0.75]);
         assert!(fading.hold([9.0, 0.0, 2.0], 3.0).energy < held.hold([9.0, 0.0, 2.0], 3.0).energy);
     }
 }

@@ -105,7 +105,7 @@ pub struct ToolState {
     /// Where it was asked to go, and how it was to be turned.
     pub(crate) target: [f32; 3],
     pub(crate) target_turn: Turn,
-    /// Share of their stiffness that its grips lose in a tick.
+    /// Share of their time that its grips lose in a tick.
     pub(crate) fade: f32,
     /// Work of its move in this tick, internal units.
     pub(crate) work: f32,
