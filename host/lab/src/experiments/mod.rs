@@ -5,3 +5,4 @@ pub mod paper;
 pub mod report;
 pub mod soak;
 pub mod stress;
+pub mod tissue;

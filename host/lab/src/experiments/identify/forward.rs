@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use chaincell_kernel::{Flags, Model, Settings};
 
 use super::target::{Data, Target};
+use super::tool::Tool;
 use super::{Bench, Parameters};
 use crate::bodies::Variant;
 use crate::reference::vectors::{dot, minus};
@@ -18,14 +19,13 @@ use chaincell_host::interrupt;
 
 /// Sweeps between two looks at the force.
 const SWEEPS: u16 = 16;
-/// Most ticks of so many sweeps at one displacement.
-const TICKS_MAX: usize = 24;
-/// A force or energy that changes by less than this fraction in a tick has settled.
-const SETTLED: f32 = 1e-6;
 /// Ticks in a row that must be so.
 const CALM_TICKS: usize = 2;
-/// Longest move of the tool between two equilibria [mean link lengths].
-const STRIDE_LINKS: f64 = 0.25;
+/// How held cells go from one equilibrium to the next: strides in mean link lengths.
+const HELD: Pace = Pace { stride: 0.25, on_the_way: 4, at_most: 24, settled: 1e-6 };
+/// How a probe does: strides in radii. Points that come into contact make its force jump at first,
+/// and it has more rounding.
+const PROBE: Pace = Pace { stride: 0.01, on_the_way: 1, at_most: 48, settled: 5e-4 };
 /// Time of the tick in which the tool makes its step, before which nothing relaxes
 /// [dimensionless time].
 const AT_ONCE: f32 = 1e-6;
@@ -36,6 +36,18 @@ const SWEEPS_MIN: f32 = 24.0;
 const PATH_MOVES: f64 = 4.0;
 /// Longest time a tick advances [dimensionless time].
 const TICK_TIME_MAX: f64 = 50.0;
+
+/// How a tool goes from one equilibrium to the next.
+struct Pace {
+    /// Longest move between two states.
+    stride: f64,
+    /// Ticks at a state on the way.
+    on_the_way: usize,
+    /// Most ticks at an equilibrium that is asked for.
+    at_most: usize,
+    /// A force or energy that changes by less than this fraction in a tick has settled.
+    settled: f32,
+}
 
 /// Values at every number of every target.
 pub type Predicted = Vec<Vec<f64>>;
@@ -167,7 +179,10 @@ impl Equilibria {
         let mut press = Press::new(line, *model, Scheme::Track, SWEEPS)?;
         let mut at_m = 0.0;
         for (depth_m, field) in wanted {
-            let stride_m = STRIDE_LINKS * f64::from(model.unit_m());
+            let stride_m = match line.bench.tool {
+                Tool::Held(_) => HELD.stride * f64::from(model.unit_m()),
+                Tool::Probe { radius_m, .. } => PROBE.stride * radius_m,
+            };
             let strides = ((depth_m - at_m) / stride_m).ceil().max(1.0);
             for stride in 1..=strides as usize {
                 let part = stride as f64 / strides;
@@ -224,14 +239,20 @@ impl<'a, 'm> Press<'a, 'm> {
     fn settle(&mut self, depth_m: f64, to_the_end: bool) -> Result<f64> {
         let (mut last, mut calm, mut clamped) = (f32::NAN, 0, false);
         let mut last_energy = f32::NAN;
-        let most = if to_the_end { TICKS_MAX } else { 4 };
+        let pace = match self.line.bench.tool {
+            Tool::Held(_) => HELD,
+            Tool::Probe { .. } => PROBE,
+        };
+        let most = if to_the_end { pace.at_most } else { pace.on_the_way };
         for _ in 0..most {
             interrupt::check()?;
             let (force, energy, flags) = self.tick(depth_m);
             clamped = flags.contains(Flags::MOTION_CLAMPED);
-            let still = (force - last).abs() <= SETTLED * force.abs()
-                && (last_energy - energy).abs() <= SETTLED * energy;
-            calm = if still && !clamped { calm + 1 } else { 0 };
+            let still = (force - last).abs() <= pace.settled * force.abs()
+                && (last_energy - energy).abs() <= pace.settled * energy;
+            // A probe without a force may be about to touch.
+            let touches = force != 0.0 || matches!(self.line.bench.tool, Tool::Held(_));
+            calm = if still && touches && !clamped { calm + 1 } else { 0 };
             (last, last_energy) = (force, energy);
             if calm >= CALM_TICKS {
                 break;

@@ -5,7 +5,7 @@ use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh, MeshOptions};
 
 /// Ratio of the sizes of neighbouring elements, away from the middle of the top.
-const GROWTH: f64 = 1.3;
+const GROWTH: f64 = 1.4;
 /// Most elements from the middle to a side, or from the top to the ground.
 const ELEMENTS_MAX: usize = 60;
 

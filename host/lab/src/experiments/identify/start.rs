@@ -17,7 +17,7 @@ const START_RATIOS: [f64; 2] = [0.2, 5.0];
 const START_TIMES: [f64; 3] = [0.002, 0.02, 0.2];
 /// Moduli of stiffening bands in starts, times the given ones.
 const START_BANDS: [f64; 3] = [0.2, 1.0, 5.0];
-/// Their half-widths and a slab's thickness in starts, in parts of the bounds.
+/// Their half-width in starts, in parts of the bounds.
 const START_PARTS: [f64; 3] = [0.3, 0.55, 0.8];
 
 /// The best places of the fixed set, their moduli scaled to the forces measured.
@@ -107,10 +107,10 @@ fn ratios(fit: &Fit<'_>) -> Vec<Parameters> {
 /// Values that are set together.
 type Values = Vec<(Unknown, f64)>;
 
-/// The choices for the stiffening and the thickness, where they are looked for.
+/// The choices for the stiffening, where it is looked for; a thickness begins as it is given.
 fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
     let start = fit.bench.start();
-    let Wanted { stiffening, half_width, thickness } = fit.bench.wanted;
+    let Wanted { stiffening, half_width, .. } = fit.bench.wanted;
     let numbers = 0..start.stiffening.len();
     let within = |unknown: Unknown, part: f64| {
         let [low, high] = unknown.bounds(fit.bounds);
@@ -127,10 +127,6 @@ fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
     // Several widths begin as they are given.
     if half_width && start.stiffening.len() == 1 {
         let of = Unknown::HalfWidth(0);
-        choices.push(START_PARTS.map(|part| vec![(of, within(of, part))]).to_vec());
-    }
-    if thickness {
-        let of = Unknown::Thickness;
         choices.push(START_PARTS.map(|part| vec![(of, within(of, part))]).to_vec());
     }
     choices
