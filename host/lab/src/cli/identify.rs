@@ -82,7 +82,8 @@ pub struct Args {
     #[arg(long, default_value = "auto", value_name = "X,Y,Z", allow_hyphen_values = true)]
     direction: Vec<String>,
     /// What else is looked for with --young-pa: stiffening (the moduli of --stiffening, which says
-    /// where to begin), half-width (its half-widths), thickness (of a slab)
+    /// where to begin), half-width (its half-widths), thickness (of a slab), offset (how far a probe
+    /// had gone on from where it met the surface when its displacement was 0)
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     fit: Vec<Fitted>,
     /// Displacement of the tool with relaxation curves and fields [m]
@@ -104,10 +105,10 @@ pub struct Args {
     #[arg(long, default_value = "1e-4,1e4", value_name = "LOW,HIGH", allow_hyphen_values = true)]
     time_constant_bounds_s: String,
     /// Where Young's moduli are looked for [Pa]
-    #[arg(long, default_value = "10,1e7", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    #[arg(long, default_value = "100,1e6", value_name = "LOW,HIGH", allow_hyphen_values = true)]
     young_bounds_pa: String,
     /// Where the moduli of --stiffening are looked for [Pa]
-    #[arg(long, default_value = "1,1e8", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    #[arg(long, default_value = "10,1e7", value_name = "LOW,HIGH", allow_hyphen_values = true)]
     stiffening_bounds_pa: String,
     /// Where their half-widths are looked for
     #[arg(long, default_value = "0.01,0.5", value_name = "LOW,HIGH", allow_hyphen_values = true)]
@@ -115,6 +116,9 @@ pub struct Args {
     /// Where the thickness of a slab is looked for [m]
     #[arg(long, default_value = "0.002,0.1", value_name = "LOW,HIGH", allow_hyphen_values = true)]
     thickness_bounds_m: String,
+    /// Where the offset of a probe is looked for [m]
+    #[arg(long, default_value = "1e-5,1e-3", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    offset_bounds_m: String,
     #[command(flatten)]
     body: BodyArgs,
     /// Print one JSON object
@@ -128,6 +132,7 @@ enum Fitted {
     Stiffening,
     HalfWidth,
     Thickness,
+    Offset,
 }
 
 /// identified.json
@@ -173,6 +178,7 @@ pub fn execute(args: &Args) -> Result<()> {
         stiffening: args.fit.contains(&Fitted::Stiffening),
         half_width: args.fit.contains(&Fitted::HalfWidth),
         thickness: args.fit.contains(&Fitted::Thickness),
+        offset: args.fit.contains(&Fitted::Offset),
     };
     let bench = Bench {
         mesh: &mesh,
@@ -268,6 +274,7 @@ fn bounds(args: &Args) -> Result<Bounds> {
         stiffening_pa: pair("--stiffening-bounds-pa", &args.stiffening_bounds_pa)?,
         half_width: pair("--half-width-bounds", &args.half_width_bounds)?,
         thickness_m: pair("--thickness-bounds-m", &args.thickness_bounds_m)?,
+        offset_m: pair("--offset-bounds-m", &args.offset_bounds_m)?,
     })
 }
 

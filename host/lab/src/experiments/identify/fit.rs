@@ -17,7 +17,7 @@ use serde::Serialize;
 use super::forward::{Predicted, predict};
 use super::target::{Target, rms};
 use super::uncertainty::{self, Estimate};
-use super::unknown::{Unknown, check_bounds};
+use super::unknown::{Unknown, check_bounds, check_ratios};
 use super::{Bench, Bounds, Parameters, start};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::terminal;
@@ -286,6 +286,9 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
 pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
     bench.check()?;
     check_bounds(bounds, hold_out)?;
+    if bench.wanted.stiffening {
+        check_ratios(bounds)?;
+    }
     let fitted = |target: &Target| {
         let held_out = spread(target.rows(), hold_out).iter().filter(|held| **held).count();
         target.width() * (target.rows() - held_out)

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use chaincell_kernel::{Flags, Model, Settings};
+use chaincell_kernel::{Flags, Model, Settings, ToolSample};
 
 use super::target::{Data, Target};
 use super::tool::Tool;
@@ -95,7 +95,7 @@ pub fn predict(bench: &Bench<'_>, parameters: &Parameters) -> Result<Predicted> 
     for direction in directions(bench) {
         let along = |target: &Target| target.direction.unwrap_or(bench.direction) == direction;
         let targets = || bench.targets.iter().filter(|target| along(target));
-        let line = Line { bench, direction };
+        let line = Line { bench, direction, offset_m: parameters.offset_m };
         let equilibria = Equilibria::follow(line, targets(), &model)?;
         for (found, target) in found.iter_mut().zip(bench.targets).filter(|(_, of)| along(of)) {
             *found = match &target.data {
@@ -135,6 +135,15 @@ fn directions(bench: &Bench<'_>) -> Vec<[f64; 3]> {
 struct Line<'a> {
     bench: &'a Bench<'a>,
     direction: [f64; 3],
+    /// Displacement from where a probe meets the surface to its 0 \[m\].
+    offset_m: f64,
+}
+
+impl Line<'_> {
+    /// The tool at a displacement.
+    fn sample(&self, depth_m: f64) -> ToolSample {
+        self.bench.tool.sample(self.direction, depth_m + self.offset_m)
+    }
 }
 
 /// Displacements at which an equilibrium is asked for, ascending, those of fields marked.
@@ -177,7 +186,7 @@ impl Equilibria {
             return Ok(found);
         }
         let mut press = Press::new(line, *model, Scheme::Track, SWEEPS)?;
-        let mut at_m = 0.0;
+        let mut at_m = -line.offset_m;
         for (depth_m, field) in wanted {
             let stride_m = match line.bench.tool {
                 Tool::Held(_) => HELD.stride * f64::from(model.unit_m()),
@@ -223,15 +232,14 @@ impl<'a, 'm> Press<'a, 'm> {
             tick_time: AT_ONCE,
             ..settings
         })?;
-        engine.tick(&line.bench.tool.sample(line.direction, 0.0));
+        engine.tick(&line.sample(-line.offset_m));
         Ok(Self { line, engine })
     }
 
     /// One tick with the tool at a depth: force along the direction \[N\], energy \[J\], flags.
     fn tick(&mut self, depth_m: f64) -> (f32, f32, Flags) {
-        let Line { bench, direction } = self.line;
-        let output = self.engine.tick(&bench.tool.sample(direction, depth_m));
-        let along = dot(output.force_n.map(f64::from).into(), direction);
+        let output = self.engine.tick(&self.line.sample(depth_m));
+        let along = dot(output.force_n.map(f64::from).into(), self.line.direction);
         (-along as f32, output.energy_j, output.flags)
     }
 

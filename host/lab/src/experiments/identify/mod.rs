@@ -73,6 +73,8 @@ pub struct Parameters {
     pub stiffening: Vec<Band>,
     /// Thickness of the slab \[m\].
     pub thickness_m: f64,
+    /// Displacement of the probe from where it meets the surface to its 0 \[m\].
+    pub offset_m: f64,
 }
 
 /// The body on the bench, and what was measured on it.
@@ -182,12 +184,14 @@ impl Bench<'_> {
 
     /// What is looked for must be there.
     fn check_wanted(&self) -> Result<()> {
-        let Wanted { stiffening, half_width, thickness } = self.wanted;
+        let Wanted { stiffening, half_width, thickness, offset } = self.wanted;
         let tissue = self.options.tissue.as_ref();
         let bands = tissue.map_or(0, |tissue| tissue.stiffening.len());
         let is_field = |target: &Target| matches!(target.data, Data::Field { .. });
-        let why = if (stiffening || half_width || thickness) && tissue.is_none() {
-            "stiffening, half-width and thickness are looked for on nodal shapes: add --young-pa"
+        let why = if self.wanted != Wanted::default() && tissue.is_none() {
+            "all that it names is looked for on nodal shapes: add --young-pa"
+        } else if offset && !matches!(self.tool, Tool::Probe { .. }) {
+            "offset is where a probe met the surface: give --contact probe:RADIUS"
         } else if (stiffening || half_width) && bands == 0 {
             "there is no band; say where to begin, as --stiffening 0.1=5000"
         } else if thickness && self.slab.is_none() {

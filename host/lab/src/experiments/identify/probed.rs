@@ -18,7 +18,7 @@ const BAND: Band = Band { half_width: 0.05, modulus_pa: 4000.0 };
 
 impl Probed {
     fn new() -> Self {
-        let slab = Slab::parse("slab:0.03x0.012x0.002").unwrap().unwrap();
+        let slab = Slab::parse("slab:0.024x0.008x0.002").unwrap().unwrap();
         let mesh = slab.mesh().unwrap();
         let tissue = Tissue::new(PerCell::Uniform(2000.0), PerCell::Uniform(0.45));
         let tissue = Some(Tissue { stiffening: vec![BAND], ..tissue });
@@ -44,7 +44,7 @@ impl Probed {
 
     /// What the probe feels down to 2 mm on a slab of these parameters, without noise.
     fn measured(&self, truth: &Parameters) -> Target {
-        let displacement_m: Vec<f64> = (1..=8).map(|at| 2.5e-4 * f64::from(at)).collect();
+        let displacement_m: Vec<f64> = (1..=5).map(|at| 4e-4 * f64::from(at)).collect();
         let force_n = vec![0.0; displacement_m.len()];
         let empty = [Target::new("probe", Data::Press { displacement_m, force_n })];
         let wanted = Wanted { thickness: true, ..Wanted::default() };
@@ -53,12 +53,12 @@ impl Probed {
     }
 }
 
-/// A slab of 12 mm.
+/// A slab of 8 mm.
 fn truth(young_pa: f64, modulus_pa: f64) -> Parameters {
     Parameters {
         young_pa: vec![young_pa],
         stiffening: vec![Band { modulus_pa, ..BAND }],
-        thickness_m: 0.012,
+        thickness_m: 0.008,
         ..Parameters::default()
     }
 }
@@ -88,9 +88,23 @@ fn a_thinner_slab_is_stiffer_under_the_probe() {
     let body = Probed::new();
     let force_n = |thickness_m: f64| {
         let slab = Parameters { thickness_m, ..truth(1000.0, 4000.0) };
-        body.measured(&slab).observed()[7]
+        body.measured(&slab).observed()[4]
     };
-    assert!(force_n(0.005) > 1.2 * force_n(0.012));
+    assert!(force_n(0.004) > 1.2 * force_n(0.008));
+}
+
+/// A probe that touched before its displacement was 0 feels what it feels that much deeper.
+#[test]
+fn an_offset_shifts_the_curve() {
+    let body = Probed::new();
+    let force_n = |offset_m: f64| {
+        let parameters = Parameters { offset_m, ..truth(1000.0, 4000.0) };
+        body.measured(&parameters).observed()
+    };
+    let (before, after) = (force_n(0.0), force_n(4e-4));
+    for row in 0..4 {
+        near(after[row], before[row + 1], 0.01);
+    }
 }
 
 /// Rows that are known less well weigh less.
@@ -99,9 +113,9 @@ fn quartiles_weigh_the_rows() {
     let body = Probed::new();
     let mut target = body.measured(&truth(900.0, 4000.0));
     let Data::Press { force_n, .. } = &mut target.data else { unreachable!() };
-    force_n[7] *= 2.0;
+    force_n[4] *= 2.0;
     let found = |wide: f64| {
-        let quartiles = (0..8).map(|row| if row == 7 { [0.0, wide] } else { [0.0, 0.001] });
+        let quartiles = (0..5).map(|row| if row == 4 { [0.0, wide] } else { [0.0, 0.001] });
         let targets = [target.clone().with_quartiles(quartiles)];
         let bench = body.bench(&targets, Wanted::default());
         identify(&bench, &Bounds::default(), 0.0).unwrap().estimates[0].value
@@ -119,11 +133,13 @@ fn what_a_body_does_not_have_is_not_looked_for() {
         assert!(error.exit_code() == 2 && error.to_string().contains(part), "{error}");
     };
     let targets = [press];
-    let all = Wanted { stiffening: true, half_width: true, thickness: true };
+    let all = Wanted { stiffening: true, half_width: true, thickness: true, offset: true };
     let bench = body.bench(&targets, all);
     refused(&Bench { slab: None, ..bench.clone() }, "--fit: thickness is that of a generated slab");
     let links = BakeOptions::default();
     refused(&Bench { options: &links, ..bench.clone() }, "on nodal shapes: add --young-pa");
+    let held = Tool::Held(&[0]);
+    refused(&Bench { tool: held, ..bench.clone() }, "--fit: offset is where a probe met");
     let mut plain = body.options.clone();
     plain.tissue.as_mut().unwrap().stiffening.clear();
     refused(&Bench { options: &plain, ..bench.clone() }, "as --stiffening 0.1=5000");

@@ -107,10 +107,11 @@ fn ratios(fit: &Fit<'_>) -> Vec<Parameters> {
 /// Values that are set together.
 type Values = Vec<(Unknown, f64)>;
 
-/// The choices for the stiffening, where it is looked for; a thickness begins as it is given.
+/// The choices for the stiffening and the offset, where they are looked for; a thickness begins as
+/// it is given.
 fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
     let start = fit.bench.start();
-    let Wanted { stiffening, half_width, .. } = fit.bench.wanted;
+    let Wanted { stiffening, half_width, offset, .. } = fit.bench.wanted;
     let numbers = 0..start.stiffening.len();
     let within = |unknown: Unknown, part: f64| {
         let [low, high] = unknown.bounds(fit.bounds);
@@ -128,6 +129,9 @@ fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
     if half_width && start.stiffening.len() == 1 {
         let of = Unknown::HalfWidth(0);
         choices.push(START_PARTS.map(|part| vec![(of, within(of, part))]).to_vec());
+    }
+    if offset {
+        choices.push(vec![vec![(Unknown::Offset, within(Unknown::Offset, START_PARTS[1]))]]);
     }
     choices
 }

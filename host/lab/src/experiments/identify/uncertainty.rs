@@ -35,8 +35,8 @@ const NOTHING: f64 = 1e-12;
 /// A parameter with its interval.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
-    /// `stiffness_n_per_m`, `alpha`, `time_constant_s`, `young_pa`, `stiffening_pa`, `half_width` or
-    /// `thickness_m`.
+    /// `stiffness_n_per_m`, `alpha`, `time_constant_s`, `young_pa`, `stiffening_pa`, `half_width`,
+    /// `thickness_m` or `offset_m`.
     pub parameter: &'static str,
     /// Group of nodes, or one of several bands; none for the whole body.
     pub group: Option<String>,

@@ -2,7 +2,8 @@
 //!
 //! A body of links has a stiffness and an alpha for each group of nodes and one time constant. A
 //! body of nodal shapes has a Young's modulus for each group; the modulus and the half-width of its
-//! stiffening bands and the thickness of a generated slab are looked for where [`Wanted`] says so.
+//! stiffening bands, the thickness of a generated slab and where a probe met the surface are looked
+//! for where [`Wanted`] says so.
 //! Poisson's ratio is held: a force alone does not tell it from Young's modulus.
 
 use super::{Bench, Parameters};
@@ -25,6 +26,8 @@ pub struct Bounds {
     pub half_width: [f64; 2],
     /// Least and largest thickness of a slab \[m\].
     pub thickness_m: [f64; 2],
+    /// Least and largest displacement of a probe from where it meets the surface to its 0 \[m\].
+    pub offset_m: [f64; 2],
 }
 
 impl Default for Bounds {
@@ -33,10 +36,11 @@ impl Default for Bounds {
             stiffness_n_per_m: [0.01, 1e5],
             alpha_max: 0.5,
             time_constant_s: [1e-4, 1e4],
-            young_pa: [10.0, 1e7],
-            stiffening_pa: [1.0, 1e8],
+            young_pa: [100.0, 1e6],
+            stiffening_pa: [10.0, 1e7],
             half_width: [0.01, 0.5],
             thickness_m: [0.002, 0.1],
+            offset_m: [1e-5, 1e-3],
         }
     }
 }
@@ -50,6 +54,8 @@ pub struct Wanted {
     pub half_width: bool,
     /// The thickness of the slab.
     pub thickness: bool,
+    /// How far the probe had gone on from where it met the surface when its displacement was 0.
+    pub offset: bool,
 }
 
 /// One unknown.
@@ -69,6 +75,8 @@ pub enum Unknown {
     HalfWidth(usize),
     /// Thickness of the slab.
     Thickness,
+    /// Displacement of the probe from where it meets the surface to its 0.
+    Offset,
 }
 
 impl Unknown {
@@ -81,11 +89,12 @@ impl Unknown {
             let links = groups.clone().map(Self::Stiffness).chain(groups.map(Self::Alpha));
             return links.chain(time).collect();
         };
-        let Wanted { stiffening, half_width, thickness } = bench.wanted;
+        let Wanted { stiffening, half_width, thickness, offset } = bench.wanted;
         let bands = |wanted: bool| 0..if wanted { tissue.stiffening.len() } else { 0 };
         let young = groups.map(Self::Young).chain(bands(stiffening).map(Self::Stiffening));
         let shape = bands(half_width).map(Self::HalfWidth);
-        young.chain(shape).chain(thickness.then_some(Self::Thickness)).collect()
+        let place = thickness.then_some(Self::Thickness).into_iter();
+        young.chain(shape).chain(place).chain(offset.then_some(Self::Offset)).collect()
     }
 
     /// Its value.
@@ -99,6 +108,7 @@ impl Unknown {
             Self::Stiffening(band) => parameters.stiffening[band].modulus_pa,
             Self::HalfWidth(band) => parameters.stiffening[band].half_width,
             Self::Thickness => parameters.thickness_m,
+            Self::Offset => parameters.offset_m,
         }
     }
 
@@ -112,6 +122,7 @@ impl Unknown {
             Self::Stiffening(band) => &mut parameters.stiffening[band].modulus_pa,
             Self::HalfWidth(band) => &mut parameters.stiffening[band].half_width,
             Self::Thickness => &mut parameters.thickness_m,
+            Self::Offset => &mut parameters.offset_m,
         } = value;
     }
 
@@ -126,6 +137,7 @@ impl Unknown {
             Self::Stiffening(_) => bounds.stiffening_pa,
             Self::HalfWidth(_) => bounds.half_width,
             Self::Thickness => bounds.thickness_m,
+            Self::Offset => bounds.offset_m,
         }
     }
 
@@ -140,6 +152,7 @@ impl Unknown {
             Self::Stiffening(_) => "stiffening_pa",
             Self::HalfWidth(_) => "half_width",
             Self::Thickness => "thickness_m",
+            Self::Offset => "offset_m",
         }
     }
 
@@ -154,7 +167,7 @@ impl Unknown {
                 let bands = bench.options.tissue.as_ref().map_or(0, |of| of.stiffening.len());
                 (bands > 1).then(|| format!("band {}", band + 1))
             }
-            Self::Time | Self::Thickness => None,
+            Self::Time | Self::Thickness | Self::Offset => None,
         }
     }
 
@@ -196,6 +209,7 @@ pub(super) fn check_bounds(bounds: &Bounds, hold_out: f64) -> Result<()> {
         ("--time-constant-bounds-s", bounds.time_constant_s),
         ("--young-bounds-pa", bounds.young_pa),
         ("--thickness-bounds-m", bounds.thickness_m),
+        ("--offset-bounds-m", bounds.offset_m),
     ] {
         if !(low > 0.0 && high > low && high <= 1e12 && low >= 1e-12) {
             return Err(Error::input(format!(
@@ -225,6 +239,23 @@ pub(super) fn check_bounds(bounds: &Bounds, hold_out: f64) -> Result<()> {
     } else {
         Err(Error::input(format!("--hold-out {hold_out}: must be from 0 to 0.5")))
     }
+}
+
+/// Ratios of a band's modulus to Young's that the kernel takes for any Poisson's ratio.
+const RATIOS: [f64; 2] = [1e-6, 3e5];
+
+/// Refuses moduli of bands that no body has beside its Young's modulus.
+pub(super) fn check_ratios(bounds: &Bounds) -> Result<()> {
+    let ([low, high], [soft, stiff]) = (bounds.stiffening_pa, bounds.young_pa);
+    if low >= RATIOS[0] * stiff && high <= RATIOS[1] * soft {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "--stiffening-bounds-pa {low},{high}: must be from {} to {} with --young-bounds-pa \
+         {soft},{stiff}; narrow one of them",
+        RATIOS[0] * stiff,
+        RATIOS[1] * soft
+    )))
 }
 
 #[cfg(test)]
@@ -266,5 +297,9 @@ mod tests {
         named(&Bounds { half_width: [0.1, 1.0], ..good }, 0.2, "--half-width-bounds");
         named(&Bounds { alpha_max: f64::NAN, ..good }, 0.2, "--alpha-max");
         named(&good, 0.9, "--hold-out 0.9");
+        named(&Bounds { offset_m: [0.0, 0.1], ..good }, 0.2, "--offset-bounds-m");
+        assert!(check_ratios(&good).is_ok());
+        let error = check_ratios(&Bounds { young_pa: [1.0, 1e8], ..good }).unwrap_err();
+        assert!(error.to_string().contains("--stiffening-bounds-pa 10,10000000"), "{error}");
     }
 }

@@ -27,7 +27,7 @@ const HEADER: &str = "mode,stretch_or_shear,nominal_stress_kpa";
 const CUBE: &str = "box:6x6x6x0.001";
 const TOP: &str = "cells:box:-1,1,-1,1,0.0049,0.0051";
 const SIDE_M: f64 = 0.005;
-const POISSON: f64 = 0.49;
+const POISSON: f64 = 0.45;
 /// Where the fit begins.
 const YOUNG_PA: f64 = 2000.0;
 const BAND: Band = Band { half_width: 0.05, modulus_pa: 5000.0 };
@@ -96,6 +96,16 @@ fn target(mode: &Mode, rows: &[BrainRow]) -> Target {
 
 /// Fits the cube to all modes at once.
 fn fit(targets: &[Target], stiffening: Vec<Band>, wanted: Wanted) -> Result<Identified> {
+    on_bench(targets, stiffening, wanted, |bench| identify(bench, &Bounds::default(), 0.0))
+}
+
+/// Does something with the cube on a bench.
+fn on_bench<T>(
+    targets: &[Target],
+    stiffening: Vec<Band>,
+    wanted: Wanted,
+    work: impl FnOnce(&Bench<'_>) -> Result<T>,
+) -> Result<T> {
     let mesh = load(CUBE, &MeshOptions::default())?;
     let of = PerCell::Uniform;
     let tissue = Some(Tissue { stiffening, ..Tissue::new(of(YOUNG_PA), of(POISSON)) });
@@ -113,7 +123,7 @@ fn fit(targets: &[Target], stiffening: Vec<Band>, wanted: Wanted) -> Result<Iden
         slab: None,
         wanted,
     };
-    identify(&bench, &Bounds::default(), 0.0)
+    work(&bench)
 }
 
 /// Fits the brain; none without its data.
@@ -125,7 +135,7 @@ pub fn section(reference: &Path) -> Result<Option<Section>> {
     let targets: Vec<Target> =
         MODES.iter().zip(&modes).map(|(mode, rows)| target(mode, rows)).collect();
     let plain = fit(&targets, Vec::new(), Wanted::default())?;
-    let both = Wanted { stiffening: true, half_width: true, thickness: false };
+    let both = Wanted { stiffening: true, half_width: true, ..Wanted::default() };
     let found = fit(&targets, vec![BAND], both)?;
     for (at, (mode, rows)) in MODES.iter().zip(&mut modes).enumerate() {
         let kpa = |force_n: f64| mode.sign * force_n / FORCE_N_PER_KPA;
@@ -190,32 +200,33 @@ fn chart(modes: &[Vec<BrainRow>]) -> Chart {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::identify::{Parameters, forward};
 
-    /// One modulus and one band make all three modes, and come back from them.
+    /// One modulus and one band make all three modes, and the modulus comes back from them.
     #[test]
-    fn one_set_of_parameters_comes_back_from_three_modes() {
+    fn one_set_of_parameters_makes_three_modes() {
         let row = |mode: &Mode, at: u8| BrainRow {
             mode: mode.name,
-            strain: mode.sign * 0.02 * f64::from(at),
+            strain: mode.sign * 0.03 * f64::from(at),
             measured_kpa: mode.sign,
             fit_kpa: 0.0,
             plain_kpa: 0.0,
         };
-        let rows = |mode: &Mode| (1..=5).map(|at| row(mode, at)).collect::<Vec<_>>();
+        let rows = |mode: &Mode| (1..=3).map(|at| row(mode, at)).collect::<Vec<_>>();
         let mut targets: Vec<Target> = MODES.iter().map(|mode| target(mode, &rows(mode))).collect();
-        // No band is reached below 9 %: the first four points are those of Young's modulus.
-        let band = Band { half_width: 0.09, modulus_pa: 1e-3 };
-        let made = fit(&targets, vec![band], Wanted::default()).unwrap().fitted;
-        for (target, made) in targets.iter_mut().zip(&made) {
+        let of_truth = |bench: &Bench<'_>| {
+            let truth = Parameters { young_pa: vec![700.0], ..bench.start() };
+            forward::predict(bench, &truth)
+        };
+        let made = on_bench(&targets, vec![BAND], Wanted::default(), of_truth).unwrap();
+        assert!(made[0][2] > 2.0 * made[2][2] && made[1][2] > 2.0 * made[2][2], "{made:?}");
+        for (target, made) in targets.iter_mut().zip(made) {
+            target.deviation = Some(vec![ERROR * rms(&made); made.len()]);
             let Data::Press { force_n, .. } = &mut target.data else { unreachable!() };
-            force_n.iter_mut().zip(made).for_each(|(force, made)| *force = 1.5 * made);
+            *force_n = made;
         }
-        let first = fit(&targets, Vec::new(), Wanted::default()).unwrap();
-        assert!(
-            first.targets.iter().all(|of| of.rms_residual < 0.01 * of.rms_measured),
-            "{first:#?}"
-        );
-        assert_eq!(first.estimates.len(), 1);
+        let found = fit(&targets, vec![BAND], Wanted::default()).unwrap();
+        assert!((found.estimates[0].value / 700.0 - 1.0).abs() < 0.02, "{found:#?}");
     }
 
     #[test]
