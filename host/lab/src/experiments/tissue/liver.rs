@@ -193,14 +193,16 @@ fn chart(rows: &[LiverRow]) -> Chart {
     let points = |of: fn(&LiverRow) -> f64| -> Vec<[f64; 2]> {
         rows.iter().map(|row| [row.depth_mm, of(row)]).collect()
     };
+    // One series: what is no number interrupts the line.
+    let quartiles =
+        [points(|row| row.q25_mn), vec![[f64::NAN; 2]], points(|row| row.q75_mn)].concat();
     Chart::new(
         "Porcine liver under a ball of 4 mm",
         Axis::linear("depth [mm]"),
         Axis::linear("force [mN]"),
     )
     .series("measured, median of the sites", Style::Markers, &points(|row| row.median_mn))
-    .series("measured, quartiles", Style::Dashed, &points(|row| row.q25_mn))
-    .series("", Style::Dashed, &points(|row| row.q75_mn))
+    .series("measured, quartiles", Style::Dashed, &quartiles)
     .series("fit, first contact free", Style::Line, &points(|row| row.fit_mn))
     .series("fit, first contact at 0", Style::Line, &points(|row| row.touching_mn))
     .series("fit: modulus alone", Style::Line, &points(|row| row.plain_mn))

@@ -43,8 +43,11 @@ impl Section {
     }
 }
 
+/// Fits the data of a reference folder; none where the folder lacks it.
+pub type Fit = fn(&Path) -> Result<Option<Section>>;
+
 /// The fits by name, in order.
-pub const FITS: [(&str, fn(&Path) -> Result<Option<Section>>); 3] =
+pub const FITS: [(&str, Fit); 3] =
     [("liver", liver::section), ("brain", brain::section), ("muscle", muscle::section)];
 
 /// The fit of a name; a line that says so where the folder lacks its data.
