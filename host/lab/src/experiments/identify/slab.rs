@@ -7,7 +7,7 @@ use chaincell_host::mesh::{self, Mesh, MeshOptions};
 /// Ratio of the sizes of neighbouring elements, away from the middle of the top.
 const GROWTH: f64 = 1.4;
 /// Most elements from the middle to a side, or from the top to the ground.
-const ELEMENTS_MAX: usize = 60;
+const ELEMENTS_MAX: usize = 40;
 
 /// A square slab: the middle of its top is the origin, its ground at minus the thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
