@@ -213,6 +213,12 @@ impl BodyArgs {
 
     /// Reads or generates the mesh; with its fixed nodes and what the bake may choose.
     pub fn parts(&self, spec: &str) -> Result<(Mesh, Vec<u32>, BakeOptions)> {
+        let mesh = self.load(spec)?;
+        let (fixed, options) = self.choices(&mesh)?;
+        Ok((mesh, fixed, options))
+    }
+
+    fn load(&self, spec: &str) -> Result<Mesh> {
         let options = MeshOptions {
             unit_m: if self.units == Units::Mm { 0.001 } else { 1.0 },
             diagonals: self.diagonals,
@@ -221,12 +227,16 @@ impl BodyArgs {
             rings: self.rings,
             nodes_max: if self.cells.is_some() { mesh::NODES_MAX } else { mesh::CELLS_MAX },
         };
-        let mesh = mesh::load(spec, &options)?;
-        let fixed = self.fixed(&mesh)?;
+        mesh::load(spec, &options)
+    }
+
+    /// The fixed nodes of a mesh, and what the bake may choose.
+    pub fn choices(&self, mesh: &Mesh) -> Result<(Vec<u32>, BakeOptions)> {
+        let fixed = self.fixed(mesh)?;
         let options = BakeOptions {
-            alpha: per_cell("--alpha", &self.alpha, &mesh)?,
-            stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m, &mesh)?,
-            tissue: self.tissue(&mesh)?,
+            alpha: per_cell("--alpha", &self.alpha, mesh)?,
+            stiffness_n_per_m: per_cell("--stiffness-n-per-m", &self.stiffness_n_per_m, mesh)?,
+            tissue: self.tissue(mesh)?,
             saturation_m: self.k_m,
             resistance: self.r_x,
             capacitance: self.capacitance,
@@ -237,7 +247,7 @@ impl BodyArgs {
             probe_contact: self.probe_contact(&mesh),
             cells: self.cells,
         };
-        Ok((mesh, fixed, options))
+        Ok((fixed, options))
     }
 }
 

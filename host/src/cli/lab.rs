@@ -33,7 +33,7 @@ pub const COMMANDS: [(&str, &str); 5] = [
     ),
     (
         "identify",
-        "Find stiffness, slack and time constant of a body from measured curves and fields",
+        "Find the material of a body, links or nodal shapes, from measured curves and fields",
     ),
 ];
 

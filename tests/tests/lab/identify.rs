@@ -106,6 +106,20 @@ fn bad_input_is_named_and_nothing_is_written() {
     refused(good, &["--hold-out", "0.9"], "--hold-out 0.9");
     refused(&good.replace("0.005", "50"), &[], "beyond the body's size");
     refused(good, &["--contact", "nodes:0"], "node 0 is fixed");
+    refused(good, &["--contact", "probe:x"], "--contact probe:x: give the radius");
+    refused(good, &["--probe-at", "0,0,0"], "--probe-at 0,0,0: there is no probe");
+    refused(good, &["--contact", "probe:0.004", "--probe-at", "0,0"], "--probe-at 0,0: give three");
+    refused(good, &["--fit", "stiffening"], "--fit: all that it names");
+    let shapes = ["--young-pa", "5000"];
+    let with = |more: &[&'static str]| [&shapes[..], more].concat();
+    refused(good, &with(&["--fit", "half-width"]), "--fit: there is no band");
+    refused(good, &with(&["--fit", "thickness"]), "--fit: thickness is that of a generated slab");
+    refused(good, &with(&["--fit", "offset"]), "--fit: offset is where a probe met");
+    refused(good, &with(&["--young-bounds-pa", "5,1"]), "--young-bounds-pa 5,1");
+    refused(good, &["--direction", "0,0,1", "--direction", "0,1,0"], "2 of them for 1 targets");
+    let quartiles = "displacement_m,force_n,q25_n,q75_n\n0.001,0.1,0.2,0.3\n0.002,0.2,0.1,0.3\n\
+        0.003,0.3,0.2,0.4\n0.004,0.4,0.3,0.5\n0.005,0.5,0.4,0.6\n";
+    refused(quartiles, &[], "target.csv:2: fields q25_n 0.2");
     let model = files::bake(place.path(), MESH, &[]);
     let file = place.path().join("target.csv");
     let args = ["identify", files::text(&model), "--target", files::text(&file)];

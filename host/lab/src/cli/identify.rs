@@ -5,15 +5,18 @@ use std::path::{Path, PathBuf};
 use chaincell_kernel::Model;
 use serde::Serialize;
 
+use crate::experiments::identify::slab::Slab;
 use crate::experiments::identify::target::{self, Holding, Target};
+use crate::experiments::identify::tool::{Tool, probe_radius};
 use crate::experiments::identify::{
-    Bench, Bounds, Identified, check, forward, groups, identify, write,
+    Bench, Bounds, Identified, Wanted, check, forward, groups, identify, write,
 };
-use crate::reference::vectors::norm;
+use crate::reference::vectors::{minus, norm};
 use chaincell_host::bake;
 use chaincell_host::cli::BodyArgs;
 use chaincell_host::cli::model_file;
-use chaincell_host::engine::contact::{contact_cells, inward};
+use chaincell_host::engine::contact::{contact_cells, farthest, inward};
+use chaincell_host::engine::rest_m;
 use chaincell_host::error::{Error, Result};
 use chaincell_host::files::output::Folder;
 use chaincell_host::files::whole::{folder_of, write_whole};
@@ -24,24 +27,31 @@ const NO_FIT: f64 = 0.5;
 /// Part below which the rest is that of the engine's own arithmetic.
 const EXACT: f64 = 2e-3;
 
-/// Find stiffness, slack and time constant of a body from measured curves and fields.
+/// Find the material of a body, links or nodal shapes, from measured curves and fields.
 ///
 /// Every group of nodes has a stiffness and an alpha, the body one time constant, which only
-/// relaxation curves show. There is no volume term in the model, so none is looked for.
+/// curves in time show. With --young-pa the body is made of nodal shapes: every group has a Young's
+/// modulus, --fit names what else is looked for, and Poisson's ratio stays as it is given.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  chaincell identify liver.msh --target press.csv --group \
+#[command(after_help = "Examples:\n  chaincell identify liver.msh --target press.csv --group \
     tumour=group:tumour --group rest=group:rest \\\n    --contact cells:nodes:17,18 -o \
-    liver.chaincell --out fit\n\n\
+    liver.chaincell --out fit\n  \
+    chaincell identify slab:0.06x0.02x0.001 --young-pa 3000 --stiffening 0.1=5000 \\\n    \
+    --fit stiffening,half-width,thickness --contact probe:0.004 --probe-contact surface \\\n    \
+    --target probed.csv -o liver.chaincell --out fit\n\n\
     A target is a CSV file whose first line says what it holds:\n  \
-    displacement_m,force_n    equilibrium forces of a growing press, along its direction\n  \
-    time_s,force_n            relaxation after a step of --displacement-m at time 0\n  \
-    node,ux_m,uy_m,uz_m       displacements of nodes at --displacement-m, in equilibrium\n\
+    displacement_m,force_n                equilibrium forces of a growing press, along its direction\n  \
+    displacement_m,force_n,q25_n,q75_n    the same with quartiles, which are the error of each row\n  \
+    time_s,force_n                        relaxation after a step of --displacement-m at time 0\n  \
+    time_s,displacement_m,force_n         the force along a path of the tool in time\n  \
+    node,ux_m,uy_m,uz_m                   displacements of nodes at --displacement-m, in equilibrium\n\
     Forces are those that the tool exerts along its direction. From a field alone only the ratios \
     of stiffnesses follow.\n\
     --out gets identified.json, residuals.csv and charts; -o the model with the values found. The \
     time constant is no part of a model: give it to `run --time-constant-s`.")]
 pub struct Args {
-    /// The body: a mesh as `bake` takes it
+    /// The body: a mesh as `bake` takes it, or slab:WIDTHxTHICKNESSxD [m], a slab on a held ground
+    /// with elements of D in the middle of its top, growing outwards
     mesh: String,
     /// Measurement (CSV); repeat it for several that one body must meet
     #[arg(long, value_name = "FILE", required = true)]
@@ -59,12 +69,23 @@ pub struct Args {
     /// group keep --stiffness-n-per-m and --alpha [default: all nodes]
     #[arg(long, value_name = "NAME=SELECTOR")]
     group: Vec<String>,
-    /// Cells that the tool holds: cells:SELECTOR, input ids, or auto, as in `run`
+    /// Cells that the tool holds: cells:SELECTOR, input ids, or auto, as in `run`; or probe:RADIUS
+    /// [m], a sphere whose displacement counts from where it meets the surface
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     contact: String,
-    /// Direction of the displacement, x,y,z, or auto: into the body at the contact
+    /// The point of the surface that a probe meets first, x,y,z [m], or auto: the node farthest from
+    /// the fixed ones, of a slab the middle of its top
     #[arg(long, default_value = "auto", value_name = "X,Y,Z", allow_hyphen_values = true)]
-    direction: String,
+    probe_at: String,
+    /// Direction of the displacement, x,y,z, or auto: into the body at the contact; once for all
+    /// targets, or once for each
+    #[arg(long, default_value = "auto", value_name = "X,Y,Z", allow_hyphen_values = true)]
+    direction: Vec<String>,
+    /// What else is looked for with --young-pa: stiffening (the moduli of --stiffening, which says
+    /// where to begin), half-width (its half-widths), thickness (of a slab), offset (how far a probe
+    /// had gone on from where it met the surface when its displacement was 0)
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    fit: Vec<Fitted>,
     /// Displacement of the tool with relaxation curves and fields [m]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     displacement_m: Option<f64>,
@@ -83,11 +104,35 @@ pub struct Args {
     /// Where the time constant is looked for [s]
     #[arg(long, default_value = "1e-4,1e4", value_name = "LOW,HIGH", allow_hyphen_values = true)]
     time_constant_bounds_s: String,
+    /// Where Young's moduli are looked for [Pa]
+    #[arg(long, default_value = "100,1e6", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    young_bounds_pa: String,
+    /// Where the moduli of --stiffening are looked for [Pa]
+    #[arg(long, default_value = "10,1e7", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    stiffening_bounds_pa: String,
+    /// Where their half-widths are looked for
+    #[arg(long, default_value = "0.01,0.5", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    half_width_bounds: String,
+    /// Where the thickness of a slab is looked for [m]
+    #[arg(long, default_value = "0.002,0.1", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    thickness_bounds_m: String,
+    /// Where the offset of a probe is looked for [m]
+    #[arg(long, default_value = "1e-5,1e-3", value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    offset_bounds_m: String,
     #[command(flatten)]
     body: BodyArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// What `--fit` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Fitted {
+    Stiffening,
+    HalfWidth,
+    Thickness,
+    Offset,
 }
 
 /// identified.json
@@ -97,6 +142,7 @@ struct IdentifiedFile<'a> {
     model: String,
     cells: usize,
     contact_nodes: Vec<u32>,
+    probe_radius_m: Option<f64>,
     direction: [f64; 3],
     hold_out: f64,
     #[serde(flatten)]
@@ -106,56 +152,130 @@ struct IdentifiedFile<'a> {
 
 pub fn execute(args: &Args) -> Result<()> {
     refuse_model(&args.mesh)?;
-    let (mesh, fixed, options) = args.body.parts(&args.mesh)?;
+    let slab = Slab::parse(&args.mesh)?;
+    let (mesh, fixed, options) = match slab {
+        None => args.body.parts(&args.mesh)?,
+        Some(slab) => {
+            let mesh = slab.mesh()?;
+            let (fixed, options) = args.body.choices(&mesh)?;
+            (mesh, fixed, options)
+        }
+    };
     let groups = groups(&args.group, &mesh)?;
-    let targets = targets(args)?;
+    let mut targets = targets(args)?;
     let image = bake::bake(&mesh, &fixed, &options)?;
     let model = model_file::parse(&image, &args.output)?;
-    let contacts = contact_cells(&args.contact, &model)?;
-    if let Some(&cell) = contacts.iter().find(|&&cell| model.is_fixed(cell)) {
-        return Err(Error::input(format!(
-            "--contact: node {} is fixed and cannot be held by the tool",
-            model.input_id()[usize::from(cell)]
-        )));
-    }
+    let contacts;
+    let tool = match probe_radius(&args.contact)? {
+        Some(radius_m) => probe(&args.probe_at, radius_m, slab.is_some(), &model)?,
+        None => {
+            contacts = held(args, &model)?;
+            Tool::Held(&contacts)
+        }
+    };
+    let direction = directions(args, &model, &tool, &mut targets)?;
+    let wanted = Wanted {
+        stiffening: args.fit.contains(&Fitted::Stiffening),
+        half_width: args.fit.contains(&Fitted::HalfWidth),
+        thickness: args.fit.contains(&Fitted::Thickness),
+        offset: args.fit.contains(&Fitted::Offset),
+    };
     let bench = Bench {
         mesh: &mesh,
         fixed: &fixed,
         options: &options,
         groups: &groups,
-        contacts: &contacts,
-        direction: direction(&args.direction, &model, &contacts)?,
+        tool,
+        direction,
         targets: &targets,
+        slab,
+        wanted,
     };
-    let bounds = Bounds {
-        stiffness_n_per_m: pair("--stiffness-bounds-n-per-m", &args.stiffness_bounds_n_per_m)?,
-        alpha_max: args.alpha_max,
-        time_constant_s: pair("--time-constant-bounds-s", &args.time_constant_bounds_s)?,
-    };
+    let bounds = bounds(args)?;
     check(&bench, &bounds, args.hold_out)?;
     check_place(&args.output)?;
     let folder = Folder::open(&args.out, args.force)?;
     let found = identify(&bench, &bounds, args.hold_out)?;
-    let image = forward::image(&bench, &found.parameters)?;
-    folder.write("residuals.csv", write::residuals_csv(&targets, &found).as_bytes())?;
-    for figure in write::charts(&targets, &found)? {
-        figure.picture.write(&folder, &figure.name)?;
+    write_results(args, &bench, &model, &found, &folder)
+}
+
+fn write_results(
+    args: &Args,
+    bench: &Bench<'_>,
+    model: &Model<'_>,
+    found: &Identified,
+    folder: &Folder,
+) -> Result<()> {
+    let image = forward::image(bench, &found.parameters)?;
+    folder.write("residuals.csv", write::residuals_csv(bench.targets, found).as_bytes())?;
+    for figure in write::charts(bench.targets, found)? {
+        figure.picture.write(folder, &figure.name)?;
     }
+    let (contacts, probe_radius_m) = match bench.tool {
+        Tool::Held(cells) => (cells, None),
+        Tool::Probe { radius_m, .. } => (&[][..], Some(radius_m)),
+    };
     let contact_nodes = contacts.iter().map(|&cell| model.input_id()[usize::from(cell)]);
+    let is_nodal = bench.options.tissue.is_some();
     let report = IdentifiedFile {
         mesh: &args.mesh,
         model: args.output.display().to_string(),
         cells: model.cells(),
         contact_nodes: contact_nodes.collect(),
+        probe_radius_m,
         direction: bench.direction,
         hold_out: args.hold_out,
-        found: &found,
-        volume_term: "not part of the model",
+        found,
+        volume_term: if is_nodal { "held as given" } else { "not part of the model" },
     };
     folder.write_json("identified.json", &report)?;
-    check_fit(&found, bench.direction)?;
+    check_fit(found, bench.direction)?;
     write_whole(&args.output, image.as_bytes())?;
-    if args.json { terminal::say_json(&report) } else { print(args, &found, bench.direction) }
+    if args.json { terminal::say_json(&report) } else { print(args, found, bench.direction) }
+}
+
+/// The cells that the tool holds.
+fn held(args: &Args, model: &Model<'_>) -> Result<Vec<u16>> {
+    if args.probe_at != "auto" {
+        return Err(Error::input(format!(
+            "--probe-at {}: there is no probe; give --contact probe:RADIUS, or leave it out",
+            args.probe_at
+        )));
+    }
+    let contacts = contact_cells(&args.contact, model)?;
+    match contacts.iter().find(|&&cell| model.is_fixed(cell)) {
+        None => Ok(contacts),
+        Some(&cell) => Err(Error::input(format!(
+            "--contact: node {} is fixed and cannot be held by the tool",
+            model.input_id()[usize::from(cell)]
+        ))),
+    }
+}
+
+/// A probe with the point that it meets first.
+fn probe(at: &str, radius_m: f64, is_slab: bool, model: &Model<'_>) -> Result<Tool<'static>> {
+    let at_m = match at {
+        // The middle of a slab's top.
+        "auto" if is_slab => [0.0; 3],
+        "auto" => rest_m(model, farthest(model)?.into()),
+        text => numbers(text).filter(|at: &[f64; 3]| at.iter().all(|x| x.is_finite())).ok_or_else(
+            || Error::input(format!("--probe-at {text}: give three numbers, x,y,z [m], or auto")),
+        )?,
+    };
+    Ok(Tool::Probe { radius_m, at_m })
+}
+
+fn bounds(args: &Args) -> Result<Bounds> {
+    Ok(Bounds {
+        stiffness_n_per_m: pair("--stiffness-bounds-n-per-m", &args.stiffness_bounds_n_per_m)?,
+        alpha_max: args.alpha_max,
+        time_constant_s: pair("--time-constant-bounds-s", &args.time_constant_bounds_s)?,
+        young_pa: pair("--young-bounds-pa", &args.young_bounds_pa)?,
+        stiffening_pa: pair("--stiffening-bounds-pa", &args.stiffening_bounds_pa)?,
+        half_width: pair("--half-width-bounds", &args.half_width_bounds)?,
+        thickness_m: pair("--thickness-bounds-m", &args.thickness_bounds_m)?,
+        offset_m: pair("--offset-bounds-m", &args.offset_bounds_m)?,
+    })
 }
 
 /// A fit that leaves most of a target over is none.
@@ -207,6 +327,41 @@ fn targets(args: &Args) -> Result<Vec<Target>> {
         all.extend(target::read(file, &holding)?);
     }
     Ok(all)
+}
+
+/// The direction of the bench; that of each target where there are several.
+fn directions(
+    args: &Args,
+    model: &Model<'_>,
+    tool: &Tool<'_>,
+    targets: &mut [Target],
+) -> Result<[f64; 3]> {
+    let cells = match *tool {
+        Tool::Held(cells) => cells.to_vec(),
+        Tool::Probe { at_m, .. } => vec![nearest(model, at_m)],
+    };
+    let all: Result<Vec<_>> =
+        args.direction.iter().map(|text| direction(text, model, &cells)).collect();
+    let (all, count) = (all?, args.target.len());
+    if all.len() > 1 && (all.len() != count || targets.len() != count) {
+        return Err(Error::input(format!(
+            "--direction: {} of them for {count} targets; give one for all, or one for each",
+            all.len()
+        )));
+    }
+    if all.len() > 1 {
+        for (target, direction) in targets.iter_mut().zip(&all) {
+            target.direction = Some(*direction);
+        }
+    }
+    all.first().copied().ok_or_else(|| Error::check("no direction"))
+}
+
+/// The surface cell nearest to a point.
+fn nearest(model: &Model<'_>, at_m: [f64; 3]) -> u16 {
+    let away = |cell: &u16| norm(minus(rest_m(model, usize::from(*cell)), at_m));
+    let surface = model.surface().iter().copied();
+    surface.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or_default()
 }
 
 /// The direction as a unit vector.

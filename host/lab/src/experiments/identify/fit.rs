@@ -1,9 +1,8 @@
 //! The fit: weighted least squares from several starts.
 //!
 //! Levenberg and Marquardt as in MINPACK (crate `levenberg-marquardt`), Jacobian by differences.
-//! Every parameter is a smooth function of an unbounded coordinate: the logarithms of stiffness
-//! and time constant, and alpha itself, run between their bounds along the logistic curve. With
-//! a band the force sets in where the slack ends, so the residuals have kinks: the fit starts from
+//! Every parameter is a smooth function of an unbounded coordinate ([`Unknown`]). With a band the
+//! force sets in where the slack ends, so the residuals have kinks: the fit starts from
 //! the best of a fixed set of places and the best end counts.
 
 use std::sync::Mutex;
@@ -18,6 +17,7 @@ use serde::Serialize;
 use super::forward::{Predicted, predict};
 use super::target::{Target, rms};
 use super::uncertainty::{self, Estimate};
+use super::unknown::{Unknown, check_bounds, check_ratios};
 use super::{Bench, Bounds, Parameters, start};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::terminal;
@@ -34,77 +34,6 @@ const ROWS_FOR_NOISE: usize = 5;
 const PATIENCE: usize = 8;
 /// Relative decrease that ends a descent.
 const TOLERANCE: f64 = 1e-4;
-
-/// One unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unknown {
-    /// Stiffness of a group.
-    Stiffness(usize),
-    /// Alpha of a group.
-    Alpha(usize),
-    /// The body's time constant.
-    Time,
-}
-
-impl Unknown {
-    /// All unknowns of a bench: stiffnesses, alphas, and the time constant where data shows it.
-    #[must_use]
-    pub fn of(bench: &Bench<'_>) -> Vec<Self> {
-        let groups = 0..bench.groups.len();
-        let time = bench.has_time().then_some(Self::Time);
-        groups.clone().map(Self::Stiffness).chain(groups.map(Self::Alpha)).chain(time).collect()
-    }
-
-    /// Its value.
-    #[must_use]
-    pub fn get(self, parameters: &Parameters) -> f64 {
-        match self {
-            Self::Stiffness(group) => parameters.stiffness_n_per_m[group],
-            Self::Alpha(group) => parameters.alpha[group],
-            Self::Time => parameters.time_constant_s,
-        }
-    }
-
-    /// Changes its value.
-    pub fn set(self, parameters: &mut Parameters, value: f64) {
-        match self {
-            Self::Stiffness(group) => parameters.stiffness_n_per_m[group] = value,
-            Self::Alpha(group) => parameters.alpha[group] = value,
-            Self::Time => parameters.time_constant_s = value,
-        }
-    }
-
-    /// Its bounds.
-    #[must_use]
-    pub fn bounds(self, bounds: &Bounds) -> [f64; 2] {
-        match self {
-            Self::Stiffness(_) => bounds.stiffness_n_per_m,
-            Self::Alpha(_) => [0.0, bounds.alpha_max],
-            Self::Time => bounds.time_constant_s,
-        }
-    }
-
-    /// Value at a coordinate.
-    fn value(self, bounds: &Bounds, x: f64) -> f64 {
-        let [low, high] = self.bounds(bounds);
-        let part = 1.0 / (1.0 + (-x).exp());
-        match self {
-            Self::Alpha(_) => part * high,
-            _ => low * (high / low).powf(part),
-        }
-    }
-
-    /// Coordinate of a value, kept off the bounds.
-    fn coordinate(self, bounds: &Bounds, value: f64) -> f64 {
-        let [low, high] = self.bounds(bounds);
-        let part = match self {
-            Self::Alpha(_) => value / high,
-            _ => (value / low).ln() / (high / low).ln(),
-        };
-        let part = part.clamp(1e-3, 1.0 - 1e-3);
-        (part / (1.0 - part)).ln()
-    }
-}
 
 /// How the fit went on one target.
 #[derive(Debug, Clone, Serialize)]
@@ -161,8 +90,8 @@ pub(super) struct Fit<'a> {
     pub bounds: &'a Bounds,
     pub unknowns: Vec<Unknown>,
     pub held_out: Vec<Vec<bool>>,
-    /// Standard deviation of each target's noise.
-    pub noise: Vec<f64>,
+    /// Standard deviation of each number of each target.
+    pub noise: Vec<Vec<f64>>,
     /// Counts evaluations.
     bar: ProgressBar,
 }
@@ -179,7 +108,10 @@ impl Fit<'_> {
     pub fn residuals(&self, predicted: &Predicted) -> Vec<f64> {
         let each = self.bench.targets.iter().zip(predicted).zip(&self.noise).zip(&self.held_out);
         let residuals = each.flat_map(|(((target, fit), noise), held)| {
-            difference(target, fit, held, false).into_iter().map(move |r| r / noise)
+            let off = difference(target, fit, held, false);
+            off.into_iter()
+                .zip(kept(noise, held, target.width(), false))
+                .map(|(r, noise)| r / noise)
         });
         residuals.collect()
     }
@@ -204,12 +136,7 @@ impl Fit<'_> {
     }
 
     fn parameters(&self, x: &[f64]) -> Parameters {
-        let groups = self.bench.groups.len();
-        let mut parameters = Parameters {
-            stiffness_n_per_m: vec![1.0; groups],
-            alpha: vec![0.0; groups],
-            time_constant_s: 1.0,
-        };
+        let mut parameters = self.bench.start();
         for (unknown, &x) in self.unknowns.iter().zip(x) {
             unknown.set(&mut parameters, unknown.value(self.bounds, x));
         }
@@ -296,10 +223,14 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
 
 /// Fit less measured, of the rows held out or of the others.
 fn difference(target: &Target, fit: &[f64], held_out: &[bool], held: bool) -> Vec<f64> {
-    let observed = target.observed();
-    let rows = observed.iter().zip(fit).enumerate();
-    let width = target.width();
-    rows.filter(|(at, _)| held_out[at / width] == held).map(|(_, (o, f))| f - o).collect()
+    let off: Vec<f64> = target.observed().iter().zip(fit).map(|(o, f)| f - o).collect();
+    kept(&off, held_out, target.width(), held).collect()
+}
+
+/// The numbers of the rows held out, or of the others.
+fn kept(numbers: &[f64], held_out: &[bool], width: usize, held: bool) -> impl Iterator<Item = f64> {
+    let rows = numbers.iter().enumerate();
+    rows.filter(move |(at, _)| held_out[at / width] == held).map(|(_, number)| *number)
 }
 
 /// Finds the parameters of a bench; of every target the part `hold_out` of its rows, evenly
@@ -316,7 +247,8 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
     let bar = terminal::progress(60 * unknowns.len() as u64, "identify");
     let held_out: Vec<Vec<bool>> =
         bench.targets.iter().map(|target| spread(target.rows(), hold_out)).collect();
-    let noise: Vec<f64> = bench.targets.iter().map(|target| NOISE * target.scale()).collect();
+    let noise = bench.targets.iter().map(|target| spread_of(target, NOISE * target.scale()));
+    let noise = noise.collect();
     let mut fit = Fit { bench, bounds, unknowns, held_out, noise, bar };
     let mut best: Option<(Parameters, f64)> = None;
     for start in start::best(&fit)? {
@@ -354,6 +286,9 @@ pub fn identify(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<Ide
 pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
     bench.check()?;
     check_bounds(bounds, hold_out)?;
+    if bench.wanted.stiffening {
+        check_ratios(bounds)?;
+    }
     let fitted = |target: &Target| {
         let held_out = spread(target.rows(), hold_out).iter().filter(|held| **held).count();
         target.width() * (target.rows() - held_out)
@@ -369,38 +304,20 @@ pub fn check(bench: &Bench<'_>, bounds: &Bounds, hold_out: f64) -> Result<()> {
     Ok(())
 }
 
-fn check_bounds(bounds: &Bounds, hold_out: f64) -> Result<()> {
-    for (option, [low, high]) in [
-        ("--stiffness-bounds-n-per-m", bounds.stiffness_n_per_m),
-        ("--time-constant-bounds-s", bounds.time_constant_s),
-    ] {
-        if !(low > 0.0 && high > low && high <= 1e12 && low >= 1e-12) {
-            return Err(Error::input(format!(
-                "{option} {low},{high}: give two numbers from 1e-12 to 1e12, the lower first"
-            )));
-        }
-    }
-    if !(bounds.alpha_max > 0.0 && bounds.alpha_max <= 0.95) {
-        return Err(Error::input(format!(
-            "--alpha-max {}: must be above 0 and at most 0.95",
-            bounds.alpha_max
-        )));
-    }
-    if (0.0..=0.5).contains(&hold_out) {
-        Ok(())
-    } else {
-        Err(Error::input(format!("--hold-out {hold_out}: must be from 0 to 0.5")))
-    }
-}
-
 /// Which of so many rows are held out: the part `share`, evenly spread.
 fn spread(rows: usize, share: f64) -> Vec<bool> {
     let count = |row: usize| (row as f64 * share + 0.5).floor();
     (0..rows).map(|row| rows > 1 && count(row + 1) > count(row)).collect()
 }
 
-/// Standard deviation of each target's noise, from its residuals.
-fn noise_of(fit: &Fit<'_>, found: &Predicted) -> Vec<f64> {
+/// Standard deviation of each number of a target: its own, or the same for all.
+fn spread_of(target: &Target, otherwise: f64) -> Vec<f64> {
+    let same = || vec![otherwise; target.rows() * target.width()];
+    target.deviation.clone().unwrap_or_else(same)
+}
+
+/// Standard deviation of each target's noise, from its residuals where the data has none.
+fn noise_of(fit: &Fit<'_>, found: &Predicted) -> Vec<Vec<f64>> {
     let numbers = fit.residuals(found).len() as f64;
     // Every number takes its share of the unknowns.
     let freedom = 1.0 - fit.unknowns.len() as f64 / numbers;
@@ -408,9 +325,10 @@ fn noise_of(fit: &Fit<'_>, found: &Predicted) -> Vec<f64> {
     each.map(|((target, values), held)| {
         let scale = target.scale();
         if target.rows() < ROWS_FOR_NOISE {
-            return NOISE * scale;
+            return spread_of(target, NOISE * scale);
         }
-        (rms(&difference(target, values, held, false)) / freedom.sqrt()).max(NOISE_MIN * scale)
+        let off = rms(&difference(target, values, held, false)) / freedom.sqrt();
+        spread_of(target, off.max(NOISE_MIN * scale))
     })
     .collect()
 }
@@ -445,39 +363,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_run_between_the_bounds() {
-        let bounds = Bounds::default();
-        for (unknown, value) in
-            [(Unknown::Stiffness(0), 37.0), (Unknown::Alpha(0), 0.05), (Unknown::Time, 0.2)]
-        {
-            let x = unknown.coordinate(&bounds, value);
-            assert!((unknown.value(&bounds, x) / value - 1.0).abs() < 1e-9);
-            let [low, high] = unknown.bounds(&bounds);
-            for x in [-50.0, 50.0] {
-                let end = unknown.value(&bounds, x);
-                assert!((low..=high * (1.0 + 1e-9)).contains(&end), "{end}");
-            }
-        }
-    }
-
-    #[test]
     fn rows_are_held_out_evenly() {
         let held = spread(20, 0.2);
         let rows: Vec<usize> = (0..20).filter(|&row| held[row]).collect();
         assert_eq!(rows, [2, 7, 12, 17]);
         assert!(spread(20, 0.0).iter().all(|held| !held) && spread(1, 0.5) == [false]);
-    }
-
-    #[test]
-    fn bad_bounds_are_named() {
-        let good = Bounds::default();
-        let named = |bounds: &Bounds, hold_out: f64, part: &str| {
-            let error = check_bounds(bounds, hold_out).unwrap_err().to_string();
-            assert!(error.contains(part), "{error}");
-        };
-        named(&Bounds { stiffness_n_per_m: [2.0, 1.0], ..good }, 0.2, "--stiffness-bounds-n-per-m");
-        named(&Bounds { time_constant_s: [0.0, 1.0], ..good }, 0.2, "--time-constant-bounds-s");
-        named(&Bounds { alpha_max: f64::NAN, ..good }, 0.2, "--alpha-max");
-        named(&good, 0.9, "--hold-out 0.9");
     }
 }

@@ -6,35 +6,48 @@
 use std::collections::BTreeMap;
 
 use chaincell_kernel::{Flags, Model, Settings, ToolSample};
-use nalgebra::Vector3;
 
 use super::target::{Data, Target};
+use super::tool::Tool;
 use super::{Bench, Parameters};
 use crate::bodies::Variant;
 use crate::reference::vectors::{dot, minus};
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
-use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::bake::{ImageBytes, PerCell, bake};
+use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
 
 /// Sweeps between two looks at the force.
 const SWEEPS: u16 = 16;
-/// Most ticks of so many sweeps at one displacement.
-const TICKS_MAX: usize = 24;
-/// A force or energy that changes by less than this fraction in a tick has settled.
-const SETTLED: f32 = 1e-6;
 /// Ticks in a row that must be so.
 const CALM_TICKS: usize = 2;
-/// Longest move of the tool between two equilibria [mean link lengths].
-const STRIDE_LINKS: f64 = 0.25;
+/// How held cells go from one equilibrium to the next: strides in mean link lengths.
+const HELD: Pace = Pace { stride: 0.25, on_the_way: 4, at_most: 24, settled: 1e-6 };
+/// How a probe does: strides in radii. Points that come into contact make its force jump at first,
+/// and it has more rounding.
+const PROBE: Pace = Pace { stride: 0.01, on_the_way: 1, at_most: 48, settled: 5e-4 };
 /// Time of the tick in which the tool makes its step, before which nothing relaxes
 /// [dimensionless time].
 const AT_ONCE: f32 = 1e-6;
 /// Sweeps a tick in time: so many for every Euler-bound root, and at least.
 const SWEEPS_PER_ROOT: f32 = 6.0;
 const SWEEPS_MIN: f32 = 24.0;
+/// Moves of the tool between two rows of a path that are apart.
+const PATH_MOVES: f64 = 4.0;
 /// Longest time a tick advances [dimensionless time].
 const TICK_TIME_MAX: f64 = 50.0;
+
+/// How a tool goes from one equilibrium to the next.
+struct Pace {
+    /// Longest move between two states.
+    stride: f64,
+    /// Ticks at a state on the way.
+    on_the_way: usize,
+    /// Most ticks at an equilibrium that is asked for.
+    at_most: usize,
+    /// A force or energy that changes by less than this fraction in a tick has settled.
+    settled: f32,
+}
 
 /// Values at every number of every target.
 pub type Predicted = Vec<Vec<f64>>;
@@ -57,15 +70,16 @@ pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
         }
         PerCell::Each(values)
     };
-    let options = BakeOptions {
-        stiffness_n_per_m: per_cell(
-            &bench.base(&bench.options.stiffness_n_per_m),
-            &parameters.stiffness_n_per_m,
-        ),
-        alpha: per_cell(&bench.base(&bench.options.alpha), &parameters.alpha),
-        ..bench.options.clone()
-    };
-    bake(bench.mesh, bench.fixed, &options)
+    let mut options = bench.options.clone();
+    if let Some(tissue) = &mut options.tissue {
+        tissue.young_pa = per_cell(&bench.base(&tissue.young_pa), &parameters.young_pa);
+        tissue.stiffening.clone_from(&parameters.stiffening);
+    } else {
+        let stiffness = bench.base(&options.stiffness_n_per_m);
+        options.stiffness_n_per_m = per_cell(&stiffness, &parameters.stiffness_n_per_m);
+        options.alpha = per_cell(&bench.base(&options.alpha), &parameters.alpha);
+    }
+    bake(&bench.mesh_of(parameters), bench.fixed, &options)
 }
 
 /// What the targets would have measured on a body with these parameters. Pure: the same bits for
@@ -77,24 +91,63 @@ pub fn image(bench: &Bench<'_>, parameters: &Parameters) -> Result<ImageBytes> {
 pub fn predict(bench: &Bench<'_>, parameters: &Parameters) -> Result<Predicted> {
     let image = image(bench, parameters)?;
     let model = Model::from_bytes(image.as_bytes()).map_err(Error::check)?;
-    let equilibria = Equilibria::follow(bench, &model)?;
-    (bench.targets.iter())
-        .map(|target| match &target.data {
-            Data::Press { displacement_m, .. } => {
-                Ok(displacement_m.iter().map(|&d| equilibria.force_n(d)).collect())
-            }
-            Data::Field { displacement_m, nodes, .. } => {
-                Ok(equilibria.field(*displacement_m, nodes))
-            }
-            Data::Relaxation { displacement_m, time_s, .. } => {
-                relax(bench, &model, parameters.time_constant_s, *displacement_m, time_s)
-            }
-        })
-        .collect()
+    let mut found = vec![Vec::new(); bench.targets.len()];
+    for direction in directions(bench) {
+        let along = |target: &Target| target.direction.unwrap_or(bench.direction) == direction;
+        let targets = || bench.targets.iter().filter(|target| along(target));
+        let line = Line { bench, direction, offset_m: parameters.offset_m };
+        let equilibria = Equilibria::follow(line, targets(), &model)?;
+        for (found, target) in found.iter_mut().zip(bench.targets).filter(|(_, of)| along(of)) {
+            *found = match &target.data {
+                Data::Press { displacement_m, .. } => {
+                    displacement_m.iter().map(|&d| equilibria.force_n(d)).collect()
+                }
+                Data::Field { displacement_m, nodes, .. } => {
+                    equilibria.field(*displacement_m, nodes)
+                }
+                Data::Relaxation { displacement_m, time_s, .. } => {
+                    relax(line, &model, parameters.time_constant_s, *displacement_m, time_s)?
+                }
+                Data::Path { time_s, displacement_m, .. } => {
+                    let path = time_s.iter().copied().zip(displacement_m.iter().copied());
+                    follow_path(line, &model, parameters.time_constant_s, path)?
+                }
+            };
+        }
+    }
+    Ok(found)
+}
+
+/// The directions of all targets, each once.
+fn directions(bench: &Bench<'_>) -> Vec<[f64; 3]> {
+    let mut all: Vec<[f64; 3]> = Vec::new();
+    for target in bench.targets {
+        let direction = target.direction.unwrap_or(bench.direction);
+        if !all.contains(&direction) {
+            all.push(direction);
+        }
+    }
+    all
+}
+
+/// A bench whose tool goes along a direction.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    bench: &'a Bench<'a>,
+    direction: [f64; 3],
+    /// Displacement from where a probe meets the surface to its 0 \[m\].
+    offset_m: f64,
+}
+
+impl Line<'_> {
+    /// The tool at a displacement.
+    fn sample(&self, depth_m: f64) -> ToolSample {
+        self.bench.tool.sample(self.direction, depth_m + self.offset_m)
+    }
 }
 
 /// Displacements at which an equilibrium is asked for, ascending, those of fields marked.
-fn displacements(targets: &[Target]) -> Vec<(f64, bool)> {
+fn displacements<'a>(targets: impl Iterator<Item = &'a Target>) -> Vec<(f64, bool)> {
     let mut wanted: BTreeMap<u64, bool> = BTreeMap::new();
     for target in targets {
         match &target.data {
@@ -107,7 +160,7 @@ fn displacements(targets: &[Target]) -> Vec<(f64, bool)> {
             Data::Field { displacement_m, .. } => {
                 wanted.insert(displacement_m.to_bits(), true);
             }
-            Data::Relaxation { .. } => {}
+            Data::Relaxation { .. } | Data::Path { .. } => {}
         }
     }
     wanted.into_iter().map(|(bits, field)| (f64::from_bits(bits), field)).collect()
@@ -122,16 +175,23 @@ struct Equilibria {
 }
 
 impl Equilibria {
-    fn follow(bench: &Bench<'_>, model: &Model<'_>) -> Result<Self> {
+    fn follow<'a>(
+        line: Line<'_>,
+        targets: impl Iterator<Item = &'a Target>,
+        model: &Model<'_>,
+    ) -> Result<Self> {
         let mut found = Self { force_n: BTreeMap::new(), fields: BTreeMap::new() };
-        let wanted = displacements(bench.targets);
+        let wanted = displacements(targets);
         if wanted.is_empty() {
             return Ok(found);
         }
-        let mut press = Press::new(bench, *model, Scheme::Track, SWEEPS)?;
-        let mut at_m = 0.0;
+        let mut press = Press::new(line, *model, Scheme::Track, SWEEPS)?;
+        let mut at_m = -line.offset_m;
         for (depth_m, field) in wanted {
-            let stride_m = STRIDE_LINKS * f64::from(model.unit_m());
+            let stride_m = match line.bench.tool {
+                Tool::Held(_) => HELD.stride * f64::from(model.unit_m()),
+                Tool::Probe { radius_m, .. } => PROBE.stride * radius_m,
+            };
             let strides = ((depth_m - at_m) / stride_m).ceil().max(1.0);
             for stride in 1..=strides as usize {
                 let part = stride as f64 / strides;
@@ -159,27 +219,27 @@ impl Equilibria {
 
 /// The tool on a body.
 struct Press<'a, 'm> {
-    bench: &'a Bench<'a>,
+    line: Line<'a>,
     engine: Engine<'m>,
 }
 
 impl<'a, 'm> Press<'a, 'm> {
     /// In contact, at rest.
-    fn new(bench: &'a Bench<'a>, model: Model<'m>, scheme: Scheme, sweeps: u16) -> Result<Self> {
-        let contact = Contact::Cells(bench.contacts.to_vec());
+    fn new(line: Line<'a>, model: Model<'m>, scheme: Scheme, sweeps: u16) -> Result<Self> {
+        let contact = line.bench.tool.contact();
         let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut engine = variant.unlimited(model, contact, sweeps, |settings| Settings {
             tick_time: AT_ONCE,
             ..settings
         })?;
-        engine.tick(&sample(bench, 0.0));
-        Ok(Self { bench, engine })
+        engine.tick(&line.sample(-line.offset_m));
+        Ok(Self { line, engine })
     }
 
     /// One tick with the tool at a depth: force along the direction \[N\], energy \[J\], flags.
     fn tick(&mut self, depth_m: f64) -> (f32, f32, Flags) {
-        let output = self.engine.tick(&sample(self.bench, depth_m));
-        let along = dot(output.force_n.map(f64::from).into(), self.bench.direction);
+        let output = self.engine.tick(&self.line.sample(depth_m));
+        let along = dot(output.force_n.map(f64::from).into(), self.line.direction);
         (-along as f32, output.energy_j, output.flags)
     }
 
@@ -187,14 +247,20 @@ impl<'a, 'm> Press<'a, 'm> {
     fn settle(&mut self, depth_m: f64, to_the_end: bool) -> Result<f64> {
         let (mut last, mut calm, mut clamped) = (f32::NAN, 0, false);
         let mut last_energy = f32::NAN;
-        let most = if to_the_end { TICKS_MAX } else { 4 };
+        let pace = match self.line.bench.tool {
+            Tool::Held(_) => HELD,
+            Tool::Probe { .. } => PROBE,
+        };
+        let most = if to_the_end { pace.at_most } else { pace.on_the_way };
         for _ in 0..most {
             interrupt::check()?;
             let (force, energy, flags) = self.tick(depth_m);
             clamped = flags.contains(Flags::MOTION_CLAMPED);
-            let still = (force - last).abs() <= SETTLED * force.abs()
-                && (last_energy - energy).abs() <= SETTLED * energy;
-            calm = if still && !clamped { calm + 1 } else { 0 };
+            let still = (force - last).abs() <= pace.settled * force.abs()
+                && (last_energy - energy).abs() <= pace.settled * energy;
+            // A probe without a force may be about to touch.
+            let touches = force != 0.0 || matches!(self.line.bench.tool, Tool::Held(_));
+            calm = if still && touches && !clamped { calm + 1 } else { 0 };
             (last, last_energy) = (force, energy);
             if calm >= CALM_TICKS {
                 break;
@@ -206,7 +272,7 @@ impl<'a, 'm> Press<'a, 'm> {
     /// Displacements by input node \[m\].
     fn field(&mut self) -> BTreeMap<u32, [f64; 3]> {
         let positions = self.engine.positions_m();
-        let nodes_m = &self.bench.mesh.nodes_m;
+        let nodes_m = &self.line.bench.mesh.nodes_m;
         let ids = self.engine.network().model().input_id();
         let moved = |(&id, at): (&u32, &[f64; 3])| (id, minus(*at, nodes_m[id as usize]));
         ids.iter().zip(&positions).map(moved).collect()
@@ -223,13 +289,13 @@ impl<'a, 'm> Press<'a, 'm> {
 
 /// Force along the direction after a step at t = 0 \[N\].
 fn relax(
-    bench: &Bench<'_>,
+    line: Line<'_>,
     model: &Model<'_>,
     time_constant_s: f64,
     depth_m: f64,
     time_s: &[f64],
 ) -> Result<Vec<f64>> {
-    let mut press = Press::new(bench, *model, Scheme::Rkl2, SWEEPS)?;
+    let mut press = Press::new(line, *model, Scheme::Rkl2, SWEEPS)?;
     let (mut force, _, flags) = press.tick(depth_m);
     if flags.contains(Flags::MOTION_CLAMPED) {
         return Err(beyond(depth_m));
@@ -254,14 +320,41 @@ fn relax(
     Ok(forces)
 }
 
+/// Force along the direction at each time and displacement of a path, from rest at t = 0 \[N\].
+fn follow_path(
+    line: Line<'_>,
+    model: &Model<'_>,
+    time_constant_s: f64,
+    path: impl Iterator<Item = (f64, f64)>,
+) -> Result<Vec<f64>> {
+    let mut press = Press::new(line, *model, Scheme::Rkl2, SWEEPS)?;
+    let (mut at_s, mut at_m, mut force) = (0.0, 0.0, 0.0);
+    let mut forces = Vec::new();
+    for (t, depth_m) in path {
+        let span = (t - at_s) / time_constant_s;
+        let moves = if depth_m == at_m { 1.0 } else { PATH_MOVES };
+        let ticks = (span / TICK_TIME_MAX).ceil().clamp(moves, 200.0);
+        if span > 0.0 {
+            press.advance_by((span / ticks).min(TICK_TIME_MAX))?;
+        }
+        for tick in 1..=ticks as usize {
+            interrupt::check()?;
+            let depth_m = at_m + (depth_m - at_m) * tick as f64 / ticks;
+            let (now, _, flags) = press.tick(depth_m);
+            if flags.contains(Flags::MOTION_CLAMPED) {
+                return Err(beyond(depth_m));
+            }
+            force = now;
+        }
+        (at_s, at_m) = (t, depth_m);
+        forces.push(f64::from(force));
+    }
+    Ok(forces)
+}
+
 fn beyond(depth_m: f64) -> Error {
     Error::input(format!(
         "a displacement of {depth_m} m loads the body with more than --energy-max-j allows; check \
          the unit of the displacement, or raise it"
     ))
-}
-
-fn sample(bench: &Bench<'_>, depth_m: f64) -> ToolSample {
-    let position_m = Vector3::from(bench.direction.map(|x| (x * depth_m) as f32));
-    ToolSample { position_m, engaged: 1 }
 }

@@ -1,13 +1,15 @@
 //! Material parameters from measurements: stiffness and slack of each group of nodes and the
-//! body's time constant, fitted to force-displacement curves, relaxation curves and displacement
-//! fields.
+//! body's time constant, or Young's modulus and stiffening of nodal shapes, fitted to
+//! force-displacement curves, relaxation curves and displacement fields.
 //!
 //! A target is a CSV file; its header says what it is:
 //!
 //! | header | what was measured |
 //! |---|---|
 //! | `displacement_m,force_n` | equilibrium forces of a growing press |
+//! | `displacement_m,force_n,q25_n,q75_n` | the same with the quartiles of what was measured again and again: they are the error of each row |
 //! | `time_s,force_n` | the force after a step of `--displacement-m`: the only one that shows the time constant |
+//! | `time_s,displacement_m,force_n` | the force along a path of the tool in time, such as a ramp and a hold |
 //! | `node,ux_m,uy_m,uz_m` | the displacement field at `--displacement-m`: alone it shows ratios of stiffness only, with `--force-n` their size |
 //!
 //! A fifth of the rows of each target is held out and only judges the result. `identified.json` has
@@ -19,23 +21,33 @@
 //!
 //! The forward problem is the engine itself ([`forward`]); the fit is weighted least squares by
 //! Levenberg and Marquardt from several starts ([`fit`]); what the data says of each parameter
-//! comes from the singular values of the Jacobian at the end ([`uncertainty`]). A model of this
-//! project has no volume term, so none is looked for.
+//! comes from the singular values of the Jacobian at the end ([`uncertainty`]). Links have no volume
+//! term, and Poisson's ratio of nodal shapes is held ([`unknown`]). The tool holds cells or is a
+//! sphere ([`tool`]); a body may be a slab whose thickness is unknown ([`slab`]).
 
 pub mod fit;
 pub mod forward;
 pub mod noisy;
+pub mod slab;
 mod start;
 pub mod target;
+pub mod tool;
 pub mod uncertainty;
+pub mod unknown;
 pub mod write;
 
+use std::borrow::Cow;
+
+use chaincell_host::bake::tissue::Band;
 use chaincell_host::bake::{BakeOptions, PerCell};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::{self, Mesh};
+use slab::Slab;
 use target::{Data, Target};
+use tool::Tool;
 
 pub use fit::{Identified, check, identify};
+pub use unknown::{Bounds, Wanted};
 
 /// Nodes of one material.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,8 +58,8 @@ pub struct Group {
     pub nodes: Vec<u32>,
 }
 
-/// What is looked for.
-#[derive(Debug, Clone, PartialEq)]
+/// What is looked for; what a body does not have stays empty.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Parameters {
     /// Stiffness of a link of each group [N/m].
     pub stiffness_n_per_m: Vec<f64>,
@@ -55,23 +67,14 @@ pub struct Parameters {
     pub alpha: Vec<f64>,
     /// Time constant of the whole body \[s\]: its cells share one capacitance.
     pub time_constant_s: f64,
-}
-
-/// Where parameters are looked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// Least and largest stiffness [N/m].
-    pub stiffness_n_per_m: [f64; 2],
-    /// Largest alpha; the least is 0.
-    pub alpha_max: f64,
-    /// Least and largest time constant \[s\].
-    pub time_constant_s: [f64; 2],
-}
-
-impl Default for Bounds {
-    fn default() -> Self {
-        Self { stiffness_n_per_m: [0.01, 1e5], alpha_max: 0.5, time_constant_s: [1e-4, 1e4] }
-    }
+    /// Young's modulus of each group \[Pa\].
+    pub young_pa: Vec<f64>,
+    /// Stiffening bands of the whole body.
+    pub stiffening: Vec<Band>,
+    /// Thickness of the slab \[m\].
+    pub thickness_m: f64,
+    /// Displacement of the probe from where it meets the surface to its 0 \[m\].
+    pub offset_m: f64,
 }
 
 /// The body on the bench, and what was measured on it.
@@ -85,19 +88,53 @@ pub struct Bench<'a> {
     pub options: &'a BakeOptions,
     /// Materials, no node in two.
     pub groups: &'a [Group],
-    /// Cells that the tool holds, ascending.
-    pub contacts: &'a [u16],
-    /// Direction of the push, a unit vector.
+    /// What touches the body.
+    pub tool: Tool<'a>,
+    /// Direction of the push, a unit vector; a target may have its own.
     pub direction: [f64; 3],
     /// What was measured.
     pub targets: &'a [Target],
+    /// The slab that `mesh` is, where it is one.
+    pub slab: Option<Slab>,
+    /// What else is looked for on nodal shapes.
+    pub wanted: Wanted,
 }
 
 impl Bench<'_> {
     /// Whether a time constant can be seen in the data.
     #[must_use]
     pub fn has_time(&self) -> bool {
-        self.targets.iter().any(|target| matches!(target.data, Data::Relaxation { .. }))
+        self.targets.iter().any(|target| target.is_in_time())
+    }
+
+    /// All parameters as they are before the fit.
+    #[must_use]
+    pub fn start(&self) -> Parameters {
+        let groups = self.groups.len();
+        let thickness_m = self.slab.map_or(0.0, |slab| slab.thickness_m);
+        let Some(tissue) = &self.options.tissue else {
+            let stiffness_n_per_m = vec![mean(&self.options.stiffness_n_per_m); groups];
+            let alpha = vec![0.0; groups];
+            return Parameters {
+                stiffness_n_per_m,
+                alpha,
+                time_constant_s: 1.0,
+                ..Parameters::default()
+            };
+        };
+        let young_pa = vec![mean(&tissue.young_pa); groups];
+        let stiffening = tissue.stiffening.clone();
+        Parameters { young_pa, stiffening, thickness_m, ..Parameters::default() }
+    }
+
+    /// The mesh at the thickness of the parameters.
+    pub(crate) fn mesh_of(&self, parameters: &Parameters) -> Cow<'_, Mesh> {
+        match self.slab {
+            Some(slab) if self.wanted.thickness => {
+                Cow::Owned(slab.at_thickness(self.mesh, parameters.thickness_m))
+            }
+            _ => Cow::Borrowed(self.mesh),
+        }
     }
 
     /// Refuses what no parameter could explain.
@@ -106,20 +143,27 @@ impl Bench<'_> {
     /// A displacement beyond the body's own size, a node that is none, a group without nodes.
     pub fn check(&self) -> Result<()> {
         let size_m = size(self.mesh);
-        for Target { name, data } in self.targets {
-            let depth_m = match data {
-                Data::Press { displacement_m, .. } => displacement_m.last().copied().unwrap_or(0.0),
-                Data::Relaxation { displacement_m, .. } | Data::Field { displacement_m, .. } => {
-                    *displacement_m
-                }
-            };
+        for target in self.targets {
+            let (name, depth_m) = (&target.name, target.depth_m());
             if depth_m > size_m {
                 return Err(Error::input(format!(
                     "{name}: a displacement of {depth_m} m is beyond the body's size of \
                      {size_m:.4} m; displacements are in metres, and see --units"
                 )));
             }
-            if let Data::Field { nodes, .. } = data {
+            if target.is_in_time() && self.options.tissue.is_some() {
+                return Err(Error::input(format!(
+                    "{name}: nodal shapes have no time constant; give equilibrium forces, or leave \
+                     --young-pa out"
+                )));
+            }
+            if target.is_in_time() && matches!(self.tool, Tool::Probe { .. }) {
+                return Err(Error::input(format!(
+                    "{name}: a probe has no relaxation in time; give equilibrium forces, or hold \
+                     cells: --contact cells:SELECTOR"
+                )));
+            }
+            if let Data::Field { nodes, .. } = &target.data {
                 let last = self.mesh.nodes_m.len() as u32;
                 let is_none = |node: &&u32| **node >= last || self.mesh.unused.contains(node);
                 if let Some(node) = nodes.iter().find(is_none) {
@@ -127,6 +171,7 @@ impl Bench<'_> {
                 }
             }
         }
+        self.check_wanted()?;
         if self.targets.is_empty() {
             return Err(Error::input("--target: give at least one measurement"));
         }
@@ -137,12 +182,42 @@ impl Bench<'_> {
         }
     }
 
+    /// What is looked for must be there.
+    fn check_wanted(&self) -> Result<()> {
+        let Wanted { stiffening, half_width, thickness, offset } = self.wanted;
+        let tissue = self.options.tissue.as_ref();
+        let bands = tissue.map_or(0, |tissue| tissue.stiffening.len());
+        let is_field = |target: &Target| matches!(target.data, Data::Field { .. });
+        let why = if self.wanted != Wanted::default() && tissue.is_none() {
+            "all that it names is looked for on nodal shapes: add --young-pa"
+        } else if offset && !matches!(self.tool, Tool::Probe { .. }) {
+            "offset is where a probe met the surface: give --contact probe:RADIUS"
+        } else if (stiffening || half_width) && bands == 0 {
+            "there is no band; say where to begin, as --stiffening 0.1=5000"
+        } else if thickness && self.slab.is_none() {
+            "thickness is that of a generated slab; give slab:WIDTHxTHICKNESSxD in place of the mesh"
+        } else if thickness && self.targets.iter().any(is_field) {
+            "thickness moves the nodes that a field names; leave one out"
+        } else {
+            return Ok(());
+        };
+        Err(Error::input(format!("--fit: {why}")))
+    }
+
     /// Values of every node before the fit.
     pub(crate) fn base(&self, value: &PerCell) -> Vec<f64> {
         match value {
             PerCell::Uniform(value) => vec![*value; self.mesh.nodes_m.len()],
             PerCell::Each(values) => values.clone(),
         }
+    }
+}
+
+/// Mean over the nodes.
+fn mean(value: &PerCell) -> f64 {
+    match value {
+        PerCell::Uniform(value) => *value,
+        PerCell::Each(values) => values.iter().sum::<f64>() / values.len().max(1) as f64,
     }
 }
 
@@ -191,5 +266,7 @@ pub fn groups(texts: &[String], mesh: &Mesh) -> Result<Vec<Group>> {
     Ok(groups)
 }
 
+#[cfg(test)]
+mod probed;
 #[cfg(test)]
 mod tests;

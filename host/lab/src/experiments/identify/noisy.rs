@@ -22,7 +22,9 @@ pub fn noisy(
     for (target, values) in targets.iter_mut().zip(exact) {
         let noise = Normal::new(0.0, part * rms(&values)).map_err(Error::check)?;
         let into = match &mut target.data {
-            Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => force_n,
+            Data::Press { force_n, .. }
+            | Data::Path { force_n, .. }
+            | Data::Relaxation { force_n, .. } => force_n,
             Data::Field { displacements_m, .. } => displacements_m.as_flattened_mut(),
         };
         for (into, value) in into.iter_mut().zip(values) {

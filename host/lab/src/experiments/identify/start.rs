@@ -1,10 +1,10 @@
 //! Where the fit starts: the best of a fixed set of places.
 
-use super::Parameters;
 use super::fit::Fit;
 use super::forward::Predicted;
 use super::target::Data;
-use chaincell_host::bake::PerCell;
+use super::unknown::Unknown;
+use super::{Parameters, Wanted};
 use chaincell_host::error::Result;
 
 /// Starts that are followed to their end.
@@ -15,8 +15,12 @@ const START_ALPHAS: [f64; 3] = [0.04, 0.15, 0.4];
 const START_RATIOS: [f64; 2] = [0.2, 5.0];
 /// Time constants that starts are tried at, in parts of the longest curve.
 const START_TIMES: [f64; 3] = [0.002, 0.02, 0.2];
+/// Moduli of stiffening bands in starts, times the given ones.
+const START_BANDS: [f64; 3] = [0.2, 1.0, 5.0];
+/// Their half-width in starts, in parts of the bounds.
+const START_PARTS: [f64; 3] = [0.3, 0.55, 0.8];
 
-/// The best places of the fixed set, their stiffness scaled to the forces measured.
+/// The best places of the fixed set, their moduli scaled to the forces measured.
 pub(super) fn best(fit: &Fit<'_>) -> Result<Vec<Parameters>> {
     let places = places(fit);
     let found = fit.predict_all(&places)?;
@@ -25,8 +29,9 @@ pub(super) fn best(fit: &Fit<'_>) -> Result<Vec<Parameters>> {
         .zip(found)
         .map(|(mut place, mut found)| {
             let factor = scale(fit, &found);
-            for k in &mut place.stiffness_n_per_m {
-                *k *= factor;
+            for &unknown in fit.unknowns.iter().filter(|unknown| unknown.is_modulus()) {
+                let value = factor * unknown.get(&place);
+                unknown.set(&mut place, value);
             }
             // Forces grow with the stiffness of the whole, displacements do not change.
             for (target, values) in fit.bench.targets.iter().zip(&mut found) {
@@ -46,7 +51,7 @@ fn scale(fit: &Fit<'_>, found: &Predicted) -> f64 {
     let (mut both, mut square) = (0.0, 0.0);
     for ((target, values), noise) in fit.bench.targets.iter().zip(found).zip(&fit.noise) {
         if target.width() == 1 {
-            for (o, f) in target.observed().iter().zip(values) {
+            for ((o, f), noise) in target.observed().iter().zip(values).zip(noise) {
                 both += o * f / (noise * noise);
                 square += f * f / (noise * noise);
             }
@@ -55,42 +60,92 @@ fn scale(fit: &Fit<'_>, found: &Predicted) -> f64 {
     if both > 0.0 && square > 0.0 { both / square } else { 1.0 }
 }
 
-/// Every combination of a few alphas, one stiffer or softer group, and a few time constants.
+/// Every combination of a few values of all that shapes a curve.
 fn places(fit: &Fit<'_>) -> Vec<Parameters> {
-    let groups = fit.bench.groups.len();
-    let middle = match &fit.bench.options.stiffness_n_per_m {
-        PerCell::Uniform(value) => *value,
-        PerCell::Each(values) => values.iter().sum::<f64>() / values.len() as f64,
-    };
-    let mut ratios = vec![vec![middle; groups]];
-    if groups > 1 {
-        for group in 0..groups {
-            for ratio in START_RATIOS {
-                let mut one = vec![middle; groups];
-                one[group] *= ratio;
-                ratios.push(one);
-            }
-        }
+    let mut all = ratios(fit);
+    if fit.bench.options.tissue.is_some() {
+        vary(&mut all, &bands(fit));
+        return all;
     }
+    let alphas = START_ALPHAS.map(|part| {
+        let groups = (0..fit.bench.groups.len()).map(Unknown::Alpha);
+        groups.map(|of| (of, part * fit.bounds.alpha_max)).collect()
+    });
+    vary(&mut all, &[alphas.to_vec()]);
     let longest_s = (fit.bench.targets.iter())
         .filter_map(|target| match &target.data {
-            Data::Relaxation { time_s, .. } => time_s.last().copied(),
+            Data::Relaxation { time_s, .. } | Data::Path { time_s, .. } => time_s.last().copied(),
             _ => None,
         })
         .fold(0.0, f64::max);
-    let times: Vec<f64> =
-        if longest_s > 0.0 { START_TIMES.map(|part| part * longest_s).to_vec() } else { vec![1.0] };
-    let mut all = Vec::new();
-    for part in START_ALPHAS {
-        for stiffness_n_per_m in &ratios {
-            for &time_constant_s in &times {
-                all.push(Parameters {
-                    stiffness_n_per_m: stiffness_n_per_m.clone(),
-                    alpha: vec![part * fit.bounds.alpha_max; groups],
-                    time_constant_s,
-                });
-            }
+    if longest_s > 0.0 {
+        let times = START_TIMES.map(|part| vec![(Unknown::Time, part * longest_s)]);
+        vary(&mut all, &[times.to_vec()]);
+    }
+    all
+}
+
+/// The start as it was given, and with one group softer or stiffer than the others.
+fn ratios(fit: &Fit<'_>) -> Vec<Parameters> {
+    let start = fit.bench.start();
+    let mut all = vec![start.clone()];
+    let groups = 0..fit.bench.groups.len();
+    for group in groups.clone().filter(|_| groups.len() > 1) {
+        for ratio in START_RATIOS {
+            let mut one = start.clone();
+            let of_group = match fit.bench.options.tissue {
+                Some(_) => Unknown::Young(group),
+                None => Unknown::Stiffness(group),
+            };
+            of_group.set(&mut one, ratio * of_group.get(&start));
+            all.push(one);
         }
     }
     all
+}
+
+/// Values that are set together.
+type Values = Vec<(Unknown, f64)>;
+
+/// The choices for the stiffening and the offset, where they are looked for; a thickness begins as
+/// it is given.
+fn bands(fit: &Fit<'_>) -> Vec<Vec<Values>> {
+    let start = fit.bench.start();
+    let Wanted { stiffening, half_width, offset, .. } = fit.bench.wanted;
+    let numbers = 0..start.stiffening.len();
+    let within = |unknown: Unknown, part: f64| {
+        let [low, high] = unknown.bounds(fit.bounds);
+        low * (high / low).powf(part)
+    };
+    let mut choices = Vec::new();
+    if stiffening {
+        let times = |factor: f64| {
+            let all = numbers.clone().map(Unknown::Stiffening);
+            all.map(|of| (of, factor * of.get(&start))).collect()
+        };
+        choices.push(START_BANDS.map(times).to_vec());
+    }
+    // Several widths begin as they are given.
+    if half_width && start.stiffening.len() == 1 {
+        let of = Unknown::HalfWidth(0);
+        choices.push(START_PARTS.map(|part| vec![(of, within(of, part))]).to_vec());
+    }
+    if offset {
+        choices.push(vec![vec![(Unknown::Offset, within(Unknown::Offset, START_PARTS[1]))]]);
+    }
+    choices
+}
+
+/// Every place at every value of each choice.
+fn vary(all: &mut Vec<Parameters>, choices: &[Vec<Values>]) {
+    for choice in choices {
+        let places = std::mem::take(all);
+        for place in places {
+            for values in choice {
+                let mut one = place.clone();
+                values.iter().for_each(|(unknown, value)| unknown.set(&mut one, *value));
+                all.push(one);
+            }
+        }
+    }
 }

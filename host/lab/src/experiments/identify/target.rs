@@ -6,6 +6,12 @@ use chaincell_host::error::{Error, Result};
 
 /// Header of a force-displacement curve.
 pub const PRESS_HEADER: &str = "displacement_m,force_n";
+/// Header of such a curve with the quartiles of every force.
+pub const QUARTILES_HEADER: &str = "displacement_m,force_n,q25_n,q75_n";
+/// Header of a force along a path of the tool in time.
+pub const PATH_HEADER: &str = "time_s,displacement_m,force_n";
+/// Quartiles of a normal distribution from its middle [standard deviations].
+const QUARTILE: f64 = 0.6745;
 /// Header of a relaxation curve.
 pub const RELAXATION_HEADER: &str = "time_s,force_n";
 /// Header of a displacement field.
@@ -34,6 +40,15 @@ pub enum Data {
         /// Force along the direction that the tool exerts \[N\].
         force_n: Vec<f64>,
     },
+    /// Force of the tool along a path in time, from rest at t = 0.
+    Path {
+        /// Time, ascending \[s\].
+        time_s: Vec<f64>,
+        /// Displacement of the tool at each time, straight in between \[m\].
+        displacement_m: Vec<f64>,
+        /// Force along the direction that the tool exerts \[N\].
+        force_n: Vec<f64>,
+    },
     /// Displacements of nodes in equilibrium.
     Field {
         /// Displacement of the tool \[m\].
@@ -52,14 +67,52 @@ pub struct Target {
     pub name: String,
     /// The numbers.
     pub data: Data,
+    /// Standard deviation of each number, where the data says so.
+    pub deviation: Option<Vec<f64>>,
+    /// Direction of the push, a unit vector, where it is not that of the bench.
+    pub direction: Option<[f64; 3]>,
 }
 
 impl Target {
+    /// A target whose noise is unknown, along the direction of its bench.
+    #[must_use]
+    pub fn new(name: impl Into<String>, data: Data) -> Self {
+        Self { name: name.into(), data, deviation: None, direction: None }
+    }
+
+    /// The same with the quartiles of each number as its error.
+    #[must_use]
+    pub fn with_quartiles(self, quartiles: impl Iterator<Item = [f64; 2]>) -> Self {
+        let deviation = quartiles.map(|[low, high]| 0.5 * (high - low) / QUARTILE);
+        Self { deviation: Some(deviation.collect()), ..self }
+    }
+
+    /// Whether it shows what happens in time.
+    #[must_use]
+    pub fn is_in_time(&self) -> bool {
+        matches!(self.data, Data::Relaxation { .. } | Data::Path { .. })
+    }
+
+    /// Largest displacement of the tool \[m\].
+    #[must_use]
+    pub fn depth_m(&self) -> f64 {
+        match &self.data {
+            Data::Press { displacement_m, .. } | Data::Path { displacement_m, .. } => {
+                displacement_m.iter().fold(0.0, |most, d| most.max(d.abs()))
+            }
+            Data::Relaxation { displacement_m, .. } | Data::Field { displacement_m, .. } => {
+                *displacement_m
+            }
+        }
+    }
+
     /// Rows: points of a curve, nodes of a field.
     #[must_use]
     pub fn rows(&self) -> usize {
         match &self.data {
-            Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => force_n.len(),
+            Data::Press { force_n, .. }
+            | Data::Path { force_n, .. }
+            | Data::Relaxation { force_n, .. } => force_n.len(),
             Data::Field { nodes, .. } => nodes.len(),
         }
     }
@@ -74,7 +127,9 @@ impl Target {
     #[must_use]
     pub fn observed(&self) -> Vec<f64> {
         match &self.data {
-            Data::Press { force_n, .. } | Data::Relaxation { force_n, .. } => force_n.clone(),
+            Data::Press { force_n, .. }
+            | Data::Path { force_n, .. }
+            | Data::Relaxation { force_n, .. } => force_n.clone(),
             Data::Field { displacements_m, .. } => displacements_m.as_flattened().to_vec(),
         }
     }
@@ -91,6 +146,7 @@ impl Target {
         match self.data {
             Data::Press { .. } => ("force-displacement", "N"),
             Data::Relaxation { .. } => ("relaxation", "N"),
+            Data::Path { .. } => ("path in time", "N"),
             Data::Field { .. } => ("field", "m"),
         }
     }
@@ -130,20 +186,27 @@ pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
     let text = text.trim_start_matches('\u{feff}');
     let header = text.lines().next().unwrap_or_default().trim();
     let rows = |width| Rows { name, header }.read(text, width);
+    let mut deviation = None;
     let data = match header {
         PRESS_HEADER => press(name, &rows(2)?)?,
+        QUARTILES_HEADER => {
+            let rows = rows(4)?;
+            deviation = Some(deviations(name, &rows)?);
+            press(name, &rows)?
+        }
+        PATH_HEADER => path(name, &rows(3)?)?,
         RELAXATION_HEADER => relaxation(name, &rows(2)?, held(name, holding)?)?,
         FIELD_HEADER => field(name, &rows(4)?, held(name, holding)?)?,
         other => {
             return Err(Error::input(format!(
                 "{name}:1: the header is `{}`; a target begins with `{PRESS_HEADER}`, \
-                 `{RELAXATION_HEADER}` or `{FIELD_HEADER}`",
+                 `{QUARTILES_HEADER}`, `{RELAXATION_HEADER}`, `{PATH_HEADER}` or `{FIELD_HEADER}`",
                 other.escape_debug().take(60).collect::<String>()
             )));
         }
     };
     let is_field = matches!(data, Data::Field { .. });
-    let mut targets = vec![Target { name: name.to_owned(), data }];
+    let mut targets = vec![Target { deviation, ..Target::new(name, data) }];
     if targets[0].scale() == 0.0 {
         return Err(Error::input(format!(
             "{name}: every value is 0, which no parameter changes; give a target that moves"
@@ -155,7 +218,7 @@ pub fn parse(text: &str, name: &str, holding: &Holding) -> Result<Vec<Target>> {
         }
         let displacement_m = vec![held(name, holding)?];
         let data = Data::Press { displacement_m, force_n: vec![force_n] };
-        targets.push(Target { name: format!("{name} --force-n"), data });
+        targets.push(Target::new(format!("{name} --force-n"), data));
     }
     Ok(targets)
 }
@@ -241,6 +304,27 @@ fn press(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Data> {
     Ok(Data::Press { displacement_m, force_n: rows.iter().map(|(_, row)| row[1]).collect() })
 }
 
+/// Standard deviations from quartiles, which are on either side of the force.
+fn deviations(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Vec<f64>> {
+    let each = rows.iter().map(|(line, row)| {
+        let (force, low, high) = (row[1], row[2], row[3]);
+        if low <= force && force <= high && low < high {
+            return Ok(0.5 * (high - low) / QUARTILE);
+        }
+        Err(Error::input(format!(
+            "{name}:{line}: fields q25_n {low}, q75_n {high}: must be on either side of force_n \
+             {force}, and differ"
+        )))
+    });
+    each.collect()
+}
+
+fn path(name: &str, rows: &[(usize, Vec<f64>)]) -> Result<Data> {
+    let time_s = ascending(name, "time_s", rows, "sort the rows by time")?;
+    let column = |at: usize| rows.iter().map(|(_, row)| row[at]).collect();
+    Ok(Data::Path { time_s, displacement_m: column(1), force_n: column(2) })
+}
+
 fn relaxation(name: &str, rows: &[(usize, Vec<f64>)], displacement_m: f64) -> Result<Data> {
     let time_s = ascending(name, "time_s", rows, "sort the rows by time")?;
     let force_n = rows.iter().map(|(_, row)| row[1]).collect();
@@ -288,6 +372,14 @@ mod tests {
         assert_eq!((press[0].kind().0, press[0].rows()), ("force-displacement", 5));
         let time = parse(&format!("{RELAXATION_HEADER}\n{rows}"), "b", &AT).unwrap();
         assert_eq!(time[0].kind().0, "relaxation");
+        let rows = "0,0,0\n1,1,2\n2,1,3\n3,1,5\n4,1,6\n";
+        let path = parse(&format!("{PATH_HEADER}\n{rows}"), "p", &Holding::default()).unwrap();
+        assert!(path[0].is_in_time() && path[0].depth_m() == 1.0);
+        let rows = "0,1,0,2\n1,2,1,3\n2,3,1,5\n3,5,4,6\n4,6,5,7\n";
+        let spread = format!("{QUARTILES_HEADER}\n{rows}");
+        let spread = parse(&spread, "q", &Holding::default()).unwrap();
+        let deviation = spread[0].deviation.as_ref().unwrap();
+        assert!((deviation[0] - 1.0 / 0.6745).abs() < 1e-12 && deviation[2] > deviation[0]);
         let rows = "5,0,0,1\n4,0,0,1\n3,0,1,0\n2,0,0,0\n1,2,0,0\n";
         let holding = Holding { force_n: Some(2.0), ..AT };
         let field = parse(&format!("{FIELD_HEADER}\r\n{rows}"), "c", &holding).unwrap();
@@ -307,6 +399,12 @@ mod tests {
         refused(&press(&format!("{good}2.5,1\n")), &AT, "t.csv:6: field displacement_m 2.5");
         refused(&press(&format!("-1,0\n{good}")), &AT, "t.csv:2: field displacement_m -1");
         refused(&press("0,0\n1,0\n2,0\n3,0\n4,0\n"), &AT, "every value is 0");
+        let spread =
+            |row: &str| format!("{QUARTILES_HEADER}\n0,1,0,2\n1,2,1,3\n2,3,1,5\n3,5,4,6\n{row}\n");
+        refused(&spread("4,6,7,8"), &AT, "t.csv:6: fields q25_n 7, q75_n 8");
+        refused(&spread("4,6,6,6"), &AT, "t.csv:6: fields q25_n 6, q75_n 6");
+        let path = format!("{PATH_HEADER}\n0,0,0\n1,1,2\n1,1,3\n3,1,5\n4,1,6\n");
+        refused(&path, &AT, "t.csv:4: field time_s 1");
         let time = format!("{RELAXATION_HEADER}\n{good}4,6\n");
         refused(&time, &Holding::default(), "--displacement-m");
         let bad = Holding { displacement_m: Some(f64::NAN), ..AT };

@@ -33,9 +33,11 @@ impl Block {
             fixed: &self.mesh.default_fixed,
             options: &self.options,
             groups: &self.groups,
-            contacts: &self.contacts,
+            tool: Tool::Held(&self.contacts),
             direction: [0.0, 0.0, 1.0],
             targets,
+            slab: None,
+            wanted: Wanted::default(),
         }
     }
 
@@ -49,22 +51,19 @@ impl Block {
 fn curve() -> Target {
     let displacement_m: Vec<f64> = (1..=30).map(|at| 4e-4 * f64::from(at)).collect();
     let force_n = vec![0.0; displacement_m.len()];
-    Target { name: "curve".into(), data: Data::Press { displacement_m, force_n } }
+    Target::new("curve", Data::Press { displacement_m, force_n })
 }
 
 fn relaxation() -> Target {
     let time_s: Vec<f64> = (0..400).map(|at| 0.002 * f64::from(at)).collect();
     let data = Data::Relaxation { displacement_m: 0.01, force_n: vec![0.0; time_s.len()], time_s };
-    Target { name: "relaxation".into(), data }
+    Target::new("relaxation", data)
 }
 
 fn field(block: &Block) -> Target {
     let nodes: Vec<u32> = (0..block.mesh.nodes_m.len() as u32).collect();
     let displacements_m = vec![[0.0; 3]; nodes.len()];
-    Target {
-        name: "field".into(),
-        data: Data::Field { displacement_m: 0.01, nodes, displacements_m },
-    }
+    Target::new("field", Data::Field { displacement_m: 0.01, nodes, displacements_m })
 }
 
 fn truth(stiffness_n_per_m: &[f64], alpha: &[f64]) -> Parameters {
@@ -72,6 +71,7 @@ fn truth(stiffness_n_per_m: &[f64], alpha: &[f64]) -> Parameters {
         stiffness_n_per_m: stiffness_n_per_m.to_vec(),
         alpha: alpha.to_vec(),
         time_constant_s: 0.05,
+        ..Parameters::default()
     }
 }
 
@@ -162,9 +162,9 @@ fn what_cannot_be_met_is_refused() {
         assert!(error.to_string().contains(part), "{error}");
     };
     let far = Data::Press { displacement_m: vec![0.001, 5.0], force_n: vec![1.0, 2.0] };
-    refused(Target { name: "far".into(), data: far }, "beyond the body's size");
+    refused(Target::new("far", far), "beyond the body's size");
     let few = Data::Press { displacement_m: vec![0.001, 0.002], force_n: vec![1.0, 2.0] };
-    refused(Target { name: "few".into(), data: few }, "2 numbers to fit 2 parameters");
+    refused(Target::new("few", few), "2 numbers to fit 2 parameters");
     let mut none = field(&block);
     if let Data::Field { nodes, .. } = &mut none.data {
         nodes[0] = 9999;

@@ -1,7 +1,7 @@
 //! What the data says of each parameter: intervals, and the directions that it leaves open.
 //!
-//! With the Jacobian J of the weighted residuals in the coordinates ln k, alpha / 0.1 and
-//! ln tau, the covariance is s^2 (J'J)^-1 = s^2 V S^-2 V' with J = U S V', s^2 the sum of squares
+//! With the Jacobian J of the weighted residuals in the coordinates alpha / 0.1 and the logarithms of
+//! all others, the covariance is s^2 (J'J)^-1 = s^2 V S^-2 V' with J = U S V', s^2 the sum of squares
 //! per degree of freedom (Seber and Wild, Nonlinear Regression, 1989, section 5.1). A singular
 //! value so small that its direction may vary by [`FACTOR`] and more is an open direction: the data
 //! determines no parameter that it moves.
@@ -11,12 +11,13 @@ use std::collections::BTreeSet;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
-use super::fit::{Fit, Unknown};
+use super::fit::Fit;
 use super::forward::Predicted;
+use super::unknown::Unknown;
 use super::{Bounds, Parameters};
 use chaincell_host::error::Result;
 
-/// Step of ln k and ln tau for central differences.
+/// Step of a logarithm for central differences.
 const STEP_LN: f64 = 0.05;
 /// Least step of alpha.
 const STEP_ALPHA: f64 = 2e-3;
@@ -34,9 +35,10 @@ const NOTHING: f64 = 1e-12;
 /// A parameter with its interval.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
-    /// `stiffness_n_per_m`, `alpha` or `time_constant_s`.
+    /// `stiffness_n_per_m`, `alpha`, `time_constant_s`, `young_pa`, `stiffening_pa`, `half_width`,
+    /// `thickness_m` or `offset_m`.
     pub parameter: &'static str,
-    /// Group of nodes; none for the whole body.
+    /// Group of nodes, or one of several bands; none for the whole body.
     pub group: Option<String>,
     /// Value found.
     pub value: f64,
@@ -164,12 +166,6 @@ fn jacobian(fit: &Fit<'_>, parameters: &Parameters) -> Result<DMatrix<f64>> {
 /// The interval of one parameter from its half-width in its coordinate.
 fn estimate(fit: &Fit<'_>, unknown: Unknown, value: f64, half: f64) -> Estimate {
     let bounds = unknown.bounds(fit.bounds);
-    let (parameter, group) = match unknown {
-        Unknown::Stiffness(group) => ("stiffness_n_per_m", Some(group)),
-        Unknown::Alpha(group) => ("alpha", Some(group)),
-        Unknown::Time => ("time_constant_s", None),
-    };
-    let group = group.and_then(|group| fit.bench.groups.get(group)).map(|group| group.name.clone());
     let (ends, half_width, narrow) = if let Unknown::Alpha(_) = unknown {
         let half = ALPHA_UNIT * half;
         let narrow = half <= ALPHA_WIDTH || half <= (FACTOR - 1.0) * value;
@@ -179,8 +175,8 @@ fn estimate(fit: &Fit<'_>, unknown: Unknown, value: f64, half: f64) -> Estimate 
     };
     let at_bound = is_at_bound(unknown, fit.bounds, value);
     Estimate {
-        parameter,
-        group,
+        parameter: unknown.name(),
+        group: unknown.owner(fit.bench),
         value,
         interval: ends.map(|end| end.clamp(bounds[0], bounds[1])),
         half_width_percent: Some(100.0 * half_width).filter(|percent| percent.is_finite()),
@@ -209,7 +205,7 @@ fn sentences(directions: &[Direction], unknowns: &[Unknown], all: &[Estimate]) -
         parts.iter().for_each(|&at| named[at] = true);
         let names: Vec<String> = parts.iter().map(|&at| all[at].name()).collect();
         let same_way = parts.iter().all(|&at| {
-            matches!(unknowns[at], Unknown::Stiffness(_))
+            unknowns[at].is_modulus()
                 && (direction.parts[at] / direction.parts[parts[0]] - 1.0).abs() < 0.1
         });
         match names.as_slice() {

@@ -35,7 +35,7 @@ pub fn residuals_csv(targets: &[Target], found: &Identified) -> String {
 fn places(target: &Target) -> Vec<f64> {
     match &target.data {
         Data::Press { displacement_m, .. } => displacement_m.clone(),
-        Data::Relaxation { time_s, .. } => time_s.clone(),
+        Data::Relaxation { time_s, .. } | Data::Path { time_s, .. } => time_s.clone(),
         Data::Field { nodes, .. } => nodes.iter().map(|&node| f64::from(node)).collect(),
     }
 }
@@ -59,7 +59,7 @@ pub fn charts(targets: &[Target], found: &Identified) -> Result<Vec<Figure>> {
             let caption = format!(
                 "Target {number}, {kind}: {shows}; markers of another colour were held out."
             );
-            let name = format!("target{number}_{}_{what}", kind.replace('-', "_"));
+            let name = format!("target{number}_{}_{what}", kind.replace(['-', ' '], "_"));
             drawn.push(Figure::new(name, caption, chart.draw()?));
         }
     }
@@ -75,6 +75,7 @@ fn part(points: &[[f64; 2]], held: &[bool], width: usize, which: bool) -> Vec<[f
 fn curve(target: &Target, fit: &[f64], held: &[bool]) -> [Chart; 2] {
     let (title, x_title, factor) = match target.data {
         Data::Relaxation { .. } => ("Relaxation after a step", "time [s]", 1.0),
+        Data::Path { .. } => ("Force along a path in time", "time [s]", 1.0),
         _ => ("Force against displacement", "displacement [mm]", 1e3),
     };
     let x: Vec<f64> = places(target).iter().map(|x| factor * x).collect();

@@ -7,8 +7,9 @@ use super::section::{Context, Numbers, Section};
 use crate::charts::plot::Figure;
 use crate::experiments::identify::noisy::noisy;
 use crate::experiments::identify::target::{Data, Target};
+use crate::experiments::identify::tool::Tool;
 use crate::experiments::identify::{
-    Bench, Bounds, Group, Identified, Parameters, forward, identify, write,
+    Bench, Bounds, Group, Identified, Parameters, Wanted, forward, identify, write,
 };
 use crate::experiments::report::tables::{Table, percent};
 use crate::reference::vectors::{minus, norm};
@@ -67,9 +68,11 @@ impl Organ {
             fixed: &self.mesh.default_fixed,
             options: &self.options,
             groups: &self.groups,
-            contacts: &self.contacts,
+            tool: Tool::Held(&self.contacts),
             direction: [0.0, 0.0, 1.0],
             targets,
+            slab: None,
+            wanted: Wanted::default(),
         }
     }
 
@@ -84,7 +87,7 @@ impl Organ {
         let displacement_m: Vec<f64> = (1..=25).map(|at| DEPTH_M * f64::from(at) / 25.0).collect();
         let time_s: Vec<f64> = (0..400).map(|at| 0.002 * f64::from(at)).collect();
         let nodes: Vec<u32> = (0..self.mesh.nodes_m.len() as u32).collect();
-        let target = |name: &str, data| Target { name: name.to_owned(), data };
+        let target = |name: &str, data| Target::new(name, data);
         let (few, many) = (vec![0.0; displacement_m.len()], vec![0.0; time_s.len()]);
         let displacements_m = vec![[0.0; 3]; nodes.len()];
         vec![
@@ -108,6 +111,7 @@ pub fn section(context: &Context) -> Result<Section> {
         stiffness_n_per_m: STIFFNESS_N_PER_M.to_vec(),
         alpha: ALPHA.to_vec(),
         time_constant_s: TIME_CONSTANT_S,
+        ..Parameters::default()
     };
     let targets = organ.measured(organ.targets(), &truth)?;
     let curves = identify(&organ.bench(&targets[..2]), &Bounds::default(), HOLD_OUT)?;

@@ -1,0 +1,83 @@
+//! What touches the body, from `--contact`.
+
+use chaincell_host::engine::Contact;
+use chaincell_host::error::{Error, Result};
+use chaincell_kernel::ToolSample;
+use nalgebra::Vector3;
+
+/// Most points of a surface that a probe touches at a time.
+const PROBE_CAPACITY: usize = 512;
+
+/// What touches the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tool<'a> {
+    /// It holds these cells, ascending; its displacement is theirs.
+    Held(&'a [u16]),
+    /// A sphere without friction; its displacement counts from where it meets the surface.
+    Probe {
+        /// Radius \[m\].
+        radius_m: f64,
+        /// The point of the surface that it meets first \[m\].
+        at_m: [f64; 3],
+    },
+}
+
+impl Tool<'_> {
+    /// The engine's contact.
+    pub(super) fn contact(&self) -> Contact {
+        match *self {
+            Self::Held(cells) => Contact::Cells(cells.to_vec()),
+            Self::Probe { radius_m, .. } => {
+                Contact::Probe { radius_m: radius_m as f32, capacity: PROBE_CAPACITY }
+            }
+        }
+    }
+
+    /// The tool displaced by so much along a direction.
+    pub(super) fn sample(&self, direction: [f64; 3], depth_m: f64) -> ToolSample {
+        let place = |from: [f64; 3], by_m: f64| -> Vector3<f32> {
+            [0, 1, 2].map(|axis| (from[axis] + by_m * direction[axis]) as f32).into()
+        };
+        let position_m = match *self {
+            Self::Held(_) => place([0.0; 3], depth_m),
+            Self::Probe { radius_m, at_m } => place(at_m, depth_m - radius_m),
+        };
+        ToolSample { position_m, engaged: 1 }
+    }
+}
+
+/// The radius of `probe:RADIUS` \[m\]; none for held cells.
+///
+/// # Errors
+/// A radius that is none.
+pub fn probe_radius(contact: &str) -> Result<Option<f64>> {
+    let Some(radius) = contact.strip_prefix("probe") else { return Ok(None) };
+    let radius_m = radius.strip_prefix(':').and_then(|radius| radius.parse().ok());
+    let radius_m = radius_m.filter(|radius_m: &f64| radius_m.is_finite() && *radius_m > 0.0);
+    radius_m.map(Some).ok_or_else(|| {
+        Error::input(format!("--contact {contact}: give the radius [m], as in probe:0.004"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probe_starts_on_the_surface_and_goes_in() {
+        let tool = Tool::Probe { radius_m: 0.004, at_m: [0.0, 0.0, 0.01] };
+        let height_m = |depth_m| tool.sample([0.0, 0.0, -1.0], depth_m).position_m[2];
+        assert!((height_m(0.0) - 0.014).abs() < 1e-8 && (height_m(0.002) - 0.012).abs() < 1e-8);
+        assert_eq!(Tool::Held(&[1]).sample([0.0, 1.0, 0.0], 0.5).position_m[1], 0.5);
+    }
+
+    #[test]
+    fn a_radius_is_a_length() {
+        assert_eq!(probe_radius("cells:nodes:1").unwrap(), None);
+        assert_eq!(probe_radius("probe:0.004").unwrap(), Some(0.004));
+        for bad in ["probe", "probe:", "probe:x", "probe:-1", "probe:0", "probe:inf"] {
+            let error = probe_radius(bad).unwrap_err().to_string();
+            assert!(error.contains(&format!("--contact {bad}:")), "{error}");
+        }
+    }
+}
