@@ -261,6 +261,25 @@ impl Code {
                 c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme"
             }
             Self::ResetShapes => c"a body of nodal shapes needs the scheme track or predict",
+            Self::StateModel => c"the tissue belongs to another model: initialise it again",
+            Self::StateCount => c"there must be one position for each cell",
+            Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
+            Self::StageTick => c"tick_s must be 1e-5 to 1",
+            Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
+            Self::StagePassivity => {
+                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
+            }
+            Self::StageSlew => c"max_slew_n_per_s must be positive",
+            Self::StageMaxForce => c"the stage's max_force_n must be positive",
+            Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
+            Self::StageDevice => c"no such device: see chaincell_device",
+            _ => self.contact_text(),
+        }
+    }
+
+    /// The codes of contact cells, probes and tools.
+    fn contact_text(self) -> &'static CStr {
+        match self {
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
             Self::ContactUnknown => c"a contact cell is not in the model",
             Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
@@ -292,18 +311,7 @@ impl Code {
             }
             Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
             Self::ContactProbeHats => c"too little room: initialise for 34 contacts or more",
-            Self::StateModel => c"the tissue belongs to another model: initialise it again",
-            Self::StateCount => c"there must be one position for each cell",
-            Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
-            Self::StageTick => c"tick_s must be 1e-5 to 1",
-            Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
-            Self::StagePassivity => {
-                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
-            }
-            Self::StageSlew => c"max_slew_n_per_s must be positive",
-            Self::StageMaxForce => c"the stage's max_force_n must be positive",
-            Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
-            Self::StageDevice => c"no such device: see chaincell_device",
+            _ => c"unknown code",
         }
     }
 }

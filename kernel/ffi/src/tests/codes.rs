@@ -55,6 +55,7 @@ fn numbers_do_not_change() {
 #[test]
 fn every_code_has_words_of_its_own() {
     let texts: BTreeSet<String> = Code::ALL.iter().map(|&code| text(code as i32)).collect();
+    assert!(!texts.contains("unknown code"));
     // Two codes say that a tissue is of another model.
     assert_eq!(texts.len(), Code::ALL.len() - 1);
     assert_eq!(text(0), "ok");

@@ -208,7 +208,7 @@ fn a_probe_touches_the_surface_where_there_is_room() {
 fn a_copied_body_goes_on_with_its_tools() {
     let made = placed(Scheme::Predict, &ROOM);
     assert_eq!(super::tools::choose(made.tissue, 0.3), Code::Ok);
-    (0..40).for_each(|at| drop(super::tools::tick(made.tissue, at)));
+    super::tools::play(made.tissue, 40);
     let mut samples = 0;
     assert_eq!(call!(chaincell_grip(made.tissue, 1, &mut samples)), Code::Ok);
     assert!(samples > 0);

@@ -60,6 +60,14 @@ pub(super) fn tick(tissue: *mut Tissue, at: u16) -> (Output, [ToolOutput; 2]) {
     (output, [0, 1].map(|tool| felt(tissue, tool)))
 }
 
+/// Ticks up to one of this number; what that gave.
+pub(super) fn play(tissue: *mut Tissue, ticks: u16) -> (Output, [ToolOutput; 2]) {
+    for at in 0..ticks - 1 {
+        tick(tissue, at);
+    }
+    tick(tissue, ticks - 1)
+}
+
 fn felt(tissue: *mut Tissue, tool: u32) -> ToolOutput {
     let mut output = ToolOutput { contacts: 99, ..NOTHING };
     assert_eq!(call!(chaincell_output_of_tool(tissue, tool, &mut output)), Code::Ok);
@@ -147,7 +155,7 @@ fn contacts_add_up_to_what_their_tools_feel() {
     let made = placed(Scheme::Predict, &ROOM);
     assert_eq!(choose(made.tissue, 0.3), Code::Ok);
     assert_eq!(contacts(made.tissue, 0).1, 0);
-    let (_, felt) = (0..75).map(|at| tick(made.tissue, at)).last().unwrap();
+    let (_, felt) = play(made.tissue, 75);
     let (all, count) = contacts(made.tissue, 200);
     assert!(all.len() == count && count > 3, "{count}");
     for (tool, felt) in felt.iter().enumerate() {
@@ -178,7 +186,7 @@ fn contacts_add_up_to_what_their_tools_feel() {
 fn a_late_tick_and_one_that_ends_early_take_poses() {
     let made = placed(Scheme::Track, &ROOM);
     assert_eq!(choose(made.tissue, 0.0), Code::Ok);
-    let before = (0..40).map(|at| tick(made.tissue, at).0).last().unwrap();
+    let before = play(made.tissue, 40).0;
     let (poses, mut output) = (poses(40), NO_OUTPUT);
     let code = call!(chaincell_tick_tools_late(made.tissue, poses.as_ptr(), 2, &mut output));
     assert_eq!((code, output.sweeps, output.force_n), (Code::Ok, 0, before.force_n));
@@ -201,7 +209,7 @@ fn a_late_tick_and_one_that_ends_early_take_poses() {
 fn bad_poses_are_the_kernels_matter() {
     let made = placed(Scheme::Track, &ROOM);
     assert_eq!(choose(made.tissue, 0.3), Code::Ok);
-    (0..40).for_each(|at| drop(tick(made.tissue, at)));
+    play(made.tissue, 40);
     let [first, second] = poses(40);
     let bad = [
         ToolPose { position_m: [f32::NAN, 0.0, 0.0], ..second },
@@ -383,7 +391,7 @@ fn every_pointer_of_tools_is_checked() {
 fn released_tools_touch_nothing() {
     let made = placed(Scheme::Track, &ROOM);
     assert_eq!(choose(made.tissue, 0.3), Code::Ok);
-    (0..60).for_each(|at| drop(tick(made.tissue, at)));
+    play(made.tissue, 60);
     assert!(contacts(made.tissue, 100).1 > 0);
     let (mut away, mut output) = (poses(60), NO_OUTPUT);
     for pose in &mut away {
