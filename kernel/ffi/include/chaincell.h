@@ -1409,11 +1409,11 @@ chaincell_code chaincell_choose_tools(struct chaincell_tissue *tissue,
 
 /**
  * As `chaincell_tick`, with a pose for each tool: `count` of them, 1 to as many as the tissue has room
- * for. Poses beyond the chosen tools count for nothing but their `engaged`; tools beyond the poses stay
- * as they are. One bad pose makes the sample a bad one.
+ * for, best as many as tools were chosen. Tools beyond the poses stay as they are; but all let go where
+ * no pose is engaged. One bad pose makes the sample a bad one.
  *
  * `output` is that of the first tool, with the work of all; `chaincell_output_of_tool` has the others'.
- * `chaincell_tick` moves the first tool alone, not turned.
+ * `chaincell_tick` moves the first tool alone, not turned; all let go where its sample is not engaged.
  *
  * Safety
  * As `chaincell_tick`; `poses` are `count` poses.

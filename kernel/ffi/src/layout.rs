@@ -152,10 +152,9 @@ impl Sizes {
         self.touch_at::<D>() + self.touch.bytes(self.cells)
     }
 
-    /// Where the room for contact starts.
+    /// Where the room for contact starts; at a multiple of [`SHAPE_ALIGN`] as the states do.
     const fn touch_at<D: Dynamics>(&self) -> usize {
-        let end = self.states_at::<D>() + self.states * size_of::<TermState>();
-        if self.touch.is_none() { end } else { end.next_multiple_of(SHAPE_ALIGN) }
+        self.states_at::<D>() + self.states * size_of::<TermState>()
     }
 
     /// Where the states start.
@@ -209,6 +208,7 @@ const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
 const _: () = assert!(matches!(size_of::<TermState>(), 0 | CELL_BYTES_SHAPE));
 const _: () = assert!(align_of::<TermState>() <= SHAPE_ALIGN);
+const _: () = assert!(size_of::<TermState>().is_multiple_of(SHAPE_ALIGN));
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
