@@ -234,8 +234,10 @@ pub(crate) unsafe fn create<D: Dynamics>(
     let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
     // SAFETY: the body stands first, and its alignment is that of the storage.
     unsafe { storage.cast::<StoredHead<D>>().write(StoredHead { front, head: Head::NEW }) };
-    // SAFETY: the room is part of the storage.
-    unsafe { sizes.touch.create(storage.add(sizes.touch_at::<D>()), sizes.cells) };
+    if cfg!(feature = "surface") && D::TAKES_SURFACES && !sizes.touch.is_none() {
+        // SAFETY: the room is part of the storage.
+        unsafe { sizes.touch.create(storage.add(sizes.touch_at::<D>()), sizes.cells) };
+    }
 }
 
 /// Bytes that [`clear`] needs.

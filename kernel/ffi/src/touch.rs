@@ -143,10 +143,8 @@ impl Touch {
     ///
     /// # Safety
     /// `start` is aligned to [`ALIGN`], has [`Self::bytes`] bytes, and nobody else uses it.
+    #[inline(never)] // Its elements stand on the stack.
     pub unsafe fn create(&self, start: *mut u8, cells: usize) {
-        if self.is_none() {
-            return;
-        }
         let (at, (triangles, slots)) = (self.places(cells), self.lists());
         // SAFETY: the arrays lie in the room, each at a multiple of its alignment. Zeros are valid
         // cells and numbers, and a coarse level under no tool, which is too large for the stack.
