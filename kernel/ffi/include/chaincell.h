@@ -4,6 +4,7 @@
  *   chaincell_model    a validated model, in storage of yours; the image stays where it is
  *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_tissue_size
  *   chaincell_tick     one tick, every millisecond: sample in, force out
+ *   chaincell_tick_tools  the same with several tools on the body's surface
  *   chaincell_stage    between the two and a hand: coupling, passivity, limits, watchdog
  *
  * Every function that takes a pointer answers with a chaincell_code, 0 when all is well. None
@@ -61,11 +62,21 @@
     (CHAINCELL_TISSUE_BYTES_OF(cell_bytes, cells, contacts, 0) + CHAINCELL_SHAPE_ALIGN + \
      ((size_t)(hats) + 7) / 8 * 9 * 32 + (size_t)CHAINCELL_CELL_BYTES_SHAPE * (size_t)(cells))
 
+/* Bytes that room for tools on a surface takes on top of that:
+ *
+ *   CHAINCELL_SHAPE_ALIGNED static unsigned char
+ *       storage[CHAINCELL_SHAPE_BYTES(512, 4, 48) + CHAINCELL_TOUCH_BYTES(512, 2, 1024, 256)]; */
+#define CHAINCELL_TOUCH_BYTES(cells, tools, triangles, samples) \
+    (CHAINCELL_TOUCH_BYTES_FIXED + (size_t)CHAINCELL_CELL_BYTES_TOUCH * (size_t)(cells) + \
+     (size_t)CHAINCELL_TOOL_BYTES * (size_t)(tools) + \
+     (size_t)CHAINCELL_TRIANGLE_BYTES * (size_t)(triangles) + \
+     (size_t)CHAINCELL_SAMPLE_BYTES * (size_t)(samples))
+
 
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 768
+#define CHAINCELL_VERSION 1024
 
 /**
  * Alignment of a tissue's storage [bytes].
@@ -81,7 +92,7 @@
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
  * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
  */
-#define CHAINCELL_TISSUE_BYTES_FIXED 2432
+#define CHAINCELL_TISSUE_BYTES_FIXED 2464
 
 /**
  * Those words.
@@ -180,6 +191,32 @@
 #define CHAINCELL_FLAG_RELEASE_FIRST 512
 
 /**
+ * At most so many bytes the room for contact on surfaces takes beside those of the four numbers
+ * below: what `CHAINCELL_TOUCH_BYTES` goes by.
+ */
+#define CHAINCELL_TOUCH_BYTES_FIXED 20480
+
+/**
+ * Bytes of that room for each cell of the model.
+ */
+#define CHAINCELL_CELL_BYTES_TOUCH 24
+
+/**
+ * Bytes for each triangle in reach.
+ */
+#define CHAINCELL_TRIANGLE_BYTES 28
+
+/**
+ * Bytes for each sample that friction or grips hold.
+ */
+#define CHAINCELL_SAMPLE_BYTES 104
+
+/**
+ * At most so many bytes for each tool.
+ */
+#define CHAINCELL_TOOL_BYTES 1184
+
+/**
  * What a call came to: 0 when all is well, negative when it was refused.
  *
  * A number never changes its meaning; `chaincell_code_text` says it in words.
@@ -214,7 +251,8 @@ enum chaincell_code
      */
     CHAINCELL_CODE_SCHEME = -5,
     /**
-     * A number is out of its range: the model's number of cells bounds it.
+     * A number is out of its range: the model's number of cells bounds it, or what its function or
+     * field says; `needed` what was asked for, `available` the most.
      */
     CHAINCELL_CODE_RANGE = -6,
     /**
@@ -368,10 +406,44 @@ enum chaincell_code
      */
     CHAINCELL_CODE_CONTACT_PROBE_HATS = -89,
     /**
-     * A probe meets the triangles of this model's surface, which this library does not do: bake it
-     * with `--probe-contact cells`.
+     * A probe meets the triangles of this model's surface, which this library or scheme does not
+     * do: take track or predict, or bake it with `--probe-contact cells`.
      */
     CHAINCELL_CODE_CONTACT_PROBE_SURFACE = -90,
+    /**
+     * Tools meet the triangles of a surface, and this model has none that they could: bake it with
+     * `--probe-contact surface`.
+     */
+    CHAINCELL_CODE_CONTACT_NO_SURFACE = -91,
+    /**
+     * No tools, or more than the tissue has room for: `needed`, `available`.
+     */
+    CHAINCELL_CODE_CONTACT_TOOLS = -92,
+    /**
+     * A tool has no parts, or too many: `position` is the tool, `needed` its parts, `available` the
+     * most.
+     */
+    CHAINCELL_CODE_CONTACT_PARTS = -93,
+    /**
+     * A part of a tool cannot be: `position` in the list of all parts.
+     */
+    CHAINCELL_CODE_CONTACT_PART = -94,
+    /**
+     * Friction is not within 0 and `limit`.
+     */
+    CHAINCELL_CODE_CONTACT_FRICTION = -95,
+    /**
+     * Friction holds samples, and the tissue has no room for any.
+     */
+    CHAINCELL_CODE_CONTACT_SAMPLES = -96,
+    /**
+     * The tissue has no room for contact on surfaces: `needed` cells, `available`.
+     */
+    CHAINCELL_CODE_CONTACT_ROOM = -97,
+    /**
+     * A radius is below `limit`, the smallest that this model's surface takes [m].
+     */
+    CHAINCELL_CODE_CONTACT_RADIUS_MIN = -98,
     /**
      * The tissue belongs to another model.
      */
@@ -578,8 +650,8 @@ typedef struct chaincell_detail {
      */
     size_t available;
     /**
-     * Largest admitted value, in the code's own unit: a step [dimensionless time], the number
-     * that the model leaves, or a radius [m].
+     * Largest or smallest admitted value, in the code's own unit: a step [dimensionless time],
+     * the number that the model leaves, a radius [m], or friction.
      */
     float limit;
 } chaincell_detail;
@@ -792,10 +864,146 @@ typedef struct chaincell_output {
 } chaincell_output;
 
 /**
+ * How much a tissue has room for, beside the cells of its model.
+ */
+typedef struct chaincell_room {
+    /**
+     * Contact cells, at most those of the model; tools on a surface need none.
+     */
+    uint32_t contacts;
+    /**
+     * Tools on a surface, at most 8; 0 for no contact on surfaces, and then the two below are 0
+     * too.
+     */
+    uint32_t tools;
+    /**
+     * Triangles in reach of tools at a time, 1 to 65,535; 1,024 are enough for most. A triangle
+     * counts once for each part of a tool. Where more are in reach those deepest in the tools are
+     * kept, with `CHAINCELL_FLAG_CONTACT_CAPACITY`.
+     */
+    uint32_t triangles;
+    /**
+     * Samples of triangles that friction or grips hold at a time, at most 32,767; 0 for neither.
+     * A triangle has at least four. Where more are in contact the others are free, with
+     * `CHAINCELL_FLAG_CONTACT_CAPACITY`.
+     */
+    uint32_t samples;
+} chaincell_room;
+
+/**
  * Asked after each sweep but the last, with the number of sweeps done and the caller's pointer;
  * other than 0 for a further one.
  */
 typedef int32_t (*chaincell_more)(uint32_t done, void *context);
+
+/**
+ * A convex part of a tool with rounded edges, in the tool's frame. Any bits are admitted: a part
+ * that cannot be is refused.
+ */
+typedef struct chaincell_tool_part {
+    /**
+     * Its middle [m].
+     */
+    float centre_m[3];
+    /**
+     * Turns its own frame into the tool's: a unit quaternion w, x, y, z.
+     */
+    float turn[4];
+    /**
+     * Half the edges of its core [m]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
+     * box. Of a half space the core is all that lies below z = -radius: infinite in every axis.
+     */
+    float half_m[3];
+    /**
+     * Radius of the rounded edges around the core, above 0 [m]. Tissue is never pushed deeper into
+     * the tool than half of it.
+     */
+    float radius_m;
+} chaincell_tool_part;
+
+/**
+ * Where a tool is. Any bits are admitted, as for a `chaincell_sample`: a pose that is not finite,
+ * whose `engaged` is neither 0 nor 1, or whose quaternion is not of length 1/2 to 2 makes the sample
+ * a bad one.
+ */
+typedef struct chaincell_tool_pose {
+    /**
+     * Where its frame is in the frame of the input mesh [m].
+     */
+    float position_m[3];
+    /**
+     * Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
+     */
+    float turn[4];
+    /**
+     * 1 while the tissue feels it, else 0.
+     */
+    uint32_t engaged;
+} chaincell_tool_pose;
+
+/**
+ * What one of several tools feels in a tick.
+ */
+typedef struct chaincell_tool_output {
+    /**
+     * Force of the tissue on the tool [N].
+     */
+    float force_n[3];
+    /**
+     * Torque on it about its position [N m].
+     */
+    float torque_nm[3];
+    /**
+     * Its part in the `work_j` of `chaincell_output`, the torque's times the turn included [J].
+     */
+    float work_j;
+    /**
+     * Upper bound of the stiffness that it meets within a tick [N/m].
+     */
+    float stiffness_n_per_m;
+    /**
+     * Triangles that it is in contact with, or whose samples it grips.
+     */
+    uint32_t contacts;
+} chaincell_tool_output;
+
+/**
+ * The contact of one triangle with one part of a tool.
+ */
+typedef struct chaincell_contact {
+    /**
+     * Where it acts, in the frame of the input mesh [m].
+     */
+    float position_m[3];
+    /**
+     * Pressure on the tool [N].
+     */
+    float normal_n[3];
+    /**
+     * Friction, or the pull of a grip, on the tool [N].
+     */
+    float tangential_n[3];
+    /**
+     * Area of the triangle at rest that is in contact [m2].
+     */
+    float area_m2;
+    /**
+     * The triangle, in the model's order.
+     */
+    uint32_t triangle;
+    /**
+     * The cell at the corner that takes the largest share; `chaincell_model_input_id` has its id.
+     */
+    uint32_t cell;
+    /**
+     * The tool, from 0.
+     */
+    uint32_t tool;
+    /**
+     * Which of its parts, from 0.
+     */
+    uint32_t part;
+} chaincell_contact;
 
 #ifdef __cplusplus
 extern "C" {
@@ -962,6 +1170,19 @@ chaincell_code chaincell_model_size(const struct chaincell_model *model,
                                     size_t *align);
 
 /**
+ * As `chaincell_model_size`, with room for tools on the model's surface too. With such a room the
+ * storage starts at a multiple of `CHAINCELL_SHAPE_ALIGN`.
+ *
+ * Safety
+ * As `chaincell_model_size`; `room` is a room.
+ */
+chaincell_code chaincell_model_size_with(const struct chaincell_model *model,
+                                         int32_t scheme,
+                                         const struct chaincell_room *room,
+                                         size_t *bytes,
+                                         size_t *align);
+
+/**
  * Puts a body at rest into storage, with room for `contacts` contact cells, none chosen yet.
  *
  * `storage` starts at a multiple of `CHAINCELL_ALIGN`, for a body of nodal shapes at one of
@@ -983,6 +1204,22 @@ chaincell_code chaincell_tissue_init(void *storage,
                                      const struct chaincell_settings *settings,
                                      struct chaincell_tissue **tissue,
                                      struct chaincell_detail *detail);
+
+/**
+ * As `chaincell_tissue_init`, with room for tools on the model's surface too: `bytes` is at least
+ * `chaincell_model_size_with` of the same room. Under track and predict alone.
+ *
+ * Safety
+ * As `chaincell_tissue_init`; `room` is a room.
+ */
+chaincell_code chaincell_tissue_init_with(void *storage,
+                                          size_t bytes,
+                                          const struct chaincell_model *model,
+                                          int32_t scheme,
+                                          const struct chaincell_room *room,
+                                          const struct chaincell_settings *settings,
+                                          struct chaincell_tissue **tissue,
+                                          struct chaincell_detail *detail);
 
 /**
  * Back to rest: the tool released, no contact cells chosen.
@@ -1030,8 +1267,10 @@ chaincell_code chaincell_choose_contacts(struct chaincell_tissue *tissue,
  *
  * It touches at most as many cells as the tissue was initialised for, those with the lowest
  * numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with hats under track the
- * tissue must have been initialised for enough contacts: 34 suffice for every model. A refused
- * choice leaves the old one. `detail` may be null.
+ * tissue must have been initialised for enough contacts: 34 suffice for every model. On a model
+ * baked with `--probe-contact surface` the sphere is a tool on the surface instead, without
+ * friction: the tissue must have been initialised with room for one. A refused choice leaves the
+ * old one. `detail` may be null.
  *
  * Safety
  * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or
@@ -1145,6 +1384,134 @@ chaincell_code chaincell_set_positions(struct chaincell_tissue *tissue,
                                        const float *positions,
                                        size_t cells,
                                        struct chaincell_detail *detail);
+
+/**
+ * Gives the tissue tools on the model's surface in place of chosen cells: `tools` of them, tool i of
+ * `counts[i]` parts, 1 to 8; `parts` has those of the first tool, then those of the second and so on.
+ * `friction` is the coefficient of all by Coulomb's law, 0 to 10.
+ *
+ * The model was baked with `--probe-contact surface`, the tissue initialised by
+ * `chaincell_tissue_init_with` with room for so many tools, and for samples where there is friction.
+ * The lists are copied. Refused while a tool is engaged; a refused choice leaves the old one. `detail`
+ * may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` or `chaincell_tissue_init_with` and no other thread
+ * uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
+ * storage.
+ */
+chaincell_code chaincell_choose_tools(struct chaincell_tissue *tissue,
+                                      const struct chaincell_tool_part *parts,
+                                      const uint32_t *counts,
+                                      size_t tools,
+                                      float friction,
+                                      struct chaincell_detail *detail);
+
+/**
+ * As `chaincell_tick`, with a pose for each tool: `count` of them, 1 to as many as the tissue has room
+ * for, best as many as tools were chosen. Tools beyond the poses stay as they are; but all let go where
+ * no pose is engaged. One bad pose makes the sample a bad one.
+ *
+ * `output` is that of the first tool, with the work of all; `chaincell_output_of_tool` has the others'.
+ * `chaincell_tick` moves the first tool alone, not turned; all let go where its sample is not engaged.
+ *
+ * Safety
+ * As `chaincell_tick`; `poses` are `count` poses.
+ */
+chaincell_code chaincell_tick_tools(struct chaincell_tissue *tissue,
+                                    const struct chaincell_tool_pose *poses,
+                                    size_t count,
+                                    struct chaincell_output *output);
+
+/**
+ * As `chaincell_tick_tools`, ended as by `chaincell_tick_while`.
+ *
+ * Safety
+ * As `chaincell_tick_tools`; `more` is null or may be called with `context`, and does not touch the
+ * tissue.
+ */
+chaincell_code chaincell_tick_tools_while(struct chaincell_tissue *tissue,
+                                          const struct chaincell_tool_pose *poses,
+                                          size_t count,
+                                          chaincell_more more,
+                                          void *context,
+                                          struct chaincell_output *output);
+
+/**
+ * As `chaincell_tick_late`, with a pose for each tool: none moves before the next tick with a sweep.
+ *
+ * Safety
+ * As `chaincell_tick_tools`.
+ */
+chaincell_code chaincell_tick_tools_late(struct chaincell_tissue *tissue,
+                                         const struct chaincell_tool_pose *poses,
+                                         size_t count,
+                                         struct chaincell_output *output);
+
+/**
+ * What a tool, from 0, felt in the last tick with a sweep; nothing while it is not engaged or was not
+ * chosen.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `output` is storage
+ * for the answer.
+ */
+chaincell_code chaincell_output_of_tool(struct chaincell_tissue *tissue,
+                                        uint32_t tool,
+                                        struct chaincell_tool_output *output);
+
+/**
+ * The contacts of all tools as they are now, one for each triangle and part of a tool: writes the first
+ * `room` of them and says in `count` how many there are. `contacts` may be null where `room` is 0.
+ *
+ * Cost: one look at the samples in reach.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `contacts` has room for
+ * `room` of them, `count` is storage for the answer.
+ */
+chaincell_code chaincell_contact_forces(struct chaincell_tissue *tissue,
+                                        struct chaincell_contact *contacts,
+                                        size_t room,
+                                        size_t *count);
+
+/**
+ * A tool, from 0, grips what it is in contact with: it holds these samples where they are in its frame,
+ * without slip, until `chaincell_let_go` or until it is no longer engaged. A tool that stays is a pin.
+ * `samples` says how many it holds, 0 where it touches nothing; it may be null.
+ *
+ * The force does not jump: a grip begins without pull. Between two ticks. The tissue must have room for
+ * samples.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is null or
+ * storage for the answer.
+ */
+chaincell_code chaincell_grip(struct chaincell_tissue *tissue,
+                              uint32_t tool,
+                              size_t *samples);
+
+/**
+ * A tool, from 0, lets go of what it grips, within so many ticks, at most 65,535: the pull falls to 0
+ * evenly. 0 is as 1.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it.
+ */
+chaincell_code chaincell_let_go(struct chaincell_tissue *tissue,
+                                uint32_t tool,
+                                uint32_t ticks);
+
+/**
+ * Samples that a tool, from 0, grips.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is storage for
+ * the answer.
+ */
+chaincell_code chaincell_gripped(struct chaincell_tissue *tissue,
+                                 uint32_t tool,
+                                 size_t *samples);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -25,7 +25,8 @@ pub enum Code {
     NotInitialised = -4,
     /// No such scheme.
     Scheme = -5,
-    /// A number is out of its range: the model's number of cells bounds it.
+    /// A number is out of its range: the model's number of cells bounds it, or what its function or
+    /// field says; `needed` what was asked for, `available` the most.
     Range = -6,
     /// No cell has this input id: `position` in the list.
     UnknownId = -7,
@@ -103,9 +104,27 @@ pub enum Code {
     /// Too little room for a probe and the coarse level: `needed`, `available` blocks of eight
     /// `float`; room for 34 contact cells is enough for every model.
     ContactProbeHats = -89,
-    /// A probe meets the triangles of this model's surface, which this library does not do: bake it
-    /// with `--probe-contact cells`.
+    /// A probe meets the triangles of this model's surface, which this library or scheme does not
+    /// do: take track or predict, or bake it with `--probe-contact cells`.
     ContactProbeSurface = -90,
+    /// Tools meet the triangles of a surface, and this model has none that they could: bake it with
+    /// `--probe-contact surface`.
+    ContactNoSurface = -91,
+    /// No tools, or more than the tissue has room for: `needed`, `available`.
+    ContactTools = -92,
+    /// A tool has no parts, or too many: `position` is the tool, `needed` its parts, `available` the
+    /// most.
+    ContactParts = -93,
+    /// A part of a tool cannot be: `position` in the list of all parts.
+    ContactPart = -94,
+    /// Friction is not within 0 and `limit`.
+    ContactFriction = -95,
+    /// Friction holds samples, and the tissue has no room for any.
+    ContactSamples = -96,
+    /// The tissue has no room for contact on surfaces: `needed` cells, `available`.
+    ContactRoom = -97,
+    /// A radius is below `limit`, the smallest that this model's surface takes \[m\].
+    ContactRadiusMin = -98,
     /// The tissue belongs to another model.
     StateModel = -100,
     /// More or fewer positions than cells: `needed`, `available`.
@@ -130,7 +149,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 55] = [
+    pub(crate) const ALL: [Self; 63] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -176,6 +195,14 @@ impl Code {
         Self::ContactSurface,
         Self::ContactProbeHats,
         Self::ContactProbeSurface,
+        Self::ContactNoSurface,
+        Self::ContactTools,
+        Self::ContactParts,
+        Self::ContactPart,
+        Self::ContactFriction,
+        Self::ContactSamples,
+        Self::ContactRoom,
+        Self::ContactRadiusMin,
         Self::StateModel,
         Self::StateCount,
         Self::StatePosition,
@@ -200,7 +227,9 @@ impl Code {
             Self::Storage => c"the storage is too small: ask chaincell_tissue_size",
             Self::NotInitialised => c"no model or tissue stands there: initialise it first",
             Self::Scheme => c"no such scheme: see chaincell_scheme",
-            Self::Range => c"a number is out of its range: the model's number of cells bounds it",
+            Self::Range => {
+                c"a number is out of its range: cells bound it, or what the header says there"
+            }
             Self::UnknownId => c"no cell has this input id: take one of the input mesh's nodes",
             Self::ModelMisaligned => {
                 c"the image does not start at a multiple of 16 bytes: place it with CHAINCELL_ALIGNED"
@@ -232,6 +261,25 @@ impl Code {
                 c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme"
             }
             Self::ResetShapes => c"a body of nodal shapes needs the scheme track or predict",
+            Self::StateModel => c"the tissue belongs to another model: initialise it again",
+            Self::StateCount => c"there must be one position for each cell",
+            Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
+            Self::StageTick => c"tick_s must be 1e-5 to 1",
+            Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
+            Self::StagePassivity => {
+                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
+            }
+            Self::StageSlew => c"max_slew_n_per_s must be positive",
+            Self::StageMaxForce => c"the stage's max_force_n must be positive",
+            Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
+            Self::StageDevice => c"no such device: see chaincell_device",
+            _ => self.contact_text(),
+        }
+    }
+
+    /// The codes of contact cells, probes and tools.
+    fn contact_text(self) -> &'static CStr {
+        match self {
             Self::ContactCapacity => c"more contact cells than the tissue was initialised for",
             Self::ContactUnknown => c"a contact cell is not in the model",
             Self::ContactFixed => c"a contact cell is fixed and cannot be held by the tool",
@@ -245,20 +293,25 @@ impl Code {
             Self::ContactSurface => {
                 c"the model has no surface: bake a mesh with triangles or tetrahedra, or name cells"
             }
-            Self::ContactProbeSurface => c"no probe on surfaces: bake --probe-contact cells",
-            Self::ContactProbeHats => c"too little room: initialise for 34 contacts or more",
-            Self::StateModel => c"the tissue belongs to another model: initialise it again",
-            Self::StateCount => c"there must be one position for each cell",
-            Self::StatePosition => c"coordinates must be finite and at most 1e6 mean link lengths",
-            Self::StageTick => c"tick_s must be 1e-5 to 1",
-            Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
-            Self::StagePassivity => {
-                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
+            Self::ContactProbeSurface => {
+                c"no contact on surfaces here: take track or predict, or bake --probe-contact cells"
             }
-            Self::StageSlew => c"max_slew_n_per_s must be positive",
-            Self::StageMaxForce => c"the stage's max_force_n must be positive",
-            Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
-            Self::StageDevice => c"no such device: see chaincell_device",
+            Self::ContactNoSurface => c"no contact surface: bake --probe-contact surface",
+            Self::ContactTools => c"there must be 1 tool to as many as the tissue has room for",
+            Self::ContactParts => c"a tool must have 1 to 8 parts",
+            Self::ContactPart => {
+                c"a part's radius must be above 0, its lengths finite and not negative, its turn a unit quaternion"
+            }
+            Self::ContactFriction => c"friction must be 0 to 10",
+            Self::ContactSamples => {
+                c"friction needs room for samples: see chaincell_tissue_init_with"
+            }
+            Self::ContactRoom => {
+                c"no room for contact on surfaces: initialise by chaincell_tissue_init_with"
+            }
+            Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
+            Self::ContactProbeHats => c"too little room: initialise for 34 contacts or more",
+            _ => c"unknown code",
         }
     }
 }
@@ -275,8 +328,8 @@ pub struct Detail {
     pub needed: usize,
     /// What is there, in the same unit.
     pub available: usize,
-    /// Largest admitted value, in the code's own unit: a step \[dimensionless time\], the number
-    /// that the model leaves, or a radius \[m\].
+    /// Largest or smallest admitted value, in the code's own unit: a step \[dimensionless time\],
+    /// the number that the model leaves, a radius \[m\], or friction.
     pub limit: f32,
 }
 
@@ -294,9 +347,18 @@ impl Refusal {
         Self { code, detail: Detail { needed, available, ..Detail::default() } }
     }
 
+    pub(crate) fn with_sizes(mut self, needed: usize, available: usize) -> Self {
+        (self.detail.needed, self.detail.available) = (needed, available);
+        self
+    }
+
     pub(crate) fn position(code: Code, position: usize) -> Self {
         let position = u32::try_from(position).unwrap_or(u32::MAX);
         Self { code, detail: Detail { position, ..Detail::default() } }
+    }
+
+    fn limit(code: Code, limit: f32) -> Self {
+        Self { code, detail: Detail { limit, ..Detail::default() } }
     }
 
     fn section(code: Code, section: u32, position: u32) -> Self {
@@ -349,14 +411,8 @@ impl From<SettingsError> for Refusal {
     fn from(why: SettingsError) -> Self {
         match why {
             SettingsError::Sweeps => Code::SettingsSweeps.into(),
-            SettingsError::Step { max } => Self {
-                code: Code::SettingsStep,
-                detail: Detail { limit: max, ..Detail::default() },
-            },
-            SettingsError::TickTime { min } => Self {
-                code: Code::SettingsTickTime,
-                detail: Detail { limit: min, ..Detail::default() },
-            },
+            SettingsError::Step { max } => Self::limit(Code::SettingsStep, max),
+            SettingsError::TickTime { min } => Self::limit(Code::SettingsTickTime, min),
             SettingsError::MaxToolStep => Code::SettingsMaxToolStep.into(),
             SettingsError::MaxForce => Code::SettingsMaxForce.into(),
         }
@@ -376,10 +432,7 @@ impl From<ResetError> for Refusal {
                 Self::sizes(Code::ResetCapacity, needed, capacity)
             }
             ResetError::Shapes => Code::ResetShapes.into(),
-            ResetError::Range(why) => Self {
-                code: Code::ResetRange,
-                detail: Detail { limit: why.limit(), ..Detail::default() },
-            },
+            ResetError::Range(why) => Self::limit(Code::ResetRange, why.limit()),
             ResetError::Float(FloatEnvironmentError::FlushToZero) => Code::FloatFlushToZero.into(),
             ResetError::Float(FloatEnvironmentError::Rounding) => Code::FloatRounding.into(),
         }
@@ -400,18 +453,28 @@ impl From<ContactError> for Refusal {
                 Self::sizes(Code::ContactHats, needed, room)
             }
             ContactError::Engaged => Code::ContactEngaged.into(),
-            ContactError::Radius { max_m } => Self {
-                code: Code::ContactRadius,
-                detail: Detail { limit: max_m, ..Detail::default() },
-            },
+            ContactError::Radius { max_m } => Self::limit(Code::ContactRadius, max_m),
             ContactError::NoSurface => Code::ContactSurface.into(),
             ContactError::ProbeRoom { needed, room } => {
                 Self::sizes(Code::ContactProbeHats, needed, room)
             }
-            ContactError::SurfaceUnbuilt
-            | ContactError::SurfaceScheme
-            | ContactError::SurfaceRoom { .. }
-            | ContactError::RadiusMin { .. } => Code::ContactProbeSurface.into(),
+            ContactError::SurfaceUnbuilt | ContactError::SurfaceScheme => {
+                Code::ContactProbeSurface.into()
+            }
+            ContactError::NoContactSurface => Code::ContactNoSurface.into(),
+            ContactError::Tools { needed, capacity } => {
+                Self::sizes(Code::ContactTools, needed, capacity)
+            }
+            ContactError::Parts { tool, most } => {
+                Self::position(Code::ContactParts, tool).with_sizes(0, most)
+            }
+            ContactError::Part { part, .. } => Self::position(Code::ContactPart, part),
+            ContactError::Friction { max } => Self::limit(Code::ContactFriction, max),
+            ContactError::AnchorRoom => Code::ContactSamples.into(),
+            ContactError::SurfaceRoom { needed, capacity } => {
+                Self::sizes(Code::ContactRoom, needed, capacity)
+            }
+            ContactError::RadiusMin { min_m } => Self::limit(Code::ContactRadiusMin, min_m),
         }
     }
 }

@@ -9,10 +9,12 @@
 //! contacts       one slot for each contact cell
 //! held           the cells of the contacts, ascending: room to sort them
 //! states         what the energy's terms keep of each cell, for a body of nodal shapes
+//! touch          room for contact on surfaces, see `touch`
 //! ```
 //!
 //! Nothing in it points into it, so a tissue may be moved and copied byte by byte. The states start
-//! at a multiple of [`SHAPE_ALIGN`] from the start of the storage, which then has that alignment.
+//! at a multiple of [`SHAPE_ALIGN`] from the start of the storage, which then has that alignment;
+//! so does the room for contact.
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::Contact;
@@ -25,6 +27,7 @@ use chaincell_kernel::{
 use crate::code::Code;
 use crate::memory;
 use crate::settings::Scheme;
+use crate::touch::Touch;
 
 /// Alignment of a tissue's storage \[bytes\].
 pub const ALIGN: usize = 16;
@@ -32,7 +35,7 @@ pub const ALIGN: usize = 16;
 pub const SHAPE_ALIGN: usize = 64;
 /// At most so many bytes stand before a tissue's arrays, and so many words of the size of an
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
-pub const TISSUE_BYTES: usize = 2432;
+pub const TISSUE_BYTES: usize = 2464;
 /// Those words.
 pub const TISSUE_WORDS: usize = 96;
 /// Bytes a cell under track and rkl1.
@@ -101,6 +104,25 @@ macro_rules! by_scheme {
 }
 pub(crate) use by_scheme;
 
+/// The same for a tissue with room for contact on surfaces, which has one of these schemes.
+macro_rules! by_touching_scheme {
+    ($scheme:expr, $d:ident => $work:expr) => {
+        match $scheme {
+            crate::settings::Scheme::Track => {
+                type $d = chaincell_kernel::Track;
+                $work
+            }
+            #[cfg(feature = "predict")]
+            crate::settings::Scheme::Predict => {
+                type $d = chaincell_kernel::Predict;
+                $work
+            }
+            _ => return Err(crate::code::Code::ContactRoom.into()),
+        }
+    };
+}
+pub(crate) use by_touching_scheme;
+
 /// A body in storage of the caller's. It may be moved and copied byte by byte to storage of the
 /// same alignment.
 pub enum Tissue {}
@@ -114,17 +136,24 @@ pub(crate) struct Sizes {
     pub room: usize,
     /// Cells that terms keep states of.
     pub states: usize,
+    /// Room for contact on surfaces.
+    pub touch: Touch,
 }
 
 impl Sizes {
     /// What a model takes under the scheme `D` with room for so many contacts.
-    pub fn of<D: Dynamics>(model: &Model<'_>, contacts: usize) -> Self {
+    pub fn of<D: Dynamics>(model: &Model<'_>, contacts: usize, touch: Touch) -> Self {
         let room = D::room_blocks(model, contacts);
-        Self { cells: model.cells(), contacts, room, states: model.kept_states() }
+        Self { cells: model.cells(), contacts, room, states: model.kept_states(), touch }
     }
 
     /// Bytes of a tissue of the scheme `D`.
     pub const fn bytes<D: Dynamics>(&self) -> usize {
+        self.touch_at::<D>() + self.touch.bytes(self.cells)
+    }
+
+    /// Where the room for contact starts; at a multiple of [`SHAPE_ALIGN`] as the states do.
+    const fn touch_at<D: Dynamics>(&self) -> usize {
         self.states_at::<D>() + self.states * size_of::<TermState>()
     }
 
@@ -137,7 +166,7 @@ impl Sizes {
 
     /// Alignment of the storage \[bytes\].
     pub const fn align(&self) -> usize {
-        if self.states > 0 { SHAPE_ALIGN } else { ALIGN }
+        if self.states > 0 || !self.touch.is_none() { SHAPE_ALIGN } else { ALIGN }
     }
 }
 
@@ -179,6 +208,7 @@ const _: () = assert!(align_of::<Contact>() <= ALIGN && size_of::<Contact>().is_
 const _: () = assert!(size_of::<Contact<I8F24>>() == size_of::<Contact>());
 const _: () = assert!(matches!(size_of::<TermState>(), 0 | CELL_BYTES_SHAPE));
 const _: () = assert!(align_of::<TermState>() <= SHAPE_ALIGN);
+const _: () = assert!(size_of::<TermState>().is_multiple_of(SHAPE_ALIGN));
 
 /// A tissue under the scheme `D`, cut into its parts.
 pub(crate) struct Parts<'a, D: Dynamics> {
@@ -204,6 +234,10 @@ pub(crate) unsafe fn create<D: Dynamics>(
     let front = Front { tag: TISSUE_TAG, scheme, sizes, network };
     // SAFETY: the body stands first, and its alignment is that of the storage.
     unsafe { storage.cast::<StoredHead<D>>().write(StoredHead { front, head: Head::NEW }) };
+    if cfg!(feature = "surface") && D::TAKES_SURFACES && !sizes.touch.is_none() {
+        // SAFETY: the room is part of the storage.
+        unsafe { sizes.touch.create(storage.add(sizes.touch_at::<D>()), sizes.cells) };
+    }
 }
 
 /// Bytes that [`clear`] needs.
@@ -238,6 +272,15 @@ pub(crate) unsafe fn front(tissue: *const Tissue) -> Result<(Scheme, Sizes), Cod
     Ok(found)
 }
 
+/// The model of a tissue, whatever its scheme.
+///
+/// # Safety
+/// A tissue stands there, and nobody writes it.
+pub(crate) unsafe fn model(tissue: *const Tissue) -> Model<'static> {
+    // SAFETY: the front stands first, and was written with the tag.
+    unsafe { *(*tissue.cast::<Front>()).network.model() }
+}
+
 /// Where the states of the terms start; for a body without any, an aligned address of nothing.
 ///
 /// # Safety
@@ -255,7 +298,7 @@ unsafe fn states<D: Dynamics>(storage: *const u8, sizes: Sizes) -> *const TermSt
 /// # Safety
 /// A tissue of the scheme `D` and of these sizes stands there, and nobody else uses it for `'a`.
 pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -> Parts<'a, D> {
-    let Sizes { cells, contacts, room, states: kept } = sizes;
+    let Sizes { cells, contacts, room, states: kept, touch } = sizes;
     let body = tissue.cast::<StoredHead<D>>();
     // SAFETY: create() has laid the arrays out one after the other, each at a multiple of its
     // alignment, with valid elements; they do not overlap.
@@ -277,7 +320,10 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),
                 states: TermStates::new(core::slice::from_raw_parts_mut(states, kept)),
-                touch: TouchRoom::none(),
+                touch: match D::TAKES_SURFACES {
+                    true => touch.room(tissue.cast::<u8>().add(sizes.touch_at::<D>()), cells),
+                    false => TouchRoom::none(),
+                },
                 team: Team::ALONE,
             },
             held: core::slice::from_raw_parts_mut(held, contacts),

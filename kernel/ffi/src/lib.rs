@@ -40,6 +40,8 @@ mod storage;
 #[cfg(test)]
 mod tests;
 mod tick;
+mod tools;
+mod touch;
 
 pub use code::{Code, Detail};
 pub use layout::{
@@ -60,8 +62,8 @@ pub use stage::{
 };
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
-    chaincell_model_size, chaincell_tissue_align, chaincell_tissue_init, chaincell_tissue_reset,
-    chaincell_tissue_size,
+    chaincell_model_size, chaincell_model_size_with, chaincell_tissue_align, chaincell_tissue_init,
+    chaincell_tissue_init_with, chaincell_tissue_reset, chaincell_tissue_size,
 };
 pub use tick::{
     FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED, FLAG_LATE,
@@ -70,11 +72,17 @@ pub use tick::{
     chaincell_set_positions, chaincell_state_hash, chaincell_tick, chaincell_tick_late,
     chaincell_tick_while,
 };
+pub use tools::{
+    ContactForce, ToolOutput, ToolPart, ToolPose, chaincell_choose_tools, chaincell_contact_forces,
+    chaincell_grip, chaincell_gripped, chaincell_let_go, chaincell_output_of_tool,
+    chaincell_tick_tools, chaincell_tick_tools_late, chaincell_tick_tools_while,
+};
+pub use touch::{CELL_BYTES_TOUCH, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, TRIANGLE_BYTES};
 
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0300;
+pub const VERSION: u32 = 0x0400;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

@@ -1,13 +1,14 @@
 //! A tissue in the caller's storage: sizes, creation, reset, contacts.
 
 use chaincell_kernel::image::{CELLS_MAX, HATS_MAX};
-use chaincell_kernel::{Dynamics, coarse_room};
+use chaincell_kernel::{Dynamics, Model, coarse_room};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, ALIGN, Parts, Sizes, Tissue, by_scheme};
 use crate::memory;
 use crate::model::{ModelStorage, load};
 use crate::settings::{Scheme, Settings};
+use crate::touch::{Room, Touch};
 
 /// Alignment of a tissue's storage, `CHAINCELL_ALIGN` \[bytes\].
 #[unsafe(no_mangle)]
@@ -34,7 +35,7 @@ pub extern "C" fn chaincell_tissue_size(
         Scheme::Track | Scheme::Predict => coarse_room(hats, contacts),
         _ => 0,
     };
-    let sizes = Sizes { cells, contacts, room, states: 0 };
+    let sizes = Sizes { cells, contacts, room, states: 0, touch: Touch::NONE };
     by_scheme!(scheme, D => sizes.bytes::<D>())
 }
 
@@ -52,14 +53,32 @@ pub unsafe extern "C" fn chaincell_model_size(
     bytes: *mut usize,
     align: *mut usize,
 ) -> Code {
+    let room = Room { contacts, ..Room::default() };
+    // SAFETY: the caller's promises are handed on.
+    unsafe { chaincell_model_size_with(model, scheme, &room, bytes, align) }
+}
+
+/// As `chaincell_model_size`, with room for tools on the model's surface too. With such a room the
+/// storage starts at a multiple of `CHAINCELL_SHAPE_ALIGN`.
+///
+/// # Safety
+/// As `chaincell_model_size`; `room` is a room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_model_size_with(
+    model: *const ModelStorage,
+    scheme: i32,
+    room: *const Room,
+    bytes: *mut usize,
+    align: *mut usize,
+) -> Code {
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { load(model) }.and_then(|model| {
-        let (scheme, contacts) = (Scheme::of(scheme)?, contacts as usize);
-        if contacts > model.cells() {
-            return Err(Code::Range);
-        }
+        let scheme = Scheme::of(scheme)?;
+        // SAFETY: the caller's promises are handed on.
+        let room = unsafe { memory::read(room) }?;
+        let (contacts, touch) = admitted(&room, &model, scheme).map_err(|why| why.code)?;
         let (size, multiple) = by_scheme!(scheme, D => {
-            let sizes = Sizes::of::<D>(&model, contacts);
+            let sizes = Sizes::of::<D>(&model, contacts, touch);
             (sizes.bytes::<D>(), sizes.align())
         });
         // SAFETY: the caller's promises are handed on.
@@ -70,18 +89,32 @@ pub unsafe extern "C" fn chaincell_model_size(
     }))
 }
 
+/// The contact cells and the room for tools of a wish, where both can be.
+fn admitted(room: &Room, model: &Model<'_>, scheme: Scheme) -> Result<(usize, Touch), Refusal> {
+    let (contacts, cells) = (room.contacts as usize, model.cells());
+    if contacts > cells {
+        return Err(Refusal::sizes(Code::Range, contacts, cells));
+    }
+    let touch = Touch::of(room)?;
+    let takes = cfg!(feature = "surface") && matches!(scheme, Scheme::Track | Scheme::Predict);
+    if !touch.is_none() && !takes {
+        return Err(Code::ContactProbeSurface.into());
+    }
+    Ok((contacts, touch))
+}
+
 /// What the caller of `chaincell_tissue_init` gives.
 struct Wish {
     storage: *mut u8,
     bytes: usize,
     model: *const ModelStorage,
     scheme: i32,
-    contacts: u32,
+    room: *const Room,
     settings: *const Settings,
 }
 
 /// # Safety
-/// As [`chaincell_tissue_init`].
+/// As [`chaincell_tissue_init_with`].
 unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
     memory::check_to(wish.storage, ALIGN)?;
     if wish.bytes >= layout::FRONT_BYTES {
@@ -89,15 +122,13 @@ unsafe fn init(wish: &Wish) -> Result<*mut Tissue, Refusal> {
         unsafe { layout::clear(wish.storage) };
     }
     // SAFETY: the caller's promises are handed on.
-    let (model, settings) = unsafe { (load(wish.model)?, memory::read(wish.settings)?) };
+    let (model, settings, room) =
+        unsafe { (load(wish.model)?, memory::read(wish.settings)?, memory::read(wish.room)?) };
     let scheme = Scheme::of(wish.scheme)?;
-    let contacts = wish.contacts as usize;
-    if contacts > model.cells() {
-        return Err(Refusal::sizes(Code::Range, contacts, model.cells()));
-    }
+    let (contacts, touch) = admitted(&room, &model, scheme)?;
     let network = settings.network(model)?;
     by_scheme!(scheme, D => {
-        let sizes = Sizes::of::<D>(&model, contacts);
+        let sizes = Sizes::of::<D>(&model, contacts, touch);
         memory::check_to(wish.storage, sizes.align())?;
         let needed = sizes.bytes::<D>();
         if needed > wish.bytes {
@@ -141,7 +172,30 @@ pub unsafe extern "C" fn chaincell_tissue_init(
     tissue: *mut *mut Tissue,
     detail: *mut Detail,
 ) -> Code {
-    let wish = Wish { storage: storage.cast(), bytes, model, scheme, contacts, settings };
+    let room = Room { contacts, ..Room::default() };
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        chaincell_tissue_init_with(storage, bytes, model, scheme, &room, settings, tissue, detail)
+    }
+}
+
+/// As `chaincell_tissue_init`, with room for tools on the model's surface too: `bytes` is at least
+/// `chaincell_model_size_with` of the same room. Under track and predict alone.
+///
+/// # Safety
+/// As `chaincell_tissue_init`; `room` is a room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tissue_init_with(
+    storage: *mut core::ffi::c_void,
+    bytes: usize,
+    model: *const ModelStorage,
+    scheme: i32,
+    room: *const Room,
+    settings: *const Settings,
+    tissue: *mut *mut Tissue,
+    detail: *mut Detail,
+) -> Code {
+    let wish = Wish { storage: storage.cast(), bytes, model, scheme, room, settings };
     // SAFETY: the caller's promises are handed on.
     unsafe {
         crate::answer(detail, || {
@@ -256,8 +310,10 @@ pub unsafe extern "C" fn chaincell_choose_contacts(
 ///
 /// It touches at most as many cells as the tissue was initialised for, those with the lowest
 /// numbers; more set `CHAINCELL_FLAG_CONTACT_CAPACITY`. For a model with hats under track the
-/// tissue must have been initialised for enough contacts: 34 suffice for every model. A refused
-/// choice leaves the old one. `detail` may be null.
+/// tissue must have been initialised for enough contacts: 34 suffice for every model. On a model
+/// baked with `--probe-contact surface` the sphere is a tool on the surface instead, without
+/// friction: the tissue must have been initialised with room for one. A refused choice leaves the
+/// old one. `detail` may be null.
 ///
 /// # Safety
 /// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `detail` is null or

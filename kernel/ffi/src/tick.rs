@@ -107,7 +107,7 @@ pub type More = Option<unsafe extern "C" fn(done: u32, context: *mut core::ffi::
 
 /// Which sweeps a tick makes.
 #[derive(Clone, Copy)]
-enum Sweeps {
+pub(crate) enum Sweeps {
     All,
     While(More, *mut core::ffi::c_void),
     Late,
@@ -128,11 +128,20 @@ unsafe fn tick(tissue: *mut Tissue, sample: *const Sample, sweeps: Sweeps) -> Re
             Sweeps::Late => body.tick_late(network, &sample),
             Sweeps::While(more, context) => body.tick_while(network, &sample, |done| {
                 // SAFETY: the caller says that it may be called with this context.
-                more.is_none_or(|more| unsafe { more(done.into(), context) } != 0)
+                unsafe { goes_on(more, done, context) }
             }),
         }
     });
     Ok(Output::of(&answer))
+}
+
+/// Whether the caller wants a further sweep.
+///
+/// # Safety
+/// `more` is null or may be called with `context`.
+pub(crate) unsafe fn goes_on(more: More, done: u16, context: *mut core::ffi::c_void) -> bool {
+    // SAFETY: the caller's promise is handed on.
+    more.is_none_or(|more| unsafe { more(done.into(), context) } != 0)
 }
 
 /// Ticks and writes the answer.
@@ -146,11 +155,23 @@ unsafe fn tick_to(
     sweeps: Sweeps,
     output: *mut Output,
 ) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { answer_to(output, || tick(tissue, sample, sweeps)) }
+}
+
+/// Writes the answer of a tick, or that of none.
+///
+/// # Safety
+/// A pointer that passes [`memory::check`] is storage for an answer.
+#[inline(always)]
+pub(crate) unsafe fn answer_to(
+    output: *mut Output,
+    tick: impl FnOnce() -> Result<Output, Code>,
+) -> Code {
     if let Err(code) = memory::check(output) {
         return code;
     }
-    // SAFETY: the caller's promises are handed on.
-    let (code, answer) = match unsafe { tick(tissue, sample, sweeps) } {
+    let (code, answer) = match tick() {
         Ok(answer) => (Code::Ok, answer),
         Err(code) => (code, SAFE),
     };

@@ -7,7 +7,8 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use chaincell_kernel::{
-    Model, Network, Settings, Tissue, ToolSample, Track, coarse_room, elastic_room, include_model,
+    Model, Network, Predict, Settings, Tissue, ToolPart, ToolPose, ToolSample, TouchStore, Track,
+    coarse_room, elastic_room, include_model,
 };
 use nalgebra::Vector3;
 
@@ -16,6 +17,9 @@ static PLANE: &[u8] = include_model!("../../../tests/data/plane9.chaincell");
 
 /// A body of nodal shapes.
 static TISSUE: &[u8] = include_model!("../../../tests/data/tissue6.chaincell");
+
+/// One with a surface that tools meet.
+static SURFACE: &[u8] = include_model!("../../../tests/data/surface6.chaincell");
 
 const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 
@@ -152,12 +156,92 @@ fn the_example_says_what_is_wrong() {
     }
 }
 
+/// Where `grasp.c` puts its tools.
+fn placed(tick: u16) -> [ToolPose; 2] {
+    let share = |from: u16, to: u16| match tick {
+        _ if tick < from => 0.0,
+        _ if tick < to => f32::from(tick - from) / f32::from(to - from),
+        _ => 1.0,
+    };
+    let down_m = 0.005 * share(0, 100);
+    let aside_m = 0.012 - 0.002 * share(100, 180);
+    let [ball, jaw] = [0.005_f32, 0.009].map(|reach_m| 0.03 + reach_m - down_m);
+    let at = |x_m, z_m| ToolPose::at(Vector3::new(x_m, 0.001, z_m), 1);
+    [at(-aside_m, ball), at(aside_m, jaw + 0.006 * share(180, 240))]
+}
+
+/// What `grasp.c` does, in Rust: the words of its lines that are no small numbers.
+fn grasped() -> Vec<String> {
+    let model = Model::from_bytes(SURFACE).unwrap();
+    let network = Network::new(model, Settings::for_model(&model)).unwrap();
+    let mut tissue = Tissue::<144, Predict<{ elastic_room(24) }>, 0, 144>::new();
+    let mut store = TouchStore::<144, 256, 512, 2>::new();
+    let mut body = tissue.touching(store.room());
+    body.reset(&network).unwrap();
+    let capsule = ToolPart::capsule(0.004, 0.005);
+    let beside = |y_m| ToolPart { centre_m: [0.0, y_m, 0.0], ..capsule };
+    let tools: [&[ToolPart]; 2] = [&[ToolPart::sphere(0.005)], &[beside(-0.004), beside(0.004)]];
+    body.choose_tools(&network, &tools, 0.3).unwrap();
+    let (mut lines, mut work_j) = (Vec::new(), 0.0);
+    for tick in 0..270_u16 {
+        if tick == 180 {
+            body.grip(&network, 1);
+        }
+        if tick == 240 {
+            body.let_go(1, 20);
+        }
+        work_j += f64::from(body.tick_tools(&network, &placed(tick)).work_j);
+        if tick % 60 == 59 {
+            for tool in 0..2 {
+                let contacts = body.tool_output(&network, tool).contacts;
+                let held = body.gripped(&network, tool);
+                lines.push(format!("{contacts} contacts, {held} samples gripped"));
+            }
+            body.contact_forces(&network, |of| {
+                lines.push(format!(
+                    "triangle {:3}, tool {}, part {}:",
+                    of.triangle, of.tool, of.part
+                ));
+            });
+        }
+    }
+    assert!(work_j > 0.0);
+    lines.push(format!("state hash {:016x}", body.state_hash(&model)));
+    lines
+}
+
+#[test]
+fn the_example_grasps_as_the_kernel_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let grasp = program("examples/grasp.c", folder.path());
+    let run =
+        |image: &str, top: &str| Command::new(&grasp).arg(data(image)).arg(top).output().unwrap();
+    let said = succeed(Command::new(&grasp).arg(data("surface6.chaincell")).arg("0.03"));
+    // Storage first, the work before the hash.
+    let lines: Vec<&str> = said.lines().skip(1).filter(|line| !line.starts_with("work")).collect();
+    let wanted = grasped();
+    assert!(wanted.iter().any(|line| line.ends_with("36 samples gripped")), "{wanted:?}");
+    assert_eq!(lines.len(), wanted.len(), "{said}");
+    for (line, wanted) in lines.iter().zip(wanted) {
+        assert!(line.contains(&wanted), "{wanted} in {line}");
+    }
+    for (image, top, wanted) in [
+        ("tissue6.chaincell", "0.03", "no contact surface: bake --probe-contact surface (-91)"),
+        ("surface6.chaincell", "nan", "usage"),
+        ("plane9.chaincell", "0.03", "no contact surface"),
+    ] {
+        let output = run(image, top);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(1) && said.contains(wanted), "{wanted}: {said}");
+    }
+}
+
 /// `CHAINCELL_TISSUE_BYTES` is enough, and wastes little.
 #[test]
 fn the_headers_macros_bound_the_sizes() {
     let folder = tempfile::tempdir().unwrap();
     let said = succeed(&mut Command::new(program("tests/c/sizes.c", folder.path())));
-    assert_eq!(said.lines().count(), 61);
+    assert_eq!(said.lines().count(), 62);
     for line in said.lines().take(60) {
         let numbers: Vec<usize> = line.split(' ').map(|word| word.parse().unwrap()).collect();
         let [_, bound, size] = numbers[..] else { panic!("{line}") };
@@ -169,8 +253,15 @@ fn the_headers_macros_bound_the_sizes() {
     let (body, bytes) = pressed.lines().next().unwrap().rsplit_once(": ").unwrap();
     assert_eq!(body, "144 cells, 628 links, 18 hats");
     let size: usize = bytes.trim_end_matches(" bytes").parse().unwrap();
-    let bound: usize = said.lines().last().unwrap().parse().unwrap();
+    let bound: usize = said.lines().nth(60).unwrap().parse().unwrap();
     assert!((size..size + 1024).contains(&bound), "{bound}, {size}");
+    // And with room for tools.
+    let grasp = program("examples/grasp.c", folder.path());
+    let grasped = succeed(Command::new(grasp).arg(data("surface6.chaincell")).arg("0.03"));
+    let bytes = grasped.lines().next().unwrap().trim_end_matches(" bytes");
+    let size: usize = bytes.parse().unwrap();
+    let bound: usize = said.lines().nth(61).unwrap().parse().unwrap();
+    assert!((size..size + 1536).contains(&bound), "{bound}, {size}");
 }
 
 #[test]

@@ -12,7 +12,8 @@ use chaincell_kernel::{ModelError, RangeError, ResetError, SettingsError, StateE
 use super::call;
 use crate::code::Refusal;
 use crate::{
-    Code, Detail, Output, Sample, Settings, VERSION, chaincell_code_text, chaincell_version,
+    Code, ContactForce, Detail, Output, Room, Sample, Settings, ToolOutput, ToolPart, ToolPose,
+    VERSION, chaincell_code_text, chaincell_version,
 };
 
 fn text(code: i32) -> String {
@@ -25,7 +26,7 @@ fn text(code: i32) -> String {
 #[test]
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
-    let promised = (0..=7).chain(20..=31).chain(40..=46).chain(60..=66).chain(80..=90);
+    let promised = (0..=7).chain(20..=31).chain(40..=46).chain(60..=66).chain(80..=98);
     let promised: Vec<i32> =
         promised.chain(100..=102).chain(120..=126).map(|number: i32| -number).collect();
     assert_eq!(numbers, promised);
@@ -41,6 +42,9 @@ fn numbers_do_not_change() {
         (Code::FloatRounding, -64),
         (Code::ContactCapacity, -80),
         (Code::ContactEngaged, -86),
+        (Code::ContactProbeSurface, -90),
+        (Code::ContactNoSurface, -91),
+        (Code::ContactRadiusMin, -98),
         (Code::StatePosition, -102),
         (Code::StageTick, -120),
         (Code::StageDevice, -126),
@@ -51,6 +55,7 @@ fn numbers_do_not_change() {
 #[test]
 fn every_code_has_words_of_its_own() {
     let texts: BTreeSet<String> = Code::ALL.iter().map(|&code| text(code as i32)).collect();
+    assert!(!texts.contains("unknown code"));
     // Two codes say that a tissue is of another model.
     assert_eq!(texts.len(), Code::ALL.len() - 1);
     assert_eq!(text(0), "ok");
@@ -63,7 +68,9 @@ fn every_code_has_words_of_its_own() {
 #[test]
 fn the_version_names_the_layout() {
     let sizes = [size_of::<Sample>(), size_of::<Output>(), size_of::<Settings>()];
-    assert_eq!((chaincell_version(), sizes), (0x0300, [16, 36, 28]));
+    assert_eq!((chaincell_version(), sizes), (0x0400, [16, 36, 28]));
+    let of_tools = [size_of::<ToolPart>(), size_of::<ToolPose>(), size_of::<ToolOutput>()];
+    assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 36], 56, 16));
     assert_eq!(chaincell_version(), VERSION);
 }
 
@@ -126,6 +133,19 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     becomes(hats, Code::ContactProbeHats, sizes(7, 6));
     becomes(ContactError::SurfaceUnbuilt, Code::ContactProbeSurface, none);
     becomes(ContactError::SurfaceScheme, Code::ContactProbeSurface, none);
+    becomes(ContactError::NoContactSurface, Code::ContactNoSurface, none);
+    let tools = ContactError::Tools { needed: 3, capacity: 2 };
+    becomes(tools, Code::ContactTools, sizes(3, 2));
+    let parts = Detail { position: 1, available: 8, ..none };
+    becomes(ContactError::Parts { tool: 1, most: 8 }, Code::ContactParts, parts);
+    becomes(ContactError::Part { tool: 0, part: 2 }, Code::ContactPart, at(0, 2));
+    let most = Detail { limit: 10.0, ..none };
+    becomes(ContactError::Friction { max: 10.0 }, Code::ContactFriction, most);
+    becomes(ContactError::AnchorRoom, Code::ContactSamples, none);
+    let room = ContactError::SurfaceRoom { needed: 144, capacity: 0 };
+    becomes(room, Code::ContactRoom, sizes(144, 0));
+    let least = Detail { limit: 0.5, ..none };
+    becomes(ContactError::RadiusMin { min_m: 0.5 }, Code::ContactRadiusMin, least);
     becomes(StateError::Model, Code::StateModel, none);
     becomes(StateError::Count { needed: 81, given: 8 }, Code::StateCount, sizes(81, 8));
     becomes(StateError::Position(80), Code::StatePosition, at(0, 80));

@@ -9,6 +9,8 @@ mod settings;
 mod shapes;
 mod sizes;
 mod stage;
+mod tool_storage;
+mod tools;
 
 use std::vec::Vec;
 

@@ -6,6 +6,8 @@
 /* The macros stand where only a constant may stand. */
 CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(512, 4, 48)];
 CHAINCELL_SHAPE_ALIGNED static unsigned char shapes[CHAINCELL_SHAPE_BYTES(8, 4, 48)];
+CHAINCELL_SHAPE_ALIGNED static unsigned char
+    tools[CHAINCELL_SHAPE_BYTES(8, 0, 0) + CHAINCELL_TOUCH_BYTES(8, 1, 64, 32)];
 
 static void line(int32_t scheme, size_t bound, uint32_t cells, uint32_t contacts, uint32_t hats)
 {
@@ -28,6 +30,9 @@ int main(void)
         sizeof shapes - CHAINCELL_TISSUE_BYTES(8, 4, 0) <
             8 * (size_t)CHAINCELL_CELL_BYTES_SHAPE) {
         return 4;
+    }
+    if ((uintptr_t)tools % CHAINCELL_SHAPE_ALIGN != 0) {
+        return 5;
     }
     if (CHAINCELL_ALIGN != chaincell_tissue_align() || CHAINCELL_VERSION != chaincell_version()) {
         return 2;
@@ -56,5 +61,7 @@ int main(void)
              cells, contacts, hats);
     }
     printf("%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18));
+    printf("%lu\n", (unsigned long)(CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, 144, 0, 18) +
+                                    CHAINCELL_TOUCH_BYTES(144, 2, 256, 512)));
     return 0;
 }

@@ -1,0 +1,221 @@
+//! Storage of a tissue with room for tools on its surface.
+
+use std::vec::Vec;
+
+use chaincell_kernel::{CoarseTouch, Network, Settings as KernelSettings, Tissue as Own, Track};
+use chaincell_kernel::{Model, ToolPart as KernelPart, TouchStore, elastic_room, include_model};
+
+use super::{BOX, call, hash, model_of, settings_of};
+use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};
+
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact surface`.
+pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/surface6.chaincell");
+
+/// A line of a processor's cache.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Line([u8; 64]);
+
+/// What the tests of tools have room for.
+pub(super) const ROOM: Room = Room { contacts: 2, tools: 2, triangles: 256, samples: 300 };
+
+/// A tissue with its storage.
+pub(super) struct Placed {
+    pub storage: Vec<Line>,
+    pub tissue: *mut Tissue,
+}
+
+/// Bytes and alignment.
+fn size(image: &[u8], scheme: i32, room: &Room) -> (Code, usize, usize) {
+    let (model, mut bytes, mut align) = (model_of(image), 0, 0);
+    let code = call!(chaincell_model_size_with(&model, scheme, room, &mut bytes, &mut align));
+    (code, bytes, align)
+}
+
+fn init(
+    (storage, bytes): (*mut Line, usize),
+    image: &[u8],
+    (scheme, room): (i32, &Room),
+    settings: &Settings,
+) -> (Code, Detail, *mut Tissue) {
+    let (model, mut tissue) = (model_of(image), core::ptr::dangling_mut());
+    let mut detail = Detail::default();
+    let code = call!(chaincell_tissue_init_with(
+        storage.cast(),
+        bytes,
+        &model,
+        scheme,
+        room,
+        settings,
+        &mut tissue,
+        &mut detail,
+    ));
+    (code, detail, tissue)
+}
+
+/// Settings whose step limit is that of these tests.
+pub(super) fn settings() -> Settings {
+    Settings { max_tool_step_m: 0.01, ..settings_of(&model_of(SURFACE), Scheme::Track) }
+}
+
+/// A body with a surface at rest.
+pub(super) fn placed(scheme: Scheme, room: &Room) -> Placed {
+    let (code, bytes, _) = size(SURFACE, scheme as i32, room);
+    assert_eq!(code, Code::Ok);
+    let mut storage = std::vec![Line([0xA5; 64]); bytes.div_ceil(64)];
+    let there = (storage.as_mut_ptr(), bytes);
+    let (code, _, tissue) = init(there, SURFACE, (scheme as i32, room), &settings());
+    assert_eq!(code, Code::Ok);
+    Placed { storage, tissue }
+}
+
+#[test]
+fn the_size_is_exactly_what_a_body_with_tools_needs() {
+    for scheme in [Scheme::Track, Scheme::Predict] {
+        let (code, bytes, align) = size(SURFACE, scheme as i32, &ROOM);
+        assert_eq!((code, align), (Code::Ok, SHAPE_ALIGN));
+        let mut storage = std::vec![Line([0xA5; 64]); bytes.div_ceil(64)];
+        let mut made = |bytes: usize| {
+            let there = (storage.as_mut_ptr(), bytes);
+            let (code, detail, _) = init(there, SURFACE, (scheme as i32, &ROOM), &settings());
+            (code, detail.needed, detail.available)
+        };
+        assert_eq!(made(bytes - 1), (Code::Storage, bytes, bytes - 1));
+        assert_eq!(made(bytes), (Code::Ok, 0, 0));
+    }
+}
+
+/// The header's macro goes by these numbers.
+#[test]
+fn every_count_takes_its_bytes() {
+    let of = |room: Room| size(SURFACE, Scheme::Track as i32, &room).1;
+    let plain = of(Room { contacts: 2, ..Room::default() });
+    let one = Room { contacts: 2, tools: 1, triangles: 4, samples: 4 };
+    let fixed = of(one) - plain - 144 * 24 - 1184 - 4 * (28 + 104);
+    assert!(fixed <= TOUCH_BYTES && TOUCH_BYTES - fixed < 512, "{fixed}");
+    assert_eq!(of(Room { tools: 8, ..one }) - of(one), 7 * 1184);
+    assert_eq!(of(Room { triangles: 1028, ..one }) - of(one), 1024 * 28);
+    assert_eq!(of(Room { samples: 1028, ..one }) - of(one), 1024 * 104);
+    // The kernel's own, less its roundings.
+    type Store = TouchStore<144, 256, 300, 2>;
+    let here = of(ROOM) - plain;
+    assert!(here.abs_diff(Store::RAM_BYTES) < 256, "{here} {}", Store::RAM_BYTES);
+}
+
+#[test]
+fn room_that_cannot_be_is_refused() {
+    let room = |tools, triangles, samples| Room { contacts: 2, tools, triangles, samples };
+    let mut storage = std::vec![Line([0; 64]); 4096];
+    let mut code = |scheme: Scheme, room: Room| {
+        let there = (storage.as_mut_ptr(), 4096 * 64);
+        let (code, detail, tissue) = init(there, SURFACE, (scheme as i32, &room), &settings());
+        assert_eq!(size(SURFACE, scheme as i32, &room).0, code);
+        assert_eq!(tissue.is_null(), code != Code::Ok);
+        (code, detail.needed, detail.available)
+    };
+    let track = Scheme::Track;
+    assert_eq!(code(track, room(9, 8, 0)), (Code::Range, 9, 8));
+    assert_eq!(code(track, room(u32::MAX, 8, 0)), (Code::Range, u32::MAX as usize, 8));
+    assert_eq!(code(track, room(0, 8, 0)), (Code::Range, 0, 8));
+    assert_eq!(code(track, room(1, 0, 0)), (Code::Range, 0, 65_535));
+    assert_eq!(code(track, room(1, 65_536, 0)), (Code::Range, 65_536, 65_535));
+    assert_eq!(code(track, room(1, 8, 32_768)), (Code::Range, 32_768, 32_767));
+    assert_eq!(code(track, Room { contacts: 145, ..ROOM }), (Code::Range, 145, 144));
+    assert_eq!(code(track, room(1, 8, 0)), (Code::Ok, 0, 0));
+    for scheme in [Scheme::TrackFixed, Scheme::Euler, Scheme::GaussSeidel] {
+        assert_eq!(code(scheme, room(1, 8, 0)).0, Code::ContactProbeSurface);
+    }
+    let (code, ..) = size(SURFACE, 8, &ROOM);
+    assert_eq!(code, Code::Scheme);
+}
+
+#[test]
+fn storage_with_room_for_tools_has_its_alignment() {
+    // Links need no more than 16; with this room they do.
+    assert_eq!(size(BOX, 0, &ROOM).2, SHAPE_ALIGN);
+    assert_eq!(size(BOX, 0, &Room::default()).2, crate::ALIGN);
+    let mut storage = std::vec![Line([0xA5; 64]); 4096];
+    let beyond = storage.as_mut_ptr().wrapping_byte_add(16);
+    let there = (beyond, 4095 * 64);
+    let (code, _, tissue) = init(there, SURFACE, (0, &ROOM), &settings());
+    assert_eq!((code, tissue.is_null()), (Code::Misaligned, true));
+}
+
+/// Zeros stand for it: one is too large for a firmware's stack.
+#[test]
+fn a_coarse_level_under_no_tool_is_zeros() {
+    // SAFETY: it has no padding: an address-sized number and a multiple of eight bytes behind it.
+    let bytes: [u8; size_of::<CoarseTouch>()] = unsafe { core::mem::transmute(CoarseTouch::NONE) };
+    assert!(bytes.iter().all(|&byte| byte == 0));
+}
+
+/// A tissue without tools: room beside it changes no bit.
+#[test]
+fn a_body_without_tools_is_the_body_of_before() {
+    let without = placed(Scheme::Track, &Room { contacts: 2, ..Room::default() });
+    let with = placed(Scheme::Track, &ROOM);
+    let ids = [41_u32, 89];
+    for tissue in [without.tissue, with.tissue] {
+        assert_eq!(super::choose(tissue, &ids).0, Code::Ok);
+    }
+    for at in 0..60 {
+        let outputs = [&with, &without].map(|of| super::tick(of.tissue, super::sample(at)));
+        assert_eq!(outputs[0], outputs[1]);
+    }
+    assert_eq!(hash(with.tissue), hash(without.tissue));
+}
+
+/// The kernel's own probe on a surface, to the last bit.
+#[test]
+fn a_probe_touches_the_surface_where_there_is_room() {
+    let probe = |tissue, radius_m: f32| {
+        let mut detail = Detail::default();
+        let code = call!(chaincell_choose_probe(tissue, radius_m, &mut detail));
+        (code, detail)
+    };
+    let without = placed(Scheme::Track, &Room { contacts: 34, ..Room::default() });
+    let (code, detail) = probe(without.tissue, 0.01);
+    assert_eq!((code, detail.needed, detail.available), (Code::ContactRoom, 144, 0));
+    let with = placed(Scheme::Track, &Room { contacts: 0, tools: 1, triangles: 64, samples: 0 });
+    let (code, detail) = probe(with.tissue, 1.0e-5);
+    assert!(code == Code::ContactRadiusMin && detail.limit > 1.0e-4, "{code:?} {detail:?}");
+    assert_eq!(probe(with.tissue, 0.01).0, Code::Ok);
+    let model = Model::from_bytes(SURFACE).unwrap();
+    let kernel = KernelSettings { max_tool_step_m: 0.01, ..KernelSettings::for_model(&model) };
+    let network = Network::new(model, kernel).unwrap();
+    let mut own = Own::<144, Track<{ elastic_room(24) }>, 0, 144>::new();
+    let mut store = TouchStore::<144, 64, 0, 1>::new();
+    own.touching(store.room()).reset(&network).unwrap();
+    let tool: &[KernelPart] = &[KernelPart::sphere(0.01)];
+    own.touching(store.room()).choose_tools(&network, &[tool], 0.0).unwrap();
+    let mut most = 0.0_f32;
+    for at in 0..80_u16 {
+        let position_m = [0.003, 0.001, 0.04 - 0.0001 * f32::from(at.min(60))];
+        let sample = crate::Sample { position_m, engaged: u32::from(at < 70) };
+        let here = super::tick(with.tissue, sample);
+        let sample =
+            chaincell_kernel::ToolSample { position_m: position_m.into(), engaged: sample.engaged };
+        let there = own.touching(store.room()).tick(&network, &sample);
+        assert_eq!(here, crate::Output::of(&there), "tick {at}");
+        most = most.max(here.force_n[2]);
+    }
+    assert!(most > 0.05, "{most}");
+    assert_eq!(hash(with.tissue), own.touching(store.room()).state_hash(&model));
+}
+
+/// Nothing in a tissue points into it, its tools neither.
+#[test]
+fn a_copied_body_goes_on_with_its_tools() {
+    let made = placed(Scheme::Predict, &ROOM);
+    assert_eq!(super::tools::choose(made.tissue, 0.3), Code::Ok);
+    super::tools::play(made.tissue, 40);
+    let mut samples = 0;
+    assert_eq!(call!(chaincell_grip(made.tissue, 1, &mut samples)), Code::Ok);
+    assert!(samples > 0);
+    let mut other = made.storage.clone();
+    let copy = other.as_mut_ptr().cast();
+    for at in 40..90 {
+        assert_eq!(super::tools::tick(copy, at), super::tools::tick(made.tissue, at));
+    }
+    assert_eq!(hash(copy), hash(made.tissue));
+}

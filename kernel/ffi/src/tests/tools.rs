@@ -1,0 +1,406 @@
+//! Tools on a surface through the interface: the kernel's bits, and what is refused.
+
+use core::ptr::{null, null_mut};
+use std::vec::Vec;
+
+use chaincell_kernel::{
+    Model, Network, Settings as KernelSettings, Tissue as Own, ToolPart as KernelPart,
+    ToolPose as KernelPose, TouchStore, Track, elastic_room,
+};
+
+use super::tool_storage::{ROOM, SURFACE, placed};
+use super::{BOX, NO_OUTPUT, call, hash, make};
+use crate::{
+    Code, ContactForce, Detail, FLAG_BAD_SAMPLE, FLAG_LATE, FLAG_SAFE_STATE, Output, Room, Scheme,
+    Tissue, ToolOutput, ToolPart, ToolPose,
+};
+
+const NOT_TURNED: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+
+const BALL: ToolPart =
+    ToolPart { centre_m: [0.0; 3], turn: NOT_TURNED, half_m: [0.0; 3], radius_m: 0.008 };
+const CAPSULE: ToolPart =
+    ToolPart { centre_m: [0.0, 0.004, 0.0], half_m: [0.0, 0.0, 0.003], radius_m: 0.006, ..BALL };
+
+/// A ball, and a ball with a capsule beside it.
+const PARTS: [ToolPart; 3] = [BALL, CAPSULE, ToolPart { radius_m: 0.009, ..BALL }];
+const COUNTS: [u32; 2] = [1, 2];
+
+const NOTHING: ToolOutput = ToolOutput {
+    force_n: [0.0; 3],
+    torque_nm: [0.0; 3],
+    work_j: 0.0,
+    stiffness_n_per_m: 0.0,
+    contacts: 0,
+};
+
+pub(super) fn choose(tissue: *mut Tissue, friction: f32) -> Code {
+    let (parts, counts) = (PARTS.as_ptr(), COUNTS.as_ptr());
+    call!(chaincell_choose_tools(tissue, parts, counts, 2, friction, null_mut()))
+}
+
+/// Both go down from above the top at 30 mm, then aside, the second one turning.
+fn poses(at: u16) -> [ToolPose; 2] {
+    let down = 0.0001 * f32::from(at.min(50));
+    let aside = 0.0001 * f32::from(at.saturating_sub(50).min(40));
+    let (sin, cos) = (0.002 * f32::from(at)).sin_cos();
+    let first = ToolPose {
+        position_m: [-0.01 - aside, 0.001, 0.039 - down],
+        turn: NOT_TURNED,
+        engaged: u32::from(at < 80),
+    };
+    let position_m = [0.012 + aside, -0.003, 0.039 - down];
+    [first, ToolPose { position_m, turn: [cos, 0.0, sin, 0.0], engaged: 1 }]
+}
+
+pub(super) fn tick(tissue: *mut Tissue, at: u16) -> (Output, [ToolOutput; 2]) {
+    let mut output = NO_OUTPUT;
+    let poses = poses(at);
+    assert_eq!(call!(chaincell_tick_tools(tissue, poses.as_ptr(), 2, &mut output)), Code::Ok);
+    (output, [0, 1].map(|tool| felt(tissue, tool)))
+}
+
+/// Ticks up to one of this number; what that gave.
+pub(super) fn play(tissue: *mut Tissue, ticks: u16) -> (Output, [ToolOutput; 2]) {
+    for at in 0..ticks - 1 {
+        tick(tissue, at);
+    }
+    tick(tissue, ticks - 1)
+}
+
+fn felt(tissue: *mut Tissue, tool: u32) -> ToolOutput {
+    let mut output = ToolOutput { contacts: 99, ..NOTHING };
+    assert_eq!(call!(chaincell_output_of_tool(tissue, tool, &mut output)), Code::Ok);
+    output
+}
+
+/// All contacts, and how many there are.
+fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
+    let none = ContactForce {
+        position_m: [7.0; 3],
+        normal_n: [7.0; 3],
+        tangential_n: [7.0; 3],
+        area_m2: 7.0,
+        triangle: 7,
+        cell: 7,
+        tool: 7,
+        part: 7,
+    };
+    let (mut all, mut count) = (std::vec![none; room + 1], usize::MAX);
+    let there = all.as_mut_ptr();
+    assert_eq!(call!(chaincell_contact_forces(tissue, there, room, &mut count)), Code::Ok);
+    assert_eq!(all.last(), Some(&none), "written beyond its room");
+    all.truncate(count.min(room));
+    (all, count)
+}
+
+fn kernels(pose: &ToolPose) -> KernelPose {
+    let &ToolPose { position_m, turn, engaged } = pose;
+    KernelPose { position_m: position_m.into(), turn, engaged }
+}
+
+/// Two tools, one of two parts, with friction and a grip.
+#[test]
+fn tools_are_the_kernels_to_the_last_bit() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(made.tissue, 0.3), Code::Ok);
+    let model = Model::from_bytes(SURFACE).unwrap();
+    let settings = KernelSettings { max_tool_step_m: 0.01, ..KernelSettings::for_model(&model) };
+    let network = Network::new(model, settings).unwrap();
+    let mut own = Own::<144, Track<{ elastic_room(24) }>, 2, 144>::new();
+    let mut store = TouchStore::<144, 256, 300, 2>::new();
+    own.touching(store.room()).reset(&network).unwrap();
+    let [a, b, c] = PARTS.map(|of| KernelPart {
+        centre_m: of.centre_m,
+        turn: of.turn,
+        half_m: of.half_m,
+        radius_m: of.radius_m,
+    });
+    own.touching(store.room()).choose_tools(&network, &[&[a], &[b, c]], 0.3).unwrap();
+    let mut pressed = 0;
+    for at in 0..100 {
+        if at == 60 {
+            let mut samples = 0;
+            assert_eq!(call!(chaincell_grip(made.tissue, 1, &mut samples)), Code::Ok);
+            assert_eq!(samples, own.touching(store.room()).grip(&network, 1));
+            assert!(samples > 3, "{samples}");
+        }
+        if at == 85 {
+            assert_eq!(call!(chaincell_let_go(made.tissue, 1, 10)), Code::Ok);
+            own.touching(store.room()).let_go(1, 10);
+        }
+        let (here, felt) = tick(made.tissue, at);
+        let there =
+            own.touching(store.room()).tick_tools(&network, &poses(at).map(|p| kernels(&p)));
+        assert_eq!(here, Output::of(&there), "tick {at}");
+        for (tool, felt) in felt.iter().enumerate() {
+            let wanted = own.touching(store.room()).tool_output(&network, tool);
+            assert_eq!(felt.force_n, <[f32; 3]>::from(wanted.force_n), "tick {at}");
+            assert_eq!(felt.torque_nm, <[f32; 3]>::from(wanted.torque_nm));
+            assert_eq!((felt.work_j, felt.contacts), (wanted.work_j, wanted.contacts));
+            assert_eq!(felt.stiffness_n_per_m, wanted.stiffness_n_per_m);
+        }
+        let mut samples = 0;
+        assert_eq!(call!(chaincell_gripped(made.tissue, 1, &mut samples)), Code::Ok);
+        assert_eq!(samples, own.touching(store.room()).gripped(&network, 1));
+        pressed += u32::from(felt.iter().all(|of| of.contacts > 0 && of.force_n[2] > 0.0));
+        assert!(at < 20 || (felt[0] == NOTHING) == (at >= 80), "tick {at}");
+    }
+    assert!(pressed > 40, "{pressed}");
+    assert_eq!(hash(made.tissue), own.touching(store.room()).state_hash(&model));
+}
+
+#[test]
+fn contacts_add_up_to_what_their_tools_feel() {
+    let made = placed(Scheme::Predict, &ROOM);
+    assert_eq!(choose(made.tissue, 0.3), Code::Ok);
+    assert_eq!(contacts(made.tissue, 0).1, 0);
+    let (_, felt) = play(made.tissue, 75);
+    let (all, count) = contacts(made.tissue, 200);
+    assert!(all.len() == count && count > 3, "{count}");
+    for (tool, felt) in felt.iter().enumerate() {
+        let own = || all.iter().filter(|of| of.tool as usize == tool);
+        assert_eq!(own().count(), felt.contacts as usize);
+        for axis in 0..3 {
+            let sum: f32 = own().map(|of| of.normal_n[axis] + of.tangential_n[axis]).sum();
+            assert!((sum - felt.force_n[axis]).abs() < 1e-4 * felt.force_n[2], "{sum} {felt:?}");
+        }
+        let across: f32 = own().map(|of| of.tangential_n[0].abs()).sum();
+        assert!(across > 0.1 * felt.force_n[2], "{across}");
+        // The top is at 30 mm; a part's radius at most above and a tool's depth below.
+        for of in own() {
+            assert!((0.02..0.035).contains(&of.position_m[2]), "{of:?}");
+            assert!(of.area_m2 > 0.0 && of.area_m2 < 1.0e-4 && of.cell < 144 && of.part < 2);
+        }
+    }
+    assert!(all.iter().any(|of| of.part == 1 && of.tool == 1));
+    // Less room: the first ones, and how many there are.
+    let (some, whole) = contacts(made.tissue, 3);
+    assert_eq!((some.as_slice(), whole), (&all[..3], count));
+    let mut only = 0;
+    assert_eq!(call!(chaincell_contact_forces(made.tissue, null_mut(), 0, &mut only)), Code::Ok);
+    assert_eq!(only, count);
+}
+
+#[test]
+fn a_late_tick_and_one_that_ends_early_take_poses() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(made.tissue, 0.0), Code::Ok);
+    let before = play(made.tissue, 40).0;
+    let (poses, mut output) = (poses(40), NO_OUTPUT);
+    let code = call!(chaincell_tick_tools_late(made.tissue, poses.as_ptr(), 2, &mut output));
+    assert_eq!((code, output.sweeps, output.force_n), (Code::Ok, 0, before.force_n));
+    assert_ne!(output.flags & FLAG_LATE, 0);
+    extern "C" fn one(_: u32, context: *mut core::ffi::c_void) -> i32 {
+        i32::from(!context.is_null())
+    }
+    let there = poses.as_ptr();
+    #[rustfmt::skip]
+    let code = call!(chaincell_tick_tools_while(
+        made.tissue, there, 2, Some(one), null_mut(), &mut output
+    ));
+    assert_eq!((code, output.sweeps), (Code::Ok, 1));
+    let code =
+        call!(chaincell_tick_tools_while(made.tissue, there, 2, None, null_mut(), &mut output));
+    assert_eq!((code, output.sweeps), (Code::Ok, 4));
+}
+
+#[test]
+fn bad_poses_are_the_kernels_matter() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(made.tissue, 0.3), Code::Ok);
+    play(made.tissue, 40);
+    let [first, second] = poses(40);
+    let bad = [
+        ToolPose { position_m: [f32::NAN, 0.0, 0.0], ..second },
+        ToolPose { turn: [0.0; 4], ..second },
+        ToolPose { engaged: 2, ..second },
+    ];
+    for at in 0..12 {
+        let (poses, mut output) = ([first, bad[at % 3]], NO_OUTPUT);
+        let code = call!(chaincell_tick_tools(made.tissue, poses.as_ptr(), 2, &mut output));
+        let is_safe = output.flags & FLAG_SAFE_STATE != 0;
+        assert!(code == Code::Ok && output.flags & FLAG_BAD_SAMPLE != 0);
+        assert_eq!((is_safe, output.force_n[2] > 0.0), (at >= 10, at < 10), "{at}");
+    }
+}
+
+/// What a choice of tools came to.
+fn chosen(
+    tissue: *mut Tissue,
+    (parts, counts): (&[ToolPart], &[u32]),
+    friction: f32,
+) -> (Code, [usize; 3], f32) {
+    let (parts, tools, mut detail) = (parts.as_ptr(), counts.len(), Detail::default());
+    let counts = counts.as_ptr();
+    let code = call!(chaincell_choose_tools(tissue, parts, counts, tools, friction, &mut detail));
+    (code, [detail.position as usize, detail.needed, detail.available], detail.limit)
+}
+
+#[test]
+fn tools_that_cannot_be_are_refused_and_the_old_ones_stay() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(made.tissue, 0.3), Code::Ok);
+    let why = |parts: &[ToolPart], counts: &[u32], friction| {
+        chosen(made.tissue, (parts, counts), friction)
+    };
+    assert_eq!(why(&[], &[], 0.0), (Code::ContactTools, [0, 0, 2], 0.0));
+    assert_eq!(why(&PARTS, &[1, 1, 1], 0.0), (Code::ContactTools, [0, 3, 2], 0.0));
+    assert_eq!(why(&PARTS, &[1, 0], 0.0), (Code::ContactParts, [1, 0, 8], 0.0));
+    assert_eq!(why(&PARTS, &[9], 0.0), (Code::ContactParts, [0, 9, 8], 0.0));
+    assert_eq!(
+        why(&PARTS, &[1, u32::MAX], 0.0),
+        (Code::ContactParts, [1, u32::MAX as usize, 8], 0.0)
+    );
+    for bad in [
+        ToolPart { radius_m: 0.0, ..BALL },
+        ToolPart { radius_m: f32::NAN, ..BALL },
+        ToolPart { half_m: [0.0, -0.001, 0.0], ..BALL },
+        ToolPart { turn: [0.0; 4], ..BALL },
+        ToolPart { centre_m: [f32::INFINITY, 0.0, 0.0], ..BALL },
+    ] {
+        assert_eq!(why(&[BALL, BALL, bad], &[1, 2], 0.0), (Code::ContactPart, [2, 0, 0], 0.0));
+    }
+    for friction in [-0.1, 10.1, f32::NAN, f32::INFINITY] {
+        assert_eq!(why(&PARTS, &COUNTS, friction), (Code::ContactFriction, [0; 3], 10.0));
+    }
+    let tiny = ToolPart { radius_m: 1.0e-5, ..BALL };
+    let (code, _, limit) = why(&[tiny], &[1], 0.0);
+    assert!(code == Code::ContactRadiusMin && limit > 1.0e-4);
+    // Nothing was chosen by any of them.
+    let other = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(other.tissue, 0.3), Code::Ok);
+    for at in 0..60 {
+        assert_eq!(tick(made.tissue, at), tick(other.tissue, at));
+    }
+    assert_eq!(choose(made.tissue, 0.3), Code::ContactEngaged);
+}
+
+#[test]
+fn what_there_is_no_room_for_is_refused() {
+    let sphere = (&[BALL][..], &[1][..]);
+    let made = placed(Scheme::Track, &Room { samples: 0, ..ROOM });
+    assert_eq!(chosen(made.tissue, sphere, 0.3).0, Code::ContactSamples);
+    assert_eq!(chosen(made.tissue, sphere, 0.0).0, Code::Ok);
+    assert_eq!(call!(chaincell_grip(made.tissue, 0, null_mut())), Code::ContactSamples);
+    let without = placed(Scheme::Track, &Room { contacts: 2, ..Room::default() });
+    assert_eq!(chosen(without.tissue, sphere, 0.0), (Code::ContactRoom, [0, 144, 0], 0.0));
+    let links = make(BOX, Scheme::Track, 1);
+    assert_eq!(chosen(links.tissue, sphere, 0.0).0, Code::ContactNoSurface);
+    for tissue in [without.tissue, links.tissue] {
+        let (poses, mut output, mut count) = (poses(0), NO_OUTPUT, 0);
+        let code = call!(chaincell_tick_tools(tissue, poses.as_ptr(), 1, &mut output));
+        assert_eq!((code, output.flags), (Code::ContactRoom, FLAG_SAFE_STATE));
+        let code = call!(chaincell_contact_forces(tissue, null_mut(), 0, &mut count));
+        assert_eq!(code, Code::ContactRoom);
+        let mut felt = NOTHING;
+        assert_eq!(call!(chaincell_output_of_tool(tissue, 0, &mut felt)), Code::ContactRoom);
+        assert_eq!(call!(chaincell_grip(tissue, 0, &mut count)), Code::ContactRoom);
+        assert_eq!(call!(chaincell_gripped(tissue, 0, &mut count)), Code::ContactRoom);
+        assert_eq!(call!(chaincell_let_go(tissue, 0, 1)), Code::ContactRoom);
+    }
+}
+
+#[test]
+fn numbers_out_of_their_range_are_refused() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(chosen(made.tissue, (&[BALL], &[1]), 0.3).0, Code::Ok);
+    let (poses, mut output, mut count) = (poses(0), NO_OUTPUT, 0);
+    for wrong in [0, 3, usize::MAX] {
+        let code = call!(chaincell_tick_tools(made.tissue, poses.as_ptr(), wrong, &mut output));
+        assert_eq!((code, output.flags), (Code::Range, FLAG_SAFE_STATE));
+    }
+    for wrong in [2, u32::MAX] {
+        let mut felt = NOTHING;
+        assert_eq!(call!(chaincell_output_of_tool(made.tissue, wrong, &mut felt)), Code::Range);
+        assert_eq!(call!(chaincell_grip(made.tissue, wrong, &mut count)), Code::Range);
+        assert_eq!(call!(chaincell_gripped(made.tissue, wrong, &mut count)), Code::Range);
+        assert_eq!(call!(chaincell_let_go(made.tissue, wrong, 1)), Code::Range);
+    }
+    assert_eq!(call!(chaincell_let_go(made.tissue, 0, 65_536)), Code::Range);
+    assert_eq!(call!(chaincell_let_go(made.tissue, 0, 65_535)), Code::Ok);
+    // There is room for a second tool, and none was chosen: it feels and grips nothing.
+    assert_eq!(felt(made.tissue, 1), NOTHING);
+    assert_eq!((call!(chaincell_grip(made.tissue, 1, &mut count)), count), (Code::Ok, 0));
+}
+
+#[test]
+fn every_pointer_of_tools_is_checked() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(made.tissue, 0.3), Code::Ok);
+    let before = hash(made.tissue);
+    let (poses, count, mut output) = (poses(0), 0_usize, NO_OUTPUT);
+    let (felt, contact) = (NOTHING, [0_u64; 8]);
+    for (skip, code) in [(0, Code::Null), (1, Code::Misaligned)] {
+        fn bad<T>(good: *const T, skip: usize) -> *mut T {
+            if skip == 0 { null_mut() } else { good.cast_mut().wrapping_byte_add(1) }
+        }
+        let tissue = bad(made.tissue, skip);
+        let (parts, counts) = (PARTS.as_ptr(), COUNTS.as_ptr());
+        let got = [
+            call!(chaincell_choose_tools(tissue, parts, counts, 2, 0.0, null_mut())),
+            call!(chaincell_choose_tools(
+                made.tissue,
+                bad(parts, skip),
+                counts,
+                2,
+                0.0,
+                null_mut()
+            )),
+            call!(chaincell_choose_tools(
+                made.tissue,
+                parts,
+                bad(counts, skip),
+                2,
+                0.0,
+                null_mut()
+            )),
+            call!(chaincell_tick_tools(tissue, poses.as_ptr(), 2, &mut output)),
+            call!(chaincell_tick_tools(made.tissue, bad(poses.as_ptr(), skip), 2, &mut output)),
+            call!(chaincell_tick_tools(made.tissue, poses.as_ptr(), 2, bad(&output, skip))),
+            call!(chaincell_tick_tools_late(tissue, poses.as_ptr(), 2, &mut output)),
+            call!(chaincell_output_of_tool(tissue, 0, (&raw const felt).cast_mut())),
+            call!(chaincell_output_of_tool(made.tissue, 0, bad(&felt, skip))),
+            call!(chaincell_contact_forces(
+                made.tissue,
+                bad(contact.as_ptr(), skip).cast(),
+                1,
+                (&raw const count).cast_mut()
+            )),
+            call!(chaincell_contact_forces(made.tissue, null_mut(), 0, bad(&count, skip))),
+            call!(chaincell_grip(tissue, 0, null_mut())),
+            call!(chaincell_gripped(made.tissue, 0, bad(&count, skip))),
+            call!(chaincell_let_go(tissue, 0, 1)),
+        ];
+        assert_eq!(got, [code; 14]);
+    }
+    let misaligned = (&raw const count).cast_mut().wrapping_byte_add(1);
+    assert_eq!(call!(chaincell_grip(made.tissue, 0, misaligned)), Code::Misaligned);
+    let (model, room) = (super::model_of(SURFACE), ROOM);
+    let sizes = |room: *const Room| {
+        call!(chaincell_model_size_with(&model, 0, room, null_mut(), null_mut()))
+    };
+    assert_eq!(sizes(null()), Code::Null);
+    assert_eq!(sizes((&raw const room).wrapping_byte_add(1)), Code::Misaligned);
+    assert_eq!(sizes(&room), Code::Ok);
+    assert_eq!(hash(made.tissue), before);
+}
+
+/// A reset body has no tools, and a released one no contacts.
+#[test]
+fn released_tools_touch_nothing() {
+    let made = placed(Scheme::Track, &ROOM);
+    assert_eq!(choose(made.tissue, 0.3), Code::Ok);
+    play(made.tissue, 60);
+    assert!(contacts(made.tissue, 100).1 > 0);
+    let (mut away, mut output) = (poses(60), NO_OUTPUT);
+    for pose in &mut away {
+        pose.engaged = 0;
+    }
+    assert_eq!(call!(chaincell_tick_tools(made.tissue, away.as_ptr(), 2, &mut output)), Code::Ok);
+    assert_eq!((output.force_n, output.contacts), ([0.0; 3], 0));
+    assert_eq!([0, 1].map(|tool| felt(made.tissue, tool)), [NOTHING; 2]);
+    assert_eq!(contacts(made.tissue, 100).1, 0);
+    assert_eq!(call!(chaincell_tissue_reset(made.tissue, null_mut())), Code::Ok);
+    assert_eq!(tick(made.tissue, 55).0.contacts, 0);
+}

@@ -1,0 +1,458 @@
+//! Tools on a model with a contact surface: their choice, a tick with a pose for each, what each
+//! feels, what it is in contact with, what it grips.
+
+use core::mem::offset_of;
+
+use chaincell_kernel::{PARTS_MAX, TOOLS_MAX};
+
+use crate::code::{Code, Detail, Refusal};
+use crate::layout::{self, Parts, Sizes, Tissue, by_touching_scheme};
+use crate::memory;
+use crate::settings::Scheme;
+use crate::tick::{More, Output, Sweeps, answer_to, goes_on};
+
+/// A convex part of a tool with rounded edges, in the tool's frame. Any bits are admitted: a part
+/// that cannot be is refused.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolPart {
+    /// Its middle \[m\].
+    pub centre_m: [f32; 3],
+    /// Turns its own frame into the tool's: a unit quaternion w, x, y, z.
+    pub turn: [f32; 4],
+    /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
+    /// box. Of a half space the core is all that lies below z = -radius: infinite in every axis.
+    pub half_m: [f32; 3],
+    /// Radius of the rounded edges around the core, above 0 \[m\]. Tissue is never pushed deeper into
+    /// the tool than half of it.
+    pub radius_m: f32,
+}
+
+/// Where a tool is. Any bits are admitted, as for a `chaincell_sample`: a pose that is not finite,
+/// whose `engaged` is neither 0 nor 1, or whose quaternion is not of length 1/2 to 2 makes the sample
+/// a bad one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolPose {
+    /// Where its frame is in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
+    pub turn: [f32; 4],
+    /// 1 while the tissue feels it, else 0.
+    pub engaged: u32,
+}
+
+/// What one of several tools feels in a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ToolOutput {
+    /// Force of the tissue on the tool \[N\].
+    pub force_n: [f32; 3],
+    /// Torque on it about its position \[N m\].
+    pub torque_nm: [f32; 3],
+    /// Its part in the `work_j` of `chaincell_output`, the torque's times the turn included \[J\].
+    pub work_j: f32,
+    /// Upper bound of the stiffness that it meets within a tick \[N/m\].
+    pub stiffness_n_per_m: f32,
+    /// Triangles that it is in contact with, or whose samples it grips.
+    pub contacts: u32,
+}
+
+/// The contact of one triangle with one part of a tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ContactForce {
+    /// Where it acts, in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// Pressure on the tool \[N\].
+    pub normal_n: [f32; 3],
+    /// Friction, or the pull of a grip, on the tool \[N\].
+    pub tangential_n: [f32; 3],
+    /// Area of the triangle at rest that is in contact \[m2\].
+    pub area_m2: f32,
+    /// The triangle, in the model's order.
+    pub triangle: u32,
+    /// The cell at the corner that takes the largest share; `chaincell_model_input_id` has its id.
+    pub cell: u32,
+    /// The tool, from 0.
+    pub tool: u32,
+    /// Which of its parts, from 0.
+    pub part: u32,
+}
+
+type KernelPart = chaincell_kernel::ToolPart;
+type KernelPose = chaincell_kernel::ToolPose;
+
+// Lists of parts and poses are read where they are.
+const _: () = assert!(size_of::<ToolPart>() == size_of::<KernelPart>());
+const _: () = assert!(align_of::<ToolPart>() == align_of::<KernelPart>());
+const _: () = assert!(offset_of!(ToolPart, centre_m) == offset_of!(KernelPart, centre_m));
+const _: () = assert!(offset_of!(ToolPart, turn) == offset_of!(KernelPart, turn));
+const _: () = assert!(offset_of!(ToolPart, half_m) == offset_of!(KernelPart, half_m));
+const _: () = assert!(offset_of!(ToolPart, radius_m) == offset_of!(KernelPart, radius_m));
+const _: () = assert!(size_of::<ToolPose>() == size_of::<KernelPose>());
+const _: () = assert!(align_of::<ToolPose>() == align_of::<KernelPose>());
+const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose, position_m));
+const _: () = assert!(offset_of!(ToolPose, turn) == offset_of!(KernelPose, turn));
+const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
+
+/// What is the same for every scheme, of a tissue with room for tools.
+///
+/// # Safety
+/// As [`layout::front`].
+unsafe fn touching(tissue: *const Tissue) -> Result<(Scheme, Sizes), Code> {
+    // SAFETY: the caller's promise is handed on.
+    let (scheme, sizes) = unsafe { layout::front(tissue) }?;
+    if sizes.touch.is_none() { Err(Code::ContactRoom) } else { Ok((scheme, sizes)) }
+}
+
+/// The same, where there is room for this tool.
+///
+/// # Safety
+/// As [`layout::front`].
+unsafe fn with_tool(tissue: *const Tissue, tool: u32) -> Result<(Scheme, Sizes, usize), Code> {
+    // SAFETY: the caller's promise is handed on.
+    let (scheme, sizes) = unsafe { touching(tissue) }?;
+    let tool = tool as usize;
+    if tool < sizes.touch.tools() { Ok((scheme, sizes, tool)) } else { Err(Code::Range) }
+}
+
+/// Cuts a list of parts into those of each tool.
+///
+/// # Safety
+/// As [`chaincell_choose_tools`].
+unsafe fn cut<'a>(
+    parts: *const ToolPart,
+    counts: &[u32],
+    tools: &mut [&'a [KernelPart]; TOOLS_MAX],
+) -> Result<(), Refusal> {
+    let mut all = 0;
+    for (tool, &count) in counts.iter().enumerate() {
+        let count = count as usize;
+        if !(1..=PARTS_MAX).contains(&count) {
+            return Err(Refusal::position(Code::ContactParts, tool).with_sizes(count, PARTS_MAX));
+        }
+        all += count;
+    }
+    // SAFETY: the layouts are the same, and the caller says what stands there.
+    let mut rest: &'a [KernelPart] = unsafe { memory::slice(parts.cast(), all) }?;
+    for (slot, &count) in tools.iter_mut().zip(counts) {
+        (*slot, rest) = rest.split_at_checked(count as usize).unwrap_or((rest, &[]));
+    }
+    Ok(())
+}
+
+/// # Safety
+/// As [`chaincell_choose_tools`].
+unsafe fn choose(
+    tissue: *mut Tissue,
+    parts: *const ToolPart,
+    (counts, tools): (*const u32, usize),
+    friction: f32,
+) -> Result<(), Refusal> {
+    // SAFETY: the caller's promises are handed on.
+    let ((scheme, sizes), model) = unsafe { (layout::front(tissue)?, layout::model(tissue)) };
+    if !model.has_contact_surface() {
+        return Err(Code::ContactNoSurface.into());
+    }
+    if sizes.touch.is_none() {
+        let is_built = cfg!(feature = "surface");
+        let code = if is_built { Code::ContactRoom } else { Code::ContactProbeSurface };
+        return Err(Refusal::sizes(code, sizes.cells, 0));
+    }
+    let room = sizes.touch.tools();
+    if !(1..=room).contains(&tools) {
+        return Err(Refusal::sizes(Code::ContactTools, tools, room));
+    }
+    let mut lists: [&[KernelPart]; TOOLS_MAX] = [&[]; TOOLS_MAX];
+    // SAFETY: the caller's promises are handed on; there are no more counts than slots.
+    let counts = unsafe {
+        let counts = memory::slice(counts, tools)?;
+        cut(parts, counts, &mut lists)?;
+        counts
+    };
+    let lists = lists.get(..tools).unwrap_or(&[]);
+    let chosen = by_touching_scheme!(scheme, D => {
+        // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+        let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
+        body.choose_tools(network, lists, friction)
+    });
+    chosen.map_err(|why| match why {
+        chaincell_kernel::ContactError::Part { tool, part } => {
+            let before = counts.iter().take(tool).fold(part, |sum, &count| sum + count as usize);
+            Refusal::position(Code::ContactPart, before)
+        }
+        why => why.into(),
+    })
+}
+
+/// Gives the tissue tools on the model's surface in place of chosen cells: `tools` of them, tool i of
+/// `counts[i]` parts, 1 to 8; `parts` has those of the first tool, then those of the second and so on.
+/// `friction` is the coefficient of all by Coulomb's law, 0 to 10.
+///
+/// The model was baked with `--probe-contact surface`, the tissue initialised by
+/// `chaincell_tissue_init_with` with room for so many tools, and for samples where there is friction.
+/// The lists are copied. Refused while a tool is engaged; a refused choice leaves the old one. `detail`
+/// may be null.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` or `chaincell_tissue_init_with` and no other thread
+/// uses it; `counts` are `tools` numbers, `parts` as many parts as they say, `detail` is null or
+/// storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_choose_tools(
+    tissue: *mut Tissue,
+    parts: *const ToolPart,
+    counts: *const u32,
+    tools: usize,
+    friction: f32,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { crate::answer(detail, || choose(tissue, parts, (counts, tools), friction)) }
+}
+
+/// # Safety
+/// As [`chaincell_tick_tools_while`].
+unsafe fn tick(
+    tissue: *mut Tissue,
+    (poses, count): (*const ToolPose, usize),
+    sweeps: Sweeps,
+) -> Result<Output, Code> {
+    // SAFETY: the caller's promises are handed on.
+    let (scheme, sizes) = unsafe { touching(tissue) }?;
+    if !(1..=sizes.touch.tools()).contains(&count) {
+        return Err(Code::Range);
+    }
+    // SAFETY: the layouts are the same, and the caller says what stands there.
+    let poses: &[KernelPose] = unsafe { memory::slice(poses.cast(), count) }?;
+    let answer = by_touching_scheme!(scheme, D => {
+        // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+        let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
+        match sweeps {
+            Sweeps::All => body.tick_tools(network, poses),
+            Sweeps::Late => body.tick_tools_late(network, poses),
+            Sweeps::While(more, context) => body.tick_tools_while(network, poses, |done| {
+                // SAFETY: the caller says that it may be called with this context.
+                unsafe { goes_on(more, done, context) }
+            }),
+        }
+    });
+    Ok(Output::of(&answer))
+}
+
+/// As `chaincell_tick`, with a pose for each tool: `count` of them, 1 to as many as the tissue has room
+/// for, best as many as tools were chosen. Tools beyond the poses stay as they are; but all let go where
+/// no pose is engaged. One bad pose makes the sample a bad one.
+///
+/// `output` is that of the first tool, with the work of all; `chaincell_output_of_tool` has the others'.
+/// `chaincell_tick` moves the first tool alone, not turned; all let go where its sample is not engaged.
+///
+/// # Safety
+/// As `chaincell_tick`; `poses` are `count` poses.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick_tools(
+    tissue: *mut Tissue,
+    poses: *const ToolPose,
+    count: usize,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { answer_to(output, || tick(tissue, (poses, count), Sweeps::All)) }
+}
+
+/// As `chaincell_tick_tools`, ended as by `chaincell_tick_while`.
+///
+/// # Safety
+/// As `chaincell_tick_tools`; `more` is null or may be called with `context`, and does not touch the
+/// tissue.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick_tools_while(
+    tissue: *mut Tissue,
+    poses: *const ToolPose,
+    count: usize,
+    more: More,
+    context: *mut core::ffi::c_void,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { answer_to(output, || tick(tissue, (poses, count), Sweeps::While(more, context))) }
+}
+
+/// As `chaincell_tick_late`, with a pose for each tool: none moves before the next tick with a sweep.
+///
+/// # Safety
+/// As `chaincell_tick_tools`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick_tools_late(
+    tissue: *mut Tissue,
+    poses: *const ToolPose,
+    count: usize,
+    output: *mut Output,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { answer_to(output, || tick(tissue, (poses, count), Sweeps::Late)) }
+}
+
+/// What a tool, from 0, felt in the last tick with a sweep; nothing while it is not engaged or was not
+/// chosen.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `output` is storage
+/// for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_output_of_tool(
+    tissue: *mut Tissue,
+    tool: u32,
+    output: *mut ToolOutput,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
+        let felt = by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
+            body.tool_output(network, tool)
+        });
+        let value = ToolOutput {
+            force_n: felt.force_n.into(),
+            torque_nm: felt.torque_nm.into(),
+            work_j: felt.work_j,
+            stiffness_n_per_m: felt.stiffness_n_per_m,
+            contacts: felt.contacts,
+        };
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(output, value) }
+    }))
+}
+
+/// The contacts of all tools as they are now, one for each triangle and part of a tool: writes the first
+/// `room` of them and says in `count` how many there are. `contacts` may be null where `room` is 0.
+///
+/// Cost: one look at the samples in reach.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `contacts` has room for
+/// `room` of them, `count` is storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_contact_forces(
+    tissue: *mut Tissue,
+    contacts: *mut ContactForce,
+    room: usize,
+    count: *mut usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { touching(tissue) }.and_then(|(scheme, sizes)| {
+        memory::check(count)?;
+        if room > 0 {
+            memory::check(contacts)?;
+        }
+        let mut found = 0;
+        by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: mut body, .. } =
+                unsafe { layout::parts::<D>(tissue, sizes) };
+            body.contact_forces(network, |of| {
+                if found < room {
+                    // SAFETY: checked above, and the caller says that there is room for it.
+                    unsafe { contacts.add(found).write(ContactForce::of(of)) };
+                }
+                found += 1;
+            });
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(count, found) }
+    }))
+}
+
+impl ContactForce {
+    fn of(kernel: &chaincell_kernel::ContactForce) -> Self {
+        Self {
+            position_m: kernel.position_m,
+            normal_n: kernel.normal_n,
+            tangential_n: kernel.tangential_n,
+            area_m2: kernel.area_m2,
+            triangle: kernel.triangle,
+            cell: kernel.cell.into(),
+            tool: kernel.tool.into(),
+            part: kernel.part.into(),
+        }
+    }
+}
+
+/// A tool, from 0, grips what it is in contact with: it holds these samples where they are in its frame,
+/// without slip, until `chaincell_let_go` or until it is no longer engaged. A tool that stays is a pin.
+/// `samples` says how many it holds, 0 where it touches nothing; it may be null.
+///
+/// The force does not jump: a grip begins without pull. Between two ticks. The tissue must have room for
+/// samples.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is null or
+/// storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_grip(
+    tissue: *mut Tissue,
+    tool: u32,
+    samples: *mut usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
+        if !sizes.touch.holds() {
+            return Err(Code::ContactSamples);
+        }
+        if !samples.is_null() {
+            memory::check(samples)?;
+        }
+        let held = by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: mut body, .. } =
+                unsafe { layout::parts::<D>(tissue, sizes) };
+            body.grip(network, tool)
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write_if_asked(samples, held) }
+    }))
+}
+
+/// A tool, from 0, lets go of what it grips, within so many ticks, at most 65,535: the pull falls to 0
+/// evenly. 0 is as 1.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_let_go(tissue: *mut Tissue, tool: u32, ticks: u32) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
+        let ticks = u16::try_from(ticks).map_err(|_| Code::Range)?;
+        by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
+            body.let_go(tool, ticks);
+        });
+        Ok(())
+    }))
+}
+
+/// Samples that a tool, from 0, grips.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init_with` and no other thread uses it; `samples` is storage for
+/// the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_gripped(
+    tissue: *mut Tissue,
+    tool: u32,
+    samples: *mut usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { with_tool(tissue, tool) }.and_then(|(scheme, sizes, tool)| {
+        let held = by_touching_scheme!(scheme, D => {
+            // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
+            let Parts { network, tissue: mut body, .. } =
+                unsafe { layout::parts::<D>(tissue, sizes) };
+            body.gripped(network, tool)
+        });
+        // SAFETY: the caller's promises are handed on.
+        unsafe { memory::write(samples, held) }
+    }))
+}
