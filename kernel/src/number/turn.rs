@@ -27,6 +27,9 @@ impl Turn {
     /// No rotation.
     pub const NONE: Self = Self([1.0, 0.0, 0.0, 0.0]);
 
+    /// All bits 0, for memory that nobody reads.
+    pub(crate) const EMPTY: Self = Self([0.0; 4]);
+
     /// The rotation of a quaternion, real part first, made a unit; `None` where it is not finite or
     /// its length is not within 1/2 and 2.
     #[must_use]

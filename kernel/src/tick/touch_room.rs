@@ -55,7 +55,7 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
     /// RAM \[bytes\].
     pub const RAM_BYTES: usize = size_of::<Self>();
 
-    /// Without tools.
+    /// Without tools: all bits 0.
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(NEAR > 0 && NEAR <= 65_535, "between 1 and 65,535 triangles in reach") };
@@ -66,9 +66,9 @@ impl<const CELLS: usize, const NEAR: usize, const HELD: usize, const TOOLS: usiz
             factors: [0.0; CELLS],
             pulls: [Cell::ZERO; CELLS],
             near: [NearTriangle::NONE; NEAR],
-            anchors: [[Anchor::NONE; HELD]; 2],
+            anchors: [[Anchor::EMPTY; HELD]; 2],
             coarse: [CoarseTouch::NONE],
-            tools: [ToolState::NONE; TOOLS],
+            tools: [ToolState::EMPTY; TOOLS],
             state: [TouchState::AWAY],
         }
     }

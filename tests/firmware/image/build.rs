@@ -5,6 +5,9 @@
 //! - `CHAINCELL_MODEL`: path of a model image
 //! - `CHAINCELL_SCHEME`, `CHAINCELL_TIER`: scheme and number type
 //! - `CHAINCELL_HELD`: input ids of the held cells, with commas
+//! - `CHAINCELL_TOOL`: a sphere that meets the body's surface in place of held cells, empty for
+//!   none: radius, friction, x, y, z where it begins (bits of `f32`, \[m\]), slots for triangles
+//!   and for samples that friction holds, with commas
 //! - `CHAINCELL_SWEEPS`, `CHAINCELL_UNLOADING` (a variant's name), `CHAINCELL_MAX_FORCE_BITS`:
 //!   settings
 //! - `CHAINCELL_TRACE`, `CHAINCELL_ALTERED`, with the feature `checks`: paths of a trace of the scene
@@ -25,6 +28,8 @@ const FLASH_BYTES: u32 = 2 << 20;
 const RAM_BYTES: u32 = 1 << 20;
 /// Scales of the rest shape that bring every link out of its band: too long, too short.
 const WORST: [(&str, f32); 2] = [("LONG", 1.5), ("SHORT", 0.5)];
+/// The rest shape, in images with a tool.
+const REST: (&str, f32) = ("REST", 1.0);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
@@ -77,10 +82,12 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
     let bytes = aligned(&mut room, &file);
     let model = Model::from_bytes(bytes).map_err(|why| format!("CHAINCELL_MODEL {path}: {why}"))?;
     let held = variable("CHAINCELL_HELD")?;
-    let count = held.split(',').count();
+    let count = held.split(',').filter(|id| !id.is_empty()).count();
     let scheme = scheme(model.hats(), count, model.is_nodal())?;
     let mut text = String::new();
-    for (name, scale) in WORST {
+    let is_touched = !variable("CHAINCELL_TOOL")?.is_empty();
+    let states: Vec<_> = WORST.into_iter().chain(is_touched.then_some(REST)).collect();
+    for &(name, scale) in &states {
         let rest = (0..model.cells()).flat_map(|cell| model.rest_position(cell));
         let state: Vec<u8> = rest.flat_map(|x| (x * scale).to_le_bytes()).collect();
         fs::write(out.join(format!("{name}.bin")), state)?;
@@ -101,6 +108,7 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
         let path = if kind == "Unloading" { "Unloading::" } else { "" };
         writeln!(text, "pub const {name}: {kind} = {path}{value};")?;
     }
+    writeln!(text, "{}", tool(&variable("CHAINCELL_TOOL")?)?)?;
     writeln!(text, "pub type Scheme = {scheme};")?;
     writeln!(text, "pub static IMAGE: &[u8] = chaincell_kernel::include_model!({path:?});")?;
     if env::var_os("CARGO_FEATURE_CHECKS").is_some() {
@@ -112,8 +120,27 @@ fn scene(out: &Path) -> Result<(String, u32), Box<dyn Error>> {
         let ticks = variable("CHAINCELL_TRACE_TICKS")?;
         writeln!(text, "pub const TRACE_TICKS: u32 = {ticks};")?;
     }
-    let states_bytes = WORST.len() * model.cells() * 12;
+    let states_bytes = states.len() * model.cells() * 12;
     Ok((text, u32::try_from(states_bytes)?))
+}
+
+/// The tool and its memory.
+fn tool(said: &str) -> Result<String, String> {
+    let numbers: Vec<&str> = said.split(',').collect();
+    match numbers[..] {
+        [""] => Ok("pub const TOOLS: Option<Tools> = None;".into()),
+        [radius, friction, x, y, z, near, anchors] => {
+            let [radius, friction, x, y, z] =
+                [radius, friction, x, y, z].map(|bits| format!("f32::from_bits({bits})"));
+            Ok(format!(
+                "pub const NEAR: usize = {near};\npub const ANCHORS: usize = {anchors};\n\
+                 pub const TOOLS: Option<Tools> = Some(Tools {{ \
+                 parts: &[&[chaincell_kernel::ToolPart::sphere({radius})]], \
+                 friction: {friction}, start_m: [[{x}, {y}, {z}]; 2], turn_m: 1.0 }});"
+            ))
+        }
+        _ => Err(format!("CHAINCELL_TOOL {said}: seven numbers or none")),
+    }
 }
 
 fn aligned<'a>(room: &'a mut [u128], file: &[u8]) -> &'a [u8] {

@@ -27,17 +27,19 @@ mod list;
 mod motion;
 pub mod report;
 mod run;
+mod tools;
 
 pub use digest::{Digest, TICK_BYTES};
 pub use goldens::{GOLDENS, Golden, TICKS, golden};
 pub use list::*;
 pub use motion::sample;
 pub use run::{Act, Difference, FAULT, Run, RunError, Stepper, first_difference};
+pub use tools::{TOOLS_MAX, Tools};
 
 /// Number type that a scheme computes in.
 pub use chaincell_kernel::Arithmetic as Tier;
 
-use chaincell_kernel::{Model, Settings};
+use chaincell_kernel::{Model, Settings, ToolSample};
 
 /// What is played.
 #[derive(Debug, Clone, Copy)]
@@ -54,8 +56,29 @@ pub struct Scene {
     pub cells: usize,
     /// Input ids of the cells that the tool holds.
     pub held: &'static [u32],
+    /// Tools that meet the body's surface; then no cells are held.
+    pub tools: Option<Tools>,
     /// Depth of a press \[m\].
     pub reach_m: f32,
     /// Settings for the body.
     pub settings: fn(&Model<'_>) -> Settings,
+}
+
+impl Scene {
+    /// The sample of a tick.
+    #[must_use]
+    pub fn sample(&self, tick: u32) -> ToolSample {
+        match self.tools() {
+            Some(Tools { start_m: [start_m, _], .. }) => {
+                motion::press(*start_m, self.reach_m, tick)
+            }
+            None => sample(self.reach_m, tick),
+        }
+    }
+
+    /// The tools; none in a program that is built without contact on surfaces.
+    #[must_use]
+    pub fn tools(&self) -> Option<&Tools> {
+        self.tools.as_ref().filter(|_| cfg!(feature = "surface"))
+    }
 }

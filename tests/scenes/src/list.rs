@@ -3,13 +3,13 @@
 //! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Model, Predict, Rkl1, Rkl2, Settings, Tissue, Track, Unloading,
-    coarse_room, elastic_room, include_model,
+    Dynamics, Euler, GaussSeidel, Model, Predict, Rkl1, Rkl2, Settings, Tissue, ToolPart,
+    TouchStore, Track, Unloading, coarse_room, elastic_room, include_model,
 };
 
 use fixed::types::I8F24;
 
-use crate::{Act, Scene, Tier};
+use crate::{Act, Scene, Tier, Tools};
 
 /// `chaincell bake plane:21x21x0.01 --hats none --colours --lean`: four neighbours.
 pub static PLANE4: &[u8] = include_model!("../../data/plane4.chaincell");
@@ -25,6 +25,27 @@ pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 
 /// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5`: nodal shapes, hats.
 pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
+/// The same with `--probe-contact surface`.
+pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");
+
+/// A scissor of two capsules with a ball at their end, and a rounded box beside a sphere.
+const SCISSOR: [ToolPart; 3] = [
+    ToolPart {
+        centre_m: [0.006, 0.0, 0.008],
+        turn: [1.0, 0.0, 0.5, 0.0],
+        ..ToolPart::capsule(0.01, 0.005)
+    },
+    ToolPart {
+        centre_m: [-0.006, 0.0, 0.008],
+        turn: [1.0, 0.0, -0.5, 0.0],
+        ..ToolPart::capsule(0.01, 0.005)
+    },
+    ToolPart::sphere(0.007),
+];
+const SPATULA: [ToolPart; 2] = [
+    ToolPart::rounded_box([0.006, 0.004, 0.001], 0.005),
+    ToolPart { centre_m: [0.009, 0.0, 0.004], ..ToolPart::sphere(0.007) },
+];
 
 /// Defaults but for the number of sweeps, the bands and the force's limit.
 fn settings<D: Dynamics>(
@@ -37,10 +58,31 @@ fn settings<D: Dynamics>(
     Settings { sweeps, tick_time, unloading, max_force_n, ..Settings::for_model(model) }
 }
 
+/// Plays a scene in its tissue, with memory for contact on surfaces where it has tools.
+macro_rules! act_in {
+    ($act:ident, $scene:expr, $body:expr) => {
+        $act.act($scene, $body.view())
+    };
+    ($act:ident, $scene:expr, $body:expr, $touch:ty) => {
+        $act.act($scene, $body.touching(<$touch>::new().room()))
+    };
+}
+
+/// What there may be.
+macro_rules! option {
+    () => {
+        None
+    };
+    ($value:expr) => {
+        Some($value)
+    };
+}
+
 macro_rules! scenes {
     ($($(#[$doc:meta])* $name:ident {
         image: $image:ident, cells: $cells:literal, $(states: $states:literal,)?
-        held: $held:expr, reach_m: $reach:literal,
+        held: $held:expr, $(tools: $tools:expr, near: $near:literal, anchors: $anchors:literal,)?
+        reach_m: $reach:literal,
         scheme: $scheme:ty, also: [$($tier:ident $other:ty),*], sweeps: $sweeps:literal, unloading: $unloading:ident,
         max_force_n: $force:expr,
     })*) => {
@@ -62,6 +104,7 @@ macro_rules! scenes {
                 image: $image,
                 cells: $cells,
                 held: HELD,
+                tools: option!($($tools)?),
                 reach_m: $reach,
                 settings: |model| {
                     settings::<Scheme>(model, $sweeps, Unloading::$unloading, $force)
@@ -77,7 +120,8 @@ macro_rules! scenes {
         pub fn stage<A: Act>(name: &str, tier: Tier, act: A) -> Option<A::Output> {
             match (name, tier) {
                 $((stringify!($name), Tier::F32) => {
-                    Some(act.act(&$name::SCENE, $name::Body::new().view()))
+                    Some(act_in!(act, &$name::SCENE, $name::Body::new()
+                        $(, TouchStore<$cells, $near, $anchors, { crate::TOOLS_MAX }>)?))
                 }
                 $((stringify!($name), Tier::$tier) => {
                     Some(act.act(&$name::SCENE, $name::BodyOf::<$other>::new().view()))
@@ -147,5 +191,32 @@ scenes! {
     varied300_gauss_seidel {
         image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
         scheme: GaussSeidel, also: [], sweeps: 3, unloading: Release, max_force_n: f32::INFINITY,
+    }
+    /// A sphere with friction that presses that block, slides and lets go, with a prediction; the kernel
+    /// needs its feature `surface`, here and below.
+    touch6_predict {
+        image: TOUCH6, cells: 144, states: 144, held: [],
+        tools: Tools {
+            parts: &[&[ToolPart::sphere(0.008)]],
+            friction: 0.3,
+            start_m: [[-0.003, -0.007, 0.039]; 2],
+            turn_m: 0.01,
+        },
+        near: 256, anchors: 256, reach_m: 0.012,
+        scheme: Predict<{ elastic_room(48) }>, also: [], sweeps: 2, unloading: Release,
+        max_force_n: f32::INFINITY,
+    }
+    /// Two tools of several parts that turn, grip and let go, with fewer slots than triangles in reach.
+    touch6_tools {
+        image: TOUCH6, cells: 144, states: 144, held: [],
+        tools: Tools {
+            parts: &[&SCISSOR, &SPATULA],
+            friction: 0.3,
+            start_m: [[-0.009, -0.005, 0.038], [0.011, 0.005, 0.037]],
+            turn_m: 0.01,
+        },
+        near: 40, anchors: 96, reach_m: 0.012,
+        scheme: Track<{ elastic_room(48) }>, also: [], sweeps: 3, unloading: Release,
+        max_force_n: f32::INFINITY,
     }
 }

@@ -2,16 +2,21 @@
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::ContactError;
-use chaincell_kernel::trace::{Header, Record, Writer};
+use chaincell_kernel::trace::{Header, Record, RecordedProbe, Writer};
 use chaincell_kernel::{
     Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput, TissueMut,
-    ToolSample,
+    ToolPose, ToolSample,
 };
 
-use crate::{Digest, Scene, sample};
+use crate::{Digest, Scene, TOOLS_MAX, Tools};
 
 /// Most cells that a scene's tool holds.
 const HELD_MAX: usize = 16;
+/// Of a stroke's ticks those in which two tools grip what they touch, and let go.
+const GRIP: [u32; 2] = [20, 30];
+const STROKE: u32 = 50;
+/// Ticks in which a grip fades.
+const FADE: u16 = 3;
 /// How far a fault moves a cell [mean link lengths].
 pub const FAULT: f32 = 1.0 / 1024.0;
 
@@ -24,7 +29,7 @@ pub enum RunError {
     Settings(SettingsError),
     /// The tissue does not fit the body: take the scene's `Body`.
     Reset(ResetError),
-    /// The held cells are refused.
+    /// The held cells or the tools are refused.
     Contacts(ContactError),
     /// This input id is no cell of the body, or the scene holds too many.
     Held(u32),
@@ -36,7 +41,7 @@ impl core::fmt::Display for RunError {
             Self::Model(why) => write!(f, "the scene's image: {why}"),
             Self::Settings(why) => write!(f, "the scene's settings: {why}"),
             Self::Reset(why) => write!(f, "{why}; take the scene's own Body"),
-            Self::Contacts(why) => write!(f, "the scene's held cells: {why}"),
+            Self::Contacts(why) => write!(f, "the scene's held cells or tools: {why}"),
             Self::Held(id) => write!(f, "node {id} is no cell, or beyond {HELD_MAX} held cells"),
         }
     }
@@ -63,6 +68,17 @@ impl<'t, D: Dynamics> Run<'t, D> {
         let model = Model::from_bytes(scene.image).map_err(RunError::Model)?;
         let network = Network::new(model, (scene.settings)(&model)).map_err(RunError::Settings)?;
         tissue.reset(&network).map_err(RunError::Reset)?;
+        if let Some(Tools { parts, friction, .. }) = scene.tools() {
+            tissue.choose_tools(&network, parts, *friction).map_err(RunError::Contacts)?;
+            return Ok(Self {
+                scene,
+                network,
+                tissue,
+                digest: Digest::new(),
+                next: 0,
+                fault: None,
+            });
+        }
         let mut cells = [0; HELD_MAX];
         let held = cells.get_mut(..scene.held.len()).ok_or(RunError::Held(u32::MAX))?;
         for (cell, &id) in held.iter_mut().zip(scene.held) {
@@ -78,6 +94,16 @@ impl<'t, D: Dynamics> Run<'t, D> {
         self.tissue.go_scalar();
     }
 
+    /// No cell sleeps from here on: the bits stay the same.
+    pub fn forbid_sleep(&mut self) {
+        self.tissue.forbid_sleep(self.network.model());
+    }
+
+    /// Samples that a tool grips.
+    pub fn gripped(&mut self, tool: usize) -> usize {
+        self.tissue.gripped(&self.network, tool)
+    }
+
     /// Plays `ticks` ticks, each told to `after` with its state hash.
     pub fn play(&mut self, ticks: u32, mut after: impl FnMut(u32, u64)) {
         for _ in 0..ticks {
@@ -89,12 +115,15 @@ impl<'t, D: Dynamics> Run<'t, D> {
 
     /// Plays one tick: its answer and the hash of the state after it.
     pub fn tick(&mut self) -> (TickOutput, u64) {
-        self.tick_with(&sample(self.scene.reach_m, self.next))
+        self.tick_with(&self.scene.sample(self.next))
     }
 
     /// Plays one tick with a sample that came from elsewhere: from an interrupt, say.
     pub fn tick_with(&mut self, sample: &ToolSample) -> (TickOutput, u64) {
-        let output = self.tissue.tick(&self.network, sample);
+        let output = match self.scene.tools() {
+            Some(tools) if tools.count() > 1 => self.tick_tools(tools, sample),
+            _ => self.tissue.tick(&self.network, sample),
+        };
         if let Some((_, cell)) = self.fault.take_if(|(tick, _)| *tick == self.next)
             && let Some(v) = self.tissue.state.get_mut(cell)
         {
@@ -107,8 +136,22 @@ impl<'t, D: Dynamics> Run<'t, D> {
         (output, state_hash)
     }
 
+    /// Plays one tick of several tools.
+    fn tick_tools(&mut self, tools: &Tools, sample: &ToolSample) -> TickOutput {
+        let [grip, let_go] = GRIP.map(|at| self.next % STROKE == at);
+        for tool in (0..tools.count()).filter(|_| grip) {
+            self.tissue.grip(&self.network, tool);
+        }
+        for tool in (0..tools.count()).filter(|_| let_go) {
+            self.tissue.let_go(tool, FADE);
+        }
+        let poses: [ToolPose; TOOLS_MAX] = tools.poses(sample);
+        self.tissue.tick_tools(&self.network, &poses)
+    }
+
     /// Begins the trace of this run: writes its header to the front of `to` and gives its length.
-    /// The records are those of [`Self::record`]. `None` where `to` is too short.
+    /// The records are those of [`Self::record`]. `None` where `to` is too short, and for tools that
+    /// are not one sphere.
     #[must_use]
     pub fn begin_trace(&self, to: &mut [u8]) -> Option<(Writer, usize)> {
         let model = self.network.model();
@@ -116,14 +159,23 @@ impl<'t, D: Dynamics> Run<'t, D> {
         let ids = ids.get_mut(..self.scene.held.len())?;
         ids.copy_from_slice(self.scene.held);
         ids.sort_unstable_by_key(|&id| model.cell_of_input(id));
-        Writer::begin(&Header::of::<D>(&self.network)?, ids, to)
+        let header = Header::of::<D>(&self.network)?;
+        let probe = match self.scene.tools() {
+            Some(tools) => Some(RecordedProbe {
+                radius_m: tools.probe_radius_m()?,
+                capacity: 0,
+                friction: tools.friction,
+            }),
+            None => header.probe,
+        };
+        Writer::begin(&Header { probe, ..header }, ids, to)
     }
 
     /// Plays one tick and gives its record.
     pub fn record(&mut self) -> Record {
         let tick = self.next;
         let (_, state_hash) = self.tick();
-        let sample = sample(self.scene.reach_m, tick);
+        let sample = self.scene.sample(tick);
         Record { state_hash: Some(state_hash), ..Record::of(tick.into(), sample) }
     }
 

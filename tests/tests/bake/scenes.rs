@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
-use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, ProbeContact, bake};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, VARIED300};
+use chaincell_scenes::{BOX7, ORGAN500, PLANE4, PLANE8, SCENES, TISSUE6, TOUCH6, VARIED300};
 
 /// One value a node.
 fn each(nodes: u32, value: fn(u32) -> u32, unit: f64) -> PerCell {
@@ -51,6 +51,8 @@ fn the_linked_images_are_what_the_bake_gives() {
         ..plain.clone()
     };
     check("tissue6.chaincell", TISSUE6, &baked("box:6x6x4x0.01", false, &tissue));
+    let touch = BakeOptions { probe_contact: ProbeContact::Surface, ..tissue };
+    check("touch6.chaincell", TOUCH6, &baked("box:6x6x4x0.01", false, &touch));
     let varied = BakeOptions {
         alpha: each(299, |node| node * 7 % 31, 0.002),
         stiffness_n_per_m: each(299, |node| 1 + node * 13 % 17, 5.0),

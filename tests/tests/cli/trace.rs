@@ -144,14 +144,14 @@ fn what_cosim_records_is_replayed_to_the_same_bits() {
 struct Dump(u32);
 
 impl Act for Dump {
-    type Output = Vec<u8>;
+    type Output = Option<Vec<u8>>;
 
-    fn act<D: Dynamics>(self, scene: &'static Scene, tissue: TissueMut<'_, D>) -> Vec<u8> {
+    fn act<D: Dynamics>(self, scene: &'static Scene, tissue: TissueMut<'_, D>) -> Self::Output {
         let mut run = Run::new(scene, tissue).unwrap();
         let mut trace = vec![0; header_bytes(scene.held.len())];
-        let (mut writer, _) = run.begin_trace(&mut trace).unwrap();
+        let (mut writer, _) = run.begin_trace(&mut trace)?;
         (0..self.0).for_each(|_| trace.extend(writer.record(&run.record())));
-        trace
+        Some(trace)
     }
 }
 
@@ -161,7 +161,9 @@ fn what_a_scene_dumps_is_replayed_to_the_same_bits() {
     let (trace, model) = (folder.path().join("a.trace"), folder.path().join("a.chaincell"));
     let tiers = |scene: &'static Scene| scene.tiers.iter().map(move |&tier| (scene, tier));
     for (scene, tier) in SCENES.into_iter().flat_map(tiers) {
-        std::fs::write(&trace, stage(scene.name, tier, Dump(150)).unwrap()).unwrap();
+        // A trace holds no tools but one sphere.
+        let Some(dumped) = stage(scene.name, tier, Dump(150)).unwrap() else { continue };
+        std::fs::write(&trace, dumped).unwrap();
         std::fs::write(&model, scene.image).unwrap();
         let found = replay(&trace, &model).with(0).json();
         assert_eq!(found["hashes_compared"], 150, "{}", scene.name);

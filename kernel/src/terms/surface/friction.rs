@@ -72,6 +72,9 @@ impl Anchor {
         share: 1.0,
     };
 
+    /// All bits 0, for static memory that takes up no flash.
+    pub(crate) const EMPTY: Self = Self { triangle: 0, share: 0.0, ..Self::NONE };
+
     /// Whether it holds its sample without a limit.
     pub(crate) fn is_grip(&self) -> bool {
         self.limit == f32::INFINITY

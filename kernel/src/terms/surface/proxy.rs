@@ -33,6 +33,14 @@ impl Proxy {
         share: 0.0,
     };
 
+    /// All bits 0, for memory that nobody reads.
+    const EMPTY: Self = Self {
+        shape: [Solid::EMPTY; PARTS_MAX],
+        parts: [Solid::EMPTY; PARTS_MAX],
+        turn: Turn::EMPTY,
+        ..Self::NONE
+    };
+
     /// A tool of these parts, at the origin; parts beyond [`PARTS_MAX`] are left out.
     pub fn of(parts: impl Iterator<Item = Solid>) -> Self {
         let mut proxy = Self::NONE;
@@ -124,6 +132,14 @@ impl ToolState {
         target_turn: Turn::NONE,
         fade: 0.0,
         work: 0.0,
+    };
+
+    /// All bits 0, for static memory that takes up no flash: a tool is put there when it is chosen.
+    pub(crate) const EMPTY: Self = Self {
+        proxy: Proxy::EMPTY,
+        met: super::Meeting { nearest: 0.0, ..super::Meeting::NONE },
+        target_turn: Turn::EMPTY,
+        ..Self::NONE
     };
 }
 

@@ -40,6 +40,9 @@ impl Solid {
         sampled: 0.0,
     };
 
+    /// All bits 0, for memory that nobody reads.
+    pub const EMPTY: Self = Self { turn: Turn::EMPTY, ..Self::NONE };
+
     fn is_ball(&self) -> bool {
         self.core == [[0.0; 3]; 2]
     }

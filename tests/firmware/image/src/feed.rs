@@ -5,7 +5,6 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use chaincell_kernel::ToolSample;
 use chaincell_kernel::handover::SampleQueue;
-use chaincell_scenes::sample;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
 use static_cell::ConstStaticCell;
@@ -38,7 +37,7 @@ pub fn due() {
         let place = SENSOR.borrow(token);
         let Some(mut sensor) = place.take() else { return };
         if sensor.next < sensor.end {
-            if sensor.queue.enqueue(sample(SCENE.reach_m, sensor.next)).is_ok() {
+            if sensor.queue.enqueue(SCENE.sample(sensor.next)).is_ok() {
                 sensor.next += 1;
             } else {
                 LATE.fetch_add(1, Ordering::Relaxed);

@@ -22,6 +22,8 @@ mod memory;
 mod panic;
 mod scene;
 mod stack;
+#[cfg(feature = "surface")]
+mod touch;
 
 /// All of it; the board's start-up calls it once.
 fn run() -> ! {
@@ -33,6 +35,8 @@ fn run() -> ! {
         measure::play(&mut tissue)?;
         measure::worst(&mut tissue)?;
         deadline::meet(&mut tissue)?;
+        #[cfg(feature = "surface")]
+        touch::press(&mut tissue)?;
         measure::rest(&mut tissue)?;
         console::number("stack_bytes", stack::deepest());
         #[cfg(feature = "checks")]

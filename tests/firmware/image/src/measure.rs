@@ -1,7 +1,7 @@
 //! Ticks of the scene, from the worst state and at rest, counted in instructions.
 
 use chaincell_kernel::{Model, Network, TickOutput, TissueMut, ToolSample};
-use chaincell_scenes::Run;
+use chaincell_scenes::{Run, Tools};
 use nalgebra::Vector3;
 
 use crate::scene::{LONG, SCENE, SHORT, SWEEPS, Scheme, TICKS, settings};
@@ -77,10 +77,14 @@ pub fn network(sweeps: u16) -> Option<Network<'static>> {
     Network::new(model, settings(&model, sweeps)).ok()
 }
 
-/// The tool in slow motion: every tick moves the cells it holds.
+/// The tool in slow motion: every tick moves the cells it holds, or the tool into the surface.
 pub fn moving(tick: u32) -> ToolSample {
     let way_m = 0.01 * SCENE.reach_m * tick as f32;
-    ToolSample { position_m: Vector3::new(way_m, 0.0, way_m), engaged: 1 }
+    let position_m = match SCENE.tools() {
+        None => Vector3::new(way_m, 0.0, way_m),
+        Some(Tools { start_m: [[x, y, z], _], .. }) => Vector3::new(x + way_m, *y, z - way_m),
+    };
+    ToolSample { position_m, engaged: 1 }
 }
 
 /// Puts the body into a state and ticks; the most instructions of a tick, and those of the first.
@@ -98,6 +102,8 @@ fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)>
 /// of each figure.
 pub fn worst(tissue: &mut Tissue) -> Option<()> {
     let (mut sweep, mut tick) = (0, 0);
+    #[cfg(feature = "surface")]
+    crate::touch::choose(tissue)?;
     for state in [LONG, SHORT] {
         let (_, few) = counted(tissue, state, FEW)?;
         let (_, many) = counted(tissue, state, MANY)?;

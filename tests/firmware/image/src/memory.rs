@@ -1,14 +1,29 @@
 //! The body's memory: one static, all zeros, so that none of it takes up flash.
 
+#[cfg(feature = "surface")]
+use chaincell_kernel::TouchStore;
 use chaincell_kernel::{Tissue, TissueMut};
 use static_cell::ConstStaticCell;
 
+#[cfg(feature = "surface")]
+use crate::scene::{ANCHORS, NEAR};
 use crate::scene::{CELLS, HELD, STATES, Scheme};
 
 static TISSUE: ConstStaticCell<Tissue<CELLS, Scheme, { HELD.len() }, STATES>> =
     ConstStaticCell::new(Tissue::new());
 
+#[cfg(feature = "surface")]
+static TOUCH: ConstStaticCell<TouchStore<CELLS, NEAR, ANCHORS>> =
+    ConstStaticCell::new(TouchStore::new());
+
 /// The tissue; `None` the second time.
+#[cfg(not(feature = "surface"))]
 pub fn take() -> Option<TissueMut<'static, Scheme>> {
     Some(TISSUE.try_take()?.view())
+}
+
+/// The tissue with its memory for contact on the surface; `None` the second time.
+#[cfg(feature = "surface")]
+pub fn take() -> Option<TissueMut<'static, Scheme>> {
+    Some(TISSUE.try_take()?.touching(TOUCH.try_take()?.room()))
 }

@@ -4,7 +4,7 @@ use chaincell_kernel::{Dynamics, Model, Settings, Unloading};
 // Each scheme's line needs one of these, and perhaps the room for hats.
 #[allow(unused_imports)]
 use chaincell_kernel::{Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track, coarse_room, elastic_room};
-use chaincell_scenes::Scene;
+use chaincell_scenes::{Scene, Tools};
 
 include!(concat!(env!("OUT_DIR"), "/scene.rs"));
 
@@ -16,6 +16,7 @@ pub static SCENE: Scene = Scene {
     image: IMAGE,
     cells: CELLS,
     held: &HELD,
+    tools: TOOLS,
     reach_m: f32::from_bits(REACH_BITS),
     settings: |model| settings(model, SWEEPS),
 };

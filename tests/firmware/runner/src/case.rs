@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use chaincell_kernel::{Choice, Model, Settings, Unloading};
-use chaincell_scenes::{SCENES, Scene, Tier};
+use chaincell_kernel::{Choice, Model, Settings, ToolPart, Unloading};
+use chaincell_scenes::{SCENES, Scene, Tier, Tools};
 
 /// Most cells that the tool of a scene without a golden holds.
 const HELD_MAX: usize = 7;
@@ -18,6 +18,8 @@ pub struct Case {
     /// Arguments of `chaincell bake`.
     pub bake: &'static [&'static str],
     pub scheme: &'static str,
+    /// What meets the surface in place of held cells.
+    pub sphere: Option<Sphere>,
     /// A golden scene on the same body, whose motion, held cells and settings this one takes.
     pub golden: Option<&'static str>,
     /// Sweeps a tick where there is no golden.
@@ -30,11 +32,21 @@ pub struct Case {
     pub of_size: bool,
 }
 
+/// A sphere with friction, and how many triangles and samples have slots.
+#[derive(Debug, Clone, Copy)]
+pub struct Sphere {
+    pub radius_m: f32,
+    pub friction: f32,
+    pub near: usize,
+    pub anchors: usize,
+}
+
 /// A case that every core plays to its end, four sweeps a tick.
 const PLAIN: Case = Case {
     name: "",
     bake: &[],
     scheme: "track",
+    sphere: None,
     golden: None,
     sweeps: 4,
     ticks_max: u32::MAX,
@@ -45,7 +57,7 @@ const PLAIN: Case = Case {
 const OF_SIZE: Case = Case { sweeps: 1, of_size: true, ..PLAIN };
 
 /// All of them.
-pub const CASES: [Case; 10] = [
+pub const CASES: [Case; 11] = [
     Case {
         name: "plane8_track",
         bake: &["plane:21x21x0.01", "--diagonals", "--alpha=0.02", "--hats=none", "--lean"],
@@ -75,6 +87,13 @@ pub const CASES: [Case; 10] = [
     Case {
         name: "organ500_nodal",
         bake: &["organ:500", "--young-pa=5000", "--poisson=0.45"],
+        needs_fpu: true,
+        ..PLAIN
+    },
+    Case {
+        name: "organ500_touch",
+        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45", "--probe-contact=surface"],
+        sphere: Some(Sphere { radius_m: 0.012, friction: 0.3, near: 24, anchors: 96 }),
         needs_fpu: true,
         ..PLAIN
     },
@@ -162,7 +181,11 @@ pub fn prepare(case: Case, chaincell: &Path, folder: &Path, ticks: u32) -> Resul
             tiers: Tier::ALL,
             image,
             cells: model.cells(),
-            held: Box::leak(held(&model)?.into_boxed_slice()),
+            held: match case.sphere {
+                None => Box::leak(held(&model)?.into_boxed_slice()),
+                Some(_) => &[],
+            },
+            tools: case.sphere.map(|sphere| above(&model, sphere)),
             reach_m: 3.0 * model.unit_m(),
             settings: match case.sweeps {
                 1 => |model| settings(model, 1),
@@ -185,6 +208,17 @@ fn aligned(bytes: &[u8]) -> &'static [u8] {
     let (room, _) = room.split_at_mut(bytes.len());
     room.copy_from_slice(bytes);
     room
+}
+
+/// The sphere on the highest cell.
+fn above(model: &Model<'_>, sphere: Sphere) -> Tools {
+    let cells = (0..model.cells()).map(|cell| model.rest_position(cell));
+    let [x, y, z] = cells.max_by(|a, b| a[2].total_cmp(&b[2])).unwrap_or_default();
+    let ([a, b, c], unit_m) = (model.centre_m(), model.unit_m());
+    let start_m = [a + unit_m * x, b + unit_m * y, c + unit_m * z + sphere.radius_m];
+    let part: &[ToolPart] = Box::leak(Box::new([ToolPart::sphere(sphere.radius_m)]));
+    let parts = Box::leak(Box::new([part]));
+    Tools { parts, friction: sphere.friction, start_m: [start_m; 2], turn_m: 1.0 }
 }
 
 /// Input ids of the free cell farthest from the fixed ones and of some free neighbours.

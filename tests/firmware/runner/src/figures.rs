@@ -35,6 +35,8 @@ pub struct Figures {
     pub instructions_per_tick_worst: u64,
     pub instructions_per_sweep_worst: u64,
     pub instructions_per_tick_rest: u64,
+    /// Of a tool that presses the surface, its slots full.
+    pub touch: Option<Touch>,
     /// Sweeps of a tick that ended when half the instructions of a whole one were used up.
     pub sweeps_in_budget: u64,
     /// Sweeps of that whole one.
@@ -47,6 +49,53 @@ pub struct Figures {
     pub model_bytes: usize,
     /// Interrupts that found the queue full, since a tick took more than 480,000 instructions.
     pub late_interrupts: u64,
+}
+
+/// What a tool on the surface costs.
+#[derive(Debug, Clone, Serialize)]
+pub struct Touch {
+    /// The dearest tick of a press.
+    pub instructions_per_tick_touch: u64,
+    pub instructions_per_sweep_touch: u64,
+    /// The last tick of it, and the same where the tool let go before.
+    pub instructions_of_last_touch: u64,
+    pub instructions_without_tool: u64,
+    pub contacts: u64,
+}
+
+impl Touch {
+    /// A further line of the table.
+    fn line(&self) -> String {
+        let Self { contacts, instructions_of_last_touch: with, .. } = self;
+        format!(
+            "\n  on the surface: sweep {}, tick at most {}; the last one of the press, {contacts} \
+             triangles in contact, {with}, without a tool {}",
+            self.instructions_per_sweep_touch,
+            self.instructions_per_tick_touch,
+            self.instructions_without_tool
+        )
+    }
+
+    fn of(ready: &Ready, said: &Said) -> Result<Option<Self>> {
+        if ready.case.sphere.is_none() {
+            return Ok(None);
+        }
+        let contacts = said.number("contacts_touch")?;
+        ensure!(contacts > 0, "the press touches nothing");
+        ensure!(said.number("contacts_without_tool")? == 0, "a tool that let go is in contact");
+        let grips = ["gripped", "contact_forces", "gripped_after"];
+        let [gripped, forces, after] = grips.map(|name| said.number(name));
+        let grips_well = gripped? > 0 && forces? > 0 && after? == 0;
+        ensure!(grips_well, "the tool does not grip and let go");
+        ensure!(said.number("slots_full")? == 1, "not all slots for triangles are taken");
+        Ok(Some(Self {
+            instructions_per_tick_touch: said.number("instructions_per_tick_touch")?,
+            instructions_per_sweep_touch: said.number("instructions_per_sweep_touch")?,
+            instructions_of_last_touch: said.number("instructions_of_last_touch")?,
+            instructions_without_tool: said.number("instructions_without_tool")?,
+            contacts,
+        }))
+    }
 }
 
 /// Cycles of a tick on a Cortex-M7, estimated: one a instruction, as if what dual issue saves were
@@ -87,6 +136,7 @@ impl Figures {
             instructions_per_tick_worst: worst,
             instructions_per_sweep_worst: said.number("instructions_per_sweep_worst")?,
             instructions_per_tick_rest: said.number("instructions_per_tick_rest")?,
+            touch: Touch::of(ready, said)?,
             sweeps_in_budget: said.number("sweeps_in_budget")?,
             sweeps_at_most: said.number("sweeps_at_most")?,
             cycles_per_tick_worst_estimate: estimate(target, worst, links, sweeps),
@@ -165,6 +215,6 @@ impl Figures {
             self.ram_bytes,
             self.stack_bytes,
             cycles.map_or(String::new(), |cycles| cycles.to_string())
-        )
+        ) + &self.touch.as_ref().map_or(String::new(), Touch::line)
     }
 }

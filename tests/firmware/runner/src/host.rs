@@ -6,14 +6,15 @@ use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Network, Predict, Rkl1, Rkl2, Settings, TermState,
-    TermStates, TissueMut, ToolSample, TouchRoom, Track,
+    Anchor, CoarseTouch, Dynamics, Euler, GaussSeidel, Head, Model, NearTriangle, Network, Predict,
+    Rkl1, Rkl2, Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays,
+    TouchRoom, TouchState, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
 use fixed::types::I8F24;
 
-use crate::case::Ready;
+use crate::case::{Ready, Sphere};
 
 /// Scale of the rest shape that an image's worst state of long links has, by its `build.rs`.
 const WORST_SCALE: f32 = 1.5;
@@ -81,11 +82,17 @@ impl Act for Again {
         let mut held = held.collect::<Result<Vec<u16>>>()?;
         held.sort_unstable();
         tissue.reset(&network)?;
-        tissue.choose_contacts(&network, &held)?;
+        let mut sample = ToolSample { position_m: [0.0; 3].into(), engaged: 1 };
+        match scene.tools() {
+            None => tissue.choose_contacts(&network, &held)?,
+            Some(tools) => {
+                sample.position_m = tools.start_m[0].into();
+                tissue.choose_tools(&network, tools.parts, tools.friction)?;
+            }
+        }
         let rest = (0..model.cells()).map(|cell| model.rest_position(cell));
         let state: Vec<[f32; 3]> = rest.map(|at| at.map(|x| x * WORST_SCALE)).collect();
         tissue.set_positions(&network, &state)?;
-        let sample = ToolSample { position_m: [0.0; 3].into(), engaged: 1 };
         tissue.tick_again(&network, &sample, Some(sweeps));
         Ok(tissue.state_hash(&model))
     }
@@ -133,5 +140,22 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
         touch: TouchRoom::none(),
         team: Team::ALONE,
     };
-    act.act(ready.scene, tissue)
+    let Some(Sphere { near, anchors, .. }) = ready.case.sphere else {
+        return act.act(ready.scene, tissue);
+    };
+    let (mut mobility, mut factors) = (vec![0.0; cells], vec![0.0; cells]);
+    let (mut pulls, mut near) = (vec![Cell::ZERO; cells], vec![NearTriangle::NONE; near]);
+    let (mut anchors, mut coarse) = (vec![Anchor::NONE; 2 * anchors], [CoarseTouch::NONE]);
+    let (mut tools, mut state) = ([ToolState::NONE], [TouchState::AWAY]);
+    let touch = TouchRoom::new(TouchArrays {
+        mobility: &mut mobility,
+        factors: &mut factors,
+        pulls: &mut pulls,
+        near: &mut near,
+        anchors: &mut anchors,
+        coarse: &mut coarse,
+        tools: &mut tools,
+        state: &mut state,
+    });
+    act.act(ready.scene, TissueMut { touch, ..tissue })
 }

@@ -9,7 +9,7 @@ use chaincell_scenes::Tier;
 use object::elf::SHF_ALLOC;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind};
 
-use crate::case::Ready;
+use crate::case::{Ready, Sphere};
 use crate::target::Target;
 use crate::trace::Traces;
 
@@ -94,7 +94,9 @@ impl Workshop {
         let mut cargo = self.cargo("build", target, ready, tier);
         let feature = with.map_or("", |with| with.feature);
         cargo.args(with.map(|with| format!("--features={}", with.feature)));
-        if ready.model.is_nodal() {
+        if ready.case.sphere.is_some() {
+            cargo.arg("--features=surface");
+        } else if ready.model.is_nodal() {
             cargo.arg("--features=nodal");
         }
         if let Some(traces) = with.and_then(|with| with.traces) {
@@ -126,7 +128,7 @@ impl Workshop {
 }
 
 /// What `image/build.rs` reads.
-fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 9] {
+fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 10] {
     let settings = ready.settings();
     let held: Vec<String> = ready.scene.held.iter().map(u32::to_string).collect();
     [
@@ -134,12 +136,24 @@ fn environment(ready: &Ready, tier: Tier) -> [(&'static str, String); 9] {
         ("CHAINCELL_SCHEME", ready.scene.scheme.into()),
         ("CHAINCELL_TIER", tier.name().into()),
         ("CHAINCELL_HELD", held.join(",")),
+        (
+            "CHAINCELL_TOOL",
+            ready.case.sphere.map_or_else(String::new, |sphere| tool(ready, sphere)),
+        ),
         ("CHAINCELL_SWEEPS", settings.sweeps.to_string()),
         ("CHAINCELL_UNLOADING", format!("{:?}", settings.unloading)),
         ("CHAINCELL_MAX_FORCE_BITS", settings.max_force_n.to_bits().to_string()),
         ("CHAINCELL_TICKS", ready.ticks.to_string()),
         ("CHAINCELL_REACH_BITS", ready.scene.reach_m.to_bits().to_string()),
     ]
+}
+
+/// The sphere, for `image/build.rs`.
+fn tool(ready: &Ready, sphere: Sphere) -> String {
+    let Sphere { radius_m, friction, near, anchors } = sphere;
+    let [x, y, z] = ready.scene.tools.map_or([0.0; 3], |tools| tools.start_m[0]);
+    let [r, f, x, y, z] = [radius_m, friction, x, y, z].map(f32::to_bits);
+    format!("{r},{f},{x},{y},{z},{near},{anchors}")
 }
 
 /// A linked image.
@@ -172,7 +186,8 @@ impl Image {
             }
             flash_bytes += section.file_range().map_or(0, |(_, size)| size);
         }
-        let states = WORST_STATES * 12 * ready.model.cells() as u64;
+        let states = WORST_STATES + u64::from(ready.case.sphere.is_some());
+        let states = states * 12 * ready.model.cells() as u64;
         ensure!(flash_bytes > states, "{}: no code in it", path.display());
         ensure!(
             data_bytes <= DATA_BYTES_MAX,

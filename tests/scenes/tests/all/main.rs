@@ -3,4 +3,5 @@
 mod adverse;
 mod goldens;
 mod report;
+mod touch;
 mod trace;
