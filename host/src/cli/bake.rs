@@ -244,7 +244,7 @@ impl BodyArgs {
             coarse_basis: spacing(&self.hats)?,
             colours: self.colours,
             lean: self.lean,
-            probe_contact: self.probe_contact(&mesh),
+            probe_contact: self.probe_contact(mesh),
             cells: self.cells,
         };
         Ok((fixed, options))

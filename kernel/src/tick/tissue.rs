@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::error::{ResetError, StateError};
 use super::hash::state_hash;
-use super::pose::ToolPart;
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use super::touch_room::TouchRoom;
@@ -381,42 +380,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
             let memory = Memory { state, residual, own, room, states, vectors };
             self.head.dynamics.hold(model, memory, held);
         }
-    }
-
-    /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
-    /// probe, in place of chosen cells; `radius_m` in metres.
-    ///
-    /// The sphere's centre is at the tool. At most as many cells as the tissue has contacts are
-    /// touched, the ones with the lowest ids; more set
-    /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
-    ///
-    /// # Errors
-    /// Why this cannot be; the old choice stays.
-    pub fn choose_probe(
-        &mut self,
-        network: &Network<'_>,
-        radius_m: f32,
-    ) -> Result<(), ContactError> {
-        let model = self.may_choose(network)?;
-        let radius = radius_m / model.unit_m();
-        if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
-            return Err(ContactError::Radius { max_m: COORDINATE_MAX * model.unit_m() });
-        }
-        if model.surface().is_empty() {
-            return Err(ContactError::NoSurface);
-        }
-        if model.has_contact_surface() {
-            self.check_touch(model, radius)?;
-            return self.choose_tools(network, &[&[ToolPart::sphere(radius_m)]], 0.0);
-        }
-        let (needed, room) = (D::probe_room(model), self.room.len());
-        if needed > room {
-            return Err(ContactError::ProbeRoom { needed, room });
-        }
-        self.head.chosen = 0;
-        self.head.dynamics.release();
-        self.head.probe = Some(radius);
-        Ok(())
     }
 
     /// The model, where what the tool touches may be chosen.

@@ -8,7 +8,7 @@ use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use super::surface::{held_by, places, take_hold};
 use super::tissue::TissueMut;
-use crate::COORDINATE_MAX;
+use crate::model::COORDINATE_MAX;
 use crate::number::cell::{add, scale};
 use crate::number::clamp::clamped;
 use crate::solver::Dynamics;
@@ -66,9 +66,46 @@ impl<D: Dynamics> TissueMut<'_, D> {
         Some(ProxyPose { position_m, turn: proxy.turn.quaternion(), share: proxy.share })
     }
 
+    /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
+    /// probe, in place of chosen cells; `radius_m` in metres.
+    ///
+    /// The sphere's centre is at the tool. At most as many cells as the tissue has contacts are
+    /// touched, the ones with the lowest ids; more set
+    /// [`Flags::CONTACT_CAPACITY`](crate::Flags::CONTACT_CAPACITY).
+    ///
+    /// # Errors
+    /// Why this cannot be; the old choice stays.
+    pub fn choose_probe(
+        &mut self,
+        network: &Network<'_>,
+        radius_m: f32,
+    ) -> Result<(), ContactError> {
+        let model = self.may_choose(network)?;
+        let radius = radius_m / model.unit_m();
+        if !(radius_m > 0.0 && radius > 0.0 && radius <= COORDINATE_MAX) {
+            return Err(ContactError::Radius { max_m: COORDINATE_MAX * model.unit_m() });
+        }
+        if model.surface().is_empty() {
+            return Err(ContactError::NoSurface);
+        }
+        if model.has_contact_surface() {
+            self.check_touch(model, radius)?;
+            return self.choose_tools(network, &[&[ToolPart::sphere(radius_m)]], 0.0);
+        }
+        let (needed, room) = (D::probe_room(model), self.room.len());
+        if needed > room {
+            return Err(ContactError::ProbeRoom { needed, room });
+        }
+        self.head.chosen = 0;
+        self.head.dynamics.release();
+        self.head.probe = Some(radius);
+        Ok(())
+    }
+
     /// Gives the tissue tools in place of chosen cells: each a list of at most [`PARTS_MAX`] convex
     /// parts, with one coefficient of friction by Coulomb's law, 0 for none. Each tick then takes a
-    /// pose for each ([`Self::tick_tools`]); [`Self::tick`] moves the first, not turned.
+    /// pose for each ([`Self::tick_tools`]); [`Self::tick`] moves the first, not turned, and where its
+    /// sample is not engaged lets all of them go.
     ///
     /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue
     /// without room for anchors has no friction and no grips.
@@ -144,7 +181,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         poses: &[ToolPose],
         mut more: impl FnMut(u16) -> bool,
     ) -> TickOutput {
-        let sample = joined(poses);
+        let sample = self.joined(poses);
         self.run_poses::<false>(network, &sample, Some(poses), &mut more)
     }
 
@@ -153,7 +190,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         if !D::IS_ANYTIME || self.head.level.is_forgotten() {
             return self.tick_tools_while(network, poses, |_| false);
         }
-        self.run_poses::<true>(network, &joined(poses), Some(poses), &mut |_| false)
+        let sample = self.joined(poses);
+        self.run_poses::<true>(network, &sample, Some(poses), &mut |_| false)
     }
 
     /// What a tool felt in the last tick with a sweep; nothing while it is not engaged.
@@ -227,16 +265,16 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let arrays = self.touch.arrays(network.model().cells());
         arrays.map_or(0, |arrays| held_by(&arrays, tool))
     }
-}
 
-/// The sample that poses make together: the first one's place, engaged where one is, bad where one
-/// is.
-fn joined(poses: &[ToolPose]) -> ToolSample {
-    let position_m = poses.first().map_or_else(Vector3::zeros, |pose| pose.position_m);
-    let engaged = if poses.iter().all(ToolPose::is_good) {
-        u32::from(poses.iter().any(|pose| pose.engaged == 1))
-    } else {
-        u32::MAX
-    };
-    ToolSample { position_m, engaged }
+    /// The sample that poses make together: the first one's place, engaged where one is or a tool
+    /// beyond them, bad where one is.
+    fn joined(&self, poses: &[ToolPose]) -> ToolSample {
+        let position_m = poses.first().map_or_else(Vector3::zeros, |pose| pose.position_m);
+        let stays = self.touch.tools().iter().skip(poses.len()).any(|tool| tool.is_in);
+        let engaged = match poses.iter().all(ToolPose::is_good) {
+            true => u32::from(stays || poses.iter().any(|pose| pose.engaged == 1)),
+            false => u32::MAX,
+        };
+        ToolSample { position_m, engaged }
+    }
 }

@@ -2,7 +2,9 @@
 
 use super::{energy_of, follow};
 use crate::number::two_float::TwoFloat;
-use crate::terms::surface::{Anchor, NearTriangle, Proxies, Sample, ToolState, grip, renew};
+use crate::terms::surface::{
+    Anchor, NearTriangle, PARTS_MAX, Proxies, Sample, TOOLS_MAX, ToolState, grip, renew,
+};
 use crate::tick::touch_room::TouchArrays;
 
 /// Tells the triangles in reach which anchors are theirs; both are in the order of the triangles.
@@ -35,7 +37,7 @@ pub(super) fn loaded(
     let first = if state.is_second { arrays.anchors.len() / 2 } else { 0 };
     let anchors = arrays.anchors.get_mut(first..first + state.anchors).unwrap_or_default();
     for anchor in &mut *anchors {
-        let tool = arrays.tools.get(usize::from(anchor.part) / crate::PARTS_MAX);
+        let tool = arrays.tools.get(usize::from(anchor.part) / PARTS_MAX);
         if anchor.is_grip()
             && let Some(tool) = tool
         {
@@ -66,6 +68,7 @@ pub(super) fn renew_all(
     let nothing = (TwoFloat::ZERO, false);
     let Some(state) = arrays.state.first().copied() else { return nothing };
     if state.count == 0 || (state.friction <= 0.0 && state.anchors == 0) {
+        arrays.tools.iter_mut().for_each(|tool| tool.fade = 0.0);
         return nothing;
     }
     let before = energy_of(arrays, at);
@@ -73,6 +76,12 @@ pub(super) fn renew_all(
         Some(held) if !held.is_grip() || held.share > 0.0 => held.after(sample, state.friction),
         _ => Anchor::new(sample, (near.index, near.of), state.friction),
     });
+    for tool in 0..arrays.tools.len() {
+        let holds = held_by(arrays, tool) > 0;
+        if let Some(tool) = arrays.tools.get_mut(tool).filter(|_| !holds) {
+            tool.fade = 0.0;
+        }
+    }
     let after = energy_of(arrays, at);
     let rounding = f32::EPSILON * (before.hi + after.hi);
     (after.minus(before).plus(rounding.into()), full)
@@ -87,7 +96,7 @@ pub(in crate::tick) fn take_hold(
 ) -> (usize, TwoFloat, bool) {
     let before = energy_of(arrays, at);
     let mut held = 0;
-    let proxies: [_; crate::TOOLS_MAX] =
+    let proxies: [_; TOOLS_MAX] =
         core::array::from_fn(|tool| arrays.tools.get(tool).map(|tool| tool.proxy));
     let full = exchange(arrays, at, |sample, near, anchor| {
         if near.tool() != tool || sample.depth <= 0.0 {
@@ -127,7 +136,7 @@ fn exchange(
 
 /// What a list of tools holds.
 pub(in crate::tick) fn held_by(arrays: &TouchArrays<'_>, tool: usize) -> usize {
-    let of = |anchor: &&Anchor| usize::from(anchor.part) / crate::PARTS_MAX == tool;
+    let of = |anchor: &&Anchor| usize::from(anchor.part) / PARTS_MAX == tool;
     arrays.anchors().iter().filter(of).filter(|anchor| anchor.is_grip()).count()
 }
 

@@ -42,7 +42,7 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::solver::coarse::Under;
 use crate::terms::held::approach;
-use crate::terms::surface::{Anchor, Meeting, Proxies, ToolState, search};
+use crate::terms::surface::{Anchor, Meeting, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search};
 use going::{COMING, Go, HALF};
 pub(super) use hold::{held_by, take_hold};
 
@@ -137,7 +137,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let sleeps = self.head.awake.set.is_empty(model.slice_count());
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return false };
         let before = if LATE { TwoFloat::ZERO } else { energy_of(&arrays, &at) };
-        let (mut is_new, mut stays) = ([false; crate::TOOLS_MAX], true);
+        let (mut is_new, mut stays) = ([false; TOOLS_MAX], true);
         for (number, (tool, is_new)) in arrays.tools.iter_mut().zip(&mut is_new).enumerate() {
             let pose = poses.get(number);
             if pose.is_some_and(|pose| tool.aim(model, pose, step)) {
@@ -247,7 +247,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 fn advance(
     arrays: &mut TouchArrays<'_>,
     distance: &[f32],
-    (is_new, room): ([bool; crate::TOOLS_MAX], f32),
+    (is_new, room): ([bool; TOOLS_MAX], f32),
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (bool, f32) {
     let (mut moved, mut taken) = (false, 0.0);
@@ -278,7 +278,7 @@ fn advance(
 /// Anchors go where their tools have gone.
 fn follow(anchors: &mut [Anchor], tools: &[ToolState]) {
     for anchor in anchors {
-        if let Some(tool) = tools.get(usize::from(anchor.part) / crate::PARTS_MAX) {
+        if let Some(tool) = tools.get(usize::from(anchor.part) / PARTS_MAX) {
             anchor.follow(&tool.proxy);
         }
     }
