@@ -3,11 +3,11 @@
  * tool feels, and the contacts one by one.
  *
  *   chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 \
- *       --probe-contact surface -o surface6.chaincell
+ *       --probe-contact surface -o touch6.chaincell
  *   cargo build --release -p chaincell-ffi
  *   cc -std=c99 -Ikernel/ffi/include kernel/ffi/examples/grasp.c \
  *       target/release/libchaincell_ffi.a -lpthread -ldl -lm -o grasp
- *   ./grasp surface6.chaincell 0.03
+ *   ./grasp touch6.chaincell 0.03
  *
  * The number is the height of the body's top [m]. A ball and a jaw of two capsules go 5 mm down into
  * it in 100 ticks, 2 mm each towards the other in 80, and the jaw grips; it pulls 6 mm up in 60, and lets

@@ -19,7 +19,7 @@ static PLANE: &[u8] = include_model!("../../../tests/data/plane9.chaincell");
 static TISSUE: &[u8] = include_model!("../../../tests/data/tissue6.chaincell");
 
 /// One with a surface that tools meet.
-static SURFACE: &[u8] = include_model!("../../../tests/data/surface6.chaincell");
+static SURFACE: &[u8] = include_model!("../../../tests/data/touch6.chaincell");
 
 const WARNINGS: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 
@@ -216,7 +216,7 @@ fn the_example_grasps_as_the_kernel_does() {
     let grasp = program("examples/grasp.c", folder.path());
     let run =
         |image: &str, top: &str| Command::new(&grasp).arg(data(image)).arg(top).output().unwrap();
-    let said = succeed(Command::new(&grasp).arg(data("surface6.chaincell")).arg("0.03"));
+    let said = succeed(Command::new(&grasp).arg(data("touch6.chaincell")).arg("0.03"));
     // Storage first, the work before the hash.
     let lines: Vec<&str> = said.lines().skip(1).filter(|line| !line.starts_with("work")).collect();
     let wanted = grasped();
@@ -227,7 +227,7 @@ fn the_example_grasps_as_the_kernel_does() {
     }
     for (image, top, wanted) in [
         ("tissue6.chaincell", "0.03", "no contact surface: bake --probe-contact surface (-91)"),
-        ("surface6.chaincell", "nan", "usage"),
+        ("touch6.chaincell", "nan", "usage"),
         ("plane9.chaincell", "0.03", "no contact surface"),
     ] {
         let output = run(image, top);
@@ -257,7 +257,7 @@ fn the_headers_macros_bound_the_sizes() {
     assert!((size..size + 1024).contains(&bound), "{bound}, {size}");
     // And with room for tools.
     let grasp = program("examples/grasp.c", folder.path());
-    let grasped = succeed(Command::new(grasp).arg(data("surface6.chaincell")).arg("0.03"));
+    let grasped = succeed(Command::new(grasp).arg(data("touch6.chaincell")).arg("0.03"));
     let bytes = grasped.lines().next().unwrap().trim_end_matches(" bytes");
     let size: usize = bytes.parse().unwrap();
     let bound: usize = said.lines().nth(61).unwrap().parse().unwrap();

@@ -9,7 +9,7 @@ use super::{BOX, call, hash, model_of, settings_of};
 use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};
 
 /// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact surface`.
-pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/surface6.chaincell");
+pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6.chaincell");
 
 /// A line of a processor's cache.
 #[derive(Clone, Copy)]
