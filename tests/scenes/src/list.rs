@@ -23,7 +23,8 @@ pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
 /// link: sliced, 24 hats.
 pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 
-/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5`: nodal shapes, hats.
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact cells`:
+/// nodal shapes, hats.
 pub static TISSUE6: &[u8] = include_model!("../../data/tissue6.chaincell");
 /// The same with `--probe-contact surface`.
 pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");

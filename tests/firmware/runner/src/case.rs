@@ -86,7 +86,7 @@ pub const CASES: [Case; 11] = [
     },
     Case {
         name: "organ500_nodal",
-        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45"],
+        bake: &["organ:500", "--young-pa=5000", "--poisson=0.45", "--probe-contact=cells"],
         needs_fpu: true,
         ..PLAIN
     },
@@ -99,7 +99,13 @@ pub const CASES: [Case; 11] = [
     },
     Case {
         name: "organ500_trace",
-        bake: &["organ:500", "--young-pa=5000", "--law=trace", "--stretch-min=none"],
+        bake: &[
+            "organ:500",
+            "--young-pa=5000",
+            "--law=trace",
+            "--stretch-min=none",
+            "--probe-contact=cells",
+        ],
         scheme: "predict",
         needs_fpu: true,
         ..PLAIN
