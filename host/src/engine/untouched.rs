@@ -6,7 +6,7 @@
 //! **Bounded cost.** From one position to another the distance changes by no more than the way
 //! between them. So the positions of the run are halved again and again: a part is looked at in its
 //! middle, and left alone where nothing in it can be nearer than the nearest so far by more than
-//! [`GRAIN_M`]. At most [`LOOKS`] looks are made, each at every triangle; where these do not suffice
+//! `GRAIN_M`. At most `LOOKS` looks are made, each at every triangle; where these do not suffice
 //! the nearest found stands.
 
 use std::collections::VecDeque;

@@ -30,7 +30,7 @@ pub const EDGES_M: [f64; 3] = [0.008, 0.005, 0.0035];
 pub const SPHERES_M: [f64; 7] = [0.002, 0.003, 0.004, 0.006, 0.008, 0.012, 0.016];
 /// Depths \[radii\].
 pub const DEPTHS: [f64; 4] = [0.1, 0.25, 0.4, 0.5];
-/// Elements of the reference \[m\]; smaller under a sphere of less than [`ELEMENTS`] of them.
+/// Elements of the reference \[m\]; smaller under a sphere of less than `ELEMENTS` of them.
 pub const ELEMENT_M: f64 = 0.00125;
 /// Elements in a radius, at least.
 const ELEMENTS: f64 = 8.0;
