@@ -22,7 +22,7 @@ pub struct TouchArrays<'a> {
     pub anchors: &'a mut [Anchor],
     /// The coarse level under the tools: one.
     pub coarse: &'a mut [CoarseTouch],
-    /// The tools: the capacity, at most [`TOOLS_MAX`](crate::TOOLS_MAX).
+    /// The tools: the capacity, at most [`TOOLS_MAX`].
     pub tools: &'a mut [ToolState],
     /// What belongs to all of them: one.
     pub state: &'a mut [TouchState],
