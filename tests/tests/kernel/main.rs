@@ -1,6 +1,7 @@
 //! The kernel from outside: what must hold on any body, in every scheme and number type.
 
 mod anytime;
+mod contact_energy;
 mod corpus;
 mod current;
 mod energy;
