@@ -2,6 +2,7 @@
 
 mod anytime;
 mod contact_energy;
+mod contact_hostile;
 mod corpus;
 mod current;
 mod energy;
