@@ -1,6 +1,8 @@
 //! The kernel from outside: what must hold on any body, in every scheme and number type.
 
 mod anytime;
+mod contact_energy;
+mod contact_hostile;
 mod corpus;
 mod current;
 mod energy;

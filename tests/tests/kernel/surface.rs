@@ -4,6 +4,8 @@
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::motion::Press;
+use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
@@ -73,6 +75,32 @@ fn a_sphere_smaller_than_an_edge_never_slips_through() {
             }
         }
         assert!(clamped && most > 0.005, "{radius_m} {x_m}: {most}");
+    }
+}
+
+/// Far beyond what the contact can bear: the tool is left behind, the force stays.
+#[test]
+fn a_sphere_pressed_far_into_an_organ_never_gets_through() {
+    let mesh = load("organ:1000", &MeshOptions::default()).unwrap();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let options =
+        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    for sweeps in [1, 4] {
+        let mut engine = engine(model(&image), 0.012, sweeps);
+        let place = place(&model(&image), engine.contact(), None).unwrap();
+        let press = Press::new(place.touch_m, place.direction, 0.09, 4000).unwrap();
+        let (mut most, mut clamped) = (0.0_f32, false);
+        for tick in 400..1600 {
+            let output = engine.tick(&press.pose(tick).into());
+            let force = output.force_n.norm();
+            most = most.max(force);
+            clamped |= output.flags.contains(Flags::MOTION_CLAMPED);
+            if tick > 800 {
+                assert!(force > 0.4 * most, "{sweeps} sweeps, tick {tick}: {force} of {most} N");
+            }
+        }
+        assert!(clamped && most > 0.5, "{sweeps} sweeps: {most} N");
     }
 }
 

@@ -70,6 +70,11 @@ impl Proxy {
         self.parts().iter().fold(f32::MAX, |r, of| if of.whole < r { of.whole } else { r })
     }
 
+    /// Largest radius of a part, as it was chosen.
+    pub fn radius_max(&self) -> f32 {
+        self.parts().iter().fold(0.0, |r, of| if of.whole > r { of.whole } else { r })
+    }
+
     /// Largest distance of a core's corner from the pivot: a turn by a small angle moves no point of
     /// the tool's cores by more than the angle times it. Half spaces are left out: theirs has no end.
     pub fn arm(&self) -> f32 {

@@ -4,9 +4,13 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::terms::surface::{Meeting, NearTriangle, Proxy, ToolState};
 
-/// No sample comes nearer to a core than this share of the part's radius, and the tool goes no
-/// farther in a tick near the surface.
+/// Where a sample comes nearer to a core than this share of the part's radius the tool gives way, and
+/// it goes no farther in a tick near the surface.
 pub(super) const HALF: f32 = 0.5;
+/// The tool presses only so far that no sample comes nearer than this, and gives way up to here. Between
+/// the two it stays: without room between them it would give way and come back in turn, farther each
+/// time, until the tissue slips past its middle.
+const FLOOR: f32 = 0.6;
 /// How far the tissue may come towards the tool in a tick, in radii.
 pub(super) const COMING: f32 = 0.25;
 /// Growth of a tool that was engaged inside the body.
@@ -45,16 +49,17 @@ impl Go<'_> {
         }
         let length = self.length(way);
         let radius = from.radius_min();
-        let free = self.distance - radius;
+        let free = self.distance - from.radius_max();
         let stride = if free > HALF * radius { free } else { HALF * radius };
         let mut part = if length > stride { stride / length } else { 1.0 };
-        let least = HALF * share;
-        let floor = if here.nearest < least { here.nearest } else { least };
         for _ in 0..LOOKS {
             let next = self.between(part, share);
             let meeting = self.met(&next, at);
+            let is_pressed = meeting.energy.hi > here.energy.hi;
+            let least = share * if is_pressed { FLOOR } else { HALF };
+            let floor = if here.nearest < least { here.nearest } else { least };
             let is_deep = meeting.nearest < floor;
-            let is_loaded = meeting.energy.hi > self.room && meeting.energy.hi > here.energy.hi;
+            let is_loaded = is_pressed && meeting.energy.hi > self.room;
             if !is_deep && !is_loaded {
                 return (next, meeting);
             }
@@ -109,8 +114,8 @@ impl Go<'_> {
         (with(0.0), Meeting::NONE)
     }
 
-    /// Where the tissue has come deeper into the tool than half a radius: out along the force, unless
-    /// the tool goes farther out by itself. That lowers the energy of contact.
+    /// Where the tissue has come nearer to a core than half a radius: out along the force, unless the tool
+    /// goes farther out by itself. That lowers the energy of contact.
     fn retreat(
         &self,
         here: &Meeting,
@@ -118,9 +123,9 @@ impl Go<'_> {
         at: &impl Fn(usize) -> [f32; 3],
     ) -> Option<(Proxy, Meeting)> {
         let from = &self.tool.proxy;
-        let lack = (HALF * from.share - here.nearest) * from.radius_min();
+        let lack = (FLOOR * from.share - here.nearest) * from.radius_min();
         let force = sqrt(dot(here.force, here.force));
-        if !(lack > 0.0 && force > 0.0) {
+        if !(here.nearest < HALF * from.share && force > 0.0) {
             return None;
         }
         let out = scale(1.0 / force, here.force);

@@ -4,8 +4,9 @@
 //! **The tissue meets a proxy of each tool.** It goes to where the tool is, with three exceptions, each
 //! marked by flag 1 ([`Flags::MOTION_CLAMPED`]) and made up for in later ticks:
 //!
-//! - **Never through.** It goes only so far that no sample lies deeper in a part than half its radius,
-//!   so none passes its middle. A tool that goes deeper leaves it behind, and the force stays.
+//! - **Never through.** It goes only so far that no sample comes nearer to a part's core than 0.6 of its
+//!   radius; where the tissue comes nearer than half by itself, it gives way. A tool that goes deeper
+//!   leaves it behind, and the force stays.
 //! - It goes by half a radius a tick at most while the surface is near; far from it by as much as
 //!   the surface is away, so that it never jumps over it.
 //! - It goes only so far as the model's largest energy allows. A move that lowers the energy is

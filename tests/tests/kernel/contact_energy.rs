@@ -1,0 +1,403 @@
+//! The certificate of contact on surfaces: the published level against the energy of tissue and tools in
+//! double precision, over the samples of all triangles.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{
+    COORDINATE_MAX, Model, Network, ProxyPose, Rounding, Settings, TickOutput, ToolPart, ToolPose,
+    ToolSample, Unloading,
+};
+use chaincell_lab::monitor::energy::energy_of_shapes;
+use chaincell_lab::reference::vectors::farthest;
+use chaincell_lab::reference::{Nodal, Stiffening};
+use chaincell_lab::states::State;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Height of the top of the block \[m\].
+const TOP_M: f32 = 0.04;
+/// Spacing of single precision.
+const EPS: f64 = f32::EPSILON as f64;
+
+/// A block of liver on a fixed ground, 40 mm high and 48 mm wide, with edges of about 8 mm.
+fn block() -> ImageBytes {
+    let mesh = load("box:7x7x6x0.008", &MeshOptions::default()).unwrap();
+    let nodes = mesh.nodes_m.iter().enumerate();
+    let ground: Vec<u32> =
+        nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let probe_contact = ProbeContact::Surface;
+    bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
+}
+
+/// The triangles as a part meets them: corners, parts of an edge, stiffness of all samples.
+type Triangles = Vec<([usize; 3], u16, f64)>;
+
+/// Energy and allowance \[J\].
+#[derive(Debug, Clone, Copy, Default)]
+struct Energy {
+    energy_j: f64,
+    allowance_j: f64,
+}
+
+/// What the energy is computed with; in internal units.
+struct Exact<'m> {
+    model: Model<'m>,
+    shapes: Nodal,
+    stiffening: Stiffening,
+    tools: Vec<Vec<(ToolPart, Triangles)>>,
+}
+
+/// A part of a tool at a pose, in internal units.
+struct Placed {
+    centre: Vector3<f64>,
+    turn: UnitQuaternion<f64>,
+    core: [[f64; 3]; 2],
+    radius: f64,
+}
+
+impl Placed {
+    fn distance(&self, point: Vector3<f64>) -> f64 {
+        let own = self.turn.inverse_transform_vector(&(point - self.centre));
+        let [low, high] = self.core;
+        let of = |axis: usize| (low[axis] - own[axis]).max(own[axis] - high[axis]).max(0.0);
+        Vector3::new(of(0), of(1), of(2)).norm()
+    }
+}
+
+fn turn(quaternion: [f32; 4]) -> UnitQuaternion<f64> {
+    let [w, x, y, z] = quaternion.map(f64::from);
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+impl<'m> Exact<'m> {
+    fn new(model: Model<'m>, tools: &[Vec<ToolPart>]) -> Self {
+        let corners: Vec<[usize; 3]> =
+            model.triangles().iter().map(|corners| corners.map(usize::from)).collect();
+        let of = |part: &ToolPart| {
+            let sampled_m =
+                if part.is_half_space() { COORDINATE_MAX * model.unit_m() } else { part.radius_m };
+            let mut numbers = corners.iter();
+            let mut triangles = Triangles::new();
+            model.each_probe_triangle(sampled_m, |parts, stiffness_n_per_m| {
+                let weight = f64::from(stiffness_n_per_m / (2.0 * model.stiffness_n_per_m()));
+                triangles.push((*numbers.next().unwrap(), parts, weight));
+            });
+            (*part, triangles)
+        };
+        let tools = tools.iter().map(|parts| parts.iter().map(of).collect()).collect();
+        let shapes = Nodal::of_model(&model).unwrap().unwrap();
+        Self { model, shapes, stiffening: Stiffening::of_model(&model), tools }
+    }
+
+    /// Smallest radius of a part [mean link lengths].
+    fn radius_min(&self) -> f64 {
+        let parts = self.tools.iter().flatten();
+        let radius = parts.map(|(part, _)| f64::from(part.radius_m)).fold(f64::MAX, f64::min);
+        radius / f64::from(self.model.unit_m())
+    }
+
+    /// A part of a tool where its proxy is.
+    fn placed(&self, part: &ToolPart, proxy: &ProxyPose) -> Placed {
+        let unit_m = f64::from(self.model.unit_m());
+        let own = |x: f32| f64::from(x) / unit_m;
+        let way = |axis: usize| {
+            (f64::from(proxy.position_m[axis]) - f64::from(self.model.centre_m()[axis])) / unit_m
+        };
+        let pivot = Vector3::new(way(0), way(1), way(2));
+        let of_tool = turn(proxy.turn);
+        let half = part.half_m.map(own);
+        let radius = own(part.radius_m);
+        let core = match part.is_half_space() {
+            true => [[f64::NEG_INFINITY; 3], [f64::INFINITY, f64::INFINITY, -radius]],
+            false => [half.map(|x| -x), half],
+        };
+        let centre = pivot + of_tool * Vector3::from(part.centre_m.map(own));
+        let share = f64::from(proxy.share.min(1.0));
+        Placed { centre, turn: of_tool * turn(part.turn), core, radius: share * radius }
+    }
+
+    /// Energy of tissue and tools at these positions, the least of all rotations and shapes that the
+    /// kernel may keep.
+    fn energy(&self, positions: &[[f64; 3]], proxies: &[Option<ProxyPose>]) -> Energy {
+        let cells = positions.len();
+        let (mut bounds, mut stored) = (vec![0.0; cells], vec![0.0; cells]);
+        let (mut contact, mut slack) = (0.0, 0.0);
+        let parts = self.tools.iter().zip(proxies).filter_map(|(parts, proxy)| {
+            let proxy = proxy.as_ref()?;
+            Some(parts.iter().map(move |(part, of)| (self.placed(part, proxy), of)))
+        });
+        for (placed, triangles) in parts.flatten() {
+            for (corners, parts, weight) in triangles {
+                let stiffness = weight / f64::from(u32::from(*parts) * u32::from(*parts));
+                let at = corners.map(|cell| Vector3::from(positions[cell]));
+                each_sample(*parts, |weights| {
+                    let point = at[0] * weights[0] + at[1] * weights[1] + at[2] * weights[2];
+                    let depth = placed.radius - placed.distance(point);
+                    if depth <= 0.0 {
+                        return;
+                    }
+                    let own = 0.5 * stiffness * depth * depth;
+                    // A pose is published in single precision.
+                    let off =
+                        4.0 * EPS * (point.norm() + placed.centre.norm() + placed.radius + 1.0);
+                    contact += own;
+                    slack += stiffness * off * (depth + off);
+                    for (cell, weight) in corners.iter().zip(weights) {
+                        stored[*cell] += weight * own;
+                        bounds[*cell] += weight * stiffness;
+                    }
+                });
+            }
+        }
+        let own: Vec<f64> = (0..cells).map(|cell| f64::from(self.model.cell_bound(cell))).collect();
+        let tissue = energy_of_shapes(&self.shapes, &self.stiffening, positions, &own);
+        let mut rounding = Rounding::default();
+        for cell in 0..cells {
+            let mobility = (1.0 / (own[cell] + bounds[cell])) as f32;
+            let at = positions[cell].map(|x| x as f32);
+            rounding.add_cell(Rounding::of_cell(at, mobility, (8.0 * stored[cell]) as f32));
+        }
+        let allowance = f64::from(rounding.allowance(contact as f32)) + slack;
+        let unit_j = f64::from(self.model.energy_unit_j());
+        Energy {
+            energy_j: unit_j * (tissue.energy + contact),
+            allowance_j: unit_j * (tissue.allowance + allowance),
+        }
+    }
+}
+
+/// The weights of the corners for the centres of `parts`^2 equal parts of a triangle.
+fn each_sample(parts: u16, mut visit: impl FnMut([f64; 3])) {
+    let n = f64::from(parts);
+    for i in 0..parts {
+        for j in 0..parts - i {
+            for third in [1.0 / 3.0, 2.0 / 3.0] {
+                let [u, v] = [i, j].map(|at| (f64::from(at) + third) / n);
+                if u + v < 1.0 {
+                    visit([1.0 - u - v, u, v]);
+                }
+            }
+        }
+    }
+}
+
+/// How far the tissue may go in a tick until triangles come in reach unseen [radii].
+const COMING: f64 = 0.25;
+
+/// What the tick before left: level \[J\], proxies and positions.
+type Before = (f64, Vec<Option<ProxyPose>>, Vec<[f64; 3]>);
+
+/// An engine whose every tick is checked.
+struct Followed<'m> {
+    engine: Engine<'m>,
+    exact: Exact<'m>,
+    name: String,
+    tick: u32,
+    before: Option<Before>,
+    /// Highest energy \[J\], ticks in contact, and level over energy of the last tick.
+    highest_j: f64,
+    touched: u32,
+    ratio: f64,
+    /// Ticks in which nothing outside moved.
+    still: u32,
+}
+
+impl<'m> Followed<'m> {
+    fn new(
+        image: &'m ImageBytes,
+        name: &str,
+        tools: &[Vec<ToolPart>],
+        (scheme, sweeps): (Scheme, u16),
+    ) -> Self {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let settings = Settings::for_model(&model);
+        let (unloading, max_tool_step_m) = (Unloading::Off, 10.0);
+        let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
+        let network = Network::new(model, settings).unwrap();
+        let contact = Contact::Tools { tools: tools.to_vec(), friction: 0.0 };
+        let engine = Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap();
+        let exact = Exact::new(model, tools);
+        let name = format!("{name} {scheme:?} {sweeps}");
+        let (highest_j, touched, ratio) = (0.0, 0, 1.0);
+        Self { engine, exact, name, tick: 0, before: None, highest_j, touched, ratio, still: 0 }
+    }
+
+    fn tick(&mut self, poses: &[ToolPose]) -> TickOutput {
+        let output = self.engine.tick_tools(poses);
+        self.check(&output);
+        output
+    }
+
+    /// A late tick of the first tool.
+    fn late(&mut self, pose: &ToolPose) {
+        let ToolPose { position_m, engaged, .. } = *pose;
+        let output = self.engine.tick_again(&ToolSample { position_m, engaged }, Some(0));
+        self.check(&output);
+    }
+
+    fn check(&mut self, output: &TickOutput) {
+        let proxies: Vec<_> =
+            (0..self.exact.tools.len()).map(|tool| self.engine.proxy_pose(tool)).collect();
+        let positions = self.engine.positions();
+        let exact = self.exact.energy(&positions, &proxies);
+        let level_j = f64::from(output.energy_j);
+        let name = format!("{} tick {}", self.name, self.tick);
+        assert!(level_j.is_finite() && level_j >= 0.0, "{name}: {output:?}");
+        assert!(
+            level_j + exact.allowance_j >= exact.energy_j,
+            "{name}: {level_j:e} J below {exact:?}, {output:?} {proxies:?}"
+        );
+        if let Some((last_j, last, places)) = &self.before
+            && *last == proxies
+            && farthest(places, &positions) < COMING * self.exact.radius_min()
+        {
+            self.still += 1;
+            let rounding_j = 8.0 * EPS * last_j + exact.allowance_j;
+            assert!(level_j <= last_j + rounding_j, "{name}: {last_j:e} rises to {level_j:e} J");
+        }
+        self.before = Some((level_j, proxies, positions));
+        self.tick += 1;
+        self.highest_j = self.highest_j.max(exact.energy_j);
+        self.touched += u32::from(output.contacts > 0 || output.force_n.norm() > 0.0);
+        self.ratio = level_j / exact.energy_j.max(1e-12);
+    }
+}
+
+fn pose(position_m: [f32; 3]) -> ToolPose {
+    ToolPose::at(position_m.into(), 1)
+}
+
+/// About y by an angle \[rad\].
+fn tilted(position_m: [f32; 3], angle: f32) -> ToolPose {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    ToolPose { turn: [cos, 0.0, sin, 0.0], ..pose(position_m) }
+}
+
+const WAYS: [(Scheme, u16); 3] = [(Scheme::Predict, 1), (Scheme::Predict, 4), (Scheme::Track, 2)];
+
+#[test]
+fn presses_slides_and_taps_stay_below_the_level() {
+    let image = block();
+    let mut still = 0;
+    for way in WAYS {
+        for radius_m in [0.002_f32, 0.008, 0.03] {
+            let tools = [vec![ToolPart::sphere(radius_m)]];
+            let at = |x_m: f32, depth_m: f32| [pose([x_m, 0.001, TOP_M + radius_m - depth_m])];
+            let mut run = Followed::new(&image, &format!("slide {radius_m}"), &tools, way);
+            for step in 0..40_u8 {
+                run.tick(&at(-0.01, 2.0e-4 * f32::from(step)));
+            }
+            for step in 0..40_u8 {
+                run.tick(&at(-0.01 + 5.0e-4 * f32::from(step), 0.008));
+            }
+            for _ in 0..40 {
+                run.tick(&at(0.01, 0.008));
+            }
+            assert!(run.touched > 100 && run.highest_j > 1e-6, "{}", run.highest_j);
+            still += run.still;
+            assert!(run.ratio < 1.01, "{}: level over energy {}", run.name, run.ratio);
+            let mut run = Followed::new(&image, &format!("tap {radius_m}"), &tools, way);
+            for step in 0..120_u8 {
+                let depth_m = 0.006 * (0.35 * f32::from(step)).sin();
+                let mut at = at(0.0, depth_m);
+                at[0].engaged = u32::from(step % 29 > 2);
+                run.tick(&at);
+                if step % 5 == 0 {
+                    run.late(&at[0]);
+                }
+            }
+        }
+    }
+    assert!(still > 100, "{still}");
+}
+
+#[test]
+fn jumps_through_the_body_stay_below_the_level() {
+    let image = block();
+    for way in WAYS {
+        for part in [
+            ToolPart::sphere(0.002),
+            ToolPart::sphere(0.012),
+            ToolPart::sphere(0.1),
+            ToolPart::capsule(0.01, 0.004),
+            ToolPart::rounded_box([0.006, 0.004, 0.003], 0.002),
+            ToolPart::half_space(0.004),
+        ] {
+            let mut run = Followed::new(&image, &format!("jump {part:?}"), &[vec![part]], way);
+            let mut random = 7_u32;
+            let mut at = tilted([0.0, 0.0, 0.1], 0.0);
+            for step in 0..150_u16 {
+                if step % 6 == 0 {
+                    let mut next = || {
+                        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                        (random >> 8) as f32 / 16_777_216.0 - 0.5
+                    };
+                    at = tilted([0.09 * next(), 0.09 * next(), 0.03 + 0.15 * next()], 6.0 * next());
+                    at.engaged = u32::from(step % 42 < 36);
+                }
+                run.tick(&[at]);
+            }
+            assert!(run.touched > 10, "{}: {}", run.name, run.touched);
+        }
+    }
+}
+
+#[test]
+fn tools_together_stay_below_the_level() {
+    let image = block();
+    let jaw = vec![
+        ToolPart::capsule(0.008, 0.002),
+        ToolPart { centre_m: [0.015, 0.0, 0.0], ..ToolPart::sphere(0.012) },
+    ];
+    for way in WAYS {
+        let tools = [jaw.clone(), vec![ToolPart::rounded_box([0.01, 0.003, 0.003], 0.002)]];
+        let mut run = Followed::new(&image, "two tools", &tools, way);
+        for step in 0..160_u16 {
+            let turned = 0.02 * f32::from(step);
+            let aside_m = 2.0e-4 * f32::from(step);
+            let z = TOP_M + 0.012 - 0.012 * (0.05 * f32::from(step)).sin();
+            let mut first = tilted([-0.015 + aside_m, 0.002, z], turned);
+            first.engaged = u32::from(step % 50 < 44);
+            run.tick(&[first, tilted([0.015 - aside_m, -0.004, z - 0.006], -turned)]);
+        }
+        for _ in 0..40 {
+            run.tick(&[]);
+        }
+        assert!(run.touched > 100, "{}: {}", run.name, run.touched);
+    }
+}
+
+#[test]
+fn from_hard_states_it_stays_below_the_level() {
+    let image = block();
+    let states = [
+        State::Inverted,
+        State::Mirrored,
+        State::Flattened,
+        State::Stretched,
+        State::HalfCoincident,
+        State::Shaken,
+        State::Scattered(10.0),
+    ];
+    for way in WAYS {
+        for state in states {
+            for part in [ToolPart::sphere(0.01), ToolPart::rounded_box([0.01; 3], 0.003)] {
+                let name = format!("{state:?} {part:?}");
+                let mut run = Followed::new(&image, &name, &[vec![part]], way);
+                let at = tilted([0.0, 0.001, 0.5 * TOP_M], 0.4);
+                run.tick(&[at]);
+                let positions = state.positions(run.engine.network().model(), 3);
+                run.engine.set_positions(&positions).unwrap();
+                run.before = None;
+                for step in 0..60_u8 {
+                    // What the terms of tissue do to such a state is not looked at here.
+                    run.before = None;
+                    run.tick(&[if step < 30 { at } else { tilted([0.01, 0.0, TOP_M], 0.0) }]);
+                }
+            }
+        }
+    }
+}
