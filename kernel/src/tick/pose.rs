@@ -47,8 +47,8 @@ pub struct ToolPart {
     /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Of a half
     /// space the core is all that lies below z = -radius: infinite in every axis.
     pub half_m: [f32; 3],
-    /// Of the rounded edges around the core \[m\]. A sample is never pushed deeper into the tool than
-    /// half of it.
+    /// Of the rounded edges around the core \[m\]. A tool that presses goes
+    /// only so far that no sample lies deeper in it than two fifths of it.
     pub radius_m: f32,
 }
 

@@ -173,8 +173,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         bounds::enclose(model, &mut arrays, found.count);
         let after = hold::loaded(&mut arrays, room, &at);
         if before != TwoFloat::ZERO || after != TwoFloat::ZERO {
-            let rounding = f32::EPSILON * (before.hi + after.hi);
-            self.head.level.shift(after.minus(before).plus(rounding.into()));
+            if before != after {
+                let rounding = f32::EPSILON * (before.hi + after.hi);
+                self.head.level.shift(after.minus(before).plus(rounding.into()));
+            }
             self.head.awake.wake_all(model);
             if moved || !stays {
                 self.head.dynamics.pushed();
