@@ -78,8 +78,8 @@ pub static GOLDENS: &[Golden] = &[
     of("varied300_rkl1", Tier::F32, 2000, 0xbba962b6b0160f11, 64000),
     of("varied300_gauss_seidel", Tier::F32, 100, 0xdabb0d8676246cf0, 3200),
     of("varied300_gauss_seidel", Tier::F32, 2000, 0xde2958adacf2f192, 64000),
-    of("touch6_predict", Tier::F32, 100, 0xa6aba5882be4e8d5, 3200),
-    of("touch6_predict", Tier::F32, 2000, 0xec32ec8f6a9a5b74, 64000),
-    of("touch6_tools", Tier::F32, 100, 0x1b346bd59d460f5e, 3200),
-    of("touch6_tools", Tier::F32, 2000, 0x4847dd325f204444, 64000),
+    of("touch6_predict", Tier::F32, 100, 0x3d57adbb92ef2f04, 3200),
+    of("touch6_predict", Tier::F32, 2000, 0xd5d819f81e5400f0, 64000),
+    of("touch6_tools", Tier::F32, 100, 0x704ee0e3c31f2f98, 3200),
+    of("touch6_tools", Tier::F32, 2000, 0x4e5b057fdaff3e3b, 64000),
 ];

@@ -440,7 +440,7 @@ fn predict_says_where_it_is_track() {
         play(&place.model, &path, &out, &options).with(0).err
     };
     for (place, options, why) in [
-        (&tight, &["--contact", "probe:0.02"][..], "with a probe it is track"),
+        (&tight, &["--contact", "probe:0.02"][..], "with a probe on cells it is track"),
         (&tight, &["--drive", "current"][..], "under a current it is track"),
         (&slack, &[][..], "on a model with slack"),
     ] {
