@@ -39,6 +39,7 @@ use crate::model::Model;
 use crate::number::cell::{Cell, add};
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
+use crate::terms::surface::IS_BUILT;
 
 /// Arrays of `track`, then one for each field.
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
@@ -99,15 +100,14 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
         }
-        if let Some(share) = core::mem::take(&mut self.goes_on) {
+        let goes_on = core::mem::take(&mut self.goes_on).filter(|_| IS_BUILT);
+        if let Some(share) = goes_on {
             let share = if self.is_marked && self.track.is_going() { share } else { 0.0 };
             if momentum::go_on(body.terms.model, own, share) {
                 self.track.interrupt();
             }
-            self.is_marked = true;
-        } else {
-            self.is_marked = false;
         }
+        self.is_marked = goes_on.is_some();
         body.own = own.get_mut(..TRACK * cells).unwrap_or(&mut []);
     }
 
