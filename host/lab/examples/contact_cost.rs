@@ -50,7 +50,7 @@ fn body(folder: &Path) -> Body {
         sets[name].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
     };
     let fixed: Vec<u32> = list("fixed").into_iter().map(|node| node as u32).collect();
-    let node = sets["node"].as_f64().unwrap() as usize;
+    let node = list("node")[0] as usize;
     let inward = Vector3::from_vec(list("dirn")).normalize();
     let start_m = Vector3::from(mesh.nodes_m[node]);
     let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
