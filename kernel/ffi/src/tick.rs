@@ -155,8 +155,15 @@ unsafe fn tick_to(
     sweeps: Sweeps,
     output: *mut Output,
 ) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { answer_to(output, || tick(tissue, sample, sweeps)) }
+    if let Err(code) = memory::check(output) {
+        return code;
+    }
+    // Not by a closure: each caller is to have the code of its own sweeps alone.
+    // SAFETY: the caller's promises are handed on; the output was checked.
+    unsafe {
+        let answer = tick(tissue, sample, sweeps);
+        put(output, answer)
+    }
 }
 
 /// Writes the answer of a tick, or that of none.
@@ -171,11 +178,21 @@ pub(crate) unsafe fn answer_to(
     if let Err(code) = memory::check(output) {
         return code;
     }
-    let (code, answer) = match tick() {
+    // SAFETY: checked above, and the caller says that it is storage.
+    unsafe { put(output, tick()) }
+}
+
+/// Writes an answer, or that of none.
+///
+/// # Safety
+/// The pointer passed [`memory::check`] and is storage for an answer.
+#[inline(always)]
+unsafe fn put(output: *mut Output, answer: Result<Output, Code>) -> Code {
+    let (code, answer) = match answer {
         Ok(answer) => (Code::Ok, answer),
         Err(code) => (code, SAFE),
     };
-    // SAFETY: checked above, and the caller says that it is storage.
+    // SAFETY: the caller says that it is storage.
     unsafe { output.write(answer) };
     code
 }

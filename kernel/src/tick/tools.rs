@@ -119,12 +119,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
         friction: f32,
     ) -> Result<(), ContactError> {
         let model = self.may_choose(network)?;
+        if !IS_BUILT {
+            return Err(ContactError::SurfaceUnbuilt);
+        }
         if !model.has_contact_surface() {
             return Err(ContactError::NoContactSurface);
         }
         let (capacity, anchors) = self.touch.tool_capacity();
         let capacity = capacity.min(TOOLS_MAX);
-        if IS_BUILT && (tools.is_empty() || tools.len() > capacity) {
+        if tools.is_empty() || tools.len() > capacity {
             return Err(ContactError::Tools { needed: tools.len(), capacity });
         }
         if !(0.0..=FRICTION_MAX).contains(&friction) {
