@@ -138,10 +138,10 @@ impl Anchor {
 }
 
 /// A grip of a sample where it is, for an anchor of it or none.
-pub(crate) fn grip(sample: &Sample, (triangle, part): (u32, u8), proxy: &Proxy) -> Anchor {
+pub(crate) fn grip(sample: &Sample, (triangle, part): (u32, u8)) -> Anchor {
     let (index, place) = (sample.index, sample.point);
     let limit = f32::INFINITY;
-    Anchor { triangle, sample: index, part, place, limit, ..Anchor::NONE }.fastened(proxy)
+    Anchor { triangle, sample: index, part, place, limit, ..Anchor::NONE }
 }
 
 /// The anchors behind a tick's sweeps, from those of the tick, both in their order: `make` says what a

@@ -3,7 +3,7 @@
 use super::{energy_of, follow};
 use crate::number::two_float::TwoFloat;
 use crate::terms::surface::{
-    Anchor, NearTriangle, PARTS_MAX, Proxies, Sample, TOOLS_MAX, ToolState, grip, renew,
+    Anchor, NearTriangle, PARTS_MAX, Proxies, Sample, ToolState, grip, renew,
 };
 use crate::tick::touch_room::TouchArrays;
 
@@ -96,15 +96,12 @@ pub(in crate::tick) fn take_hold(
 ) -> (usize, TwoFloat, bool) {
     let before = energy_of(arrays, at);
     let mut held = 0;
-    let proxies: [_; TOOLS_MAX] =
-        core::array::from_fn(|tool| arrays.tools.get(tool).map(|tool| tool.proxy));
     let full = exchange(arrays, at, |sample, near, anchor| {
         if near.tool() != tool || sample.depth <= 0.0 {
             return anchor.copied();
         }
-        let proxy = proxies.get(tool)?.as_ref()?;
         held += 1;
-        Some(grip(sample, (near.index, near.of), proxy))
+        Some(grip(sample, (near.index, near.of)))
     });
     if let Some(tool) = arrays.tools.get_mut(tool) {
         tool.fade = 0.0;
