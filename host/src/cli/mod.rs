@@ -4,6 +4,7 @@ mod bake;
 mod budget;
 pub mod choice;
 mod command;
+mod contacts;
 mod control;
 mod cosim;
 mod info;
@@ -78,6 +79,7 @@ enum Work {
     Serve(serve::Args),
     Control(control::Args),
     State(state::Args),
+    Contacts(contacts::Args),
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
@@ -106,6 +108,7 @@ impl Cli {
             Work::Serve(args) => serve::execute(&args),
             Work::Control(args) => control::execute(&args),
             Work::State(args) => state::execute(&args),
+            Work::Contacts(args) => contacts::execute(&args),
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),

@@ -39,7 +39,8 @@ const RECORD_TICKS_MAX: usize = 100 * RECORD_TICKS;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  chaincell serve liver.chaincell --scene left\n\n\
     Prints `ready` once chaincell/left/pose and chaincell/left/force exist; ends on Ctrl-C.\n  \
-    `chaincell state` reads its states, `chaincell command` resets, pauses and sets it.")]
+    `chaincell state` reads its states, `chaincell contacts` its contacts, `chaincell command` resets,\n  \
+    pauses and sets it.")]
 pub struct Args {
     /// Model file from `chaincell bake`
     model: PathBuf,
@@ -56,7 +57,8 @@ pub struct Args {
     /// Send the state hash with every so many ticks; 0 for none but the last
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     hash_every: u64,
-    /// Send the positions of all nodes to viewers so many times a second at most, 0 for never [Hz]
+    /// Send the positions of all nodes to viewers so many times a second at most, and the contacts of
+    /// tools on a contact surface; 0 for never [Hz]
     #[arg(long, default_value_t = 60, value_name = "HZ", allow_negative_numbers = true)]
     state_hz: u32,
     /// Execute so many poses a second at most, 1024 of them at once; further ones are counted and not
@@ -143,6 +145,10 @@ pub fn execute(args: &Args) -> Result<()> {
     // A scene that is refused leaves the folder as it was.
     let nodes = tissue.engine().node_count();
     let server = Server::open(&options)?.with_state(nodes, args.state_hz)?.with_commands()?;
+    let server = match tissue.engine().tools_on_surface() {
+        0 => server,
+        _ => server.with_contacts(args.state_hz)?,
+    };
     // Commands may set parameters: what is written is what the session began with.
     let settings = args.tissue.report(tissue.engine());
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
@@ -313,6 +319,13 @@ fn print(
             "  states      {} sent, {}",
             report.states_sent,
             report.state_ns.in_us()
+        ))?;
+    }
+    if report.contacts_sent > 0 {
+        terminal::say(format_args!(
+            "  contacts    {} sent, {}",
+            report.contacts_sent,
+            report.contacts_ns.in_us()
         ))?;
     }
     if report.commands_done + report.commands_refused > 0 {

@@ -2,7 +2,7 @@
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Drive, TickOutput, ToolSample};
+use chaincell_kernel::{ContactForce, Drive, TickOutput, ToolSample};
 
 use crate::engine::Engine;
 use crate::engine::tissue::{Node, Refusal, Sweeps, TissueEngine};
@@ -92,6 +92,10 @@ impl TissueEngine for Staged<'_> {
 
     fn read_nodes(&mut self, to: &mut [Node]) {
         self.engine.read_nodes(to);
+    }
+
+    fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
+        self.engine.read_contacts(each);
     }
 
     fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {

@@ -1,7 +1,7 @@
 //! What the loop needs of a tissue.
 
 use chaincell_kernel::trace::{Command, CommandError};
-use chaincell_kernel::{TickOutput, ToolSample};
+use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
 
 /// A node with its published position.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -82,6 +82,10 @@ pub trait TissueEngine {
 
     /// Writes the nodes by ascending id, as far as there is room. Allocates nothing.
     fn read_nodes(&mut self, _to: &mut [Node]) {}
+
+    /// Tells each contact of a tool on a contact surface, with the input id of its node: at most
+    /// [`CONTACTS_MAX`](super::tools::CONTACTS_MAX). Allocates nothing.
+    fn read_contacts(&mut self, _each: &mut dyn FnMut(u32, &ContactForce)) {}
 
     /// Carries out a command other than pause and resume. Allocates nothing.
     ///

@@ -4,7 +4,11 @@ use chaincell_kernel::{
     ContactForce, Dynamics, Network, ProxyPose, TickOutput, ToolOutput, ToolPose,
 };
 
-use super::{Engine, Memory};
+use super::touch::TRIANGLES;
+use super::{Contact, Engine, Memory};
+
+/// Most contacts at a time.
+pub const CONTACTS_MAX: usize = TRIANGLES;
 
 /// What a tissue of any scheme does with tools.
 pub(super) trait AnyTools {
@@ -58,6 +62,28 @@ impl Engine<'_> {
     /// Where the tissue meets a tool; `None` while that is not engaged.
     pub fn proxy_pose(&mut self, tool: usize) -> Option<ProxyPose> {
         self.tissue.proxy_pose(&self.network, tool)
+    }
+
+    /// Tools on a contact surface; 0 with held cells and with a probe among cells.
+    #[must_use]
+    pub fn tools_on_surface(&self) -> usize {
+        if !self.network.model().has_contact_surface() {
+            return 0;
+        }
+        match &self.contact {
+            Contact::Cells(_) => 0,
+            Contact::Probe { .. } => 1,
+            Contact::Tools { tools, .. } => tools.len(),
+        }
+    }
+
+    /// Tells each contact that [`Self::contact_forces`] gives, with the input id of its node. Allocates
+    /// nothing.
+    pub fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
+        let ids = self.network.model().input_id();
+        self.tissue.contact_forces(&self.network, &mut |of| {
+            each(ids.get(usize::from(of.cell)).copied().unwrap_or(u32::MAX), of);
+        });
     }
 
     /// The contacts of all tools, one for each triangle and part of a tool; none for held cells and

@@ -56,7 +56,7 @@ pub fn only_sphere(tools: &[Vec<ToolPart>]) -> Option<f32> {
 }
 
 /// Most triangles in reach of a probe; where more are, the nearest ones are kept.
-const TRIANGLES: usize = 1024;
+pub const TRIANGLES: usize = 1024;
 /// Most samples that friction or grips hold.
 const SAMPLES: usize = 2048;
 

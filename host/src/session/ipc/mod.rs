@@ -2,10 +2,12 @@
 
 pub mod command;
 pub(crate) mod complain;
+pub mod contacts;
 mod foreign;
 mod memory;
 pub mod names;
 mod owner;
+mod pace;
 pub mod payload;
 pub mod services;
 pub mod serving;

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which therefore can't name a scene.
-const RESERVED: [&str; 6] = ["state", "command", "pose", "force", "tools", "forces"];
+const RESERVED: [&str; 7] = ["state", "contacts", "command", "pose", "force", "tools", "forces"];
 
 /// The services of one scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub struct SceneNames {
     pub forces: ServiceName,
     /// States for viewers.
     pub state: ServiceName,
+    /// Contacts for viewers.
+    pub contacts: ServiceName,
     /// Commands to the tissue's process.
     pub command: ServiceName,
     /// What a message calls the scene.
@@ -47,6 +49,7 @@ impl SceneNames {
             tools: service(&format!("{prefix}/tools"), scene)?,
             forces: service(&format!("{prefix}/forces"), scene)?,
             state: service(&format!("{prefix}/state"), scene)?,
+            contacts: service(&format!("{prefix}/contacts"), scene)?,
             command: service(&format!("{prefix}/command"), scene)?,
             label,
         })
@@ -108,6 +111,7 @@ mod tests {
         assert_eq!(named.tools.as_str(), "chaincell/left-hand/tools");
         assert_eq!(named.forces.as_str(), "chaincell/left-hand/forces");
         assert_eq!(named.state.as_str(), "chaincell/left-hand/state");
+        assert_eq!(named.contacts.as_str(), "chaincell/left-hand/contacts");
         assert_eq!(named.command.as_str(), "chaincell/left-hand/command");
         assert!(SceneNames::new(Some(&"x".repeat(SCENE_BYTES_MAX))).is_ok());
     }
@@ -122,7 +126,7 @@ mod tests {
     #[test]
     fn refusals_name_the_option_and_the_remedy() {
         let long = "x".repeat(SCENE_BYTES_MAX + 1);
-        let reserved = ["pose", "force", "tools", "forces", "state", "command"];
+        let reserved = ["pose", "force", "tools", "forces", "state", "contacts", "command"];
         let bad = ["", &long, "a/b", "a\\b", "a\nb", "a b", "käfer"];
         for name in bad.into_iter().chain(reserved) {
             let error = SceneNames::new(Some(name)).unwrap_err();

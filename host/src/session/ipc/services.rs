@@ -11,13 +11,13 @@
 //! folder, in the home folder or in /etc changes it.
 //!
 //! **Sizes** are fixed by the types of [`super::payload`] and [`super::tools`]. A service refuses a program whose
-//! message has another name, size, alignment, or is a slice where it is none; states are slices,
-//! their length fixed by the model. Nothing that arrives takes memory of the server.
+//! message has another name, size, alignment, or is a slice where it is none; states and contacts are
+//! slices, their length bounded by the model. Nothing that arrives takes memory of the server.
 //!
 //! **Rates**: poses `--max-pose-hz` a second with 1,024 at once; commands one every 10 ms, 4 under
-//! way for each of at most 8 programs; states `--state-hz` a second, only while somebody reads; a
-//! hash is part of an answer, `--hash-every`. What is beyond is dropped, poses are counted. A
-//! reader that does not read loses the oldest messages and holds up nobody.
+//! way for each of at most 8 programs; states and contacts `--state-hz` a second, only while somebody
+//! reads; a hash is part of an answer, `--hash-every`. What is beyond is dropped, poses are counted.
+//! A reader that does not read loses the oldest messages and holds up nobody.
 //!
 //! **No path from a message to a file.** Every message is numbers alone ([`super::payload`]): none
 //! can name a file. Of the files that `serve` writes, the folder and the names stand on its command
@@ -103,6 +103,7 @@ pub struct SceneServices {
     pub(crate) node: Node<Ipc>,
     label: String,
     pub(crate) state_name: ServiceName,
+    pub(crate) contacts_name: ServiceName,
     pub(crate) command_name: ServiceName,
     /// Poses, from the controller to the tissue.
     pub pose: Topic<crate::session::ipc::payload::ToolPose>,
@@ -185,6 +186,7 @@ impl SceneServices {
             force_wake: wake_topic(&node, &names.force)?,
             label: names.label,
             state_name: names.state,
+            contacts_name: names.contacts,
             command_name: names.command,
             node,
         })

@@ -14,17 +14,13 @@ use iceoryx2::service::port_factory::publish_subscribe;
 use crate::engine::tissue::{Node, TissueEngine};
 use crate::error::{Error, Result};
 use crate::session::ipc::complain::complain;
+use crate::session::ipc::pace::Pace;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::services::{
     Ipc, NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
 };
-use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
+use crate::session::timing::clock::now_ns;
 use crate::session::timing::histogram::{Latencies, Summary};
-
-/// Most states a second.
-pub const STATE_HZ_MAX: u32 = 1000;
-/// Span between looks for readers \[ns\].
-const LOOK_NS: u64 = MILLISECOND_NS;
 
 type Topic = publish_subscribe::PortFactory<Ipc, [NodePosition], StateHeader>;
 
@@ -50,11 +46,7 @@ pub(crate) struct StatePublisher {
     topic: Topic,
     publisher: Publisher<Ipc, [NodePosition], StateHeader>,
     nodes: Vec<Node>,
-    period_ns: u64,
-    due_ns: u64,
-    /// Sum over the ids of the readers, which changes when one joins.
-    readers: u128,
-    new: bool,
+    pace: Pace,
     failed: u64,
     cost: Latencies,
 }
@@ -62,11 +54,7 @@ pub(crate) struct StatePublisher {
 impl StatePublisher {
     /// Room for `nodes` nodes, sent at most `hz` times a second.
     pub(crate) fn open(scene: &SceneServices, nodes: usize, hz: u32) -> Result<Self> {
-        if !(1..=STATE_HZ_MAX).contains(&hz) {
-            return Err(Error::input(format!(
-                "`state_hz` {hz}: must be from 0 (off) to {STATE_HZ_MAX}"
-            )));
-        }
+        let pace = Pace::new(hz)?;
         let topic = topic(scene)?;
         let publisher = topic
             .publisher_builder()
@@ -80,10 +68,7 @@ impl StatePublisher {
             topic,
             publisher,
             nodes: vec![Node::default(); nodes],
-            period_ns: SECOND_NS / u64::from(hz),
-            due_ns: 0,
-            readers: 0,
-            new: true,
+            pace,
             failed: 0,
             cost: Latencies::new()?,
         })
@@ -91,32 +76,13 @@ impl StatePublisher {
 
     /// The state is another one than the last that was sent.
     pub(crate) fn changed(&mut self) {
-        self.new = true;
+        self.pace.changed();
     }
 
     /// Whether a state is to be sent now; where a pose may be waiting (`idle` is false) only once
     /// it is overdue by a period.
     pub(crate) fn is_due(&mut self, now_ns: u64, idle: bool) -> bool {
-        let due_ns = self.due_ns + if idle { 0 } else { self.period_ns };
-        if now_ns < due_ns {
-            return false;
-        }
-        let service = self.topic.dynamic_config();
-        if service.number_of_subscribers() == 0 {
-            self.readers = 0;
-            self.due_ns = now_ns + LOOK_NS.min(self.period_ns);
-            return false;
-        }
-        let mut readers = 0_u128;
-        service.list_subscribers(|details| {
-            readers = readers.wrapping_add(details.subscriber_id.value());
-            CallbackProgression::Continue
-        });
-        self.new |= readers != self.readers;
-        self.readers = readers;
-        // The list costs iceoryx2 an allocation: with readers there is a look a period.
-        self.due_ns = now_ns + self.period_ns;
-        self.new
+        self.pace.is_due(&self.topic, now_ns, idle)
     }
 
     /// Sends the state. Allocates nothing of its own.
@@ -133,7 +99,7 @@ impl StatePublisher {
             Ok(Err(why)) => complain(&mut self.failed, "cannot send a state", why),
             Err(why) => complain(&mut self.failed, "cannot take memory for a state", why),
         }
-        self.new = false;
+        self.pace.sent();
         self.cost.record(now_ns() - start_ns);
     }
 

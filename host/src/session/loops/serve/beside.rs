@@ -5,6 +5,7 @@ use chaincell_kernel::{Flags, TickOutput};
 
 use super::Run;
 use crate::engine::tissue::Refusal;
+use crate::session::ipc::contacts::ContactsHeader;
 use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader, ToolForce};
 use crate::session::timing::clock::now_ns;
 
@@ -24,9 +25,19 @@ impl Run<'_> {
         }
     }
 
-    /// Commands, then states, between two ticks; `idle` where no pose waits.
+    /// State and contacts are others than those that were sent last.
+    pub(super) fn changed(&mut self) {
+        if let Some(state) = &mut self.state {
+            state.changed();
+        }
+        if let Some(contacts) = &mut self.contacts {
+            contacts.changed();
+        }
+    }
+
+    /// Commands, then states and contacts, between two ticks; `idle` where no pose waits.
     pub(super) fn beside(&mut self, idle: bool) {
-        if self.commands.is_none() && self.state.is_none() {
+        if self.commands.is_none() && self.state.is_none() && self.contacts.is_none() {
             return;
         }
         let now_ns = now_ns();
@@ -46,6 +57,17 @@ impl Run<'_> {
             };
             if let Some(state) = &mut self.state {
                 state.send(header, self.engine);
+            }
+        }
+        if self.contacts.as_mut().is_some_and(|contacts| contacts.is_due(now_ns, idle)) {
+            let header = ContactsHeader {
+                tick: self.answer().map_or(0, |last| last.tick),
+                ticks_answered: self.executed,
+                contacts: 0,
+                flags: self.answer().map_or(0, |last| last.flags),
+            };
+            if let Some(contacts) = &mut self.contacts {
+                contacts.send(header, self.engine);
             }
         }
     }
@@ -74,9 +96,7 @@ impl Run<'_> {
                 self.shared.voice().shaper.begin_ramp();
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
-                if let Some(state) = &mut self.state {
-                    state.changed();
-                }
+                self.changed();
             }
         }
         reply

@@ -34,9 +34,7 @@ impl Run<'_> {
         }
         self.step.record(step_ns);
         self.sweeps.record(u64::from(output.sweeps));
-        if let Some(state) = &mut self.state {
-            state.changed();
-        }
+        self.changed();
         let sent_ns = now_ns();
         self.take_in();
         let is_behind = !self.inbox.is_empty();

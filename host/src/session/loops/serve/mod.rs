@@ -29,6 +29,7 @@ use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
+use crate::session::ipc::contacts::ContactPublisher;
 use crate::session::ipc::services::{QUEUE_MESSAGES, SceneServices};
 use crate::session::ipc::serving::ServePorts;
 use crate::session::ipc::state::StatePublisher;
@@ -63,6 +64,7 @@ pub struct Server {
     length_ns: u64,
     rate: PoseRate,
     state: Option<StatePublisher>,
+    contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
 }
 
@@ -91,7 +93,8 @@ impl Server {
         let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
         let ports = scene.serve_ports(options.wait == Wait::Event)?;
         let options = options.clone();
-        Ok(Self { options, scene, ports, length_ns, rate, state: None, commands: None })
+        let (state, contacts, commands) = (None, None, None);
+        Ok(Self { options, scene, ports, length_ns, rate, state, contacts, commands })
     }
 
     /// Sends states of `nodes` nodes at most `hz` times a second, 0 for none.
@@ -101,6 +104,18 @@ impl Server {
     pub fn with_state(mut self, nodes: usize, hz: u32) -> Result<Self> {
         if hz > 0 {
             self.state = Some(StatePublisher::open(&self.scene, nodes, hz)?);
+            self.scene.take_memory()?;
+        }
+        Ok(self)
+    }
+
+    /// Sends contacts of tools on a contact surface at most `hz` times a second, 0 for none.
+    ///
+    /// # Errors
+    /// As [`Self::with_state`].
+    pub fn with_contacts(mut self, hz: u32) -> Result<Self> {
+        if hz > 0 {
+            self.contacts = Some(ContactPublisher::open(&self.scene, hz)?);
             self.scene.take_memory()?;
         }
         Ok(self)
@@ -121,7 +136,7 @@ impl Server {
         engine: &mut dyn TissueEngine,
         recorder: &mut Recorder,
     ) -> Result<ServeReport> {
-        let beside = (self.state.take(), self.commands.take());
+        let beside = (self.state.take(), self.contacts.take(), self.commands.take());
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
         let mouth = &self.ports.mouth;
@@ -148,10 +163,14 @@ impl Server {
     }
 }
 
+/// What has its turn between ticks.
+type Beside = (Option<StatePublisher>, Option<ContactPublisher>, Option<CommandServer>);
+
 struct Run<'a> {
     server: &'a Server,
     shared: &'a Shared,
     state: Option<StatePublisher>,
+    contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     engine: &'a mut dyn TissueEngine,
     recorder: &'a mut Recorder,
@@ -197,7 +216,7 @@ impl<'a> Run<'a> {
     fn new(
         server: &'a Server,
         shared: &'a Shared,
-        (state, commands): (Option<StatePublisher>, Option<CommandServer>),
+        (state, contacts, commands): Beside,
         engine: &'a mut dyn TissueEngine,
         recorder: &'a mut Recorder,
     ) -> Result<Self> {
@@ -212,6 +231,7 @@ impl<'a> Run<'a> {
             server,
             shared,
             state,
+            contacts,
             commands,
             engine,
             recorder,
@@ -311,6 +331,8 @@ impl<'a> Run<'a> {
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
         let (states_sent, state_ns) =
             self.state.as_ref().map_or_else(Default::default, StatePublisher::cost);
+        let (contacts_sent, contacts_ns) =
+            self.contacts.as_ref().map_or_else(Default::default, ContactPublisher::cost);
         let voice = self.shared.voice();
         ServeReport {
             ticks_executed: self.executed,
@@ -339,6 +361,8 @@ impl<'a> Run<'a> {
             commands_refused: self.disobeyed,
             states_sent,
             state_ns,
+            contacts_sent,
+            contacts_ns,
             step_ns: self.step.summary(),
             peers: self.peers.cost(),
             state_hash: format!("{:016x}", self.engine.state_hash()),

@@ -142,6 +142,10 @@ pub struct ServeReport {
     pub states_sent: u64,
     /// Time to send a state, between ticks \[ns\].
     pub state_ns: Summary,
+    /// Messages of contacts sent to viewers.
+    pub contacts_sent: u64,
+    /// Time to send one, between ticks \[ns\].
+    pub contacts_ns: Summary,
     /// Time of a tick \[ns\].
     pub step_ns: Summary,
     /// Cost of peers that joined and left.

@@ -1,0 +1,175 @@
+//! `chaincell contacts`: looks at the contacts that a running `serve` sends.
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::interrupt;
+use crate::session::ipc::contacts::{Contact, ContactReader, ContactsHeader};
+use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use crate::terminal;
+use crate::words::counted;
+
+/// Span between looks for a message \[ns\].
+const LOOK_NS: u64 = MILLISECOND_NS;
+/// Span between lines \[ns\].
+const LINE_NS: u64 = SECOND_NS;
+/// Longest wait for the first message of a server \[ns\].
+const FIRST_NS: u64 = 5 * SECOND_NS;
+
+/// Look at the contacts that a running `serve` sends: a line a second, until it ends or Ctrl-C.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  chaincell contacts --scene left --seconds 10\n\n\
+    They are there with --contact probe:RADIUS on a model baked with --probe-contact surface. Any\n\
+    program may read them: service chaincell/left/contacts, see chaincell_host::session::ipc::contacts.")]
+pub struct Args {
+    /// Name of the scene that `serve` was started with
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// End after the first message
+    #[arg(long)]
+    once: bool,
+    /// End after so many seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// Print JSON objects, one a line
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is printed of the contacts of a tick.
+#[derive(Debug, PartialEq, Serialize)]
+struct Printed {
+    tick: u64,
+    ticks_answered: u64,
+    contacts: u32,
+    /// Sum of all forces.
+    force_n: [f32; 3],
+    /// Sum of the sizes of the normal forces.
+    normal_n: f32,
+    tangential_n: f32,
+    largest_pressure_pa: f32,
+    flags: u32,
+}
+
+impl Printed {
+    fn of(header: &ContactsHeader, contacts: &[Contact]) -> Self {
+        let size = |[x, y, z]: [f32; 3]| x.hypot(y).hypot(z);
+        let axis = |axis: usize| {
+            let along = contacts.iter().map(|of| of.normal_n[axis] + of.tangential_n[axis]);
+            along.fold(0.0, |sum, force_n| sum + force_n)
+        };
+        let pressure = |of: &Contact| {
+            if of.area_m2 > 0.0 { size(of.normal_n) / of.area_m2 } else { 0.0 }
+        };
+        let sum =
+            |sizes: &dyn Fn(&Contact) -> f32| contacts.iter().map(sizes).fold(0.0, |a, b| a + b);
+        Self {
+            tick: header.tick,
+            ticks_answered: header.ticks_answered,
+            contacts: header.contacts,
+            force_n: [axis(0), axis(1), axis(2)],
+            normal_n: sum(&|of| size(of.normal_n)),
+            tangential_n: sum(&|of| size(of.tangential_n)),
+            largest_pressure_pa: contacts.iter().map(pressure).fold(0.0, f32::max),
+            flags: header.flags,
+        }
+    }
+}
+
+pub fn execute(args: &Args) -> Result<()> {
+    let end_ns = match args.seconds {
+        Some(seconds) if seconds.is_nan() || seconds <= 0.0 => {
+            return Err(Error::input("--seconds: must be above 0"));
+        }
+        Some(seconds) => now_ns().saturating_add(span_ns("`seconds`", seconds)?),
+        None => u64::MAX,
+    };
+    let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
+    let reader = ContactReader::open(&scene)?;
+    if !reader.is_served() {
+        return Err(Error::input(format!(
+            "no contacts on {}; start chaincell serve with the same --scene, --contact probe:RADIUS \
+             on a model baked with --probe-contact surface, and a --state-hz above 0",
+            scene.label()
+        )));
+    }
+    if watch(args, &reader, end_ns)? {
+        return Ok(());
+    }
+    Err(Error::check(format!("no contacts came on {}", scene.label())))
+}
+
+/// Prints contacts until the end; whether any came.
+fn watch(args: &Args, reader: &ContactReader, end_ns: u64) -> Result<bool> {
+    let give_up_ns = now_ns() + FIRST_NS;
+    let (mut line_ns, mut has_come) = (0, false);
+    while now_ns() < end_ns {
+        interrupt::check()?;
+        // Looked at first: what a server sends right before its end is still taken.
+        let served = reader.is_served();
+        match reader.take()? {
+            Some((header, contacts)) => {
+                if now_ns() >= line_ns {
+                    tell(args, &Printed::of(&header, &contacts))?;
+                    line_ns = now_ns() + LINE_NS;
+                }
+                has_come = true;
+                if args.once {
+                    return Ok(true);
+                }
+            }
+            None if !served => return Ok(has_come),
+            None if !has_come && now_ns() >= give_up_ns => {
+                return Err(Error::check(
+                    "no contacts for 5 s: the server is busy, or was killed; restart chaincell \
+                     serve",
+                ));
+            }
+            None => sleep_until_ns(now_ns() + LOOK_NS),
+        }
+    }
+    Ok(has_come)
+}
+
+fn tell(args: &Args, printed: &Printed) -> Result<()> {
+    if args.json {
+        return terminal::say_json(printed);
+    }
+    terminal::say(format_args!(
+        "tick {}, {} answered, {}, normal {:.4} N, tangential {:.4} N, largest pressure {:.0} Pa, \
+         flags {}",
+        printed.tick,
+        printed.ticks_answered,
+        counted(printed.contacts, "contact"),
+        printed.normal_n,
+        printed.tangential_n,
+        printed.largest_pressure_pa,
+        printed.flags
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_of_sizes_and_the_force_is_a_sum_of_vectors() {
+        let one = Contact { normal_n: [3.0, 4.0, 0.0], area_m2: 0.5, ..Contact::default() };
+        let other = Contact {
+            normal_n: [-3.0, 0.0, 0.0],
+            tangential_n: [0.0, 0.0, 2.0],
+            area_m2: 0.1,
+            ..Contact::default()
+        };
+        let header = ContactsHeader { tick: 7, ticks_answered: 8, contacts: 2, flags: 1 };
+        let found = Printed::of(&header, &[one, other]);
+        assert_eq!(
+            (found.force_n, found.normal_n, found.tangential_n),
+            ([0.0, 4.0, 2.0], 8.0, 2.0)
+        );
+        assert_eq!((found.largest_pressure_pa, found.contacts), (30.0, 2));
+        let none = Printed::of(&ContactsHeader { contacts: 0, ..header }, &[]);
+        assert_eq!((none.normal_n, none.largest_pressure_pa), (0.0, 0.0));
+    }
+}
