@@ -1,6 +1,7 @@
 //! A program of somebody else on the scene's services: it knows the names and the bytes of the
 //! messages, and nothing of chaincell's code.
 
+pub mod contacts;
 pub mod tools;
 
 use std::time::{Duration, Instant};
@@ -95,11 +96,11 @@ pub struct Stamp {
 #[type_name("chaincell.Command.v1")]
 #[repr(C)]
 pub struct Order {
-    /// 1 reset, 2 pause, 3 resume, 4 set.
+    /// 1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go.
     pub kind: u32,
-    /// 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading.
+    /// 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading; of grip and let go the tool.
     pub parameter: u32,
-    /// What to set.
+    /// What to set; of let go the ticks.
     pub value: f32,
     /// Zero.
     pub reserved: u32,

@@ -9,6 +9,7 @@ use std::cell::Cell;
 use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::files::recording::{Recording, TraceFile};
+use chaincell_host::session::ipc::contacts::ContactReader;
 use chaincell_host::session::ipc::names::unique_scene;
 use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::services::{Domain, SceneServices};
@@ -17,8 +18,8 @@ use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server};
 use chaincell_kernel::trace::Header;
+use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
 use chaincell_kernel::{Model, Network, Settings, Track};
-use chaincell_kernel::{TickOutput, ToolSample};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -60,8 +61,9 @@ const BYTES_PER_LIST: u64 = 544;
 #[derive(Default)]
 struct Counter {
     ticks: u64,
-    states: u64,
-    counted_states: (u64, u64),
+    /// Messages to viewers: states and contacts.
+    sent: u64,
+    counted_sent: (u64, u64),
     start: (u64, u64),
     end: (u64, u64),
 }
@@ -72,10 +74,10 @@ impl TissueEngine for Counter {
         let now = (COUNT.get(), BYTES.get());
         if self.ticks == WARM_UP_TICKS {
             self.start = now;
-            self.counted_states.0 = self.states;
+            self.counted_sent.0 = self.sent;
         }
         self.end = now;
-        self.counted_states.1 = self.states;
+        self.counted_sent.1 = self.sent;
         TickOutput::NONE
     }
 
@@ -84,25 +86,49 @@ impl TissueEngine for Counter {
     }
 
     fn read_nodes(&mut self, _to: &mut [Node]) {
-        self.states += 1;
+        self.sent += 1;
     }
+
+    fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
+        self.sent += 1;
+        (0..self.ticks as u32 % 100).for_each(|node| each(node, &CONTACT));
+    }
+}
+
+const CONTACT: ContactForce = ContactForce {
+    position_m: [0.0; 3],
+    normal_n: [0.0; 3],
+    tangential_n: [0.0; 3],
+    area_m2: 0.0,
+    cell: 0,
+    tool: 0,
+    part: 0,
+    triangle: 0,
+};
+
+/// Whose readers a session has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Viewed {
+    Nothing,
+    States,
+    Contacts,
 }
 
 #[test]
 fn one_small_allocation_of_iceoryx2_a_message_and_none_of_ours() {
-    for viewed in [false, true] {
-        let counter = served(viewed);
+    for of in [Viewed::Nothing, Viewed::States, Viewed::Contacts] {
+        let (counter, viewed) = (served(of), of != Viewed::Nothing);
         let count = counter.end.0 - counter.start.0;
         let bytes = counter.end.1 - counter.start.1;
-        let states = counter.counted_states.1 - counter.counted_states.0;
+        let sent = counter.counted_sent.1 - counter.counted_sent.0;
         assert_eq!(counter.ticks, WARM_UP_TICKS + COUNTED_TICKS);
-        assert!(states > 0 || !viewed, "no state was sent");
-        assert!(states == 0 || viewed, "a state that nobody reads");
-        let messages = COUNTED_TICKS + states;
-        // With readers, iceoryx2 lists them before each state; a pause of the controller adds one.
+        assert!(sent > 0 || !viewed, "{of:?}: nothing was sent");
+        assert!(sent == 0 || viewed, "something that nobody reads");
+        let messages = COUNTED_TICKS + sent;
+        // With readers, iceoryx2 lists them before each message; a pause of the controller adds one.
         let lists = count - messages;
-        assert!(if viewed { lists >= states } else { lists == 0 }, "{lists} for {states} states");
-        assert_eq!(bytes, messages * BYTES_PER_SEND + lists * BYTES_PER_LIST, "viewed: {viewed}");
+        assert!(if viewed { lists >= sent } else { lists == 0 }, "{lists} for {sent} messages");
+        assert_eq!(bytes, messages * BYTES_PER_SEND + lists * BYTES_PER_LIST, "{of:?}");
     }
 }
 
@@ -114,8 +140,8 @@ fn begun() -> Recording {
     Recording::of(&Header::of::<Track>(&network).unwrap(), &[40]).unwrap()
 }
 
-/// The counts of a session, with a reader of states or without one.
-fn served(viewed: bool) -> Counter {
+/// The counts of a session with a reader or without one.
+fn served(viewed: Viewed) -> Counter {
     let root = tempfile::tempdir().unwrap();
     let options = ServeOptions {
         scene: Some(unique_scene("test")),
@@ -139,19 +165,21 @@ fn served(viewed: bool) -> Counter {
         let trace = TraceFile::create("--record", &trace, false, begun(), records).unwrap();
         let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
         let server = Server::open(&options).unwrap();
-        let server = server.with_state(1000, 200).unwrap().with_commands().unwrap();
+        let server = server.with_state(1000, 200).unwrap().with_contacts(200).unwrap();
+        let server = server.with_commands().unwrap();
         server.run(&mut counter, &mut recorder).unwrap();
         assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);
         counter
     });
     let scene =
         SceneServices::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
-    let viewer = viewed.then(|| StateReader::open(&scene).unwrap());
+    let states = (viewed == Viewed::States).then(|| StateReader::open(&scene).unwrap());
+    let contacts = (viewed == Viewed::Contacts).then(|| ContactReader::open(&scene).unwrap());
     let poses: Vec<ToolPose> = (0..WARM_UP_TICKS + COUNTED_TICKS)
         .map(|tick| ToolPose { tick, ..ToolPose::default() })
         .collect();
     control(&poses, &control_options).unwrap();
     let counter = server.join().unwrap();
-    drop(viewer);
+    drop((states, contacts));
     counter
 }

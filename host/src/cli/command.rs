@@ -16,10 +16,11 @@ use crate::words::counted;
 /// Longest wait for the reply \[ns\].
 const REPLY_NS: u64 = 5 * SECOND_NS;
 
-/// Reset, pause or set a running `serve`, between two of its ticks.
+/// Reset, pause or set a running `serve`, or let its tool grip, between two of its ticks.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell command --scene left reset\n  \
-    chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n\n\
+    chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n  \
+    chaincell command --scene left grip\n  chaincell command --scene left let-go --ticks 50\n\n\
     Exit code 0 when it was done, 1 when no reply came, 2 when it was refused or nobody\n    serves the scene.")]
 pub struct Args {
     /// Name of the scene that `serve` was started with
@@ -47,7 +48,27 @@ enum Action {
         #[arg(value_name = "NAME=VALUE")]
         assignment: String,
     },
+    /// Hold the tissue that the tool touches now, without slip, until let-go or until the tool is not
+    /// engaged; needs a probe on a contact surface
+    Grip {
+        /// Which tool, from 0
+        #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]
+        tool: u32,
+    },
+    /// Let go of what the tool grips
+    LetGo {
+        /// Which tool, from 0
+        #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]
+        tool: u32,
+        /// Ticks in which the pull falls to 0
+        #[arg(long, default_value_t = LET_GO_TICKS, value_name = "T", allow_negative_numbers = true,
+            value_parser = clap::value_parser!(u16).range(1..))]
+        ticks: u16,
+    },
 }
+
+/// Ticks in which a pull falls to 0 unless asked otherwise.
+const LET_GO_TICKS: u16 = 20;
 
 /// What is printed.
 #[derive(Debug, Serialize)]
@@ -63,6 +84,8 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Pause => Command::Pause,
         Action::Resume => Command::Resume,
         Action::Set { assignment } => set(assignment)?,
+        Action::Grip { tool } => Command::Grip { tool: *tool },
+        Action::LetGo { tool, ticks } => Command::LetGo { tool: *tool, ticks: *ticks },
     };
     let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
     let client = CommandClient::open(&scene)?;

@@ -21,7 +21,9 @@ use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, ContactRows, Folder, cells_csv, force_csv, vtu};
+use crate::files::output::{
+    Answer, ContactRows, Folder, cells_csv, contact_pressure_pa, force_csv, vtu,
+};
 use crate::files::path::{self, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
@@ -159,7 +161,9 @@ pub fn execute(args: &Args) -> Result<()> {
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
     contacts.write(&folder, tissue.engine())?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
-    folder.write("final.vtu", vtu(&model, &nodes, tissue.engine().contacts()).as_bytes())?;
+    let pressure_pa = contact_pressure_pa(tissue.engine_mut(), &nodes);
+    let body = vtu(&model, &nodes, tissue.engine().contacts(), pressure_pa);
+    folder.write("final.vtu", body.as_bytes())?;
     let summary = RunSummary {
         cells: model.cells(),
         nodes: nodes.ids.len(),

@@ -7,7 +7,7 @@ use chaincell_kernel::Model;
 use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::output::{Folder, SERIES, cells_csv, pvd, state_name, vtu};
+use crate::files::output::{Folder, SERIES, cells_csv, contact_pressure_pa, pvd, state_name, vtu};
 
 /// Most snapshots of a run: each is two files of the size of the body.
 const SNAPSHOTS_MAX: usize = 1000;
@@ -80,7 +80,8 @@ impl<'a> Snapshots<'a> {
             return Ok(());
         }
         let nodes = engine.nodes();
-        let body = vtu(self.model, &nodes, engine.contacts());
+        let pressure_pa = contact_pressure_pa(engine, &nodes);
+        let body = vtu(self.model, &nodes, engine.contacts(), pressure_pa);
         self.folder.write(&format!("cells_{tick}.csv"), cells_csv(&nodes).as_bytes())?;
         self.folder.write(&state_name(tick), body.as_bytes())?;
         self.written.insert(tick);

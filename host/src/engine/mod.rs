@@ -351,6 +351,7 @@ impl<'m> Engine<'m> {
         match command {
             Command::Pause | Command::Resume => Err(Refusal::Unsupported),
             Command::Reset => self.reset().map_err(|_| Refusal::Reset),
+            Command::Grip { .. } | Command::LetGo { .. } => self.obey_hold(command),
             // Their sweeps and the time a tick belong together.
             Command::Sweeps(_) if self.scheme.goes_by_tick() => Err(Refusal::Fixed),
             _ => {

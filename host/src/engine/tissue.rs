@@ -30,6 +30,12 @@ pub enum Refusal {
     Reset = 6,
     /// This server takes no commands.
     Unsupported = 7,
+    /// The contact is not one of tools on a surface: nothing is gripped.
+    NoSurface = 8,
+    /// There is no tool of this number.
+    NoTool = 9,
+    /// The tool is in contact with nothing, or grips nothing.
+    NothingHeld = 10,
 }
 
 impl From<CommandError> for Refusal {

@@ -1,9 +1,11 @@
 //! Tools on a contact surface: a pose for each, what each feels, what it is in contact with.
 
+use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
     ContactForce, Dynamics, Network, ProxyPose, TickOutput, ToolOutput, ToolPose,
 };
 
+use super::tissue::Refusal;
 use super::touch::TRIANGLES;
 use super::{Contact, Engine, Memory};
 
@@ -18,6 +20,7 @@ pub(super) trait AnyTools {
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
     fn grip(&mut self, network: &Network<'_>, tool: usize) -> usize;
     fn let_go(&mut self, tool: usize, ticks: u16);
+    fn gripped(&mut self, network: &Network<'_>, tool: usize) -> usize;
 }
 
 impl<D: Dynamics> AnyTools for Memory<D> {
@@ -43,6 +46,10 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 
     fn let_go(&mut self, tool: usize, ticks: u16) {
         self.view().let_go(tool, ticks);
+    }
+
+    fn gripped(&mut self, network: &Network<'_>, tool: usize) -> usize {
+        self.view().gripped(network, tool)
     }
 }
 
@@ -102,5 +109,36 @@ impl Engine<'_> {
     /// A tool lets go of what it grips, within so many ticks.
     pub fn let_go(&mut self, tool: usize, ticks: u16) {
         self.tissue.let_go(tool, ticks);
+    }
+
+    /// Samples that a tool grips.
+    pub fn gripped(&mut self, tool: usize) -> usize {
+        self.tissue.gripped(&self.network, tool)
+    }
+
+    /// Carries out a grip or a letting go. What is refused changes nothing.
+    pub(super) fn obey_hold(&mut self, command: &Command) -> Result<(), Refusal> {
+        let (Command::Grip { tool } | Command::LetGo { tool, .. }) = *command else {
+            return Err(Refusal::Unsupported);
+        };
+        let (tool, tools) = (tool as usize, self.tools_on_surface());
+        if tool >= tools {
+            return Err(if tools == 0 { Refusal::NoSurface } else { Refusal::NoTool });
+        }
+        match *command {
+            Command::LetGo { ticks, .. } if self.gripped(tool) > 0 => self.let_go(tool, ticks),
+            Command::Grip { .. } if self.is_pressed(tool) => _ = self.grip(tool),
+            _ => return Err(Refusal::NothingHeld),
+        }
+        Ok(())
+    }
+
+    /// Whether the tissue presses on a tool now: a grip then holds something.
+    fn is_pressed(&mut self, tool: usize) -> bool {
+        let mut found = false;
+        self.read_contacts(&mut |_, of| {
+            found |= usize::from(of.tool) == tool && of.normal_n != [0.0; 3];
+        });
+        found
     }
 }

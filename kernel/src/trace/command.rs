@@ -1,11 +1,12 @@
 //! Commands beside the ticks: what may change a run between two of them.
 //!
-//! In a record of kind 2 the eight bytes from 0 hold the number of the last tick before the
-//! command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero; the hash, the flag
-//! for it and the checksum stand as in a sample's record.
+//! In a record of kind 2, or 5 for a grip and a letting go, the eight bytes from 0 hold the number of
+//! the last tick before the command, 8 the command, 12 the parameter, 16 the value (f32 bits), 20 zero;
+//! the hash, the flag for it and the checksum stand as in a sample's record.
 
 use core::fmt;
 
+use super::{KIND_COMMAND, KIND_TOOL_COMMAND};
 use crate::tick::choice::Choice;
 use crate::tick::choices::Unloading;
 use crate::tick::settings::Settings;
@@ -27,6 +28,18 @@ pub enum Command {
     MaxToolStepM(f32),
     /// Another [`Settings::unloading`].
     Unloading(Unloading),
+    /// A tool grips what it is in contact with, see [`TissueMut::grip`](crate::TissueMut::grip).
+    Grip {
+        /// Which tool.
+        tool: u32,
+    },
+    /// A tool lets go of what it grips, see [`TissueMut::let_go`](crate::TissueMut::let_go).
+    LetGo {
+        /// Which tool.
+        tool: u32,
+        /// Ticks in which the pull falls to 0, at least 1.
+        ticks: u16,
+    },
 }
 
 /// Why numbers are no command.
@@ -45,7 +58,7 @@ pub enum CommandError {
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Kind => "unknown command: reset, pause, resume and set are known",
+            Self::Kind => "unknown command: reset, pause, resume, set, grip and let-go are known",
             Self::Parameter => {
                 "unknown parameter: sweeps, max_force_n, max_tool_step_m and unloading may be set"
             }
@@ -64,14 +77,17 @@ const MAX_TOOL_STEP: u32 = 3;
 const UNLOADING: u32 = 4;
 
 impl Command {
-    /// Number of the command (1 reset, 2 pause, 3 resume, 4 set), of the parameter (0 none,
-    /// 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading) and the value's bits.
+    /// Number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go), of the parameter
+    /// (0 none; of set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading; of the last two the
+    /// tool) and the bits of the value (of let go the ticks).
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {
             Self::Reset => return [1, 0, 0],
             Self::Pause => return [2, 0, 0],
             Self::Resume => return [3, 0, 0],
+            Self::Grip { tool } => return [5, tool, 0],
+            Self::LetGo { tool, ticks } => return [6, tool, f32::from(ticks).to_bits()],
             Self::Sweeps(sweeps) => (SWEEPS, f32::from(sweeps)),
             Self::MaxForceN(force_n) => (MAX_FORCE, force_n),
             Self::MaxToolStepM(step_m) => (MAX_TOOL_STEP, step_m),
@@ -95,18 +111,23 @@ impl Command {
             2 => plain(Self::Pause),
             3 => plain(Self::Resume),
             4 => Self::set(parameter, f32::from_bits(value)),
+            5 if value == 0 => Ok(Self::Grip { tool: parameter }),
+            5 => Err(CommandError::Value),
+            6 => match whole(f32::from_bits(value)) {
+                Some(ticks @ 1..) => Ok(Self::LetGo { tool: parameter, ticks }),
+                _ => Err(CommandError::Value),
+            },
             _ => Err(CommandError::Kind),
         }
     }
 
     fn set(parameter: u32, value: f32) -> Result<Self, CommandError> {
-        let whole = Some(value as u16).filter(|whole| f32::from(*whole) == value);
         match parameter {
-            SWEEPS => whole.map(Self::Sweeps).ok_or(CommandError::Value),
+            SWEEPS => whole(value).map(Self::Sweeps).ok_or(CommandError::Value),
             MAX_FORCE => Ok(Self::MaxForceN(value)),
             MAX_TOOL_STEP => Ok(Self::MaxToolStepM(value)),
             UNLOADING => {
-                let unloading = whole.and_then(Unloading::from_code);
+                let unloading = whole(value).and_then(Unloading::from_code);
                 unloading.map(Self::Unloading).ok_or(CommandError::Value)
             }
             5 | 6 => Err(CommandError::Fixed),
@@ -114,17 +135,32 @@ impl Command {
         }
     }
 
+    /// Kind of the record that it stands in.
+    pub(super) fn record_kind(&self) -> u16 {
+        match self {
+            Self::Grip { .. } | Self::LetGo { .. } => KIND_TOOL_COMMAND,
+            _ => KIND_COMMAND,
+        }
+    }
+
     /// The settings after the command.
     #[must_use]
     pub fn settings(&self, before: Settings) -> Settings {
         match *self {
-            Self::Reset | Self::Pause | Self::Resume => before,
+            Self::Reset | Self::Pause | Self::Resume | Self::Grip { .. } | Self::LetGo { .. } => {
+                before
+            }
             Self::Sweeps(sweeps) => Settings { sweeps, ..before },
             Self::MaxForceN(max_force_n) => Settings { max_force_n, ..before },
             Self::MaxToolStepM(max_tool_step_m) => Settings { max_tool_step_m, ..before },
             Self::Unloading(unloading) => Settings { unloading, ..before },
         }
     }
+}
+
+/// The whole number that a value is, if it is one of 16 bits.
+fn whole(value: f32) -> Option<u16> {
+    Some(value as u16).filter(|whole| f32::from(*whole) == value)
 }
 
 /// A command that took effect, at its place between the ticks.
@@ -179,6 +215,10 @@ mod tests {
             Command::Unloading(Unloading::Off),
             Command::Unloading(Unloading::Release),
             Command::Unloading(Unloading::Retreat),
+            Command::Grip { tool: 0 },
+            Command::Grip { tool: 7 },
+            Command::LetGo { tool: 3, ticks: 1 },
+            Command::LetGo { tool: 0, ticks: 65_535 },
         ] {
             assert_eq!(Command::from_words(command.words()), Ok(command));
         }
@@ -189,7 +229,11 @@ mod tests {
         let bits = f32::to_bits;
         for (words, why) in [
             ([0, 0, 0], CommandError::Kind),
-            ([5, 0, 0], CommandError::Kind),
+            ([7, 0, 0], CommandError::Kind),
+            ([5, 0, 1], CommandError::Value),
+            ([6, 0, 0], CommandError::Value),
+            ([6, 0, bits(0.5)], CommandError::Value),
+            ([6, 0, bits(65_536.0)], CommandError::Value),
             ([1, 1, 0], CommandError::Parameter),
             ([2, 0, 1], CommandError::Value),
             ([4, 0, 0], CommandError::Parameter),

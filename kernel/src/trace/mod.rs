@@ -45,7 +45,8 @@
 //!      8     12  tool position [m] (f32 bits x 3)
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
-//!     32      2  kind: 1 = sample; 2 = command, whose bytes from 0 to 24 stand at [`Command`]
+//!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go), whose bytes
+//!                from 0 to 24 stand at [`Command`]
 //!     34      2  bit 0: a hash was taken; bit 1: the sweeps were counted; bit 2: the output
 //!                stage's ramp began anew before the tick
 //!     36      2  sweeps of the tick where they were counted: 0 = it was late
@@ -56,6 +57,9 @@
 //! Versions 1 and 2 are read too. Their header lacks the bytes from 64 to 80: version 1 has no
 //! output stage, version 2 has one. Their schemes are numbered in another order. Their records have
 //! 40 bytes, without the eight from 36 on. Their arithmetic is that of revision 1.
+//!
+//! Commands to a tool are of a kind of their own: a release that does not know them ends at the
+//! first one, and says that it holds what is unknown there.
 //!
 //! Where the sweeps were not counted, and in versions 1 and 2, a tick has those of the settings.
 //!
@@ -140,3 +144,5 @@ pub const RECORD_BYTES: usize = 48;
 pub const KIND_SAMPLE: u16 = 1;
 /// Kind of a record that holds a command; read by [`Reader::entries`] alone.
 pub const KIND_COMMAND: u16 = 2;
+/// Kind of a record that holds a command to a tool; read by [`Reader::entries`] alone.
+pub const KIND_TOOL_COMMAND: u16 = 5;

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::header::Read;
 use super::version::Version;
 use super::{
-    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, RECORD_BYTES,
-    TraceError, put,
+    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, KIND_TOOL_COMMAND,
+    RECORD_BYTES, TraceError, put,
 };
 use crate::model::Model;
 use crate::tick::sample::ToolSample;
@@ -110,7 +110,7 @@ impl Writer {
             record.tick,
             [command, parameter, value, 0],
             record.state_hash,
-            [KIND_COMMAND, 0, 0],
+            [record.command.record_kind(), 0, 0],
         )
     }
 
@@ -159,7 +159,7 @@ impl fmt::Display for End {
             Self::Damaged(record) => {
                 write!(f, "record {record} is damaged (its checksum does not match): copy it again")
             }
-            Self::Kind(record, KIND_COMMAND) => {
+            Self::Kind(record, KIND_COMMAND | KIND_TOOL_COMMAND) => {
                 write!(f, "record {record} is a command, which only a host's replay carries out")
             }
             Self::Kind(record, kind) => write!(
@@ -330,7 +330,7 @@ impl<'t> Reader<'t> {
         let [sweeps, zero]: [u16; 2] = bytemuck::cast(more);
         let known = match kind {
             KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED,
-            KIND_COMMAND => WITH_HASH,
+            KIND_COMMAND | KIND_TOOL_COMMAND => WITH_HASH,
             _ => return Err(End::Kind(index, kind)),
         };
         let counted = sweeps == 0 || bits & WITH_SWEEPS != 0;
@@ -409,10 +409,10 @@ fn sample(words: &[u32; WORDS]) -> Record {
     }
 }
 
-/// `None` where the words mean no command.
+/// `None` where the words mean no command of the record's kind.
 fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
-    let [t0, t1, kind, parameter, value, zero, ..] = *words;
-    let command = Command::from_words([kind, parameter, value]).ok()?;
+    let [t0, t1, command, parameter, value, zero, .., kind, _, _] = *words;
+    let command = Command::from_words([command, parameter, value]).ok()?;
     let record = CommandRecord { tick: long(t0, t1), command, state_hash: state_hash(words) };
-    (zero == 0).then_some(record)
+    (zero == 0 && kind as u16 == command.record_kind()).then_some(record)
 }

@@ -6,6 +6,7 @@ mod motion;
 mod output;
 mod path_files;
 mod place;
+mod pressure;
 mod probe;
 mod run;
 mod safety;

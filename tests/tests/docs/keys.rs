@@ -28,6 +28,11 @@ fn the_contract_names_every_key() {
     let body = bake(folder.path(), "box:4x4x3x0.01", &body);
     let of_probe = run(["info", text(&body), "--probe", "0.01", "--json"]).with(0).json();
     found.extend(keys("info --probe", &of_probe["probe"]));
+    let touching = Place::on_surface("keys-contacts");
+    let server = touching.serve(&["--contact", "probe:0.006"]);
+    let contacts = run(["contacts", "--scene", &touching.scene, "--once", "--json"]);
+    found.extend(keys("contacts", &contacts.with(0).json()));
+    server.interrupt().with(130);
     let serve = place.serve(&["--ticks", "200", "--json", "--late-share", "off"]);
     let control =
         ["control", "--scene", &place.scene, "--seconds", "0.1", "--wait-for-server-s", "10"];

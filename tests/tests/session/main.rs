@@ -2,8 +2,10 @@
 
 mod child_processes;
 mod commands;
+mod contacts;
 mod cosim;
 mod faults;
+mod grip;
 mod hand;
 mod inject;
 mod kill;

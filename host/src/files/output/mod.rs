@@ -3,6 +3,7 @@
 mod cells;
 mod contacts;
 mod force;
+mod pressure;
 mod series;
 mod vtu;
 
@@ -18,6 +19,7 @@ use crate::files::whole::write_whole;
 pub use cells::cells_csv;
 pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
+pub use pressure::contact_pressure_pa;
 pub use series::{SERIES, pvd, state_name};
 pub use vtu::vtu;
 

@@ -13,10 +13,16 @@ const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
 /// Positions of the nodes as [`Engine::nodes`](crate::engine::Engine::nodes) gives them, with
-/// displacement, input id and a mark on those of fixed and of contact cells; drawn as tetrahedra,
-/// else as surface triangles, else as links.
+/// displacement, input id, a mark on those of fixed and of contact cells, and the pressure of tools
+/// \[Pa\] where there are any ([`contact_pressure_pa`](super::contact_pressure_pa)); drawn as
+/// tetrahedra, else as surface triangles, else as links.
 #[must_use]
-pub fn vtu(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> String {
+pub fn vtu(
+    model: &Model<'_>,
+    nodes: &Nodes,
+    contacts: &[u16],
+    pressure_pa: Option<Vec<f64>>,
+) -> String {
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let elements = if fine { fine_elements(model, &nodes.ids) } else { elements(model) };
     let mut text = String::from(
@@ -32,7 +38,10 @@ pub fn vtu(model: &Model<'_>, nodes: &Nodes, contacts: &[u16]) -> String {
     integers(&mut text, "offsets", (1..=count).map(|n| (n * elements.corners_each) as u32));
     integers(&mut text, "types", std::iter::repeat_n(u32::from(elements.kind), count));
     text.push_str("</Cells>\n<PointData Vectors=\"displacement_m\">\n");
-    point_data(model, nodes, contacts).into_iter().for_each(|array| array.write(&mut text));
+    let pressure = pressure_pa
+        .map(|values| PointArray { name: "contact_pressure_pa", values: Values::Numbers(values) });
+    let arrays = point_data(model, nodes, contacts).into_iter().chain(pressure);
+    arrays.for_each(|array| array.write(&mut text));
     text.push_str("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     text
 }
@@ -45,6 +54,7 @@ struct PointArray {
 
 enum Values {
     Vectors(Vec<[f64; 3]>),
+    Numbers(Vec<f64>),
     Integers(Vec<u32>),
 }
 
@@ -52,6 +62,7 @@ impl PointArray {
     fn write(self, text: &mut String) {
         match self.values {
             Values::Vectors(values) => vectors(text, self.name, values.into_iter()),
+            Values::Numbers(values) => numbers(text, self.name, &values),
             Values::Integers(values) => integers(text, self.name, values.into_iter()),
         }
     }
@@ -134,6 +145,14 @@ fn vectors(text: &mut String, name: &str, values: impl Iterator<Item = [f64; 3]>
     );
     for [x, y, z] in values {
         let _ = writeln!(text, "{x:.8e} {y:.8e} {z:.8e}");
+    }
+    text.push_str("</DataArray>\n");
+}
+
+fn numbers(text: &mut String, name: &str, values: &[f64]) {
+    let _ = writeln!(text, "<DataArray type=\"Float64\" Name=\"{name}\" format=\"ascii\">");
+    for value in values {
+        let _ = writeln!(text, "{value:.8e}");
     }
     text.push_str("</DataArray>\n");
 }

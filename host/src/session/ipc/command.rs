@@ -44,6 +44,12 @@ pub fn refusal_text(reason: u32) -> &'static str {
         5 => "the recording has no room for a further command: start chaincell serve again",
         6 => "the body could not be reset: start chaincell serve again",
         7 => "this server takes no commands",
+        8 => {
+            "nothing can be gripped here: start chaincell serve with a probe on a model that was baked \
+             with a contact surface"
+        }
+        9 => "there is no tool of this number; they count from 0",
+        10 => "the tool is in contact with nothing to grip, or has no grip to let go",
         _ => "for a reason unknown to this release",
     }
 }

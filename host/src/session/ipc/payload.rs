@@ -82,11 +82,12 @@ pub struct StateHeader {
 #[type_name("chaincell.Command.v1")]
 #[repr(C)]
 pub struct CommandMessage {
-    /// 1 reset, 2 pause, 3 resume, 4 set.
+    /// 1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go.
     pub kind: u32,
-    /// 0 none; of set: 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading.
+    /// 0 none; of set: 1 sweeps, 2 max_force_n, 3 max_tool_step_m, 4 unloading; of grip and let go:
+    /// the tool.
     pub parameter: u32,
-    /// Of set: the value; of unloading 0 off, 1 release, 2 retreat.
+    /// Of set: the value; of unloading 0 off, 1 release, 2 retreat. Of let go: the ticks.
     pub value: f32,
     /// Zero.
     pub reserved: u32,

@@ -110,3 +110,28 @@ fn a_record_that_was_not_finished_is_a_cut() {
         }
     }
 }
+
+/// A release that does not know grips knows no kind 5, and takes nothing of them for another command.
+#[test]
+fn commands_to_a_tool_are_of_a_kind_of_their_own() {
+    let grips = [Command::Grip { tool: 3 }, Command::LetGo { tool: 3, ticks: 40 }];
+    for command in [grips[0], grips[1], Command::Reset] {
+        let mut trace = vec![0; header_bytes(HELD.len())];
+        let (mut writer, _) = Writer::begin(&header(), &held().0, &mut trace).unwrap();
+        let record = CommandRecord { tick: 1000, command, state_hash: Some(9) };
+        trace.extend(writer.record(&session()[0]));
+        let at = trace.len();
+        trace.extend(writer.command(&record));
+        let is_of_tool = grips.contains(&command);
+        let (own, other) = if is_of_tool { (5, 2) } else { (2, 5) };
+        assert_eq!(u16::from_le_bytes([trace[at + 32], trace[at + 33]]), own);
+        let wanted = (vec![Ok(1000), Err(record)], End::Complete);
+        assert_eq!(entries(&trace), wanted);
+        assert_eq!(read(&trace).unwrap().1, End::Kind(1, own));
+        trace[at + 32] = other as u8;
+        let place = [&trace[60..64], &1_u32.to_le_bytes(), &trace[at..at + 44]].concat();
+        let crc = CRC.checksum(&place);
+        trace[at + 44..at + 48].copy_from_slice(&crc.to_le_bytes());
+        assert_eq!(entries(&trace), (vec![Ok(1000)], End::Kind(1, other)));
+    }
+}
