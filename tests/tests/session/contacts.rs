@@ -68,6 +68,7 @@ fn an_outside_reader_sees_the_contacts_whose_sum_is_the_force() {
     assert!(last.force_n[2] > 0.01 && last.force_n[0] < -0.001, "{last:?}");
     assert_near(sum_n(&touches), last.force_n);
     assert!(touches.iter().all(|of| of.area_m2 > 0.0 && of.tool == 0 && of.part == 0));
+    std::thread::sleep(Duration::from_millis(20));
     assert!(watcher.try_receive().is_none(), "contacts that nothing has changed");
     let args = ["contacts", "--scene", &place.scene, "--once", "--json"];
     let seen = run(args).with(0).json();
