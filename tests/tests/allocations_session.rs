@@ -165,7 +165,7 @@ fn served(viewed: Viewed) -> Counter {
         let trace = TraceFile::create("--record", &trace, false, begun(), records).unwrap();
         let mut recorder = Recorder::with_capacity(1000).with_trace(trace);
         let server = Server::open(&options).unwrap();
-        let server = server.with_state(1000, 200).unwrap().with_contacts(200).unwrap();
+        let server = server.with_state(1000, 200).unwrap().with_contacts(1, 200).unwrap();
         let server = server.with_commands().unwrap();
         server.run(&mut counter, &mut recorder).unwrap();
         assert_eq!(recorder.ticks(), WARM_UP_TICKS + COUNTED_TICKS);

@@ -14,6 +14,7 @@ use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::bake::ImageBytes;
+use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
 use crate::engine::untouched::Untouched;
@@ -143,12 +144,7 @@ pub fn execute(args: &Args) -> Result<()> {
         ..ServeOptions::default()
     };
     // A scene that is refused leaves the folder as it was.
-    let nodes = tissue.engine().node_count();
-    let server = Server::open(&options)?.with_state(nodes, args.state_hz)?.with_commands()?;
-    let server = match tissue.engine().tools_on_surface() {
-        0 => server,
-        _ => server.with_contacts(args.state_hz)?,
-    };
+    let server = open(&options, tissue.engine(), args.state_hz)?;
     // Commands may set parameters: what is written is what the session began with.
     let settings = args.tissue.report(tissue.engine());
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
@@ -194,6 +190,13 @@ pub fn execute(args: &Args) -> Result<()> {
     } else {
         verdict.check(!args.json)
     })
+}
+
+/// The server with all that it sends and takes.
+fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Server> {
+    let (nodes, tools) = (engine.node_count(), engine.tools_on_surface());
+    let server = Server::open(options)?.with_state(nodes, state_hz)?;
+    server.with_contacts(tools, state_hz)?.with_commands()
 }
 
 /// Faults in the tissue, where they are asked for.

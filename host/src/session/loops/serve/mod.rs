@@ -109,12 +109,13 @@ impl Server {
         Ok(self)
     }
 
-    /// Sends contacts of tools on a contact surface at most `hz` times a second, 0 for none.
+    /// Sends contacts at most `hz` times a second, 0 for none, where there are `tools` on a contact
+    /// surface.
     ///
     /// # Errors
     /// As [`Self::with_state`].
-    pub fn with_contacts(mut self, hz: u32) -> Result<Self> {
-        if hz > 0 {
+    pub fn with_contacts(mut self, tools: usize, hz: u32) -> Result<Self> {
+        if tools > 0 && hz > 0 {
             self.contacts = Some(ContactPublisher::open(&self.scene, hz)?);
             self.scene.take_memory()?;
         }
