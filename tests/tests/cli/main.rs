@@ -10,4 +10,5 @@ mod probe;
 mod run;
 mod safety;
 mod series;
+mod tools;
 mod trace;

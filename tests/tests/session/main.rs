@@ -16,3 +16,4 @@ mod soak;
 mod spring;
 mod stage;
 mod threads;
+mod tools;

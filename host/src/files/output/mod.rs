@@ -4,6 +4,7 @@ mod cells;
 mod contacts;
 mod force;
 mod series;
+mod tools;
 mod vtu;
 
 use std::fs;
@@ -19,6 +20,7 @@ pub use cells::cells_csv;
 pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
 pub use series::{SERIES, pvd, state_name};
+pub use tools::ToolRows;
 pub use vtu::vtu;
 
 /// An output folder.
@@ -106,6 +108,7 @@ fn is_ours(name: &str) -> bool {
     let fixed = [
         "force.csv",
         "contacts.csv",
+        "tools.csv",
         "path.csv",
         recording::TRACE,
         "final.vtu",
