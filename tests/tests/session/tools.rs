@@ -107,7 +107,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let _turn = turn();
     let block = Block::new("two-tools");
     let out = block.file("out");
-    let server = block.serve(&[&PLAIN[..], &["--ticks", "63", "--out", text(&out)]].concat());
+    let server = block.serve(&[&PLAIN[..], &["--ticks", "62", "--out", text(&out)]].concat());
     let outsider = ToolsOutsider::join(&block.scene);
     let pressed = press(&outsider);
     for (number, sign) in [(0, 1.0), (1, -1.0)] {
@@ -144,7 +144,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let served = server.end(SOON).with(0).json();
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);
-    assert_eq!(replayed["ticks"], 63);
+    assert_eq!(replayed["ticks"], 62);
     let again = block.file("again");
     let (path, folder) = (out.join("path.csv"), text(&again));
     let args = ["run", text(&block.model), "--path", text(&path), "--recorded", "--out", folder];
@@ -157,7 +157,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let table = Table::read(&out.join("tools.csv"));
     assert_eq!(table.header, "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags");
     assert_eq!(table.whole("tool")[..4], [0, 1, 0, 1]);
-    assert_eq!(table.vectors("fx_n").len(), 2 * 63);
+    assert_eq!(table.vectors("fx_n").len(), 2 * 62);
     let written = table.vectors("tx_n_m")[2 * TICKS as usize];
     assert_eq!(written.map(|x| x as f32), of(&pressed, 0).torque_n_m);
 }
