@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chaincell_kernel::ToolPose as OneTool;
 use serde::Serialize;
 
 use super::inject::{InjectArgs, tell_injected};
@@ -12,9 +13,10 @@ use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::path::{self, Rules};
+use crate::files::path::Rules;
+use crate::files::tools_path::{self, Paths};
 use crate::session::ipc::payload::ToolPose;
-use crate::session::loops::control::{ControlOptions, ControlReport, control};
+use crate::session::loops::control::{ControlOptions, ControlReport, control_tools};
 use crate::terminal;
 use crate::words::counted;
 
@@ -26,7 +28,8 @@ use crate::words::counted;
 pub struct Args {
     #[command(flatten)]
     common: LoopArgs,
-    /// Path of tool positions (CSV), one row a millisecond
+    /// Path of tool positions (CSV), one row a millisecond; of several tools one row for each, sent as
+    /// one message
     #[arg(long, value_name = "PATH.csv", conflicts_with = "motion")]
     path: Option<PathBuf>,
     /// Built-in motion: approach, minimum-jerk press, hold with an 8 to 12 Hz tremor, retreat
@@ -62,13 +65,10 @@ pub struct Args {
 }
 
 impl Args {
-    fn poses(&self) -> Result<Vec<Pose>> {
+    fn poses(&self) -> Result<(Vec<Pose>, Vec<OneTool>)> {
         match &self.path {
-            Some(file) => {
-                let sequences = path::read(file, Rules::Strict)?;
-                Ok(released_first(sequences.concat()))
-            }
-            None => self.press(),
+            Some(file) => Ok(released_first(tools_path::read(file, Rules::Strict)?)),
+            None => Ok((self.press()?, Vec::new())),
         }
     }
 
@@ -83,16 +83,24 @@ impl Args {
     }
 }
 
-/// A server takes poses as not engaged until the tool was released once: where the first row is
-/// engaged, one that is not goes ahead of it, numbered one below. Where there is no number below,
-/// all others count one more.
-fn released_first(mut poses: Vec<Pose>) -> Vec<Pose> {
-    let Some(&first) = poses.first().filter(|first| first.engaged != 0) else { return poses };
+/// A server takes poses as not engaged until the tool was released once: where the first row, or one of
+/// a tool in the first tick, is engaged, one that is not goes ahead of it, numbered one below. Where
+/// there is no number below, all others count one more.
+fn released_first(paths: Paths) -> (Vec<Pose>, Vec<OneTool>) {
+    let count = paths.tools;
+    let (mut poses, mut tools) = paths.concat();
+    let ahead: Vec<OneTool> =
+        tools.iter().take(count).map(|&tool| OneTool { engaged: 0, ..tool }).collect();
+    let Some(&first) = poses.first() else { return (poses, tools) };
+    if first.engaged == 0 && tools.iter().take(count).all(|tool| tool.engaged == 0) {
+        return (poses, tools);
+    }
     if first.tick == 0 {
         poses.iter_mut().for_each(|pose| pose.tick += 1);
     }
     poses.insert(0, Pose { tick: first.tick.saturating_sub(1), engaged: 0, ..first });
-    poses
+    tools.splice(0..0, ahead);
+    (poses, tools)
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -108,7 +116,8 @@ pub fn execute(args: &Args) -> Result<()> {
             "--inject: sweep is a fault of the tissue; give it to serve or cosim",
         ));
     }
-    let poses: Vec<ToolPose> = args.poses()?.into_iter().map(ToolPose::from).collect();
+    let (poses, tools) = args.poses()?;
+    let poses: Vec<ToolPose> = poses.into_iter().map(ToolPose::from).collect();
     let options = ControlOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,
@@ -122,7 +131,7 @@ pub fn execute(args: &Args) -> Result<()> {
         faults,
         ..ControlOptions::default()
     };
-    let run = control(&poses, &options)?;
+    let run = control_tools(&poses, &tools, &options)?;
     // The answers of a motion that is repeated are not kept.
     let has_touched = (args.repeat == 1 && !run.forces.is_empty())
         .then(|| run.forces.iter().any(|force| force.contacts > 0));

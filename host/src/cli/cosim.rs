@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::files::output::Folder;
 use crate::files::path::{self, Rules};
 use crate::files::recording::{self, Played, Stop};
+use crate::files::tools_path::Paths;
 use crate::files::whole::write_whole;
 use crate::interrupt;
 use crate::session::loops::inject::Injected;
@@ -119,12 +120,12 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
+    let mut tissue = args.tissue.staged(model, args.stage.settings())?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
     args.budget.of(tissue.engine())?;
-    Folder::check_room(&out, Recorder::trace_records(poses.len()))?;
+    Folder::check_room(&out, Recorder::trace_records_of(poses.len(), tissue.tools()))?;
     let folder = Folder::open(&out, args.force)?;
     if args.model.is_none() {
         write_whole(&model_path, image.as_bytes())?;
@@ -143,7 +144,9 @@ pub fn execute(args: &Args) -> Result<()> {
     serve_args.extend(args.budget.to_args());
     let sides = Sides { serve_args, control_args: args.inject.to_args(), faults };
     let session = session::run(&files, &poses, sides, &args.common)?;
-    let replayed = if session.reports.serve.commands_done == 0 {
+    // Of several tools the trace alone has all bits.
+    let by_path = session.reports.serve.commands_done == 0 && tissue.tools() == 0;
+    let replayed = if by_path {
         replay(&mut tissue, &folder.file("path.csv"))?
     } else {
         (replay_trace(&mut tissue, &folder.file(recording::TRACE))?, None)
@@ -161,11 +164,11 @@ fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Un
         std::fs::metadata(received).is_ok_and(|file| file.len() == path::HEADER.len() as u64 + 1);
     let mut never_touched = None;
     if !nothing_received {
-        let poses = path::read(received, Rules::Recorded)?;
+        let poses = Paths::of(path::read(received, Rules::Recorded)?);
         let mut executed = Vec::new();
         // An interrupted session is short and checked like any other.
         let played = interrupt::ignoring(|| {
-            play(tissue, &poses, |pose, _| {
+            play(tissue, &poses, |pose, _, _, _| {
                 executed.push(*pose);
                 Ok(())
             })

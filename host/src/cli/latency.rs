@@ -11,8 +11,8 @@ use super::run::play;
 use super::session::{self, Files, LoopArgs, Sides, tell_refused};
 use super::tissue::TissueArgs;
 use crate::engine::motion::Pose;
-use crate::engine::staged::Staged;
 use crate::error::{Error, Result};
+use crate::files::tools_path::Paths;
 use crate::interrupt;
 use crate::session::timing::cold::{self, ColdSteps};
 use crate::session::timing::histogram::Summary;
@@ -118,9 +118,11 @@ fn alone(
     model: Model<'_>,
     ticks: u64,
 ) -> Result<(Vec<Pose>, Summary, Option<ColdSteps>)> {
-    let mut tissue = Staged::new(args.tissue.engine(model)?, None)?;
+    let mut tissue = args.tissue.staged(model, None)?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
-    let alone = play(&mut tissue, std::slice::from_ref(&poses), |_, _| Ok(()))?;
+    let paths = Paths::of(vec![poses]);
+    let alone = play(&mut tissue, &paths, |_, _, _, _| Ok(()))?;
+    let poses = paths.poses.concat();
     interrupt::check()?;
     let cold =
         if args.worst { Some(cold::measure(tissue.engine_mut(), WORST_TICKS)?) } else { None };

@@ -24,6 +24,7 @@ mod snapshots;
 mod stage;
 mod state;
 pub mod tissue;
+mod tool;
 mod values;
 mod verdict;
 

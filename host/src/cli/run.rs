@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chaincell_kernel::trace::Record;
-use chaincell_kernel::{Choice, ToolSample};
+use chaincell_kernel::{Choice, TickOutput, ToolSample};
 use serde::Serialize;
 
 use super::model_file;
@@ -13,20 +13,21 @@ use super::press::{Motion, PressArgs};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
-use crate::engine::Engine;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::staged::Staged;
-use crate::engine::tissue::TissueEngine;
+use crate::engine::tissue::{Sweeps, TissueEngine};
+use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::{
-    Answer, ContactRows, Folder, cells_csv, contact_pressure_pa, force_csv, vtu,
+    Answer, ContactRows, Folder, ToolRows, cells_csv, contact_pressure_pa, force_csv, vtu,
 };
 use crate::files::path::{self, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
+use crate::files::tools_path::{self, Paths};
 use crate::files::whole::folder_of;
 use crate::files::whole::write_whole;
 use crate::interrupt;
@@ -113,10 +114,11 @@ struct RunSummary {
 pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
-    let poses = poses(args, tissue.engine())?;
-    let snapshot_ticks = args.snapshots.of(&poses)?;
-    check_sweeps(args, &tissue, &poses)?;
+    let mut tissue = args.tissue.staged(model, args.stage.settings())?;
+    let paths = paths(args, &tissue)?;
+    let poses = &paths.poses;
+    let snapshot_ticks = args.snapshots.of(poses)?;
+    check_sweeps(args, &tissue, poses)?;
     if let Some(trace) = &args.trace
         && (args.out.exists() || folder_of(trace).exists())
     {
@@ -125,13 +127,14 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     // Nor for one that has no room.
     let rows = poses.iter().map(Vec::len).sum();
-    Folder::check_room(&args.out, rows)?;
+    let records = rows * (1 + tissue.tools());
+    Folder::check_room(&args.out, records)?;
     let folder = Folder::open(&args.out, args.force)?;
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let front = begun.bytes().to_vec();
     let place = folder.file(recording::TRACE);
-    let mut trace = TraceFile::create("--out", &place, args.force, begun, rows)?;
+    let mut trace = TraceFile::create("--out", &place, args.force, begun, records)?;
     let copy = args.trace.as_ref().filter(|copy| !is_same(copy, &place));
     if let Some(path) = copy {
         // A place that cannot be written is told before the run, not after it.
@@ -143,14 +146,13 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let mut snapshots = Snapshots::new(&snapshot_ticks, &folder, &model);
     let mut executed = Vec::with_capacity(rows);
-    let mut contacts = ContactRows::default();
-    let played = play(&mut tissue, &poses, |pose, tissue| {
-        let (tick, sample) = (pose.tick, ToolSample::from(*pose));
-        let (sweeps, state_hash) = (pose.sweeps, Some(tissue.state_hash()));
-        trace.add(&Record { sweeps, state_hash, ..Record::of(tick, sample) });
+    let (mut contacts, mut tools) = (ContactRows::default(), ToolRows::default());
+    let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
+        trace.add_tools(&record(pose, tissue), of_tools.each());
         executed.push(*pose);
-        contacts.after(tick, tissue.engine_mut());
-        snapshots.after(tick, tissue.engine_mut())
+        add_tools(&mut tools, pose.tick, output, tissue);
+        contacts.after(pose.tick, tissue.engine_mut());
+        snapshots.after(pose.tick, tissue.engine_mut())
     })?;
     trace.finish()?;
     if let Some(path) = copy {
@@ -160,6 +162,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let nodes = tissue.engine_mut().nodes();
     folder.write("force.csv", force_csv(&played.answers).as_bytes())?;
     contacts.write(&folder, tissue.engine())?;
+    tools.write(&folder, tissue.tools())?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
     let pressure_pa = contact_pressure_pa(tissue.engine_mut(), &nodes);
     let body = vtu(&model, &nodes, tissue.engine().contacts(), pressure_pa);
@@ -187,10 +190,35 @@ pub fn execute(args: &Args) -> Result<()> {
 }
 
 /// The poses of the path or of the built-in motion.
-fn poses(args: &Args, engine: &Engine<'_>) -> Result<Vec<Vec<Pose>>> {
-    match &args.source.path {
-        Some(file) => path::read(file, if args.recorded { Rules::Recorded } else { Rules::Strict }),
-        None => Ok(vec![args.press.on(engine.network().model(), engine.contact())?]),
+fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
+    let engine = tissue.engine();
+    let Some(file) = &args.source.path else {
+        return Ok(Paths::of(vec![args.press.on(engine.network().model(), engine.contact())?]));
+    };
+    let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
+    let paths = tools_path::read(file, rules)?;
+    if paths.tools > 0 && paths.tools != tissue.tools() {
+        return Err(Error::input(format!(
+            "{}: it moves {}, and --tool chooses {}: give --tool once for each tool of the path",
+            file.display(),
+            counted(paths.tools, "tool"),
+            tissue.tools()
+        )));
+    }
+    Ok(paths)
+}
+
+/// The record of a tick that has been made.
+fn record(pose: &Pose, tissue: &mut Staged<'_>) -> Record {
+    let state_hash = Some(tissue.state_hash());
+    Record { sweeps: pose.sweeps, state_hash, ..Record::of(pose.tick, ToolSample::from(*pose)) }
+}
+
+/// Adds what all tools felt in a tick.
+fn add_tools(rows: &mut ToolRows, tick: u64, output: &TickOutput, tissue: &mut Staged<'_>) {
+    for tool in 0..tissue.tools() {
+        let felt = tissue.felt(tool);
+        rows.add(tick, tool, &felt, output.flags.0);
     }
 }
 
@@ -231,13 +259,14 @@ pub struct Played {
 }
 
 /// Plays sequences of poses, each from another controller, through a tissue as `serve` would,
-/// `after` being called behind each tick. Ends early, with what it has, when the user asks to stop.
+/// `after` being called behind each tick, with the poses of all tools. A path of one tool moves the
+/// first alone. Ends early, with what it has, when the user asks to stop.
 pub fn play(
     tissue: &mut Staged<'_>,
-    sequences: &[Vec<Pose>],
-    mut after: impl FnMut(&Pose, &mut Staged<'_>) -> Result<()>,
+    paths: &Paths,
+    mut after: impl FnMut(&Pose, &Poses, &TickOutput, &mut Staged<'_>) -> Result<()>,
 ) -> Result<Played> {
-    let poses: usize = sequences.iter().map(Vec::len).sum();
+    let poses: usize = paths.poses.iter().map(Vec::len).sum();
     let mut played = Played {
         answers: Vec::with_capacity(poses),
         flag_ticks: FlagTicks::default(),
@@ -245,9 +274,10 @@ pub fn play(
         poses_repeated: 0,
     };
     let progress = terminal::progress(poses as u64, "run");
-    'session: for poses in sequences {
+    let mut tools = Poses::away(tissue.tools());
+    'session: for (sequence, poses) in paths.poses.iter().enumerate() {
         let mut order = TickOrder::default();
-        for pose in poses {
+        for (at, pose) in poses.iter().enumerate() {
             if interrupt::asked() {
                 break 'session;
             }
@@ -256,8 +286,12 @@ pub fn play(
                 played.poses_repeated += 1;
                 continue;
             }
-            played.tick(tissue, pose);
-            after(pose, tissue)?;
+            tools = match paths.each(sequence, at) {
+                [] => tools.with_first_alone(&ToolSample::from(*pose)),
+                each => Poses::of(each),
+            };
+            let output = played.tick(tissue, pose, &tools);
+            after(pose, &tools, &output, tissue)?;
         }
     }
     progress.finish_and_clear();
@@ -271,14 +305,18 @@ impl Played {
     }
 
     /// One timed tick.
-    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose) {
+    fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose, tools: &Poses) -> TickOutput {
         let sample = ToolSample::from(*pose);
         let start = Instant::now();
-        let output = tissue.tick_again(&sample, pose.sweeps);
+        let output = match tools.each() {
+            [] => tissue.tick_again(&sample, pose.sweeps),
+            _ => tissue.tick_tools(tools, Sweeps::Counted(pose.sweeps)),
+        };
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);
         self.answers.push(Answer { tick: pose.tick, output });
+        output
     }
 }
 

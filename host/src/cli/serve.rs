@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::{Flags, TickOutput};
+use chaincell_kernel::{Flags, TickOutput, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -17,11 +17,12 @@ use crate::bake::ImageBytes;
 use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::engine::staged::Staged;
+use crate::engine::tissue::TissueEngine;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{Answer, Folder, force_csv};
-use crate::files::path;
+use crate::files::output::{Answer, Folder, ToolRows, force_csv};
 use crate::files::recording::{self, Recording, TraceFile};
+use crate::files::{path, tools_path};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
@@ -81,7 +82,8 @@ pub struct Args {
     /// Overwrite the results of an earlier run in --out, or an earlier trace in --record
     #[arg(long)]
     force: bool,
-    /// Ticks that --out and --record have room for, 48 bytes of the disk each
+    /// Ticks that --out and --record have room for, 48 bytes of the disk each, and as many for each
+    /// --tool
     /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     record_ticks: Option<usize>,
@@ -123,7 +125,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = Staged::new(args.tissue.engine(model)?, args.stage.settings())?;
+    let mut tissue = args.tissue.staged(model, args.stage.settings())?;
     let faults = faults(args)?;
     let options = ServeOptions {
         scene: args.common.scene.clone(),
@@ -149,7 +151,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let settings = args.tissue.report(tissue.engine());
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
-    let (folder, mut recorder) = recorder(args, begun, &image)?;
+    let (folder, mut recorder) = recorder(args, begun, &image, tissue.tools())?;
     terminal::say("ready")?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
@@ -158,9 +160,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let never_touched = folder.as_ref().and_then(|_| untouched(&tissue, recorder.rows(), &report));
     if let Some(folder) = &folder {
         let (cells, links) = (model.cells(), model.links());
-        let received =
-            recorder.rows().iter().map(|row| Pose { sweeps: row.sweeps, ..row.pose.into() });
-        folder.write("path.csv", path::to_text(received).as_bytes())?;
+        write_poses(folder, &recorder, tissue.tools())?;
         let answers: Vec<Answer> = recorder.rows().iter().map(|row| answer(&row.force)).collect();
         folder.write("force.csv", force_csv(&answers).as_bytes())?;
         let summary = ServeSummary {
@@ -199,6 +199,26 @@ fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Se
     server.with_contacts(tools, state_hz)?.with_commands()
 }
 
+/// The poses as executed; of several tools also what each felt.
+fn write_poses(folder: &Folder, recorder: &Recorder, tools: usize) -> Result<()> {
+    let rows = recorder.rows();
+    if tools == 0 {
+        let received = rows.iter().map(|row| Pose { sweeps: row.sweeps, ..row.pose.into() });
+        return folder.write("path.csv", path::to_text(received).as_bytes());
+    }
+    let poses: Vec<ToolPose> = recorder.tool_rows().iter().map(|row| row.pose).collect();
+    let each = rows.iter().zip(poses.chunks_exact(tools));
+    let received = each.map(|(row, poses)| (row.pose.tick, row.sweeps, poses));
+    folder.write("path.csv", tools_path::to_text(received).as_bytes())?;
+    let mut felt = ToolRows::default();
+    for (row, of_tick) in rows.iter().zip(recorder.tool_rows().chunks_exact(tools)) {
+        for (tool, of) in of_tick.iter().enumerate() {
+            felt.add(row.pose.tick, tool, &of.felt, row.force.flags);
+        }
+    }
+    felt.write(folder, tools)
+}
+
 /// Faults in the tissue, where they are asked for.
 fn faults(args: &Args) -> Result<Faults> {
     match args.inject.faults()? {
@@ -227,9 +247,10 @@ fn recorder(
     args: &Args,
     begun: Recording,
     image: &ImageBytes,
+    tools: usize,
 ) -> Result<(Option<Folder>, Recorder)> {
     let ticks = record_ticks(args)?;
-    let records = Recorder::trace_records(ticks);
+    let records = Recorder::trace_records_of(ticks, tools);
     if let Some(path) = &args.record {
         let trace = TraceFile::create("--record", path, args.force, begun, records)?;
         return Ok((None, Recorder::on_disk(ticks, trace)));
@@ -241,7 +262,7 @@ fn recorder(
     let place = folder.file(recording::TRACE);
     let trace = TraceFile::create("--out", &place, args.force, begun, records)?;
     folder.write(recording::MODEL, image.as_bytes())?;
-    Ok((Some(folder), Recorder::with_capacity(ticks).with_trace(trace)))
+    Ok((Some(folder), Recorder::with_capacity(ticks).with_tools(tools).with_trace(trace)))
 }
 
 /// Ticks that there is room for.

@@ -7,16 +7,19 @@
 
 use std::ffi::OsString;
 
+use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::{
-    Choice, Drive, FRICTION_MAX, Model, Network, Settings, SettingsError, ToolPart, Unloading,
+    Choice, Drive, FRICTION_MAX, Model, Network, Settings, SettingsError, Unloading,
 };
 use serde::Serialize;
 
 use super::choice::parser;
+use super::tool::{self, ToolSpec};
 use crate::choice;
 use crate::engine::contact::contact_cells;
+use crate::engine::staged::Staged;
 use crate::engine::threads::{ThreadCount, Threads};
-use crate::engine::{Arithmetic, Contact, Engine, Scheme, only_sphere};
+use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::words::counted;
 
@@ -33,11 +36,19 @@ pub struct TissueArgs {
     /// radius [m] around the tool pushes surface cells out
     #[arg(long, default_value = "auto", value_name = "CONTACT")]
     pub contact: String,
+    /// A tool by its parts, on a model that was baked with --probe-contact surface; up to eight times,
+    /// the first is tool 0. PART[+PART...], at most eight, each sphere:R, capsule:HALF_LENGTH,R (along
+    /// z), box:HX,HY,HZ,R (half edges of the core inside the rounding) or half-space[:R] (all below
+    /// z = 0), then @X,Y,Z, its place in the tool's frame, and /X,Y,Z,W, its turn, a unit quaternion
+    /// [m]
+    #[arg(long, value_name = "PART[+PART...]", value_parser = tool::spec,
+        conflicts_with_all = ["contact", "probe_capacity"])]
+    pub tool: Vec<ToolSpec>,
     /// Most cells that a probe touches at a time [default: 64]
     #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(1..))]
     pub probe_capacity: Option<u16>,
-    /// Coefficient of friction between a probe and the contact surface of a model that was baked with
+    /// Coefficient of friction between a probe, or tools, and the contact surface of a model that was baked with
     /// --probe-contact surface [default: 0]
     #[arg(long, value_name = "MU", allow_negative_numbers = true)]
     pub friction: Option<f32>,
@@ -82,6 +93,9 @@ pub struct TissueArgs {
     /// Largest force; a larger one is shortened and flagged [N] [default: no limit]
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub max_force_n: Option<f32>,
+    /// Largest torque of a --tool; a larger one is shortened and flagged [N m] [default: no limit]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, requires = "tool")]
+    pub max_torque_n_m: Option<f32>,
 }
 
 /// Most cells that a probe touches at a time unless `--probe-capacity` says otherwise.
@@ -108,6 +122,8 @@ pub struct TissueReport {
     #[serde(serialize_with = "choice::serialize")]
     unloading: Unloading,
     max_force_n: Option<f32>,
+    max_torque_n_m: Option<f32>,
+    tools: Vec<String>,
     contact_nodes: Vec<u32>,
     probe_radius_m: Option<f32>,
     probe_capacity: Option<usize>,
@@ -148,6 +164,22 @@ impl TissueArgs {
         let mut engine = Engine::with_contact(network, scheme, self.number, contact)?;
         engine.share(self.threads(scheme, cells)?);
         Ok(engine)
+    }
+
+    /// The engine for a model behind an output stage, or without one.
+    ///
+    /// # Errors
+    /// As [`Self::engine`], a largest torque out of range, a stage for several tools.
+    pub fn staged<'m>(&self, model: Model<'m>, stage: Option<StageSettings>) -> Result<Staged<'m>> {
+        let mut staged = Staged::new(self.engine(model)?, stage)?;
+        if let Some(most_n_m) = self.max_torque_n_m {
+            if !(most_n_m > 0.0 && most_n_m.is_finite()) {
+                let why = format!("--max-torque-n-m {most_n_m}: must be above 0 and finite");
+                return Err(Error::input(why));
+            }
+            staged.limit_torque(most_n_m);
+        }
+        Ok(staged)
     }
 
     /// The scheme that was asked for, or the one that suits the scene.
@@ -247,10 +279,13 @@ impl TissueArgs {
 
     /// What the tool touches.
     fn contact(&self, model: &Model<'_>) -> Result<Contact> {
-        let contact = contact(&self.contact, self.probe_capacity, model)?;
+        let contact = match self.tool.as_slice() {
+            [] => contact(&self.contact, self.probe_capacity, model)?,
+            specs => tool::tools(specs, self.friction, model)?,
+        };
         if !matches!(contact, Contact::Cells(_)) && self.drive == Drive::Current {
             return Err(Error::input(
-                "--drive current loads chosen cells, and a probe has none: give --contact \
+                "--drive current loads chosen cells, and a probe or a --tool has none: give --contact \
                  cells:SELECTOR, or leave --drive out",
             ));
         }
@@ -269,7 +304,11 @@ impl TissueArgs {
 
     /// The same arguments for a child process.
     pub fn to_args(&self) -> Vec<OsString> {
-        let mut args = vec![format!("--contact={}", self.contact)];
+        let mut args: Vec<String> =
+            self.tool.iter().map(|tool| format!("--tool={}", tool.text)).collect();
+        if args.is_empty() {
+            args.push(format!("--contact={}", self.contact));
+        }
         args.extend(self.probe_capacity.map(|count| format!("--probe-capacity={count}")));
         args.extend(self.friction.map(|friction| format!("--friction={friction}")));
         args.extend(self.dynamics.map(|scheme| format!("--dynamics={}", scheme.name())));
@@ -283,6 +322,7 @@ impl TissueArgs {
             ("--time-constant-s", self.time_constant_s),
             ("--max-tool-step-m", self.max_tool_step_m),
             ("--max-force-n", self.max_force_n),
+            ("--max-torque-n-m", self.max_torque_n_m),
         ] {
             args.extend(value.map(|value| format!("{option}={value}")));
         }
@@ -298,7 +338,8 @@ impl TissueArgs {
         let (probe_radius_m, probe_capacity, friction) = match *engine.contact() {
             Contact::Cells(_) => (None, None, None),
             Contact::Probe { radius_m, capacity } => (Some(radius_m), Some(capacity), None),
-            Contact::Tools { ref tools, friction } => (only_sphere(tools), None, Some(friction)),
+            Contact::Slides { radius_m, friction } => (Some(radius_m), None, Some(friction)),
+            Contact::Tools { friction, .. } => (None, None, Some(friction)),
         };
         let by_tick = engine.scheme().goes_by_tick();
         let euler = f32::from(settings.sweeps) * settings.step;
@@ -317,6 +358,8 @@ impl TissueArgs {
             drive: self.drive,
             unloading: self.unloading,
             max_force_n: self.max_force_n,
+            max_torque_n_m: self.max_torque_n_m,
+            tools: self.tool.iter().map(|tool| tool.text.clone()).collect(),
             contact_nodes,
             probe_radius_m,
             probe_capacity,
@@ -346,7 +389,7 @@ fn slides(model: &Model<'_>, radius_m: f32, friction: f32) -> Result<Contact> {
              with --probe-contact surface"
         )));
     }
-    Ok(Contact::Tools { tools: vec![vec![ToolPart::sphere(radius_m)]], friction })
+    Ok(Contact::Slides { radius_m, friction })
 }
 
 /// What `--contact` and `--probe-capacity` name on a model.

@@ -54,7 +54,7 @@ impl<D: Dynamics> Memory<D> {
         let (cells, slots) = (model.cells(), contact.slots());
         let room = match contact {
             Contact::Cells(_) => D::room_blocks(model, slots),
-            Contact::Probe { .. } | Contact::Tools { .. } => D::probe_blocks(model),
+            _ => D::probe_blocks(model),
         };
         Self {
             head: Head::NEW,
@@ -126,6 +126,10 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         match contact {
             Contact::Cells(cells) => self.view().choose_contacts(network, cells),
             Contact::Probe { radius_m, .. } => self.view().choose_probe(network, *radius_m),
+            Contact::Slides { radius_m, friction } => {
+                let sphere = ToolPart::sphere(*radius_m);
+                self.view().choose_tools(network, &[&[sphere]], *friction)
+            }
             Contact::Tools { tools, friction } => {
                 let tools: Vec<&[ToolPart]> = tools.iter().map(Vec::as_slice).collect();
                 self.view().choose_tools(network, &tools, *friction)
@@ -411,7 +415,7 @@ impl<'m> Engine<'m> {
     pub fn contacts(&self) -> &[u16] {
         match &self.contact {
             Contact::Cells(cells) => cells,
-            Contact::Probe { .. } | Contact::Tools { .. } => &[],
+            _ => &[],
         }
     }
 

@@ -1,6 +1,6 @@
 //! Where the built-in press goes on a body.
 
-use chaincell_kernel::Model;
+use chaincell_kernel::{Model, ToolPart};
 use nalgebra::Vector3;
 
 use super::contact::{farthest, inward};
@@ -22,11 +22,20 @@ pub struct Place {
 /// direction is given.
 ///
 /// # Errors
-/// A direction without length, a model without a free cell, a probe that would pass by.
+/// A direction without length, a model without a free cell, a probe that would pass by, a half space
+/// as the first tool.
 pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> Result<Place> {
+    if let Contact::Tools { tools, .. } = contact
+        && tools.first().is_some_and(|parts| parts.iter().any(ToolPart::is_half_space))
+    {
+        return Err(Error::input(
+            "`tool` half-space: the built-in press needs a first tool of finite size; give a `path`, \
+             or put another tool first",
+        ));
+    }
     let cells = match contact {
         Contact::Cells(cells) => cells.clone(),
-        Contact::Probe { .. } | Contact::Tools { .. } => vec![farthest(model)?],
+        _ => vec![farthest(model)?],
     };
     let direction = Vector3::from(along.unwrap_or_else(|| inward(model, &cells)));
     let length = direction.norm();
@@ -41,7 +50,7 @@ pub fn place(model: &Model<'_>, contact: &Contact, along: Option<[f64; 3]>) -> R
             touch_m[axis] += at[axis] / cells.len() as f64;
         }
     }
-    if let Some(radius_m) = contact.radius_m() {
+    if let Some(radius_m) = contact.press_radius_m() {
         let way_m = Reach::of(model).first_touch_m(touch_m, (-direction).into(), radius_m.into());
         let way_m = way_m.ok_or_else(|| {
             Error::input(

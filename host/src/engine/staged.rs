@@ -2,10 +2,12 @@
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{ContactForce, Drive, TickOutput, ToolSample};
+use chaincell_kernel::{ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolPose, ToolSample};
+use nalgebra::Vector3;
 
 use crate::engine::Engine;
 use crate::engine::tissue::{Node, Refusal, Sweeps, TissueEngine};
+use crate::engine::tools::{Felt, Poses};
 use crate::error::{Error, Result};
 
 /// An engine with the stage between it and the device, or without one.
@@ -15,13 +17,19 @@ use crate::error::{Error, Result};
 pub struct Staged<'m> {
     engine: Engine<'m>,
     stage: Option<Stage>,
+    /// Largest torque of a tool \[N m\].
+    max_torque_n_m: f32,
+    /// Which tools were engaged in the last good poses.
+    engaged: [bool; TOOLS_MAX],
+    /// The last answer, of the first tool.
+    last: TickOutput,
 }
 
 impl<'m> Staged<'m> {
     /// An engine behind a stage of these settings, or as it is.
     ///
     /// # Errors
-    /// A setting out of range.
+    /// A setting out of range; a stage for several tools.
     pub fn new(engine: Engine<'m>, settings: Option<StageSettings>) -> Result<Self> {
         let goes_by_position =
             settings.is_some_and(|of| of.coupling.is_some() || of.passivity.is_some());
@@ -31,9 +39,21 @@ impl<'m> Staged<'m> {
                  positions; pass `coupling` none `passivity` none",
             ));
         }
+        if settings.is_some() && engine.contact().tools() > 1 {
+            return Err(Error::input(
+                "`tool`: the output stage (`device`, `coupling`, `passivity` and what belongs to \
+                 them) is for the force of one tool; leave its options out, or choose one `tool`",
+            ));
+        }
         let stage = settings.map(Stage::new).transpose();
         let stage = stage.map_err(|why| Error::input(format!("output stage: {why}")))?;
-        Ok(Self { engine, stage })
+        let (max_torque_n_m, engaged, last) = (f32::INFINITY, [false; TOOLS_MAX], TickOutput::NONE);
+        Ok(Self { engine, stage, max_torque_n_m, engaged, last })
+    }
+
+    /// Torques of tools are shortened to this from here on \[N m\]. It changes no bit of the tissue.
+    pub fn limit_torque(&mut self, max_torque_n_m: f32) {
+        self.max_torque_n_m = max_torque_n_m;
     }
 
     /// The tissue.
@@ -80,6 +100,53 @@ impl TissueEngine for Staged<'_> {
         }
     }
 
+    fn tools(&self) -> usize {
+        self.engine.contact().tools()
+    }
+
+    fn tick_tools(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
+        if poses.are_good() {
+            for (engaged, pose) in self.engaged.iter_mut().zip(poses.each()) {
+                *engaged = pose.engaged == 1;
+            }
+        }
+        let output = match (&mut self.stage, poses.each()) {
+            (Some(stage), [pose]) => {
+                let tool = stage.sample(&poses.sample());
+                let pose = ToolPose { position_m: tool.position_m, engaged: tool.engaged, ..*pose };
+                stage.output(&self.engine.tick_tools_by(&[pose], sweeps))
+            }
+            _ => self.engine.tick_tools_by(poses.each(), sweeps),
+        };
+        self.last = output;
+        if self.stage.is_none() && !self.feels(0) {
+            // Others may hold on: a late tick would repeat the force.
+            (self.last.force_n, self.last.contacts) = (Vector3::zeros(), 0);
+        }
+        self.last
+    }
+
+    fn felt(&mut self, tool: usize) -> Felt {
+        if !self.feels(tool) && (tool > 0 || self.stage.is_none()) {
+            return Felt::default();
+        }
+        let felt = self.engine.tool_output(tool);
+        let max_force_n = self.engine.network().settings().max_force_n;
+        let (force_n, is_clamped) = match tool {
+            0 => (self.last.force_n, self.last.flags.contains(Flags::FORCE_CLAMPED)),
+            // The kernel has shortened it to the limit, less what rounding may add.
+            _ => (felt.force_n, felt.force_n.norm() >= max_force_n * (1.0 - 1e-5)),
+        };
+        let torque_n_m = if self.feels(tool) { felt.torque_nm } else { Vector3::zeros() };
+        let (torque_n_m, is_short) = shortened(torque_n_m, self.max_torque_n_m);
+        let mut flags = Flags::default();
+        if is_clamped || is_short {
+            flags.insert(Flags::FORCE_CLAMPED);
+        }
+        let contacts = if tool == 0 { self.last.contacts } else { felt.contacts };
+        Felt { force_n: force_n.into(), torque_n_m: torque_n_m.into(), contacts, flags }
+    }
+
     fn restart_ramp(&mut self) {
         if let Some(stage) = &mut self.stage {
             stage.restart_ramp();
@@ -100,12 +167,34 @@ impl TissueEngine for Staged<'_> {
 
     fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
         self.engine.obey(command)?;
+        if *command == Command::Reset {
+            (self.engaged, self.last) = ([false; TOOLS_MAX], TickOutput::NONE);
+        }
         if let (Command::Reset, Some(stage)) = (command, &mut self.stage) {
             // Settings that made a stage once make it again.
             *stage = Stage::new(*stage.settings()).map_err(|_| Refusal::Reset)?;
         }
         Ok(())
     }
+}
+
+impl Staged<'_> {
+    /// Whether a tool has a force of the tissue.
+    fn feels(&self, tool: usize) -> bool {
+        let is_engaged = self.engaged.get(tool).is_some_and(|engaged| *engaged);
+        is_engaged && !self.last.flags.contains(Flags::SAFE_STATE)
+    }
+}
+
+/// A torque within its limit, and whether that bit.
+fn shortened(torque: Vector3<f32>, most: f32) -> (Vector3<f32>, bool) {
+    let size = libm::sqrt(torque.iter().map(|&x| f64::from(x) * f64::from(x)).sum());
+    if size <= f64::from(most) {
+        return (torque, false);
+    }
+    // Rounding adds nothing to what is a little shorter.
+    let share = f64::from(most) / size * (1.0 - 2.0 * f64::from(f32::EPSILON));
+    (torque.map(|x| (f64::from(x) * share) as f32), true)
 }
 
 #[cfg(test)]

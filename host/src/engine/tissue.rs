@@ -3,6 +3,8 @@
 use chaincell_kernel::trace::{Command, CommandError};
 use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
 
+use super::tools::{Felt, Poses};
+
 /// A node with its published position.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Node {
@@ -78,6 +80,22 @@ pub trait TissueEngine {
     /// As [`Self::tick`], with these sweeps where [`Self::is_anytime`].
     fn tick_by(&mut self, sample: &ToolSample, _sweeps: Sweeps<'_>) -> TickOutput {
         self.tick(sample)
+    }
+
+    /// How many tools were chosen by their parts; 0 where a sample is that of a probe or of held
+    /// cells.
+    fn tools(&self) -> usize {
+        0
+    }
+
+    /// As [`Self::tick_by`], with a pose for each tool.
+    fn tick_tools(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
+        self.tick_by(&poses.sample(), sweeps)
+    }
+
+    /// What a tool felt in the last tick.
+    fn felt(&mut self, _tool: usize) -> Felt {
+        Felt::default()
     }
 
     /// The ramp of an output stage begins anew: the device had no force for a while.

@@ -2,19 +2,121 @@
 
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    ContactForce, Dynamics, Network, ProxyPose, TickOutput, ToolOutput, ToolPose,
+    ContactForce, Dynamics, Flags, Network, ProxyPose, TOOLS_MAX, TickOutput, ToolOutput, ToolPose,
+    ToolSample,
 };
+use nalgebra::Vector3;
 
-use super::tissue::Refusal;
+use super::tissue::{Refusal, Sweeps};
 use super::touch::TRIANGLES;
 use super::{Contact, Engine, Memory};
 
 /// Most contacts at a time.
 pub const CONTACTS_MAX: usize = TRIANGLES;
 
+/// The poses of all tools in a tick, number 0 first; none where no tools were chosen by their parts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Poses {
+    count: usize,
+    each: [ToolPose; TOOLS_MAX],
+}
+
+/// A tool at the origin that is not engaged.
+const AWAY: ToolPose =
+    ToolPose { position_m: Vector3::new(0.0, 0.0, 0.0), turn: [1.0, 0.0, 0.0, 0.0], engaged: 0 };
+
+impl Poses {
+    /// Of no tool.
+    pub const NONE: Self = Self { count: 0, each: [AWAY; TOOLS_MAX] };
+
+    /// Of so many tools, at most [`TOOLS_MAX`], at the origin and not engaged.
+    #[must_use]
+    pub fn away(count: usize) -> Self {
+        Self { count: count.min(TOOLS_MAX), ..Self::NONE }
+    }
+
+    /// Of these tools; what is beyond [`TOOLS_MAX`] is left out.
+    #[must_use]
+    pub fn of(poses: &[ToolPose]) -> Self {
+        let mut all = Self::away(poses.len());
+        for (place, pose) in all.each.iter_mut().zip(poses) {
+            *place = *pose;
+        }
+        all
+    }
+
+    /// One for each tool.
+    #[must_use]
+    pub fn each(&self) -> &[ToolPose] {
+        self.each.get(..self.count).unwrap_or(&[])
+    }
+
+    /// The same, to be changed.
+    pub fn each_mut(&mut self) -> &mut [ToolPose] {
+        self.each.get_mut(..self.count).unwrap_or(&mut [])
+    }
+
+    /// These poses with the first tool at a place, not turned, and no other engaged.
+    #[must_use]
+    pub fn with_first_alone(mut self, sample: &ToolSample) -> Self {
+        self.each_mut().iter_mut().for_each(|pose| pose.engaged = 0);
+        if let Some(first) = self.each_mut().first_mut() {
+            *first = ToolPose::at(sample.position_m, sample.engaged);
+        }
+        self
+    }
+
+    /// Whether the tick may act on them all.
+    #[must_use]
+    pub fn are_good(&self) -> bool {
+        self.each().iter().all(ToolPose::is_good)
+    }
+
+    /// The first tool's sample, a bad one where one pose is bad.
+    #[must_use]
+    pub fn sample(&self) -> ToolSample {
+        let [first, ..] = self.each;
+        let engaged = if self.are_good() { first.engaged } else { u32::MAX };
+        ToolSample { position_m: first.position_m, engaged }
+    }
+}
+
+impl Default for Poses {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// What one of several tools felt in a tick, within the limits.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Felt {
+    /// Force of the tissue on it \[N\].
+    pub force_n: [f32; 3],
+    /// Torque on it about its position \[N m\].
+    pub torque_n_m: [f32; 3],
+    /// Triangles that it is in contact with, or whose samples it grips.
+    pub contacts: u32,
+    /// What bit at this tool alone: [`Flags::FORCE_CLAMPED`] and [`Flags::RELEASE_FIRST`].
+    pub flags: Flags,
+}
+
+impl Felt {
+    /// The flags of the tool in a tick: those of the tick, but for the two that each has of its own.
+    #[must_use]
+    pub fn all_flags(&self, of_tick: u32) -> u32 {
+        let own = Flags::FORCE_CLAMPED.0 | Flags::RELEASE_FIRST.0;
+        of_tick & !own | self.flags.0
+    }
+}
+
 /// What a tissue of any scheme does with tools.
 pub(super) trait AnyTools {
-    fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput;
+    fn tick_tools(
+        &mut self,
+        network: &Network<'_>,
+        poses: &[ToolPose],
+        sweeps: Sweeps<'_>,
+    ) -> TickOutput;
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
@@ -24,8 +126,21 @@ pub(super) trait AnyTools {
 }
 
 impl<D: Dynamics> AnyTools for Memory<D> {
-    fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput {
-        self.view().tick_tools(network, poses)
+    fn tick_tools(
+        &mut self,
+        network: &Network<'_>,
+        poses: &[ToolPose],
+        sweeps: Sweeps<'_>,
+    ) -> TickOutput {
+        let mut tissue = self.view();
+        match sweeps {
+            Sweeps::Counted(None) => tissue.tick_tools(network, poses),
+            Sweeps::Counted(Some(0)) => tissue.tick_tools_late(network, poses),
+            Sweeps::Counted(Some(sweeps)) => {
+                tissue.tick_tools_while(network, poses, |done| done < sweeps)
+            }
+            Sweeps::While(more) => tissue.tick_tools_while(network, poses, more),
+        }
     }
 
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput {
@@ -57,7 +172,12 @@ impl Engine<'_> {
     /// One tick with a pose for each tool, see
     /// [`TissueMut::tick_tools`](chaincell_kernel::TissueMut::tick_tools).
     pub fn tick_tools(&mut self, poses: &[ToolPose]) -> TickOutput {
-        self.tissue.tick_tools(&self.network, poses)
+        self.tick_tools_by(poses, Sweeps::ALL)
+    }
+
+    /// As [`Self::tick_tools`], with these sweeps.
+    pub fn tick_tools_by(&mut self, poses: &[ToolPose], sweeps: Sweeps<'_>) -> TickOutput {
+        self.tissue.tick_tools(&self.network, poses, sweeps)
     }
 
     /// What a tool felt in the last tick, see
@@ -79,7 +199,7 @@ impl Engine<'_> {
         }
         match &self.contact {
             Contact::Cells(_) => 0,
-            Contact::Probe { .. } => 1,
+            Contact::Probe { .. } | Contact::Slides { .. } => 1,
             Contact::Tools { tools, .. } => tools.len(),
         }
     }

@@ -17,6 +17,13 @@ pub enum Contact {
         /// Most cells that it touches at a time.
         capacity: usize,
     },
+    /// A sphere that rubs on a contact surface.
+    Slides {
+        /// Radius \[m\].
+        radius_m: f32,
+        /// Coefficient of friction.
+        friction: f32,
+    },
     /// Tools on a model with a contact surface.
     Tools {
         /// The parts of each.
@@ -32,9 +39,27 @@ impl Contact {
     pub fn radius_m(&self) -> Option<f32> {
         match self {
             Self::Cells(_) => None,
-            Self::Probe { radius_m, .. } => Some(*radius_m),
+            Self::Probe { radius_m, .. } | Self::Slides { radius_m, .. } => Some(*radius_m),
             Self::Tools { tools, .. } => only_sphere(tools),
         }
+    }
+
+    /// Radius \[m\] of the probe that the built-in press takes the first tool for: that of its
+    /// largest part; `None` where cells are held.
+    #[must_use]
+    pub fn press_radius_m(&self) -> Option<f32> {
+        match self {
+            Self::Tools { tools, .. } => {
+                tools.first()?.iter().map(|part| part.radius_m).reduce(f32::max)
+            }
+            other => other.radius_m(),
+        }
+    }
+
+    /// How many tools were chosen by their parts.
+    #[must_use]
+    pub fn tools(&self) -> usize {
+        if let Self::Tools { tools, .. } = self { tools.len() } else { 0 }
     }
 
     /// Contact slots that the tissue needs.
@@ -42,7 +67,7 @@ impl Contact {
         match self {
             Self::Cells(cells) => cells.len(),
             Self::Probe { capacity, .. } => *capacity,
-            Self::Tools { .. } => 0,
+            Self::Slides { .. } | Self::Tools { .. } => 0,
         }
     }
 }

@@ -3,4 +3,5 @@
 pub mod output;
 pub mod path;
 pub mod recording;
+pub mod tools_path;
 pub mod whole;

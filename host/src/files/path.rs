@@ -43,11 +43,52 @@ pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<Pose>>> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<Pose>>> {
+pub fn parse(text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec<Pose>>> {
     let mut sequences = Vec::new();
     let mut poses: Vec<Pose> = Vec::new();
-    let mut bytes = Vec::new();
     let mut header = String::new();
+    each_line(text, name, |line, row| {
+        if line == 1 {
+            header = row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row).to_owned();
+            if header != HEADER && header != HEADER_WITH_SWEEPS {
+                return Err(Error::input(format!(
+                    "{name}:1: the header is `{}`; it must be `{HEADER}`, with `,sweeps` behind it \
+                     where the sweeps are given",
+                    row.escape_debug().take(60).collect::<String>()
+                )));
+            }
+        } else if row.starts_with(HEADER) && row != header {
+            return Err(Error::input(format!(
+                "{name}:{line}: the header stands again as `{row}`; the first one is `{header}`"
+            )));
+        } else if row == header && rules == Rules::Recorded {
+            sequences.push(std::mem::take(&mut poses));
+        } else {
+            let pose = pose(row, &header, rules)
+                .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
+            in_order(poses.last(), &pose, rules)
+                .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
+            poses.push(pose);
+        }
+        Ok(())
+    })?;
+    sequences.push(poses);
+    if sequences.iter().all(Vec::is_empty) {
+        return Err(Error::input(format!("{name}: no rows: a path has a header and a row a tick")));
+    }
+    Ok(sequences)
+}
+
+/// Reads a text line by line, each told with its number from 1 on and without its end.
+///
+/// # Errors
+/// A line that is too long, no text, one too many or compressed; that of `each`.
+pub(super) fn each_line(
+    mut text: impl BufRead,
+    name: &str,
+    mut each: impl FnMut(u64, &str) -> Result<()>,
+) -> Result<()> {
+    let mut bytes = Vec::new();
     for line in 1_u64.. {
         bytes.clear();
         let read = Read::by_ref(&mut text)
@@ -66,41 +107,16 @@ pub fn parse(mut text: impl BufRead, name: &str, rules: Rules) -> Result<Vec<Vec
                  row a line"
             )));
         }
-        let row = std::str::from_utf8(&bytes)
-            .map_err(|_| Error::input(format!("{name}:{line}: not text: save it as CSV")))?
-            .trim_end_matches(['\n', '\r']);
-        if line == 1 {
-            header = row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row).to_owned();
-            if header != HEADER && header != HEADER_WITH_SWEEPS {
-                return Err(Error::input(format!(
-                    "{name}:1: the header is `{}`; it must be `{HEADER}`, with `,sweeps` behind it \
-                     where the sweeps are given",
-                    row.escape_debug().take(60).collect::<String>()
-                )));
-            }
-        } else if row.starts_with(HEADER) && row != header {
-            return Err(Error::input(format!(
-                "{name}:{line}: the header stands again as `{row}`; the first one is `{header}`"
-            )));
-        } else if row == header && rules == Rules::Recorded {
-            sequences.push(std::mem::take(&mut poses));
-        } else if line > ROWS_MAX {
+        if line > ROWS_MAX {
             return Err(Error::input(format!(
                 "{name}:{line}: more than {ROWS_MAX} rows: split it"
             )));
-        } else {
-            let pose = pose(row, &header, rules)
-                .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
-            in_order(poses.last(), &pose, rules)
-                .map_err(|why| Error::input(format!("{name}:{line}: {why}")))?;
-            poses.push(pose);
         }
+        let row = std::str::from_utf8(&bytes)
+            .map_err(|_| Error::input(format!("{name}:{line}: not text: save it as CSV")))?;
+        each(line, row.trim_end_matches(['\n', '\r']))?;
     }
-    sequences.push(poses);
-    if sequences.iter().all(Vec::is_empty) {
-        return Err(Error::input(format!("{name}: no rows: a path has a header and a row a tick")));
-    }
-    Ok(sequences)
+    Ok(())
 }
 
 /// One row.

@@ -181,10 +181,14 @@ pub enum Entry {
     Tick(super::Record),
     /// A command between two ticks.
     Command(CommandRecord),
+    /// A part of a tool, ahead of all others.
+    Part(super::PartRecord),
+    /// A tool's pose in the next tick.
+    Pose(super::PoseRecord),
 }
 
 impl Entry {
-    /// As [`Record::compare`](super::Record::compare).
+    /// As [`Record::compare`](super::Record::compare); parts and poses have no hash.
     ///
     /// # Errors
     /// Another hash.
@@ -194,6 +198,7 @@ impl Entry {
             Self::Command(record) => {
                 super::record::compare(index, record.tick, record.state_hash, here)
             }
+            Self::Part(_) | Self::Pose(_) => Ok(false),
         }
     }
 }

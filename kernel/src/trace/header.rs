@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::stage::{self, STAGE_BYTES};
 use super::version::Version;
-use super::{CRC, HEADER_BYTES, MAGIC, VERSION, put};
+use super::{CRC, HEADER_BYTES, MAGIC, RecordedTools, VERSION, VERSION_OF_SAMPLES, put};
 use crate::model::Model;
 use crate::number::Number;
 use crate::solver::{Dynamics, NumberOf};
@@ -190,6 +190,9 @@ pub struct Header {
     pub settings: Settings,
     /// The probe, where contact was by shape; then there are no contact cells.
     pub probe: Option<RecordedProbe>,
+    /// The tools, where they were chosen by their parts; then there are neither contact cells nor a
+    /// probe.
+    pub tools: Option<RecordedTools>,
     /// The output stage between the device that the samples came from and the tissue. A reset
     /// begins it anew, a pause is no tick of it.
     pub stage: Option<StageSettings>,
@@ -228,17 +231,24 @@ impl Header {
             number,
             settings: *network.settings(),
             probe: None,
+            tools: None,
             stage: None,
         }
     }
 
     /// Writes the header with the input ids of the contact cells (in the order of the model's
     /// cells); gives its length and checksum, `None` where `to` is too short, the ids are too many,
-    /// or stand beside a probe.
+    /// or stand beside a probe or tools.
     pub(super) fn write(&self, contacts: &[u32], to: &mut [u8]) -> Option<(usize, u32)> {
-        if contacts.len() > CONTACTS_MAX || (self.probe.is_some() && !contacts.is_empty()) {
+        let choices = [!contacts.is_empty(), self.probe.is_some(), self.tools.is_some()];
+        if contacts.len() > CONTACTS_MAX || choices.into_iter().filter(|is| *is).count() > 1 {
             return None;
         }
+        let (version, room, friction) = match (self.tools, self.probe) {
+            (Some(tools), _) => (VERSION, tools.count, tools.friction.to_bits()),
+            (None, Some(probe)) => (VERSION_OF_SAMPLES, probe.capacity, probe.friction.to_bits()),
+            (None, None) => (VERSION_OF_SAMPLES, 0, 0),
+        };
         let bytes = self.bytes(contacts.len());
         let to = to.get_mut(..bytes)?;
         to.fill(0);
@@ -249,7 +259,7 @@ impl Header {
         let words: [u32; HEADER_BYTES / 4] = [
             low,
             high,
-            VERSION,
+            version,
             bytes as u32,
             self.model,
             codes(self.scheme.code(), self.number.code()),
@@ -261,12 +271,12 @@ impl Header {
             settings.max_force_n.to_bits(),
             contacts.len() as u32,
             self.probe.map_or(0, |probe| probe.radius_m.to_bits()),
-            self.probe.map_or(0, |probe| probe.capacity),
+            room,
             0,
             revision,
             codes(major, minor),
             codes(patch, self.stage.is_some().into()),
-            self.probe.map_or(0, |probe| probe.friction.to_bits()),
+            friction,
         ];
         let stage = self.stage.as_ref().map(stage::words);
         let all = words.iter().chain(stage.iter().flatten()).chain(contacts);
@@ -313,11 +323,19 @@ impl Header {
             unloading: Unloading::from_code(unloading).ok_or(TraceError::Layout)?,
             max_force_n: f32::from_bits(max_force),
         };
-        let probe = match (radius, capacity) {
-            (0, 0) if friction == 0 => None,
+        let (mut probe, mut tools) = (None, None);
+        match (radius, capacity) {
+            (0, 0) if friction == 0 && version != Version::Tools => {}
             _ if contacts > 0 => return Err(TraceError::Layout),
-            _ => Some(RecordedProbe::read(radius, capacity, friction).ok_or(TraceError::Layout)?),
-        };
+            (0, count) if version == Version::Tools => {
+                tools = Some(RecordedTools::read(count, friction).ok_or(TraceError::Layout)?);
+            }
+            _ if version == Version::Tools => return Err(TraceError::Layout),
+            _ => {
+                let read = RecordedProbe::read(radius, capacity, friction);
+                probe = Some(read.ok_or(TraceError::Layout)?);
+            }
+        }
         let ids = front.end..front.end + 4 * contacts;
         let stage = stage::read(header.get(front).ok_or(TraceError::Layout)?)?;
         let ids = header.get(ids).ok_or(TraceError::Layout)?;
@@ -325,7 +343,7 @@ impl Header {
         let unknown = TraceError::Scheme(scheme, number);
         let scheme = version.scheme(scheme).ok_or(unknown)?;
         let number = Arithmetic::from_code(number).ok_or(unknown)?;
-        let header = Self { origin, model, scheme, number, settings, probe, stage };
+        let header = Self { origin, model, scheme, number, settings, probe, tools, stage };
         Ok(Read { header, version, contacts: ids, bytes, checksum: stored })
     }
 

@@ -5,16 +5,17 @@ use core::fmt;
 use nalgebra::Vector3;
 
 use super::header::Read;
+use super::tools::Order;
 use super::version::Version;
 use super::{
-    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_SAMPLE, KIND_TOOL_COMMAND,
-    RECORD_BYTES, TraceError, put,
+    CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE,
+    KIND_TOOL_COMMAND, RECORD_BYTES, TraceError, put,
 };
 use crate::model::Model;
 use crate::tick::sample::ToolSample;
 
 /// Words of a record but for its checksum.
-const WORDS: usize = RECORD_BYTES / 4 - 1;
+pub(super) const WORDS: usize = RECORD_BYTES / 4 - 1;
 /// A hash was taken.
 const WITH_HASH: u16 = 1;
 /// The sweeps were counted.
@@ -125,7 +126,11 @@ impl Writer {
         let [tick, hash] = [low_high(tick), low_high(state_hash.unwrap_or(0))];
         let bits = bits | if state_hash.is_some() { WITH_HASH } else { 0 };
         let kind = u32::from(kind) | u32::from(bits) << 16;
-        let words = [tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, sweeps.into()];
+        self.seal([tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, sweeps.into(), 0])
+    }
+
+    /// The bytes of a record with these words.
+    pub(super) fn seal(&mut self, words: [u32; WORDS]) -> [u8; RECORD_BYTES] {
         let mut bytes = [0; RECORD_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
             put(place, word);
@@ -162,6 +167,11 @@ impl fmt::Display for End {
             Self::Kind(record, KIND_COMMAND | KIND_TOOL_COMMAND) => {
                 write!(f, "record {record} is a command, which only a host's replay carries out")
             }
+            Self::Kind(record, KIND_PART | KIND_POSE) => write!(
+                f,
+                "record {record} is of tools that were chosen by their parts: it stands in no order \
+                 that is known here, or is for a host's replay alone"
+            ),
             Self::Kind(record, kind) => write!(
                 f,
                 "record {record} of kind {kind} holds what is unknown here: take the release that \
@@ -277,18 +287,23 @@ impl<'t> Reader<'t> {
         })
     }
 
-    /// As [`Self::records`], with the commands between the ticks.
+    /// As [`Self::records`], with the commands between the ticks, and of a trace of version 4 the
+    /// tools' parts and poses: all poses of a tick stand ahead of it.
     ///
     /// # Errors
     /// That of `each`.
     pub fn entries<E>(&self, mut each: impl FnMut(u32, &Entry) -> Result<(), E>) -> Result<End, E> {
-        self.walk(|index, bytes| {
-            let entry = match self.sound(index, bytes)? {
-                (KIND_SAMPLE, words) => Entry::Tick(sample(&words)),
-                (kind, words) => Entry::Command(command(&words).ok_or(End::Kind(index, kind))?),
-            };
-            Ok(each(index, &entry))
-        })
+        let (mut order, mut records) = (Order::new(self.header.tools), 0);
+        let end = self.walk(|index, bytes| {
+            let (kind, words) = self.sound(index, bytes)?;
+            records = index.saturating_add(1);
+            match order.entry(kind, &words).ok_or(End::Kind(index, kind))? {
+                Some(entry) => Ok(each(index, &entry)),
+                None => Ok(Ok(())),
+            }
+        })?;
+        // The poses of a tick without the tick.
+        Ok(if end == End::Complete && order.is_within() { End::Cut(records) } else { end })
     }
 
     fn walk<E>(
@@ -331,6 +346,7 @@ impl<'t> Reader<'t> {
         let known = match kind {
             KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED,
             KIND_COMMAND | KIND_TOOL_COMMAND => WITH_HASH,
+            KIND_PART | KIND_POSE if self.header.tools.is_some() => return Ok((kind, words)),
             _ => return Err(End::Kind(index, kind)),
         };
         let counted = sweeps == 0 || bits & WITH_SWEEPS != 0;
@@ -396,7 +412,7 @@ fn state_hash(words: &[u32; WORDS]) -> Option<u64> {
     has(words, WITH_HASH).then_some(long(h0, h1))
 }
 
-fn sample(words: &[u32; WORDS]) -> Record {
+pub(super) fn sample(words: &[u32; WORDS]) -> Record {
     let [t0, t1, x, y, z, engaged, ..] = *words;
     let position_m = Vector3::from([x, y, z].map(f32::from_bits));
     let [.., sweeps, _] = *words;
@@ -410,7 +426,7 @@ fn sample(words: &[u32; WORDS]) -> Record {
 }
 
 /// `None` where the words mean no command of the record's kind.
-fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
+pub(super) fn command(words: &[u32; WORDS]) -> Option<CommandRecord> {
     let [t0, t1, command, parameter, value, zero, .., kind, _, _] = *words;
     let command = Command::from_words([command, parameter, value]).ok()?;
     let record = CommandRecord { tick: long(t0, t1), command, state_hash: state_hash(words) };

@@ -1,6 +1,7 @@
 //! A session on the plane, its trace written, damaged and played.
 
 mod kinds;
+mod tools;
 mod versions;
 
 use std::string::ToString;
@@ -270,7 +271,8 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     let refused = reader.contact_cells(&model(), &mut [0; 2]).err();
     assert_eq!(refused, Some(TraceError::Contacts { needed: 3, room: 2 }));
     assert_eq!(read(b"tick,x_m"), Err(TraceError::Magic));
-    assert_eq!(read(&reworded(8, 4)), Err(TraceError::Version(4)));
+    assert_eq!(read(&reworded(8, 5)), Err(TraceError::Version(5)));
+    assert_eq!(read(&reworded(8, 4)), Err(TraceError::Layout), "cells beside tools");
     let words = [(24, 3), (24, 2 << 16), (28, 65_536), (52, 2), (56, 1), (72, 2 << 16), (76, 1)];
     for (at, word) in words {
         assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
@@ -329,6 +331,7 @@ fn entries(trace: &[u8]) -> (Vec<Result<u64, CommandRecord>>, End) {
         found.push(match entry {
             Entry::Tick(record) => Ok(record.tick),
             Entry::Command(command) => Err(*command),
+            other => panic!("{other:?}"),
         });
         Ok::<(), ()>(())
     });

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use super::header::{COMMON_BYTES, Origin};
 use super::stage::STAGE_BYTES;
-use super::{HEADER_BYTES, RECORD_BYTES, TraceError, VERSION};
+use super::{HEADER_BYTES, RECORD_BYTES, TraceError, VERSION, VERSION_OF_SAMPLES};
 use crate::tick::choice::Choice;
 use crate::tick::choices::Scheme;
 
@@ -24,6 +24,8 @@ pub(super) enum Version {
     Staged,
     /// Version 3.
     Current,
+    /// Version 4: version 3 with tools.
+    Tools,
 }
 
 impl Version {
@@ -31,7 +33,8 @@ impl Version {
         match number {
             1 => Ok(Self::Plain),
             2 => Ok(Self::Staged),
-            VERSION => Ok(Self::Current),
+            VERSION_OF_SAMPLES => Ok(Self::Current),
+            VERSION => Ok(Self::Tools),
             _ => Err(TraceError::Version(number)),
         }
     }
@@ -41,13 +44,13 @@ impl Version {
         let (plain, staged) = match self {
             Self::Plain => (COMMON_BYTES, COMMON_BYTES),
             Self::Staged => (COMMON_BYTES + STAGE_BYTES, COMMON_BYTES + STAGE_BYTES),
-            Self::Current => (HEADER_BYTES, HEADER_BYTES + STAGE_BYTES),
+            Self::Current | Self::Tools => (HEADER_BYTES, HEADER_BYTES + STAGE_BYTES),
         };
         [plain, staged].iter().any(|front| (front + 4 * contacts).next_multiple_of(8) == bytes)
     }
 
     /// What wrote the trace, where its header holds the settings of the output stage, and the word of
-    /// a probe's friction.
+    /// the friction.
     pub(super) fn extension(
         self,
         header: &[u8],
@@ -55,7 +58,7 @@ impl Version {
         match self {
             Self::Plain => Ok((ORIGIN_BEFORE_3, COMMON_BYTES..COMMON_BYTES, 0)),
             Self::Staged => Ok((ORIGIN_BEFORE_3, COMMON_BYTES..COMMON_BYTES + STAGE_BYTES, 0)),
-            Self::Current => {
+            Self::Current | Self::Tools => {
                 let words: &[u8; HEADER_BYTES - COMMON_BYTES] = header
                     .get(COMMON_BYTES..)
                     .and_then(<[u8]>::first_chunk)
@@ -81,7 +84,7 @@ impl Version {
             Self::Plain | Self::Staged => {
                 SCHEMES_BEFORE_3.get(usize::from(code.checked_sub(1)?)).copied()
             }
-            Self::Current => Scheme::from_code(code),
+            Self::Current | Self::Tools => Scheme::from_code(code),
         }
     }
 
@@ -89,7 +92,7 @@ impl Version {
     pub(super) fn record_bytes(self) -> usize {
         match self {
             Self::Plain | Self::Staged => 40,
-            Self::Current => RECORD_BYTES,
+            Self::Current | Self::Tools => RECORD_BYTES,
         }
     }
 }

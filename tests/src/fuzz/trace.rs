@@ -108,15 +108,17 @@ impl Written {
         let (mut records, mut sweeps) = (0, trace.header().settings.sweeps);
         let end = trace.entries(|_, entry| {
             records += 1;
-            bytes.extend(match entry {
-                Entry::Tick(record) => writer.record(record),
+            match entry {
+                Entry::Part(record) => bytes.extend(writer.part(record).as_flattened()),
+                Entry::Pose(record) => bytes.extend(writer.pose(record)),
+                Entry::Tick(record) => bytes.extend(writer.record(record)),
                 Entry::Command(record) => {
                     if let Command::Sweeps(asked) = record.command {
                         sweeps = sweeps.max(asked);
                     }
-                    writer.command(record)
+                    bytes.extend(writer.command(record));
                 }
-            });
+            }
             Ok::<(), ()>(())
         });
         Self { bytes, records, sweeps, end: end.unwrap() }

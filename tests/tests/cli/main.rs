@@ -11,4 +11,5 @@ mod probe;
 mod run;
 mod safety;
 mod series;
+mod tools;
 mod trace;

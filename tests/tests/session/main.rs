@@ -18,3 +18,4 @@ mod soak;
 mod spring;
 mod stage;
 mod threads;
+mod tools;

@@ -5,6 +5,7 @@ mod contacts;
 mod force;
 mod pressure;
 mod series;
+mod tools;
 mod vtu;
 
 use std::fs;
@@ -21,6 +22,7 @@ pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
 pub use pressure::contact_pressure_pa;
 pub use series::{SERIES, pvd, state_name};
+pub use tools::ToolRows;
 pub use vtu::vtu;
 
 /// An output folder.
@@ -108,6 +110,7 @@ fn is_ours(name: &str) -> bool {
     let fixed = [
         "force.csv",
         "contacts.csv",
+        "tools.csv",
         "path.csv",
         recording::TRACE,
         "final.vtu",

@@ -18,7 +18,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, compiler_fence};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use chaincell_kernel::trace::{CommandRecord, MAGIC, RECORD_BYTES, Record, Writer};
+use chaincell_kernel::ToolPose;
+use chaincell_kernel::trace::{CommandRecord, MAGIC, PoseRecord, RECORD_BYTES, Record, Writer};
 
 use super::Recording;
 use super::map::{Map, Pages};
@@ -94,6 +95,18 @@ impl TraceFile {
             let bytes = self.writer.record(record);
             self.append(&bytes)
         }
+    }
+
+    /// As [`Self::add`], with the poses of the tools ahead of the tick: all of them, or nothing.
+    pub fn add_tools(&mut self, record: &Record, poses: &[ToolPose]) -> bool {
+        if self.map.len() - self.at < (poses.len() + 1) * RECORD_BYTES {
+            return false;
+        }
+        for (tool, &pose) in (0_u8..).zip(poses) {
+            let bytes = self.writer.pose(&PoseRecord { tool, pose });
+            self.append(&bytes);
+        }
+        self.add(record)
     }
 
     /// As [`Self::add`], for a command that took effect.

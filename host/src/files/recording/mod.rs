@@ -12,14 +12,15 @@ use std::path::Path;
 
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, End, Entry, Header, MAGIC, Reader, Record, RecordedProbe, ReplayError, TraceError,
-    Writer,
+    Command, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedProbe, RecordedTools,
+    ReplayError, TraceError, Writer,
 };
 use chaincell_kernel::{Model, ToolPart};
 
 use crate::engine::staged::Staged;
-use crate::engine::tissue::TissueEngine;
-use crate::engine::{Arithmetic, Contact, Engine, Scheme, only_sphere};
+use crate::engine::tissue::{Sweeps, TissueEngine};
+use crate::engine::tools::Poses;
+use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::files::whole::folder_of;
 
@@ -56,24 +57,38 @@ impl Recording {
         let id = |&cell: &u16| network.model().input_id()[usize::from(cell)];
         let ids: Vec<u32> = engine.contacts().iter().map(id).collect();
         let probe = match *engine.contact() {
-            Contact::Cells(_) => None,
+            Contact::Cells(_) | Contact::Tools { .. } => None,
             Contact::Probe { radius_m, capacity } => {
                 Some(RecordedProbe { radius_m, capacity: capacity as u32, friction: 0.0 })
             }
-            Contact::Tools { ref tools, friction } => {
-                let radius_m = only_sphere(tools).ok_or_else(|| {
-                    Error::input(
-                        "a trace holds one sphere; several tools and other parts are not \
-                         recorded yet",
-                    )
-                })?;
+            Contact::Slides { radius_m, friction } => {
                 Some(RecordedProbe { radius_m, capacity: 0, friction })
             }
         };
+        let tools = match *engine.contact() {
+            Contact::Tools { ref tools, friction } => {
+                Some(RecordedTools { count: tools.len() as u32, friction })
+            }
+            _ => None,
+        };
         let header = Header::new(network, scheme, numbers);
-        let header = Header { probe, stage: stage.copied(), ..header };
-        Self::of(&header, &ids)
-            .ok_or_else(|| Error::check("the contact cells do not go into a trace's header"))
+        let header = Header { probe, tools, stage: stage.copied(), ..header };
+        let mut begun = Self::of(&header, &ids)
+            .ok_or_else(|| Error::check("the contact cells do not go into a trace's header"))?;
+        if let Contact::Tools { tools, .. } = engine.contact() {
+            begun.add_parts(tools);
+        }
+        Ok(begun)
+    }
+
+    /// Adds the parts of all tools.
+    fn add_parts(&mut self, tools: &[Vec<ToolPart>]) {
+        for (tool, parts) in (0_u8..).zip(tools) {
+            for (part, &shape) in (0_u8..).zip(parts) {
+                let records = self.writer.part(&PartRecord { tool, part, shape });
+                self.bytes.extend(records.as_flattened());
+            }
+        }
     }
 
     /// Begins a trace with a header and the input ids of the contact cells, in the model's order;
@@ -128,14 +143,27 @@ pub fn play(
     played: &mut Played,
 ) -> std::result::Result<End, Stop> {
     let mut paused = false;
+    let mut poses = Poses::away(tissue.tools());
     trace.entries(|index, entry| {
         match entry {
+            // What the tissue was begun with.
+            Entry::Part(_) => return Ok(()),
+            Entry::Pose(record) => {
+                if let Some(place) = poses.each_mut().get_mut(usize::from(record.tool)) {
+                    *place = record.pose;
+                }
+                return Ok(());
+            }
             Entry::Tick(record) => {
                 if !paused {
                     if record.ramp_restarted {
                         tissue.restart_ramp();
                     }
-                    tissue.tick_again(&record.sample, record.sweeps);
+                    if tissue.tools() > 0 {
+                        tissue.tick_tools(&poses, Sweeps::Counted(record.sweeps));
+                    } else {
+                        tissue.tick_again(&record.sample, record.sweeps);
+                    }
                 }
                 played.ticks += 1;
             }
@@ -203,14 +231,17 @@ pub fn tissue<'m>(
     let Header { scheme, number: numbers, .. } = *trace.header();
     let network = trace.header().network(model).map_err(refused)?;
     trace.header().output_stage().map_err(refused)?;
-    let contact = match trace.header().probe {
-        Some(RecordedProbe { radius_m, friction, .. }) if friction > 0.0 => {
-            Contact::Tools { tools: vec![vec![ToolPart::sphere(radius_m)]], friction }
+    let contact = match (trace.header().tools, trace.header().probe) {
+        (Some(RecordedTools { count, friction }), _) => {
+            Contact::Tools { tools: parts(trace, count as usize, path)?, friction }
         }
-        Some(RecordedProbe { radius_m, capacity, .. }) => {
+        (None, Some(RecordedProbe { radius_m, friction, .. })) if friction > 0.0 => {
+            Contact::Slides { radius_m, friction }
+        }
+        (None, Some(RecordedProbe { radius_m, capacity, .. })) => {
             Contact::Probe { radius_m, capacity: capacity as usize }
         }
-        None => {
+        (None, None) => {
             let mut cells = vec![0; trace.contacts().len()];
             trace.contact_cells(&model, &mut cells).map_err(refused)?;
             Contact::Cells(cells)
@@ -219,4 +250,29 @@ pub fn tissue<'m>(
     let engine = Engine::with_contact(network, scheme, numbers, contact);
     let engine = engine.map_err(|why| Error::file("replay", path, why))?;
     Ok((Staged::new(engine, trace.header().stage)?, scheme, numbers))
+}
+
+/// The parts of all tools of a trace.
+fn parts(trace: &Reader<'_>, tools: usize, path: &Path) -> Result<Vec<Vec<ToolPart>>> {
+    let mut parts = vec![Vec::new(); tools];
+    let mut is_in_order = true;
+    let end = trace.entries(|_, entry| match entry {
+        Entry::Part(PartRecord { tool, part, shape }) => {
+            let of_tool = parts.get_mut(usize::from(*tool));
+            is_in_order &= of_tool.is_some_and(|parts| {
+                parts.push(*shape);
+                parts.len() == usize::from(*part) + 1
+            });
+            Ok(())
+        }
+        _ => Err(()),
+    });
+    if is_in_order && parts.iter().all(|parts| !parts.is_empty()) {
+        return Ok(parts);
+    }
+    let why = match end {
+        Ok(end) => format!("the parts of its tools are not all there ({end}): copy it again"),
+        Err(()) => "the parts of its tools are not all there: record again".to_owned(),
+    };
+    Err(Error::file("replay", path, why))
 }

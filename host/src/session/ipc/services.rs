@@ -217,14 +217,35 @@ impl SceneServices {
     ) -> Result<
         Ports<crate::session::ipc::payload::ToolForce, crate::session::ipc::payload::ToolPose>,
     > {
+        self.controlling(&self.force, &self.pose, woken)
+    }
+
+    /// The same for version 2.
+    pub fn tools_control_ports(&self, woken: bool) -> Result<Ports<ToolForces, ToolPoses>> {
+        self.controlling(&self.forces, &self.tools, woken)
+    }
+
+    fn controlling<In, Out>(
+        &self,
+        answers: &Topic<In>,
+        poses: &Topic<Out>,
+        woken: bool,
+    ) -> Result<Ports<In, Out>>
+    where
+        In: ZeroCopySend + Debug + 'static,
+        Out: ZeroCopySend + Debug + 'static,
+    {
         self.refuse_second(&self.pose, CONTROL_PORT, None, "control")?;
+        self.refuse_second(&self.tools, CONTROL_PORT, None, "control")?;
         let ports = Ports {
-            subscriber: subscriber(&self.force, CONTROL_PORT)?,
-            publisher: self.publisher(&self.pose, CONTROL_PORT, "control")?,
+            subscriber: subscriber(answers, CONTROL_PORT)?,
+            publisher: self.publisher(poses, CONTROL_PORT, "control")?,
             ring: ring(&self.pose_wake)?,
             wake: wake(&self.force_wake, woken)?,
         };
-        self.refuse_second(&self.pose, CONTROL_PORT, Some(ports.publisher.id()), "control")?;
+        let own = Some(ports.publisher.id());
+        self.refuse_second(&self.pose, CONTROL_PORT, own, "control")?;
+        self.refuse_second(&self.tools, CONTROL_PORT, own, "control")?;
         self.take_memory()?;
         Ok(ports)
     }
@@ -245,8 +266,8 @@ impl SceneServices {
     /// controller.
     #[must_use]
     pub fn has_other_pose_publisher(&self) -> bool {
-        let others = self.pose.dynamic_config().number_of_publishers().saturating_sub(1);
-        others + self.tools.dynamic_config().number_of_publishers() > 0
+        let of_pose = self.pose.dynamic_config().number_of_publishers();
+        of_pose + self.tools.dynamic_config().number_of_publishers() > 1
     }
 
     /// Number of ports on the services of poses and answers of both versions, ours included.

@@ -14,6 +14,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use super::payload::{ToolForce, ToolPose};
 use super::services::{Ipc, Ring, Wake};
 use super::tools::{Answer, Asked, ToolForces, ToolPoses};
+use crate::engine::tools::Poses;
 
 /// Poses and answers of both versions.
 #[derive(Debug)]
@@ -31,6 +32,8 @@ pub struct ServePorts {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Came {
     pub pose: ToolPose,
+    /// Of a message of version 2 the poses of the tools that were chosen by their parts.
+    pub tools: Poses,
     /// What its message asks for, `None` for one of version 1.
     pub asked: Option<Asked>,
     pub publisher: UniquePublisherId,
@@ -38,12 +41,17 @@ pub(crate) struct Came {
 
 impl ServePorts {
     /// The next pose of one version, or else of the other: asked in turn, neither holds up the other.
-    pub(crate) fn receive(&self, tools_first: bool) -> Result<Option<Came>, ReceiveError> {
-        let came = if tools_first { self.of_tools() } else { self.of_pose() }?;
+    /// So many tools were chosen by their parts.
+    pub(crate) fn receive(
+        &self,
+        tools_first: bool,
+        chosen: usize,
+    ) -> Result<Option<Came>, ReceiveError> {
+        let came = if tools_first { self.of_tools(chosen) } else { self.of_pose() }?;
         match came {
             Some(came) => Ok(Some(came)),
             None if tools_first => self.of_pose(),
-            None => self.of_tools(),
+            None => self.of_tools(chosen),
         }
     }
 
@@ -51,16 +59,18 @@ impl ServePorts {
         let sample = self.pose.receive()?;
         Ok(sample.map(|sample| Came {
             pose: *sample,
+            tools: Poses::NONE,
             asked: None,
             publisher: sample.header().publisher_id(),
         }))
     }
 
-    fn of_tools(&self) -> Result<Option<Came>, ReceiveError> {
+    fn of_tools(&self, chosen: usize) -> Result<Option<Came>, ReceiveError> {
         let sample = self.tools.receive()?;
         Ok(sample.map(|sample| Came {
-            pose: sample.pose(),
-            asked: Some(sample.asked()),
+            pose: sample.pose_of(chosen),
+            tools: sample.poses(chosen),
+            asked: Some(sample.asked_of(chosen.max(1))),
             publisher: sample.header().publisher_id(),
         }))
     }

@@ -1,7 +1,8 @@
 //! Version 2 of poses and answers: several tools with an orientation in one message, little-endian,
 //! byte for byte as other programs declare it.
 //!
-//! This release has one tool, number 0. The other tools of a message are answered with no force.
+//! Of the tools of a message those are moved that `serve` was told of: the ones chosen by their parts,
+//! or else tool 0 alone. The others are answered with no force.
 
 use std::mem::{offset_of, size_of};
 
@@ -9,6 +10,7 @@ use chaincell_kernel::Flags;
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::payload::{ToolForce, ToolPose};
+use crate::engine::tools::{Felt, Poses};
 
 /// Type name of [`ToolPoses`] in shared memory.
 pub(crate) const TOOL_POSES: &str = "chaincell.ToolPoses.v2";
@@ -17,8 +19,6 @@ pub(crate) const TOOL_FORCES: &str = "chaincell.ToolForces.v2";
 
 /// Most tools of a message.
 pub const TOOLS_MAX: usize = 8;
-/// Number of the tool that this release has.
-const TOOL: u32 = 0;
 /// Largest difference of a quaternion's length from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
@@ -67,7 +67,7 @@ pub struct OneToolForce {
     pub contacts: u32,
     /// Force of the tissue on it \[N\].
     pub force_n: [f32; 3],
-    /// Torque of the tissue on it, zero in this release \[N m\].
+    /// Torque of the tissue on it about its position \[N m\].
     pub torque_n_m: [f32; 3],
     /// What bit, summed: see [`chaincell_kernel::Flags`].
     pub flags: u32,
@@ -125,36 +125,103 @@ pub struct Answer {
     pub sweeps: u32,
     /// What the message asked for, `None` for one of version 1.
     pub asked: Option<Asked>,
+    /// How many tools were chosen by their parts; 0 where [`Self::force`] is all there is.
+    pub chosen: u32,
+    /// What each of them felt; the flags are its own, [`Flags::RELEASE_FIRST`] too.
+    pub felt: [Felt; TOOLS_MAX],
+}
+
+impl Answer {
+    /// What the chosen tools felt.
+    #[must_use]
+    pub fn tools(&self) -> &[Felt] {
+        self.felt.get(..self.chosen as usize).unwrap_or(&self.felt)
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn tools_mut(&mut self) -> &mut [Felt] {
+        let chosen = TOOLS_MAX.min(self.chosen as usize);
+        &mut self.felt[..chosen]
+    }
+
+    /// What is told of a tool.
+    fn of(&self, number: u32) -> OneToolForce {
+        let ToolForce { force_n, contacts, flags, .. } = self.force;
+        let felt = match self.tools().get(number as usize) {
+            Some(felt) => Felt { flags: Flags(felt.all_flags(flags)), ..*felt },
+            None if number == 0 => {
+                Felt { force_n, contacts, flags: Flags(flags), ..Felt::default() }
+            }
+            None => Felt { flags: Flags::SAFE_STATE, ..Felt::default() },
+        };
+        let Felt { force_n, torque_n_m, contacts, flags } = felt;
+        OneToolForce { number, contacts, force_n, torque_n_m, flags: flags.0, reserved: 0 }
+    }
 }
 
 impl ToolPoses {
-    /// The pose of the tool that this release has. That of a bad message is no number and no
-    /// release.
+    /// The pose of tool 0. That of a bad message is no number and no release.
     #[must_use]
     pub fn pose(&self) -> ToolPose {
-        match self.tool() {
-            Some(tool) if self.has_zeros() && is_unit(tool.orientation) => {
-                ToolPose { tick: self.tick, position_m: tool.position_m, engaged: tool.engaged }
-            }
-            _ => ToolPose { tick: self.tick, position_m: [f32::NAN; 3], engaged: 1 },
-        }
+        self.pose_of(1)
     }
 
-    /// What the answer repeats. Where the tools are not told apart that is tool 0 alone.
+    /// The pose of tool 0 where so many tools were chosen by their parts.
+    pub(crate) fn pose_of(&self, chosen: usize) -> ToolPose {
+        let first = self.poses(chosen.max(1)).each().first().copied();
+        let first = first.map_or(([f32::NAN; 3], 1), |of| (of.position_m.into(), of.engaged));
+        ToolPose { tick: self.tick, position_m: first.0, engaged: first.1 }
+    }
+
+    /// The poses of the tools 0 to `tools` - 1. Those of a bad message are no numbers and no
+    /// releases.
+    #[must_use]
+    pub fn poses(&self, tools: usize) -> Poses {
+        let is_chosen = |tool: &&OneToolPose| (tool.number as usize) < tools;
+        let mut chosen = self.in_use().iter().filter(is_chosen);
+        let is_sound = self.has_zeros()
+            && self.has_each(tools)
+            && chosen.all(|tool| is_unit(tool.orientation));
+        let mut poses = Poses::away(tools);
+        for (number, pose) in (0..).zip(poses.each_mut()) {
+            (pose.position_m, pose.engaged) = ([f32::NAN; 3].into(), 1);
+            let of = self.in_use().iter().find(|tool| tool.number == number);
+            if let Some(tool) = of.filter(|_| is_sound) {
+                let [x, y, z, w] = tool.orientation;
+                (pose.position_m, pose.turn) = (tool.position_m.into(), [w, x, y, z]);
+                pose.engaged = tool.engaged;
+            }
+        }
+        poses
+    }
+
+    /// What the answer repeats where there is tool 0 alone, see [`Self::asked_of`].
     #[must_use]
     pub fn asked(&self) -> Asked {
+        self.asked_of(1)
+    }
+
+    /// What the answer repeats. Where the tools are not told apart those are the chosen ones, by
+    /// ascending number.
+    #[must_use]
+    pub fn asked_of(&self, tools: usize) -> Asked {
         let send_ns = self.send_ns;
-        if self.tool().is_none() {
-            return Asked { send_ns, tools: 1, numbers: [TOOL; TOOLS_MAX] };
+        if !self.has_each(tools) {
+            let numbers = std::array::from_fn(|number| number as u32);
+            return Asked { send_ns, tools: tools as u32, numbers };
         }
         Asked { send_ns, tools: self.tools, numbers: self.each.map(|tool| tool.number) }
     }
 
-    /// The tool that this release has, if it is there once.
-    fn tool(&self) -> Option<&OneToolPose> {
-        let in_use = self.each.get(..usize::try_from(self.tools).ok()?)?;
-        let mut found = in_use.iter().filter(|tool| tool.number == TOOL);
-        found.next().filter(|_| found.next().is_none())
+    /// The places in use; none where the message has lost count of them.
+    fn in_use(&self) -> &[OneToolPose] {
+        self.each.get(..self.tools as usize).unwrap_or(&[])
+    }
+
+    /// Whether each of so many tools is there once.
+    fn has_each(&self, tools: usize) -> bool {
+        let count = |number| self.in_use().iter().filter(|tool| tool.number == number).count();
+        (0..tools as u32).all(|number| count(number) == 1)
     }
 
     fn has_zeros(&self) -> bool {
@@ -166,20 +233,11 @@ impl ToolForces {
     /// The message of an answer; one to version 1 goes to tool 0 alone.
     #[must_use]
     pub fn new(answer: &Answer, session_id: u64) -> Self {
-        let &Answer { force, force_tick, sweeps, asked } = answer;
+        let &Answer { force, force_tick, sweeps, asked, .. } = answer;
         let asked = asked.unwrap_or(Asked { tools: 1, ..Asked::default() });
         let mut each = [OneToolForce::default(); TOOLS_MAX];
         for (place, number) in each.iter_mut().zip(asked.numbers).take(asked.tools as usize) {
-            *place = match number {
-                TOOL => OneToolForce {
-                    number,
-                    contacts: force.contacts,
-                    force_n: force.force_n,
-                    flags: force.flags,
-                    ..OneToolForce::default()
-                },
-                _ => OneToolForce { number, flags: Flags::SAFE_STATE.0, ..OneToolForce::default() },
-            };
+            *place = answer.of(number);
         }
         Self {
             tick: force.tick,
@@ -287,6 +345,60 @@ mod tests {
         assert!(bad.into_iter().all(with_w));
     }
 
+    /// Three tools in another order, the one in the middle not chosen.
+    fn of_two() -> ToolPoses {
+        let mut poses = ToolPoses { tools: 3, ..sound() };
+        poses.each.swap(0, 2);
+        poses.each[0] =
+            OneToolPose { number: 1, orientation: [0.0, 0.0, 1.0, 0.0], ..poses.each[1] };
+        poses.each.swap(1, 2);
+        poses
+    }
+
+    #[test]
+    fn each_chosen_tool_is_to_be_there_once() {
+        let sent = of_two();
+        let poses = sent.poses(2);
+        assert_eq!(
+            poses.each().iter().map(|of| of.turn).collect::<Vec<_>>(),
+            [[0.8, 0.0, 0.6, 0.0], [0.0, 0.0, 0.0, 1.0]]
+        );
+        assert!(poses.are_good() && sent.asked_of(2).numbers[..3] == [1, 5, 0]);
+        let bad: [&dyn Fn(&mut ToolPoses); 6] = [
+            &|sent| sent.tools = 2,
+            &|sent| sent.each[0].number = 0,
+            &|sent| sent.each[1].number = 1,
+            &|sent| sent.each[2].number = 2,
+            &|sent| sent.each[0].orientation = [0.0, 0.0, 0.0, 2.0],
+            &|sent| sent.reserved = 1,
+        ];
+        for (at, change) in bad.iter().enumerate() {
+            let mut sent = of_two();
+            change(&mut sent);
+            let poses = sent.poses(2);
+            let is_nan = |of: &chaincell_kernel::ToolPose| of.position_m.iter().all(|x| x.is_nan());
+            assert!(poses.each().iter().all(|of| is_nan(of) && of.engaged == 1), "{at}");
+            let asked = sent.asked_of(2);
+            let are_told_apart = at > 3;
+            assert_eq!((asked.tools == 3, asked.numbers[0] == 1), (are_told_apart, are_told_apart));
+        }
+    }
+
+    #[test]
+    fn chosen_tools_have_two_flags_of_their_own() {
+        let force = ToolForce { force_n: [9.0; 3], flags: 8 + 32, ..ToolForce::default() };
+        let asked = Some(of_two().asked_of(2));
+        let mut answer = Answer { force, asked, chosen: 2, ..Answer::default() };
+        let torque_n_m = [0.1, 0.2, 0.3];
+        answer.felt[0] = Felt { force_n: [9.0; 3], flags: Flags(8), ..Felt::default() };
+        answer.felt[1] =
+            Felt { force_n: [1.0; 3], torque_n_m, contacts: 6, flags: Flags::RELEASE_FIRST };
+        let [second, other, first, ..] = ToolForces::new(&answer, 1).each;
+        assert_eq!((first.number, first.force_n, first.flags), (0, [9.0; 3], 8 + 32));
+        assert_eq!((second.torque_n_m, second.contacts, second.flags), (torque_n_m, 6, 512 + 32));
+        assert_eq!((other.number, other.force_n, other.flags), (5, [0.0; 3], 16));
+    }
+
     #[test]
     fn every_tool_is_answered_in_its_place() {
         let force = ToolForce {
@@ -299,7 +411,8 @@ mod tests {
             reserved: 0,
             state_hash: 11,
         };
-        let answer = Answer { force, force_tick: 3, sweeps: 8, asked: Some(sound().asked()) };
+        let asked = Some(sound().asked());
+        let answer = Answer { force, force_tick: 3, sweeps: 8, asked, ..Answer::default() };
         let found = ToolForces::new(&answer, 12);
         let none = OneToolForce::default();
         let mut each = [none; TOOLS_MAX];

@@ -1,17 +1,17 @@
 //! The controller's side: poses on an absolute 1 kHz schedule, answers timed as they arrive.
 
-use iceoryx2::port::update_connections::UpdateConnections;
 use serde::{Deserialize, Serialize};
 
-use chaincell_kernel::Flags;
+use chaincell_kernel::{Flags, ToolPose as OneTool};
 
 use crate::engine::flag_ticks::FlagTicks;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Domain, Ports, SceneServices};
+use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
+use crate::session::loops::link::{Heard, Link};
 use crate::session::loops::outstanding::Outstanding;
 use crate::session::loops::playlist::Playlist;
 use crate::session::loops::realtime::{self, Role};
@@ -137,7 +137,8 @@ pub struct ControlSpans {
 pub struct ControlRun {
     /// What happened.
     pub report: ControlReport,
-    /// One answer for each answered pose; none of poses that are repeated, so that a run's memory
+    /// One answer for each answered pose, of several tools with the force of tool 0 and the contacts of
+    /// all; none of poses that are repeated, so that a run's memory
     /// does not depend on its length.
     pub forces: Vec<ToolForce>,
 }
@@ -150,12 +151,26 @@ pub struct ControlRun {
 /// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
 /// for outstanding answers after the last one. Takes memory for the poses given, none for time.
 pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRun> {
-    let poses = Playlist::new(poses, options.repeats)?;
+    control_tools(poses, &[], options)
+}
+
+/// As [`control`], for several tools by messages of version 2: `tools` are the poses of all in each of
+/// the ticks of `poses`, one behind the other; without any it is [`control`].
+pub fn control_tools(
+    poses: &[ToolPose],
+    tools: &[OneTool],
+    options: &ControlOptions,
+) -> Result<ControlRun> {
+    let poses = Playlist::new(poses, options.repeats)?.with_tools(tools);
     if options.ends_with_parent {
         realtime::end_with_parent()?;
     }
     let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
-    let ports = scene.control_ports(options.wait == Wait::Event)?;
+    let woken = options.wait == Wait::Event;
+    let ports = match tools {
+        [] => Link::One(scene.control_ports(woken)?),
+        _ => Link::Tools(scene.tools_control_ports(woken)?),
+    };
     if scene.has_other_pose_publisher() {
         log::warn!(
             "another program may publish poses on {}: the server executes those of one program",
@@ -171,11 +186,7 @@ pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRu
     Ok(run.finish(refused, options.histogram))
 }
 
-fn wait_for_server(
-    scene: &SceneServices,
-    ports: &Ports<ToolForce, ToolPose>,
-    at_most_s: f64,
-) -> Result<()> {
+fn wait_for_server(scene: &SceneServices, ports: &Link, at_most_s: f64) -> Result<()> {
     let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
     while !scene.is_served() {
         interrupt::check()?;
@@ -189,10 +200,9 @@ fn wait_for_server(
         sleep_until_ns(now_ns() + LOOK_NS);
     }
     // Without a history, a pose sent before the connection exists would be lost.
-    let connected = ports.publisher.update_connections();
-    connected.map_err(|why| {
+    ports.connect().map_err(|why| {
         Error::check(format!(
-            "cannot connect to the server on {} ({why:?}); restart chaincell serve",
+            "cannot connect to the server on {} ({why}); restart chaincell serve",
             scene.label()
         ))
     })
@@ -201,7 +211,7 @@ fn wait_for_server(
 struct Run<'a> {
     poses: Playlist<'a>,
     plan: Plan,
-    ports: &'a Ports<ToolForce, ToolPose>,
+    ports: &'a Link,
     waiter: Waiter,
     shaper: ForceShaper,
     start_ns: u64,
@@ -222,11 +232,7 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(
-        poses: Playlist<'a>,
-        ports: &'a Ports<ToolForce, ToolPose>,
-        options: &ControlOptions,
-    ) -> Result<Self> {
+    fn new(poses: Playlist<'a>, ports: &'a Link, options: &ControlOptions) -> Result<Self> {
         let kept = if poses.is_repeated() { 0 } else { poses.len() };
         let mut forces = Vec::new();
         // Writing every element now keeps page faults out of the loop.
@@ -275,10 +281,10 @@ impl<'a> Run<'a> {
     fn send(&mut self, sending: &Sending) {
         let (send_ns, due_ns) = (now_ns(), self.start_ns + sending.due_ns);
         let pose = sending.pose(self.poses.pose(sending.index));
-        if let Err(why) = self.ports.publisher.send_copy(pose) {
+        if let Err(why) = self.ports.send(pose, self.poses.tools(sending.index)) {
             complain(&mut self.failed, "cannot send a pose", why);
         }
-        self.ports.ring.ring();
+        self.ports.ring().ring();
         self.send_late.record(send_ns.saturating_sub(due_ns));
         self.waiter.expect_after(send_ns);
         if !sending.again {
@@ -305,24 +311,21 @@ impl<'a> Run<'a> {
                 return;
             }
             // The shaper has its turn every millisecond, also in a long wait.
-            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), &self.ports.wake);
+            self.waiter.pause(moment_ns.min(now_ns + PERIOD_NS), self.ports.wake());
         }
     }
 
     fn receive(&mut self) -> bool {
-        match self.ports.subscriber.receive() {
-            Ok(Some(sample)) => {
-                self.on_answer(*sample, now_ns());
-                true
-            }
-            // A connection that fails shows as a missing answer.
-            Ok(None) | Err(_) => false,
+        let heard = self.ports.receive();
+        if let Some(heard) = heard {
+            self.on_answer(&heard, now_ns());
         }
+        heard.is_some()
     }
 
-    fn on_answer(&mut self, force: ToolForce, arrival_ns: u64) {
+    fn on_answer(&mut self, &Heard { force, ref shown }: &Heard, arrival_ns: u64) {
         self.shaper.hear(arrival_ns);
-        self.shaper.shape(force.force_n, arrival_ns);
+        self.shaper.shape(shown, arrival_ns);
         if Flags(force.flags).contains(Flags::STALE) {
             self.stale += 1;
             return;

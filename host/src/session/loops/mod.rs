@@ -3,6 +3,7 @@
 pub mod control;
 pub mod floor;
 pub mod inject;
+mod link;
 mod outstanding;
 pub mod peers;
 mod playlist;

@@ -1,5 +1,7 @@
 //! Poses to play: a path, once or over and over, its ticks counting on.
 
+use chaincell_kernel::ToolPose as OneTool;
+
 use crate::error::{Error, Result};
 use crate::session::ipc::payload::ToolPose;
 
@@ -7,6 +9,8 @@ use crate::session::ipc::payload::ToolPose;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Playlist<'a> {
     poses: &'a [ToolPose],
+    /// Of several tools the poses of all in each of these ticks, one behind the other.
+    tools: &'a [OneTool],
     repeats: u64,
     /// Ticks from one repeat to the next.
     span: u64,
@@ -32,7 +36,12 @@ impl<'a> Playlist<'a> {
                 "`repeat` {repeats}: must be at least 1, and the last tick below 2^64"
             )));
         }
-        Ok(Self { poses, repeats, span })
+        Ok(Self { poses, tools: &[], repeats, span })
+    }
+
+    /// The same with the poses of several tools in each tick.
+    pub(crate) fn with_tools(self, tools: &'a [OneTool]) -> Self {
+        Self { tools, ..self }
     }
 
     /// Number of poses to send.
@@ -50,6 +59,13 @@ impl<'a> Playlist<'a> {
         let length = self.poses.len() as u64;
         let pose = self.poses[(index % length) as usize];
         ToolPose { tick: pose.tick + index / length * self.span, ..pose }
+    }
+
+    /// The poses of several tools there; none of a path of one.
+    pub(crate) fn tools(&self, index: u64) -> &'a [OneTool] {
+        let count = self.tools.len() / self.poses.len().max(1);
+        let at = (index % self.poses.len().max(1) as u64) as usize * count;
+        self.tools.get(at..at + count).unwrap_or(&[])
     }
 
     /// The place of a tick. Cost: a binary search in the path.

@@ -1,28 +1,75 @@
 //! From one force to another without a jump.
 
+use chaincell_kernel::TOOLS_MAX;
 use chaincell_kernel::stage::{on_ramp, ramp_share, slew_limited};
 use nalgebra::Vector3;
 
 use crate::session::timing::clock::MILLISECOND_NS;
+
+/// What is shown of all tools; without tools by their parts all is 0 but the first force.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Shown {
+    /// Force of each \[N\].
+    pub(crate) force_n: [[f32; 3]; TOOLS_MAX],
+    /// Torque of each \[N m\].
+    pub(crate) torque_n_m: [[f32; 3]; TOOLS_MAX],
+}
+
+impl Shown {
+    /// No force and no torque.
+    pub(crate) const ZERO: Self =
+        Self { force_n: [[0.0; 3]; TOOLS_MAX], torque_n_m: [[0.0; 3]; TOOLS_MAX] };
+
+    /// One force.
+    pub(crate) fn of(force_n: [f32; 3]) -> Self {
+        let mut shown = Self::ZERO;
+        shown.force_n[0] = force_n;
+        shown
+    }
+
+    /// With 0 in the place of what is not finite.
+    fn finite(self) -> Self {
+        let finite = |v: [f32; 3]| if v.iter().all(|x| x.is_finite()) { v } else { [0.0; 3] };
+        Self { force_n: self.force_n.map(finite), torque_n_m: self.torque_n_m.map(finite) }
+    }
+
+    /// On the straight line from these to others, at a share of it.
+    fn on_ramp(&self, to: &Self, share: f32) -> Self {
+        let mut between = *to;
+        let pairs = between.force_n.iter_mut().zip(&self.force_n);
+        for (to, from) in pairs.chain(between.torque_n_m.iter_mut().zip(&self.torque_n_m)) {
+            *to = on_ramp(*from, *to, share);
+        }
+        between
+    }
+
+    /// Largest change of a tool's force from others to these \[N\].
+    fn step_n(&self, from: &Self) -> f32 {
+        let steps = self.force_n.iter().zip(&from.force_n);
+        let steps = steps.map(|(to, from)| (Vector3::from(*to) - Vector3::from(*from)).norm());
+        steps.fold(0.0, f32::max)
+    }
+}
 
 /// What is shown of a force: after each cause for a jump it goes from what was shown last to the
 /// force itself along a straight line, in a time of its own.
 ///
 /// A step of a ramp is a millisecond of it at most, however late it comes: a process that stood
 /// still makes the ramp longer, never steeper. Nor is it longer than a slew limit allows: the ramp
-/// then ends where it has caught up.
+/// then ends where it has caught up. Forces and torques of several tools go along together; the slew
+/// limit is that of the first force, of an output stage.
 #[derive(Debug, Clone)]
 pub(crate) struct Ramp {
     /// Length of a ramp, 0 for none \[ns\].
     length_ns: u64,
     /// Largest step of a ramp in a millisecond, infinite for none \[N\].
     step_max_n: f32,
-    from_n: [f32; 3],
+    from: Shown,
     /// How much of the ramp is done \[ns\].
     done_ns: u64,
     /// Whether the force itself is shown.
     has_ended: bool,
-    shown_n: [f32; 3],
+    shown: Shown,
     shown_at_ns: u64,
     largest_step_n: f32,
 }
@@ -34,10 +81,10 @@ impl Ramp {
         Self {
             length_ns,
             step_max_n: 1e-3 * max_slew_n_per_s,
-            from_n: [0.0; 3],
+            from: Shown::ZERO,
             done_ns: length_ns,
             has_ended: true,
-            shown_n: [0.0; 3],
+            shown: Shown::ZERO,
             shown_at_ns: 0,
             largest_step_n: 0.0,
         }
@@ -45,21 +92,21 @@ impl Ramp {
 
     /// Begins a ramp at what was shown last.
     pub(crate) fn begin(&mut self) {
-        self.from_n = self.shown_n;
+        self.from = self.shown;
         self.done_ns = 0;
         self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
     }
 
     /// Begins a ramp at force 0, for somebody who was shown nothing yet.
     pub(crate) fn begin_at_zero(&mut self) {
-        self.shown_n = [0.0; 3];
+        self.shown = Shown::ZERO;
         self.begin();
     }
 
     /// As [`Self::begin`], towards force 0: nothing is left to do where 0 is shown already.
     pub(crate) fn begin_fall(&mut self) {
         self.begin();
-        self.has_ended |= self.shown_n == [0.0; 3];
+        self.has_ended |= self.shown == Shown::ZERO;
     }
 
     /// Whether the force itself is shown.
@@ -67,27 +114,25 @@ impl Ramp {
         self.has_ended
     }
 
-    /// What to show of a force at a moment. One that is not finite is shown as 0.
-    pub(crate) fn show(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
-        let is_finite = force_n.iter().all(|x| x.is_finite());
-        let force_n = if is_finite { force_n } else { [0.0; 3] };
+    /// What to show at a moment. What is not finite is shown as 0.
+    pub(crate) fn show(&mut self, target: &Shown, now_ns: u64) -> Shown {
+        let target = target.finite();
         let since_ns = now_ns.saturating_sub(self.shown_at_ns).min(MILLISECOND_NS);
         self.done_ns = self.done_ns.saturating_add(since_ns).min(self.length_ns);
-        let mut shown_n = force_n;
+        let mut shown = target;
         if !self.has_ended {
             let share = ramp_share(self.done_ns as f32, self.length_ns as f32);
             if share < 1.0 {
-                shown_n = on_ramp(self.from_n, force_n, share);
+                shown = self.from.on_ramp(&target, share);
             }
-            let limited_n = slew_limited(self.shown_n, shown_n, self.step_max_n);
-            self.has_ended = share >= 1.0 && limited_n == shown_n;
-            shown_n = limited_n;
+            let limited_n = slew_limited(self.shown.force_n[0], shown.force_n[0], self.step_max_n);
+            self.has_ended = share >= 1.0 && limited_n == shown.force_n[0];
+            shown.force_n[0] = limited_n;
         }
-        let step_n = (Vector3::from(shown_n) - Vector3::from(self.shown_n)).norm();
-        self.largest_step_n = self.largest_step_n.max(step_n);
-        self.shown_n = shown_n;
+        self.largest_step_n = self.largest_step_n.max(shown.step_n(&self.shown));
+        self.shown = shown;
         self.shown_at_ns = now_ns;
-        shown_n
+        shown
     }
 
     /// Largest change between two forces shown one after the other \[N\].
@@ -106,12 +151,47 @@ mod tests {
         Vector3::from(force_n).norm()
     }
 
+    impl Ramp {
+        /// What is shown of a single force.
+        fn force_n(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
+            self.show(&Shown::of(force_n), now_ns).force_n[0]
+        }
+    }
+
+    /// All fall along their own lines in the same time, and end at exactly 0.
+    #[test]
+    fn forces_and_torques_of_all_tools_go_along_together() {
+        let mut all = Shown::of(FORCE);
+        all.force_n[3] = [0.0, -2.0, 0.0];
+        (all.torque_n_m[0], all.torque_n_m[7]) = ([0.5, 0.0, 0.0], [f32::NAN, 0.0, 0.0]);
+        let mut ramp = Ramp::new(4, f32::INFINITY);
+        let shown = ramp.show(&all, 0);
+        assert_eq!((shown.torque_n_m[0], shown.torque_n_m[7]), ([0.5, 0.0, 0.0], [0.0; 3]));
+        ramp.begin_fall();
+        for ms in 1..=4_u8 {
+            assert!(!ramp.is_done());
+            let shown = ramp.show(&Shown::ZERO, u64::from(ms) * MILLISECOND_NS);
+            let left = f32::from(4 - ms) / 4.0;
+            let near = |a: [f32; 3], b: [f32; 3]| (0..3).all(|x| (a[x] - left * b[x]).abs() < 1e-6);
+            assert!(near(shown.force_n[0], FORCE) && near(shown.force_n[3], [0.0, -2.0, 0.0]));
+            assert!(near(shown.torque_n_m[0], [0.5, 0.0, 0.0]), "{ms}: {shown:?}");
+            assert_eq!(shown == Shown::ZERO, ms == 4);
+        }
+        // A torque alone is something to let fall.
+        let mut torque = Shown::ZERO;
+        torque.torque_n_m[1] = [0.0, 0.0, 0.25];
+        let mut ramp = Ramp::new(4, f32::INFINITY);
+        ramp.show(&torque, 0);
+        ramp.begin_fall();
+        assert!(!ramp.is_done());
+    }
+
     #[test]
     fn without_a_cause_the_force_itself_is_shown() {
         let mut ramp = Ramp::new(20, f32::INFINITY);
-        assert_eq!(ramp.show(FORCE, 0), FORCE);
-        assert_eq!(ramp.show([0.5; 3], 10), [0.5; 3]);
-        assert_eq!(ramp.show([f32::NAN, 0.0, 0.0], 20), [0.0; 3]);
+        assert_eq!(ramp.force_n(FORCE, 0), FORCE);
+        assert_eq!(ramp.force_n([0.5; 3], 10), [0.5; 3]);
+        assert_eq!(ramp.force_n([f32::NAN, 0.0, 0.0], 20), [0.0; 3]);
         assert_eq!(ramp.largest_step_n(), 13.0_f32.max(size([2.5, -4.5, 11.5])));
     }
 
@@ -119,51 +199,51 @@ mod tests {
     fn a_fall_and_a_rise_take_their_time_and_no_step_is_larger_than_its_share() {
         let mut ramp = Ramp::new(20, f32::INFINITY);
         let mut now_ns = MILLISECOND_NS;
-        ramp.show(FORCE, now_ns);
+        ramp.force_n(FORCE, now_ns);
         ramp.begin_fall();
         let mut last_n = 13.0;
         // Steps come early, in time and 40 ms late.
         for (step, span_ns) in [1, 1, 40, 1, 1].repeat(4).into_iter().enumerate() {
             assert!(!ramp.is_done(), "step {step}");
             now_ns += span_ns * MILLISECOND_NS;
-            let shown_n = size(ramp.show([0.0; 3], now_ns));
+            let shown_n = size(ramp.force_n([0.0; 3], now_ns));
             assert!((last_n - shown_n - 13.0 / 20.0).abs() < 1e-4, "step {step}: {shown_n}");
             last_n = shown_n;
         }
         assert!(ramp.is_done());
         ramp.begin();
-        assert_eq!(ramp.show(FORCE, now_ns), [0.0; 3], "a burst of poses makes no force");
+        assert_eq!(ramp.force_n(FORCE, now_ns), [0.0; 3], "a burst of poses makes no force");
         for step in 1..=40 {
             now_ns += MILLISECOND_NS / 2;
-            let shown_n = size(ramp.show(FORCE, now_ns));
+            let shown_n = size(ramp.force_n(FORCE, now_ns));
             assert!((shown_n - 13.0 * step as f32 / 40.0).abs() < 1e-4, "step {step}: {shown_n}");
         }
-        assert_eq!(ramp.show(FORCE, now_ns), FORCE);
+        assert_eq!(ramp.force_n(FORCE, now_ns), FORCE);
     }
 
     #[test]
     fn a_ramp_that_is_cut_short_goes_on_from_where_it_was() {
         let mut ramp = Ramp::new(4, f32::INFINITY);
-        ramp.show(FORCE, 0);
+        ramp.force_n(FORCE, 0);
         ramp.begin_fall();
-        assert_eq!(size(ramp.show([0.0; 3], MILLISECOND_NS)), 9.75);
+        assert_eq!(size(ramp.force_n([0.0; 3], MILLISECOND_NS)), 9.75);
         ramp.begin();
-        assert_eq!(size(ramp.show(FORCE, MILLISECOND_NS)), 9.75);
-        assert_eq!(ramp.show(FORCE, 9 * MILLISECOND_NS).map(f32::signum), [1.0, -1.0, 1.0]);
+        assert_eq!(size(ramp.force_n(FORCE, MILLISECOND_NS)), 9.75);
+        assert_eq!(ramp.force_n(FORCE, 9 * MILLISECOND_NS).map(f32::signum), [1.0, -1.0, 1.0]);
         assert!(!ramp.is_done());
     }
 
     #[test]
     fn nothing_falls_from_zero_and_a_ramp_of_0_ms_is_a_jump() {
         let mut ramp = Ramp::new(20, f32::INFINITY);
-        ramp.show([0.0; 3], 0);
+        ramp.force_n([0.0; 3], 0);
         ramp.begin_fall();
         assert!(ramp.is_done());
         let mut jump = Ramp::new(0, f32::INFINITY);
-        jump.show(FORCE, 0);
+        jump.force_n(FORCE, 0);
         jump.begin_fall();
         assert!(jump.is_done());
-        assert_eq!(jump.show([0.0; 3], 0), [0.0; 3]);
+        assert_eq!(jump.force_n([0.0; 3], 0), [0.0; 3]);
         assert_eq!(jump.largest_step_n(), 13.0);
     }
 
@@ -173,7 +253,7 @@ mod tests {
         ramp.begin();
         let mut shown = Vec::new();
         for ms in 1..=8 {
-            shown.push(size(ramp.show(FORCE, ms * MILLISECOND_NS)));
+            shown.push(size(ramp.force_n(FORCE, ms * MILLISECOND_NS)));
         }
         let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
         assert!(
@@ -185,7 +265,7 @@ mod tests {
         );
         assert!(ramp.is_done());
         ramp.begin_fall();
-        let falls = (9..=15).map(|ms| size(ramp.show([0.0; 3], ms * MILLISECOND_NS)));
+        let falls = (9..=15).map(|ms| size(ramp.force_n([0.0; 3], ms * MILLISECOND_NS)));
         assert!(falls.zip([11.0, 9.0, 7.0, 5.0, 3.0, 1.0, 0.0]).all(|(a, b)| near(a, b)));
         assert!(ramp.is_done() && near(ramp.largest_step_n(), 2.0));
     }

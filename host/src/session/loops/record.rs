@@ -1,7 +1,9 @@
 //! Keeps poses as received and their answers, in memory taken beforehand; on disk too, in a trace.
 
+use chaincell_kernel::ToolPose as OneToolPose;
 use chaincell_kernel::trace::{CommandRecord, Record};
 
+use crate::engine::tools::Felt;
 use crate::error::Result;
 use crate::files::recording::TraceFile;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
@@ -30,11 +32,22 @@ impl Row {
     }
 }
 
+/// What a tool that was chosen by its parts did and felt in a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolRow {
+    /// Its pose, as it was executed.
+    pub pose: OneToolPose,
+    /// What it felt.
+    pub felt: Felt,
+}
+
 /// Ticks of a session, up to a capacity. What comes after the first one that found no room is left
 /// out: nothing that is kept has a gap.
 #[derive(Debug, Default)]
 pub struct Recorder {
     rows: Vec<Row>,
+    /// Of the tools in each of these ticks, one behind the other.
+    tool_rows: Vec<ToolRow>,
     keeps_rows: bool,
     trace: Option<TraceFile>,
     capacity_ticks: usize,
@@ -47,7 +60,13 @@ impl Recorder {
     /// Records that the trace of so many ticks needs room for.
     #[must_use]
     pub fn trace_records(ticks: usize) -> usize {
-        ticks.saturating_add(COMMANDS_MAX)
+        Self::trace_records_of(ticks, 0)
+    }
+
+    /// The same with so many tools that were chosen by their parts.
+    #[must_use]
+    pub fn trace_records_of(ticks: usize, tools: usize) -> usize {
+        ticks.saturating_mul(tools + 1).saturating_add(COMMANDS_MAX)
     }
 
     /// Room in memory for `capacity_ticks` ticks; 0 keeps nothing.
@@ -59,6 +78,16 @@ impl Recorder {
         rows.resize(capacity_ticks, none);
         rows.clear();
         Self { rows, keeps_rows: true, capacity_ticks, ..Self::default() }
+    }
+
+    /// Takes room for what so many tools do and feel in the ticks that are kept.
+    #[must_use]
+    pub fn with_tools(mut self, tools: usize) -> Self {
+        let pose = OneToolPose::at([0.0; 3].into(), 0);
+        let none = ToolRow { pose, felt: Felt::default() };
+        self.tool_rows.resize(self.capacity_ticks.saturating_mul(tools), none);
+        self.tool_rows.clear();
+        self
     }
 
     /// Keeps `capacity_ticks` ticks in a trace alone.
@@ -77,28 +106,32 @@ impl Recorder {
     /// controller that has the answer can count on the record. Allocates nothing, calls nothing of
     /// the system.
     pub fn record(&mut self, row: Row) {
-        if self.has_ended() || !self.trace(&row) {
+        self.record_tools(row, &[], &[]);
+    }
+
+    /// As [`Self::record`], with the poses of the tools that were chosen by their parts, and what they
+    /// felt.
+    pub fn record_tools(&mut self, row: Row, poses: &[OneToolPose], felt: &[Felt]) {
+        if self.has_ended() || !self.trace(&row, poses) {
             self.left_out_ticks += 1;
             return;
         }
         if self.keeps_rows {
             self.rows.push(row);
+            let each = poses.iter().zip(felt);
+            self.tool_rows.extend(each.map(|(&pose, &felt)| ToolRow { pose, felt }));
         }
         self.ticks += 1;
     }
 
     /// The tick into the trace, where there is one; false where it is full.
-    fn trace(&mut self, row: &Row) -> bool {
+    fn trace(&mut self, row: &Row, poses: &[OneToolPose]) -> bool {
         let Some(trace) = &mut self.trace else { return true };
         let &Row { pose, force, sweeps, ramp_restarted } = row;
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-        trace.add(&Record {
-            tick: pose.tick,
-            sample: pose.into(),
-            sweeps,
-            ramp_restarted,
-            state_hash,
-        })
+        let sample = pose.into();
+        let record = Record { tick: pose.tick, sample, sweeps, ramp_restarted, state_hash };
+        trace.add_tools(&record, poses)
     }
 
     /// Poses that were executed, bit for bit as received but for `engaged` before the first
@@ -106,6 +139,12 @@ impl Recorder {
     #[must_use]
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// What each tool did and felt in these ticks: all of a tick one behind the other.
+    #[must_use]
+    pub fn tool_rows(&self) -> &[ToolRow] {
+        &self.tool_rows
     }
 
     /// Ticks that were kept.

@@ -1,7 +1,7 @@
 //! The force that the device shows: without a jump when the answers stop, come again or change for
 //! another cause. Both sides of the shared memory shape it.
 
-use crate::session::loops::ramp::Ramp;
+use crate::session::loops::ramp::{Ramp, Shown};
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS};
 
 /// Shapes the force with a ramp, and takes it to 0 in a silence.
@@ -22,9 +22,9 @@ pub(crate) struct ForceShaper {
 /// A force on its way to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fall {
-    /// What to show \[N\].
-    pub(crate) force_n: [f32; 3],
-    /// Whether it has come to 0.
+    /// What to show.
+    pub(crate) shown: Shown,
+    /// Whether all of it has come to 0.
     pub(crate) is_done: bool,
 }
 
@@ -88,10 +88,10 @@ impl ForceShaper {
         self.ramp.begin_fall();
     }
 
-    /// What to show of a force.
-    pub(crate) fn shape(&mut self, force_n: [f32; 3], now_ns: u64) -> [f32; 3] {
+    /// What to show of the forces and torques.
+    pub(crate) fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
         self.has_shown = true;
-        self.ramp.show(force_n, now_ns)
+        self.ramp.show(target, now_ns)
     }
 
     /// Nothing was heard: what to show, once it is time to.
@@ -105,10 +105,10 @@ impl ForceShaper {
         if self.fall_ns.is_none_or(|due_ns| now_ns < due_ns) {
             return None;
         }
-        let force_n = self.ramp.show([0.0; 3], now_ns);
+        let shown = self.ramp.show(&Shown::ZERO, now_ns);
         let is_done = self.ramp.is_done();
         self.fall_ns = (!is_done).then_some(now_ns + PERIOD_NS);
-        Some(Fall { force_n, is_done })
+        Some(Fall { shown, is_done })
     }
 
     /// When [`Self::wait`] has something to show next, in a silence.
@@ -133,7 +133,7 @@ mod tests {
 
     fn hears(shaper: &mut ForceShaper, now_ns: u64) {
         shaper.hear(now_ns);
-        shaper.shape([5.0, 0.0, 0.0], now_ns);
+        shaper.shape(&Shown::of([5.0, 0.0, 0.0]), now_ns);
     }
 
     #[test]

@@ -114,6 +114,7 @@ impl Run<'_> {
         if let (Command::Reset, Some(last)) = (command, &mut self.shared.voice().answer) {
             let state_hash = self.engine.state_hash();
             last.force = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..last.force };
+            last.felt.iter_mut().for_each(|felt| felt.contacts = 0);
         }
         Ok(*command)
     }

@@ -1,12 +1,12 @@
 //! The ticks: one with sweeps for the newest pose, one without for a pose that newer ones have
 //! overtaken.
 
-use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, TickOutput};
 
 use super::intake::Arrived;
 use super::overload::{Behind, FAR};
 use super::{Run, ServeOptions};
-use crate::engine::tissue::Sweeps;
+use crate::engine::tissue::{Sweeps, TissueEngine};
 use crate::session::timing::clock::now_ns;
 
 /// Late poses on end from which on the next new force is gone to along a ramp.
@@ -54,7 +54,6 @@ impl Run<'_> {
         if arrived.restarts_ramp {
             self.engine.restart_ramp();
         }
-        let sample = ToolSample::from(arrived.pose);
         let &ServeOptions { sweep_ns, sweep_after, .. } = &self.server.options;
         let stretch_ns = if self.executed < sweep_after { 0 } else { sweep_ns };
         let stretched = |sweeps: u16| {
@@ -64,7 +63,7 @@ impl Run<'_> {
             now_ns()
         };
         if !self.is_anytime() {
-            let output = self.engine.tick(&sample);
+            let output = advance(self.engine, &arrived, Sweeps::ALL);
             stretched(output.sweeps);
             return output;
         }
@@ -75,7 +74,7 @@ impl Run<'_> {
             done_ns = stretched(done);
             budget.more(done_ns)
         };
-        let output = self.engine.tick_by(&sample, Sweeps::While(&mut more));
+        let output = advance(self.engine, &arrived, Sweeps::While(&mut more));
         let end_ns = stretched(output.sweeps);
         budget.end(end_ns, output.sweeps);
         output
@@ -87,7 +86,7 @@ impl Run<'_> {
         if arrived.restarts_ramp {
             self.engine.restart_ramp();
         }
-        let output = self.engine.tick_by(&arrived.pose.into(), Sweeps::LATE);
+        let output = advance(self.engine, &arrived, Sweeps::LATE);
         self.executed += 1;
         let late = u64::from(output.flags.contains(Flags::LATE));
         self.behind_gap |= arrived.restarts_ramp;
@@ -98,5 +97,13 @@ impl Run<'_> {
             self.shared.voice().shaper.begin_ramp();
         }
         self.publish(arrived, &output, now_ns() - start_ns, 0);
+    }
+}
+
+/// The tissue's tick for a pose, or for the poses of all tools.
+fn advance(engine: &mut dyn TissueEngine, arrived: &Arrived, sweeps: Sweeps<'_>) -> TickOutput {
+    match arrived.tools.each() {
+        [] => engine.tick_by(&arrived.pose.into(), sweeps),
+        _ => engine.tick_tools(&arrived.tools, sweeps),
     }
 }

@@ -1,10 +1,12 @@
 //! Poses on their way in: which are accepted, and what their ticks and the clock say of the time
 //! between them.
 
+use chaincell_kernel::{TOOLS_MAX, ToolSample};
 use iceoryx2::identifiers::UniquePublisherId;
 
 use super::Run;
 use crate::engine::order::{TickOrder, TickPlace, follows};
+use crate::engine::tools::Poses;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::ToolPose;
 use crate::session::ipc::services::QUEUE_MESSAGES;
@@ -29,13 +31,15 @@ pub(super) struct InCharge {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Arrived {
     pub pose: ToolPose,
+    /// Poses of the tools that were chosen by their parts.
+    pub tools: Poses,
     /// What its message asks for, `None` for one of version 1.
     pub asked: Option<Asked>,
     pub at_ns: u64,
     /// There was a silence or a gap before it: the output stage's ramp begins anew.
     pub restarts_ramp: bool,
-    /// It counts as not engaged, since the tool was not seen released yet.
-    pub release_first: bool,
+    /// Which tools count as not engaged, since they were not seen released yet.
+    pub release_first: [bool; TOOLS_MAX],
 }
 
 impl Run<'_> {
@@ -62,7 +66,7 @@ impl Run<'_> {
         let (server, failed) = (self.server, &mut self.failed);
         self.peers.timed(
             || server.scene.ports_count(),
-            || match server.ports.receive(self.tools_first) {
+            || match server.ports.receive(self.tools_first, self.chosen) {
                 Ok(Some(came)) => (Call::Receive, Some(came)),
                 Ok(None) => (Call::Idle, None),
                 Err(why) => {
@@ -74,7 +78,7 @@ impl Run<'_> {
     }
 
     /// Puts a pose into the inbox where it is the next one of the publisher in charge.
-    fn accept(&mut self, Came { pose, asked, publisher }: Came) {
+    fn accept(&mut self, Came { pose, tools, asked, publisher }: Came) {
         let arrival_ns = now_ns();
         let in_charge = self.in_charge;
         let (mut order, usual) = match in_charge {
@@ -117,12 +121,31 @@ impl Run<'_> {
         self.waiter.expect_after(arrival_ns);
         let restarts_ramp = self.has_gap(step, usual, arrival_ns);
         let at_ns = arrival_ns;
-        let mut arrived = Arrived { pose, asked, at_ns, restarts_ramp, release_first: false };
-        self.has_released |= pose.engaged == 0;
-        if !self.has_released && pose.engaged == 1 {
-            (arrived.pose.engaged, arrived.release_first) = (0, true);
-        }
+        let release_first = [false; TOOLS_MAX];
+        let mut arrived = Arrived { pose, tools, asked, at_ns, restarts_ramp, release_first };
+        self.release(&mut arrived);
         self.inbox.push_back(arrived);
+    }
+
+    /// The poses of all tools: each counts as not engaged until it was seen released. A pose of version
+    /// 1 is that of tool 0, and says nothing of the others.
+    fn release(&mut self, arrived: &mut Arrived) {
+        let is_alone = arrived.asked.is_none();
+        if is_alone {
+            arrived.tools = self.standing.with_first_alone(&ToolSample::from(arrived.pose));
+        }
+        let said = if is_alone { 1 } else { TOOLS_MAX };
+        let seen = self.has_released.iter_mut().zip(&mut arrived.release_first).take(said);
+        if self.chosen == 0 {
+            seen.take(1).for_each(|seen| unless_released(seen, &mut arrived.pose.engaged));
+        } else {
+            let each = arrived.tools.each_mut().iter_mut().map(|pose| &mut pose.engaged);
+            seen.zip(each).for_each(|(seen, engaged)| unless_released(seen, engaged));
+            arrived.pose.engaged = arrived.tools.each().first().map_or(0, |pose| pose.engaged);
+        }
+        if arrived.tools.are_good() {
+            self.standing = arrived.tools;
+        }
     }
 
     /// Whether the device was without a force, by the clock or by the ticks: the ramp then begins. A
@@ -146,5 +169,13 @@ impl Run<'_> {
         }
         self.alive_until_ns = now_ns + ALIVE_CHECK_NS;
         self.server.scene.is_alive(node)
+    }
+}
+
+/// Takes a tool as not engaged where it was not seen released yet, and notes that.
+fn unless_released((has_released, release_first): (&mut bool, &mut bool), engaged: &mut u32) {
+    *has_released |= *engaged == 0;
+    if !*has_released && *engaged == 1 {
+        (*engaged, *release_first) = (0, true);
     }
 }

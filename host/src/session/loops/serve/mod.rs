@@ -24,8 +24,11 @@ mod watcher;
 
 use std::collections::VecDeque;
 
+use chaincell_kernel::TOOLS_MAX;
+
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::tissue::TissueEngine;
+use crate::engine::tools::Poses;
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
@@ -184,8 +187,12 @@ struct Run<'a> {
     /// Poses accepted and not executed yet, the oldest first.
     inbox: VecDeque<Arrived>,
     in_charge: Option<InCharge>,
-    /// Whether a pose with the tool released has been seen.
-    has_released: bool,
+    /// How many tools were chosen by their parts.
+    chosen: usize,
+    /// Whether a pose with the tool released has been seen, of each.
+    has_released: [bool; TOOLS_MAX],
+    /// The last good poses of these tools.
+    standing: Poses,
     rate: PoseRate,
     alive_until_ns: u64,
     budget: Budget,
@@ -228,6 +235,7 @@ impl<'a> Run<'a> {
         inbox.clear();
         let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
         waiter.expect_after(start_ns);
+        let chosen = engine.tools();
         Ok(Self {
             server,
             shared,
@@ -243,7 +251,9 @@ impl<'a> Run<'a> {
             tools_first: false,
             inbox,
             in_charge: None,
-            has_released: false,
+            chosen,
+            has_released: [false; TOOLS_MAX],
+            standing: Poses::away(chosen),
             rate: server.rate,
             alive_until_ns: 0,
             budget: Budget::new(server.options.budget, server.options.max_pose_hz),

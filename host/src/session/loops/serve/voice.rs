@@ -10,6 +10,7 @@ use super::ServeOptions;
 use super::overload::{Behind, Change, Overload};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::ipc::tools::Answer;
+use crate::session::loops::ramp::Shown;
 use crate::session::loops::shaper::ForceShaper;
 use crate::session::timing::clock::PERIOD_NS;
 
@@ -49,13 +50,13 @@ impl Voice {
         }
         self.shaper.end_silence();
         let is_overload = self.overload.is_on();
-        let target_n = if is_overload { [0.0; 3] } else { answer.force.force_n };
-        let force_n = self.say(target_n, now_ns);
+        let target = if is_overload { Shown::ZERO } else { felt(&answer) };
+        let shown = self.say(&target, now_ns);
         let flags = answer.force.flags | if is_overload { Flags::LATE.0 | safe } else { 0 };
         // The flag says that the force is zero; on the way there it is not.
         let flags = if self.is_zero { flags } else { flags & !safe };
         self.answer = Some(answer);
-        Answer { force: ToolForce { force_n, flags, ..answer.force }, ..answer }
+        with(answer, &shown, flags)
     }
 
     /// A tick has ended: an overload lets the force fall, its end lets it come back.
@@ -74,7 +75,7 @@ impl Voice {
         let fall = self.shaper.wait(now_ns)?;
         self.said_ns = now_ns;
         self.is_zero = fall.is_done;
-        Some(stale(last, fall.force_n, fall.is_done))
+        Some(stale(last, &fall.shown, fall.is_done))
     }
 
     /// As [`Self::falling`], in a tick that does not end, and under an overload between two answers.
@@ -86,8 +87,8 @@ impl Voice {
         if self.is_zero || now_ns.saturating_sub(self.said_ns) < PERIOD_NS {
             return None;
         }
-        let force_n = self.say([0.0; 3], now_ns);
-        Some(stale(last, force_n, self.is_zero))
+        let shown = self.say(&Shown::ZERO, now_ns);
+        Some(stale(last, &shown, self.is_zero))
     }
 
     /// Times that an overload began.
@@ -100,21 +101,39 @@ impl Voice {
         (self.overload.is_on() && !self.is_zero) || self.shaper.fall_ns().is_some()
     }
 
-    fn say(&mut self, target_n: [f32; 3], now_ns: u64) -> [f32; 3] {
-        let force_n = self.shaper.shape(target_n, now_ns);
+    fn say(&mut self, target: &Shown, now_ns: u64) -> Shown {
+        let shown = self.shaper.shape(target, now_ns);
         self.said_ns = now_ns;
-        self.is_zero = force_n == [0.0; 3];
-        force_n
+        self.is_zero = shown == Shown::ZERO;
+        shown
     }
 }
 
+/// Forces and torques of an answer.
+fn felt(answer: &Answer) -> Shown {
+    let mut felt = Shown::of(answer.force.force_n);
+    for (tool, of) in answer.tools().iter().enumerate() {
+        (felt.force_n[tool], felt.torque_n_m[tool]) = (of.force_n, of.torque_n_m);
+    }
+    felt
+}
+
+/// An answer with other forces, torques and flags.
+fn with(mut answer: Answer, shown: &Shown, flags: u32) -> Answer {
+    answer.force = ToolForce { force_n: shown.force_n[0], flags, ..answer.force };
+    for (tool, of) in answer.tools_mut().iter_mut().enumerate() {
+        (of.force_n, of.torque_n_m) = (shown.force_n[tool], shown.torque_n_m[tool]);
+    }
+    answer
+}
+
 /// A message that is no answer: the force on its way to 0, of the last tick.
-fn stale(last: Answer, force_n: [f32; 3], is_zero: bool) -> Answer {
+fn stale(last: Answer, shown: &Shown, is_zero: bool) -> Answer {
     let mut flags = Flags(last.force.flags & !Flags::SAFE_STATE.0);
     flags.insert(Flags::STALE);
     if is_zero {
         flags.insert(Flags::SAFE_STATE);
     }
-    let force = ToolForce { force_n, flags: flags.0, step_ns: 0, ..last.force };
-    Answer { force, sweeps: 0, ..last }
+    let force = ToolForce { step_ns: 0, ..last.force };
+    with(Answer { force, sweeps: 0, ..last }, shown, flags.0)
 }

@@ -1,0 +1,187 @@
+//! Tools by their parts, as `--tool` names them.
+
+use chaincell_kernel::{FRICTION_MAX, Model, PARTS_MAX, TOOLS_MAX, ToolPart};
+
+use crate::engine::Contact;
+use crate::error::{Error, Result};
+
+/// Radius of a half space's edge unless it is given \[m\].
+const HALF_SPACE_RADIUS_M: f32 = 0.01;
+/// Largest difference of a quaternion's length from 1.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// The parts of a tool, and the text that named them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolSpec {
+    /// As given.
+    pub text: String,
+    parts: Vec<ToolPart>,
+}
+
+/// Reads `PART[+PART...]`.
+///
+/// # Errors
+/// The part and the field that is wrong, and what to write.
+pub fn spec(text: &str) -> std::result::Result<ToolSpec, String> {
+    let parts: Vec<&str> = text.split('+').collect();
+    if parts.len() > PARTS_MAX {
+        return Err(format!("{} parts: a tool has at most {PARTS_MAX}", parts.len()));
+    }
+    let parts = (1..)
+        .zip(parts)
+        .map(|(number, text)| part(text).map_err(|why| format!("part {number} `{text}`: {why}")));
+    Ok(ToolSpec { text: text.to_owned(), parts: parts.collect::<std::result::Result<_, _>>()? })
+}
+
+fn part(text: &str) -> std::result::Result<ToolPart, String> {
+    let (text, turn) = text.split_once('/').map_or((text, None), |(a, b)| (a, Some(b)));
+    let (text, place) = text.split_once('@').map_or((text, None), |(a, b)| (a, Some(b)));
+    let (kind, sizes) = text.split_once(':').map_or((text, None), |(a, b)| (a, Some(b)));
+    let of = |form: &str| format!("write {kind}:{form} [m]");
+    let shape = match (kind, sizes) {
+        ("sphere", sizes) => {
+            let [radius_m] = numbers(sizes).ok_or_else(|| of("RADIUS"))?;
+            ToolPart::sphere(radius_m)
+        }
+        ("capsule", sizes) => {
+            let [half_m, radius_m] = numbers(sizes).ok_or_else(|| of("HALF_LENGTH,RADIUS"))?;
+            ToolPart::capsule(half_m, radius_m)
+        }
+        ("box", sizes) => {
+            let [x, y, z, radius_m] = numbers(sizes).ok_or_else(|| of("HX,HY,HZ,RADIUS"))?;
+            ToolPart::rounded_box([x, y, z], radius_m)
+        }
+        ("half-space", None) => ToolPart::half_space(HALF_SPACE_RADIUS_M),
+        ("half-space", sizes) => {
+            let [radius_m] = numbers(sizes).ok_or_else(|| of("RADIUS"))?;
+            ToolPart::half_space(radius_m)
+        }
+        _ => {
+            return Err("unknown kind: write sphere:R, capsule:HALF_LENGTH,R, box:HX,HY,HZ,R or \
+                        half-space"
+                .to_owned());
+        }
+    };
+    if shape.radius_m <= 0.0 {
+        return Err(format!("the radius {} must be above 0 [m]", shape.radius_m));
+    }
+    if !shape.is_half_space() && shape.half_m.iter().any(|&half| half < 0.0) {
+        return Err("a half length must be 0 or more [m]".to_owned());
+    }
+    let centre_m = place.map_or(Some([0.0; 3]), |place| numbers(Some(place)));
+    let centre_m =
+        centre_m.ok_or("behind @ stands the place in the tool's frame: write @X,Y,Z [m]")?;
+    Ok(ToolPart { centre_m, turn: turn.map_or(Ok(shape.turn), quaternion)?, ..shape })
+}
+
+/// A turn x,y,z,w as w, x, y, z.
+fn quaternion(text: &str) -> std::result::Result<[f32; 4], String> {
+    let [x, y, z, w] =
+        numbers(Some(text)).ok_or("behind / stands the turn, a unit quaternion: write /X,Y,Z,W")?;
+    let size = libm::sqrt([x, y, z, w].iter().map(|&x| f64::from(x) * f64::from(x)).sum());
+    if (size - 1.0).abs() > UNIT_TOLERANCE {
+        return Err(format!("the quaternion behind / has length {size}: divide it by that"));
+    }
+    Ok([w, x, y, z])
+}
+
+/// So many finite numbers with commas between.
+fn numbers<const N: usize>(text: Option<&str>) -> Option<[f32; N]> {
+    let numbers: Option<Vec<f32>> =
+        text?.split(',').map(|x| x.trim().parse().ok().filter(|x: &f32| x.is_finite())).collect();
+    numbers?.try_into().ok()
+}
+
+/// The tools on a model.
+///
+/// # Errors
+/// More tools than there may be, a model without a contact surface, a part larger than the body's own
+/// bound, a coefficient of friction out of range.
+pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Result<Contact> {
+    if specs.len() > TOOLS_MAX {
+        return Err(Error::input(format!(
+            "--tool is given {} times: there are at most {TOOLS_MAX} tools",
+            specs.len()
+        )));
+    }
+    if !model.has_contact_surface() {
+        return Err(Error::input(
+            "--tool: tools by their parts meet the surface of a body, and this model has none: bake \
+             it with --young-pa and --probe-contact surface, or take --contact probe:RADIUS",
+        ));
+    }
+    let friction = friction.unwrap_or(0.0);
+    if !(0.0..=FRICTION_MAX).contains(&friction) {
+        return Err(Error::input(format!("--friction {friction}: must be 0 to {FRICTION_MAX}")));
+    }
+    let most_m = model.saturation() * model.unit_m();
+    for ToolSpec { text, parts } in specs {
+        let half = |part: &ToolPart| if part.is_half_space() { [0.0; 3] } else { part.half_m };
+        let sizes = parts.iter().flat_map(|part| [[part.radius_m; 3], part.centre_m, half(part)]);
+        if let Some(size_m) = sizes.flatten().find(|size_m| size_m.abs() > most_m) {
+            return Err(Error::input(format!(
+                "--tool {text}: {size_m} m is more than {most_m} m, the body's own bound (--k-m of \
+                 bake)"
+            )));
+        }
+    }
+    let tools = specs.iter().map(|spec| spec.parts.clone()).collect();
+    Ok(Contact::Tools { tools, friction })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spec_names_parts_with_place_and_turn() {
+        let text = "sphere:0.01+capsule:0.02,0.004@0,0,0.03/0,0.6,0,0.8+box:0.01,0.02,0.03,0.002\
+            +half-space+half-space:0.005";
+        let found = spec(text).unwrap();
+        assert_eq!(found.text, text);
+        let capsule = ToolPart {
+            centre_m: [0.0, 0.0, 0.03],
+            turn: [0.8, 0.0, 0.6, 0.0],
+            ..ToolPart::capsule(0.02, 0.004)
+        };
+        let wanted = [
+            ToolPart::sphere(0.01),
+            capsule,
+            ToolPart::rounded_box([0.01, 0.02, 0.03], 0.002),
+            ToolPart::half_space(0.01),
+            ToolPart::half_space(0.005),
+        ];
+        assert_eq!(found.parts, wanted);
+        assert_eq!(spec("sphere:0.01/0,0,0,1@0,0,0"), Err(
+            "part 1 `sphere:0.01/0,0,0,1@0,0,0`: behind / stands the turn, a unit quaternion: write \
+             /X,Y,Z,W"
+                .to_owned()
+        ));
+    }
+
+    #[test]
+    fn a_bad_spec_is_told_by_its_part() {
+        for (text, wanted) in [
+            ("", "unknown kind"),
+            ("ball:0.1", "unknown kind"),
+            ("sphere", "write sphere:RADIUS"),
+            ("sphere:0.1,0.2", "write sphere:RADIUS"),
+            ("sphere:nan", "write sphere:RADIUS"),
+            ("sphere:0", "above 0"),
+            ("sphere:-1", "above 0"),
+            ("capsule:0.1", "write capsule:HALF_LENGTH,RADIUS"),
+            ("capsule:-0.1,0.01", "0 or more"),
+            ("box:1,2,3", "write box:HX,HY,HZ,RADIUS"),
+            ("half-space:x", "write half-space:RADIUS"),
+            ("sphere:0.1@1,2", "write @X,Y,Z"),
+            ("sphere:0.1/0,0,1", "write /X,Y,Z,W"),
+            ("sphere:0.1/0,0,0,2", "has length 2"),
+        ] {
+            let text = format!("sphere:0.01+{text}");
+            let why = spec(&text).unwrap_err();
+            assert!(why.starts_with("part 2 `") && why.contains(wanted), "{text}: {why}");
+        }
+        let nine = ["sphere:0.01"; 9].join("+");
+        assert!(spec(&nine).unwrap_err().contains("at most 8"));
+    }
+}

@@ -1,0 +1,59 @@
+//! Forces and torques of several tools as CSV.
+
+use std::fmt::Write as _;
+
+use super::Folder;
+use crate::engine::tools::Felt;
+use crate::error::Result;
+
+/// Rows of tools, tick by tick.
+#[derive(Debug, Default)]
+pub struct ToolRows(String);
+
+/// Columns, see the contract.
+const HEADER: &str = "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags\n";
+
+impl ToolRows {
+    /// Adds what a tool felt in a tick; decimals that read back as the same numbers. `flags` are those
+    /// of the tick.
+    pub fn add(&mut self, tick: u64, tool: usize, felt: &Felt, flags: u32) {
+        let _ = write!(self.0, "{tick},{tool}");
+        for value in [felt.force_n, felt.torque_n_m].as_flattened() {
+            let _ = write!(self.0, ",{value:e}");
+        }
+        let _ = writeln!(self.0, ",{},{}", felt.contacts, felt.all_flags(flags));
+    }
+
+    /// Writes `tools.csv`, where tools were chosen by their parts.
+    ///
+    /// # Errors
+    /// As [`Folder::write`].
+    pub fn write(&self, folder: &Folder, tools: usize) -> Result<()> {
+        match tools {
+            0 => Ok(()),
+            _ => folder.write("tools.csv", format!("{HEADER}{}", self.0).as_bytes()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use chaincell_kernel::Flags;
+
+    use super::*;
+
+    #[test]
+    fn a_row_has_a_value_for_each_column() {
+        let (force_n, torque_n_m) = ([0.1, -1.0e-30, 0.0], [0.25, 0.5, 2.0]);
+        let felt = Felt { force_n, torque_n_m, contacts: 7, flags: Flags::FORCE_CLAMPED };
+        let mut rows = ToolRows::default();
+        rows.add(12, 1, &felt, 32);
+        // The limit bit at another tool.
+        rows.add(12, 2, &Felt::default(), 32 + 8);
+        assert_eq!(
+            rows.0,
+            "12,1,1e-1,-1e-30,0e0,2.5e-1,5e-1,2e0,7,40\n12,2,0e0,0e0,0e0,0e0,0e0,0e0,0,32\n"
+        );
+        assert_eq!(HEADER.split(',').count(), 10);
+    }
+}

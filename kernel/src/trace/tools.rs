@@ -1,0 +1,162 @@
+//! Tools in a trace of version 4: what they are, and where each is in a tick.
+
+use super::record::{WORDS, command, sample};
+use super::{Entry, KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE, RECORD_BYTES, Writer};
+use crate::terms::surface::{PARTS_MAX, TOOLS_MAX};
+use crate::tick::pose::{ToolPart, ToolPose};
+use crate::tick::tools::FRICTION_MAX;
+
+/// The tools of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordedTools {
+    /// How many, 1 to 8.
+    pub count: u32,
+    /// Coefficient of friction.
+    pub friction: f32,
+}
+
+impl RecordedTools {
+    /// From the header's words; `None` where they are no tools.
+    pub(super) fn read(count: u32, friction: u32) -> Option<Self> {
+        let friction = f32::from_bits(friction);
+        let is_one =
+            (1..=TOOLS_MAX as u32).contains(&count) && (0.0..=FRICTION_MAX).contains(&friction);
+        is_one.then_some(Self { count, friction })
+    }
+}
+
+/// A part of a tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartRecord {
+    /// Which tool.
+    pub tool: u8,
+    /// Which of its parts.
+    pub part: u8,
+    /// The part.
+    pub shape: ToolPart,
+}
+
+/// A tool's pose in the tick whose record comes behind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseRecord {
+    /// Which tool.
+    pub tool: u8,
+    /// Its pose as executed, bit by bit.
+    pub pose: ToolPose,
+}
+
+/// Which of the two records of a part.
+const SIZE: u8 = 0;
+const TURN: u8 = 1;
+
+impl Writer {
+    /// The bytes of the next two records, for a part of a tool.
+    pub fn part(&mut self, record: &PartRecord) -> [[u8; RECORD_BYTES]; 2] {
+        let PartRecord { tool, part, shape } = *record;
+        let ToolPart { centre_m, turn, half_m, radius_m } = shape;
+        let [x, y, z] = centre_m.map(f32::to_bits);
+        let [a, b, c] = half_m.map(f32::to_bits);
+        let [w, i, j, k] = turn.map(f32::to_bits);
+        let kind = u32::from(KIND_PART);
+        let of = |which| u32::from_le_bytes([tool, part, which, 0]);
+        [
+            self.seal([x, y, z, radius_m.to_bits(), a, b, c, 0, kind, of(SIZE), 0]),
+            self.seal([w, i, j, k, 0, 0, 0, 0, kind, of(TURN), 0]),
+        ]
+    }
+
+    /// The bytes of the next record, for a tool's pose ahead of its tick.
+    pub fn pose(&mut self, record: &PoseRecord) -> [u8; RECORD_BYTES] {
+        let PoseRecord { tool, pose: ToolPose { position_m, turn, engaged } } = *record;
+        let [x, y, z] = position_m.data.0[0].map(f32::to_bits);
+        let [w, i, j, k] = turn.map(f32::to_bits);
+        self.seal([x, y, z, engaged, w, i, j, k, KIND_POSE.into(), tool.into(), 0])
+    }
+}
+
+/// How the records of a trace follow each other.
+#[derive(Debug)]
+pub(super) struct Order {
+    /// Tools of the trace.
+    tools: u32,
+    /// Tool whose pose comes next.
+    next: u32,
+    /// Whether a tick or a command has come, behind which there are no parts.
+    has_begun: bool,
+    /// First record of a part.
+    size: Option<[u32; WORDS]>,
+}
+
+impl Order {
+    pub(super) fn new(tools: Option<RecordedTools>) -> Self {
+        let tools = tools.map_or(0, |tools| tools.count);
+        Self { tools, next: 0, has_begun: false, size: None }
+    }
+
+    /// Whether what has come is a part of a tick or of a part alone.
+    pub(super) fn is_within(&self) -> bool {
+        self.next > 0 || self.size.is_some()
+    }
+
+    /// What a record holds; the inner `None` for the first of a part. The outer one where it is none
+    /// that may stand there.
+    pub(super) fn entry(&mut self, kind: u16, words: &[u32; WORDS]) -> Option<Option<Entry>> {
+        if kind == KIND_PART {
+            return self.part(words);
+        }
+        if self.size.is_some() {
+            return None;
+        }
+        self.has_begun = true;
+        match kind {
+            KIND_SAMPLE if self.next == self.tools => {
+                self.next = 0;
+                Some(Some(Entry::Tick(sample(words))))
+            }
+            KIND_COMMAND if self.next == 0 => Some(Some(Entry::Command(command(words)?))),
+            KIND_POSE if self.next < self.tools => {
+                let record = pose(words).filter(|of| u32::from(of.tool) == self.next)?;
+                self.next += 1;
+                Some(Some(Entry::Pose(record)))
+            }
+            _ => None,
+        }
+    }
+
+    fn part(&mut self, words: &[u32; WORDS]) -> Option<Option<Entry>> {
+        let [w, i, j, k, a, b, c, none, kind, of, zero] = *words;
+        let [tool, part, which, empty] = of.to_le_bytes();
+        let is_sound = !self.has_begun
+            && kind == u32::from(KIND_PART)
+            && u32::from(tool) < self.tools
+            && usize::from(part) < PARTS_MAX
+            && (none, zero, empty) == (0, 0, 0);
+        match (self.size.take(), which) {
+            _ if !is_sound => None,
+            (None, SIZE) => {
+                self.size = Some(*words);
+                Some(None)
+            }
+            (Some([x, y, z, radius, e, f, g, _, _, first, _]), TURN)
+                if first.to_le_bytes() == [tool, part, SIZE, 0] && [a, b, c] == [0; 3] =>
+            {
+                let shape = ToolPart {
+                    centre_m: [x, y, z].map(f32::from_bits),
+                    turn: [w, i, j, k].map(f32::from_bits),
+                    half_m: [e, f, g].map(f32::from_bits),
+                    radius_m: f32::from_bits(radius),
+                };
+                Some(Some(Entry::Part(PartRecord { tool, part, shape })))
+            }
+            _ => None,
+        }
+    }
+}
+
+fn pose(words: &[u32; WORDS]) -> Option<PoseRecord> {
+    let [x, y, z, engaged, w, i, j, k, kind, tool, zero] = *words;
+    let tool = u8::try_from(tool).ok()?;
+    let position_m = [x, y, z].map(f32::from_bits).into();
+    let pose = ToolPose { position_m, turn: [w, i, j, k].map(f32::from_bits), engaged };
+    (kind == u32::from(KIND_POSE) && zero == 0).then_some(PoseRecord { tool, pose })
+}
