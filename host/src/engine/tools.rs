@@ -9,6 +9,12 @@ use super::{Engine, Memory};
 /// What a tissue of any scheme does with tools.
 pub(super) trait AnyTools {
     fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput;
+    fn tick_tools_again(
+        &mut self,
+        network: &Network<'_>,
+        poses: &[ToolPose],
+        sweeps: Option<u16>,
+    ) -> TickOutput;
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
@@ -19,6 +25,20 @@ pub(super) trait AnyTools {
 impl<D: Dynamics> AnyTools for Memory<D> {
     fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput {
         self.view().tick_tools(network, poses)
+    }
+
+    fn tick_tools_again(
+        &mut self,
+        network: &Network<'_>,
+        poses: &[ToolPose],
+        sweeps: Option<u16>,
+    ) -> TickOutput {
+        let mut tissue = self.view();
+        match sweeps {
+            None => tissue.tick_tools(network, poses),
+            Some(0) => tissue.tick_tools_late(network, poses),
+            Some(sweeps) => tissue.tick_tools_while(network, poses, |done| done < sweeps),
+        }
     }
 
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput {
@@ -47,6 +67,12 @@ impl Engine<'_> {
     /// [`TissueMut::tick_tools`](chaincell_kernel::TissueMut::tick_tools).
     pub fn tick_tools(&mut self, poses: &[ToolPose]) -> TickOutput {
         self.tissue.tick_tools(&self.network, poses)
+    }
+
+    /// The tick with a pose for each tool that made so many sweeps once: 0 for one that was late, `None`
+    /// for one with the settings' count.
+    pub fn tick_tools_again(&mut self, poses: &[ToolPose], sweeps: Option<u16>) -> TickOutput {
+        self.tissue.tick_tools_again(&self.network, poses, sweeps)
     }
 
     /// What a tool felt in the last tick, see
