@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
+use chaincell_host::bake::tissue::{Band, Tissue, VolumeLaw};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
 use chaincell_kernel::{Model, include_model};
 use chaincell_lab::bodies::Shape;
 
@@ -79,6 +80,48 @@ pub fn images() -> &'static [ImageBytes] {
 /// One of them.
 pub fn model(choice: u8) -> Model<'static> {
     let images = images();
+    Model::from_bytes(images[usize::from(choice) % images.len()].as_bytes()).unwrap()
+}
+
+/// Nodal shapes with a contact surface: liver; floating, nearly of constant volume, stiffening, into
+/// which a tool may load little; the law of the trace without a coarse level.
+fn tissues() -> &'static [ImageBytes] {
+    static IMAGES: OnceLock<Vec<ImageBytes>> = OnceLock::new();
+    IMAGES.get_or_init(|| {
+        let of = |poisson| Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(poisson));
+        let baked = |spec: &str, fixed: bool, options: BakeOptions| {
+            let shape = Shape::generated(spec).unwrap();
+            let shape = if fixed { shape } else { shape.floating() };
+            let probe_contact = ProbeContact::Surface;
+            shape.bake(&BakeOptions { probe_contact, ..options }).unwrap()
+        };
+        let stiffening = vec![Band { half_width: 0.05, modulus_pa: 12_000.0 }];
+        let liver = BakeOptions {
+            tissue: Some(of(0.45)),
+            coarse_basis: BasisSpacing::Links(2.0),
+            ..BakeOptions::default()
+        };
+        let loose = BakeOptions {
+            tissue: Some(Tissue { stiffening, ..of(0.49) }),
+            energy_max_j: Some(1e-4),
+            ..BakeOptions::default()
+        };
+        let trace = BakeOptions {
+            tissue: Some(Tissue { law: VolumeLaw::Trace, stretch_min: None, ..of(0.3) }),
+            coarse_basis: BasisSpacing::None,
+            ..BakeOptions::default()
+        };
+        vec![
+            baked("box:4x3x3x0.01", true, liver),
+            baked("box:2x3x3x0.01", false, loose),
+            baked("box:3x3x2x0.01", true, trace),
+        ]
+    })
+}
+
+/// One of the bodies with a contact surface.
+pub fn tissue(choice: u8) -> Model<'static> {
+    let images = tissues();
     Model::from_bytes(images[usize::from(choice) % images.len()].as_bytes()).unwrap()
 }
 

@@ -10,6 +10,7 @@ mod model;
 mod path;
 mod payload;
 mod ticks;
+mod tools;
 mod trace;
 mod words;
 
@@ -23,6 +24,7 @@ pub use model::model;
 pub use path::path;
 pub use payload::payload;
 pub use ticks::ticks;
+pub use tools::tools;
 pub use trace::trace;
 pub use words::words;
 
@@ -42,7 +44,7 @@ fn tick<'m>(
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets but the canary, whose body is broken on purpose.
-pub const TARGETS: [Target; 8] = [
+pub const TARGETS: [Target; 9] = [
     ("model", model),
     ("gmsh", gmsh),
     ("vtk", vtk),
@@ -51,4 +53,5 @@ pub const TARGETS: [Target; 8] = [
     ("trace", trace),
     ("payload", payload),
     ("ticks", ticks),
+    ("tools", tools),
 ];

@@ -7,14 +7,11 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    COORDINATE_MAX, Model, Network, ProxyPose, Rounding, Settings, TickOutput, ToolPart, ToolPose,
-    ToolSample, Unloading,
+    Model, Network, ProxyPose, Settings, TickOutput, ToolPart, ToolPose, ToolSample, Unloading,
 };
-use chaincell_lab::monitor::energy::energy_of_shapes;
+use chaincell_lab::monitor::contact::ExactContact;
 use chaincell_lab::reference::vectors::farthest;
-use chaincell_lab::reference::{Nodal, Stiffening};
 use chaincell_lab::states::State;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Height of the top of the block \[m\].
 const TOP_M: f32 = 0.04;
@@ -32,158 +29,6 @@ fn block() -> ImageBytes {
     bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
 }
 
-/// The triangles as a part meets them: corners, parts of an edge, stiffness of all samples.
-type Triangles = Vec<([usize; 3], u16, f64)>;
-
-/// Energy and allowance \[J\].
-#[derive(Debug, Clone, Copy, Default)]
-struct Energy {
-    energy_j: f64,
-    allowance_j: f64,
-}
-
-/// What the energy is computed with; in internal units.
-struct Exact<'m> {
-    model: Model<'m>,
-    shapes: Nodal,
-    stiffening: Stiffening,
-    tools: Vec<Vec<(ToolPart, Triangles)>>,
-}
-
-/// A part of a tool at a pose, in internal units.
-struct Placed {
-    centre: Vector3<f64>,
-    turn: UnitQuaternion<f64>,
-    core: [[f64; 3]; 2],
-    radius: f64,
-}
-
-impl Placed {
-    fn distance(&self, point: Vector3<f64>) -> f64 {
-        let own = self.turn.inverse_transform_vector(&(point - self.centre));
-        let [low, high] = self.core;
-        let of = |axis: usize| (low[axis] - own[axis]).max(own[axis] - high[axis]).max(0.0);
-        Vector3::new(of(0), of(1), of(2)).norm()
-    }
-}
-
-fn turn(quaternion: [f32; 4]) -> UnitQuaternion<f64> {
-    let [w, x, y, z] = quaternion.map(f64::from);
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
-impl<'m> Exact<'m> {
-    fn new(model: Model<'m>, tools: &[Vec<ToolPart>]) -> Self {
-        let corners: Vec<[usize; 3]> =
-            model.triangles().iter().map(|corners| corners.map(usize::from)).collect();
-        let of = |part: &ToolPart| {
-            let sampled_m =
-                if part.is_half_space() { COORDINATE_MAX * model.unit_m() } else { part.radius_m };
-            let mut numbers = corners.iter();
-            let mut triangles = Triangles::new();
-            model.each_probe_triangle(sampled_m, |parts, stiffness_n_per_m| {
-                let weight = f64::from(stiffness_n_per_m / (2.0 * model.stiffness_n_per_m()));
-                triangles.push((*numbers.next().unwrap(), parts, weight));
-            });
-            (*part, triangles)
-        };
-        let tools = tools.iter().map(|parts| parts.iter().map(of).collect()).collect();
-        let shapes = Nodal::of_model(&model).unwrap().unwrap();
-        Self { model, shapes, stiffening: Stiffening::of_model(&model), tools }
-    }
-
-    /// Smallest radius of a part [mean link lengths].
-    fn radius_min(&self) -> f64 {
-        let parts = self.tools.iter().flatten();
-        let radius = parts.map(|(part, _)| f64::from(part.radius_m)).fold(f64::MAX, f64::min);
-        radius / f64::from(self.model.unit_m())
-    }
-
-    /// A part of a tool where its proxy is.
-    fn placed(&self, part: &ToolPart, proxy: &ProxyPose) -> Placed {
-        let unit_m = f64::from(self.model.unit_m());
-        let own = |x: f32| f64::from(x) / unit_m;
-        let way = |axis: usize| {
-            (f64::from(proxy.position_m[axis]) - f64::from(self.model.centre_m()[axis])) / unit_m
-        };
-        let pivot = Vector3::new(way(0), way(1), way(2));
-        let of_tool = turn(proxy.turn);
-        let half = part.half_m.map(own);
-        let radius = own(part.radius_m);
-        let core = match part.is_half_space() {
-            true => [[f64::NEG_INFINITY; 3], [f64::INFINITY, f64::INFINITY, -radius]],
-            false => [half.map(|x| -x), half],
-        };
-        let centre = pivot + of_tool * Vector3::from(part.centre_m.map(own));
-        let share = f64::from(proxy.share.min(1.0));
-        Placed { centre, turn: of_tool * turn(part.turn), core, radius: share * radius }
-    }
-
-    /// Energy of tissue and tools at these positions, the least of all rotations and shapes that the
-    /// kernel may keep.
-    fn energy(&self, positions: &[[f64; 3]], proxies: &[Option<ProxyPose>]) -> Energy {
-        let cells = positions.len();
-        let (mut bounds, mut stored) = (vec![0.0; cells], vec![0.0; cells]);
-        let (mut contact, mut slack) = (0.0, 0.0);
-        let parts = self.tools.iter().zip(proxies).filter_map(|(parts, proxy)| {
-            let proxy = proxy.as_ref()?;
-            Some(parts.iter().map(move |(part, of)| (self.placed(part, proxy), of)))
-        });
-        for (placed, triangles) in parts.flatten() {
-            for (corners, parts, weight) in triangles {
-                let stiffness = weight / f64::from(u32::from(*parts) * u32::from(*parts));
-                let at = corners.map(|cell| Vector3::from(positions[cell]));
-                each_sample(*parts, |weights| {
-                    let point = at[0] * weights[0] + at[1] * weights[1] + at[2] * weights[2];
-                    let depth = placed.radius - placed.distance(point);
-                    if depth <= 0.0 {
-                        return;
-                    }
-                    let own = 0.5 * stiffness * depth * depth;
-                    // A pose is published in single precision.
-                    let off =
-                        4.0 * EPS * (point.norm() + placed.centre.norm() + placed.radius + 1.0);
-                    contact += own;
-                    slack += stiffness * off * (depth + off);
-                    for (cell, weight) in corners.iter().zip(weights) {
-                        stored[*cell] += weight * own;
-                        bounds[*cell] += weight * stiffness;
-                    }
-                });
-            }
-        }
-        let own: Vec<f64> = (0..cells).map(|cell| f64::from(self.model.cell_bound(cell))).collect();
-        let tissue = energy_of_shapes(&self.shapes, &self.stiffening, positions, &own);
-        let mut rounding = Rounding::default();
-        for cell in 0..cells {
-            let mobility = (1.0 / (own[cell] + bounds[cell])) as f32;
-            let at = positions[cell].map(|x| x as f32);
-            rounding.add_cell(Rounding::of_cell(at, mobility, (8.0 * stored[cell]) as f32));
-        }
-        let allowance = f64::from(rounding.allowance(contact as f32)) + slack;
-        let unit_j = f64::from(self.model.energy_unit_j());
-        Energy {
-            energy_j: unit_j * (tissue.energy + contact),
-            allowance_j: unit_j * (tissue.allowance + allowance),
-        }
-    }
-}
-
-/// The weights of the corners for the centres of `parts`^2 equal parts of a triangle.
-fn each_sample(parts: u16, mut visit: impl FnMut([f64; 3])) {
-    let n = f64::from(parts);
-    for i in 0..parts {
-        for j in 0..parts - i {
-            for third in [1.0 / 3.0, 2.0 / 3.0] {
-                let [u, v] = [i, j].map(|at| (f64::from(at) + third) / n);
-                if u + v < 1.0 {
-                    visit([1.0 - u - v, u, v]);
-                }
-            }
-        }
-    }
-}
-
 /// How far the tissue may go in a tick until triangles come in reach unseen [radii].
 const COMING: f64 = 0.25;
 
@@ -193,7 +38,7 @@ type Before = (f64, Vec<Option<ProxyPose>>, Vec<[f64; 3]>);
 /// An engine whose every tick is checked.
 struct Followed<'m> {
     engine: Engine<'m>,
-    exact: Exact<'m>,
+    exact: ExactContact<'m>,
     name: String,
     tick: u32,
     before: Option<Before>,
@@ -219,7 +64,7 @@ impl<'m> Followed<'m> {
         let network = Network::new(model, settings).unwrap();
         let contact = Contact::Tools { tools: tools.to_vec(), friction: 0.0 };
         let engine = Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap();
-        let exact = Exact::new(model, tools);
+        let exact = ExactContact::new(model, tools).unwrap();
         let name = format!("{name} {scheme:?} {sweeps}");
         let (highest_j, touched, ratio) = (0.0, 0, 1.0);
         Self { engine, exact, name, tick: 0, before: None, highest_j, touched, ratio, still: 0 }
@@ -240,9 +85,9 @@ impl<'m> Followed<'m> {
 
     fn check(&mut self, output: &TickOutput) {
         let proxies: Vec<_> =
-            (0..self.exact.tools.len()).map(|tool| self.engine.proxy_pose(tool)).collect();
+            (0..self.exact.tools()).map(|tool| self.engine.proxy_pose(tool)).collect();
         let positions = self.engine.positions();
-        let exact = self.exact.energy(&positions, &proxies);
+        let exact = self.exact.stored(&positions, &proxies);
         let level_j = f64::from(output.energy_j);
         let name = format!("{} tick {}", self.name, self.tick);
         assert!(level_j.is_finite() && level_j >= 0.0, "{name}: {output:?}");

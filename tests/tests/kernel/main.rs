@@ -11,6 +11,7 @@ mod hard_states;
 mod invariants;
 mod limits;
 mod model_image;
+mod never_through;
 mod numbers;
 mod plane;
 mod probe;

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, SWEEPS, chainmail, network};
 use super::section::{Context, Numbers, Section};
+use super::touch::{POISSON, Touched, YOUNG_PA};
 use crate::charts::plot::{Axis, Chart, Figure, Style};
 use crate::charts::render::{Body, ColourBar, Paint, Panel, Sheet, cut};
 use crate::experiments::report::scene::Scene;
@@ -36,6 +37,7 @@ struct Case {
     probe: Probe,
     depth_m: f64,
     network: Pressed,
+    tissue: Touched,
     chain: Pressed,
 }
 
@@ -45,7 +47,8 @@ struct Case {
 /// Reference data that cannot be read; as the engine and the drawing.
 pub fn section(context: &Context) -> Result<Section> {
     let case = Case::new(context)?;
-    let [mut network, chain] = [&case.network, &case.chain].map(|pressed| case.figures(pressed));
+    let methods = [&case.network, &case.tissue.pressed, &case.chain];
+    let [mut network, shapes, chain] = methods.map(|pressed| case.figures(pressed));
     network["contacts"] = json!(case.network.contacts.get(case.probe.shown));
     let figures_of = [
         ("largest displacement [mm]", "displacement_max_mm"),
@@ -57,6 +60,7 @@ pub fn section(context: &Context) -> Result<Section> {
     let table = Table::of(figures_of)
         .column("", |(name, _)| name)
         .column("network", |(_, key)| number(&network[key]))
+        .column("nodal shapes", |(_, key)| number(&shapes[key]))
         .column("ChainMail", |(_, key)| number(&chain[key]))
         .table();
     let caption =
@@ -78,18 +82,31 @@ pub fn section(context: &Context) -> Result<Section> {
             case.force().draw()?,
         ),
         Figure::new(
+            "paper_liver_surface",
+            "Force over displacement of nodal shapes on the way in: as the probe passes, and once the \
+             body is at rest at that depth.",
+            case.tissue.chart().draw()?,
+        ),
+        Figure::new(
             "paper_liver_step",
             "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
             case.step().draw()?,
         ),
     ];
+    let mut tissue = case.tissue.json();
+    for (name, value) in shapes.as_object().into_iter().flatten() {
+        tissue[name] = value.clone();
+    }
     Ok(Section {
         key: "liver",
         title: "Fig. 6: the liver under a haptic probe".into(),
-        text: case.text(&network, &chain),
+        text: case.text(&network, &tissue, &chain),
         figures,
         tables: vec![(caption.into(), table)],
-        numbers: vec![Numbers { name: "paper_liver_press".into(), csv: case.csv() }],
+        numbers: vec![
+            Numbers { name: "paper_liver_press".into(), csv: case.csv() },
+            Numbers { name: "paper_liver_surface".into(), csv: case.tissue.csv() },
+        ],
         json: json!({
             "body": case.scene.source,
             "cells": case.mesh.nodes_m.len(),
@@ -102,6 +119,7 @@ pub fn section(context: &Context) -> Result<Section> {
             "chainmail_alpha": CHAIN_ALPHA,
             "force_max_n": case.network.force_n.iter().copied().fold(0.0, f64::max),
             "network": network,
+            "tissue": tissue,
             "chainmail": chain,
         }),
     })
@@ -129,11 +147,12 @@ impl Case {
         let ticks = if context.quick { TICKS_QUICK } else { TICKS };
         let probe = Probe::new(&scene, radius_m, depth_m, ticks)?;
         let network = network(&scene, &probe)?;
+        let tissue = Touched::new(&scene, &mesh, &probe)?;
         let chain = chainmail(&scene, &probe, CHAIN_ALPHA)?;
-        Ok(Self { scene, mesh, probe, depth_m, network, chain })
+        Ok(Self { scene, mesh, probe, depth_m, network, tissue, chain })
     }
 
-    fn text(&self, network: &Value, chain: &Value) -> Vec<String> {
+    fn text(&self, network: &Value, tissue: &Value, chain: &Value) -> Vec<String> {
         let of = |value: &Value, key: &str| number(&value[key]);
         vec![
             format!(
@@ -159,7 +178,24 @@ impl Case {
                 self.mesh.tetrahedra.len(),
                 of(chain, "inverted")
             ),
+            self.of_tissue(tissue),
         ]
+    }
+
+    /// What nodal shapes make of the same press.
+    fn of_tissue(&self, tissue: &Value) -> String {
+        let [most, median] = self.tissue.errors().map(|error| 100.0 * error);
+        format!(
+            "The same body as nodal shapes of {:.0} kPa and a Poisson's ratio of {POISSON}, under \
+             predict with as many sweeps: the probe meets points of the triangles and pushes back by how \
+             deep they lie in it, so that cells need not jump onto it. {} nodes move by more than 0.1 mm, \
+             {} tetrahedra are inside out, the force reaches {:.2} N. On the way in it is off the force at \
+             rest at the same depth by {median:.2} % in the median and {most:.2} % at most.",
+            1e-3 * YOUNG_PA,
+            number(&tissue["moved"]),
+            number(&tissue["inverted"]),
+            tissue["force_max_n"].as_f64().unwrap_or_default()
+        )
     }
 
     /// Way of every node \[mm\].
@@ -199,6 +235,7 @@ impl Case {
         let states = [
             ("initial state", &self.mesh.nodes_m, touch),
             ("network", &self.network.shown_m, deep),
+            ("nodal shapes", &self.tissue.pressed.shown_m, deep),
             ("ChainMail", &self.chain.shown_m, deep),
         ];
         let whole = states.iter().map(|(title, at_m, probe_m)| Panel {
@@ -230,7 +267,7 @@ impl Case {
         Sheet {
             title: format!("A probe pressed {:.1} mm into {}", 1e3 * self.depth_m, self.name()),
             panels: whole.chain(opened).collect(),
-            columns: 3,
+            columns: 4,
             panel_height_px: 460,
             towards: std::array::from_fn(|x| front[x] + ABOVE * up[x]),
             up,

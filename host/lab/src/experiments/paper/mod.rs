@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`plane`] | Fig. 4: the shape of a plane whose centre is displaced | `plane`, `profile_4`, `profile_8` |
 //! | [`mechanics`] | Fig. 5: force over displacement, unloading, stress relaxation | one picture and one CSV file a curve and body |
-//! | [`liver`] | Fig. 6: the liver under a probe | `liver`, `liver_force`, `liver_step`, `liver_press` |
+//! | [`liver`] | Fig. 6: the liver under a probe | `liver`, `liver_force`, `liver_surface`, `liver_step`, `liver_press` |
 //! | [`methods`] | shape, force and cost of all methods on the same bodies | `methods_*` |
 //! | [`choices`] | what the paper leaves open: step, alpha, K, `R_x`, the force, the current | `choices_*` |
 //! | [`scaling`] | left open there: many elements to one cell | `scaling` |
@@ -33,6 +33,7 @@ pub mod plane;
 mod press;
 pub mod scaling;
 pub mod section;
+mod touch;
 pub mod write;
 
 use chaincell_host::error::Result;

@@ -123,13 +123,16 @@ fn liver(figures: &Value) -> Option<String> {
     Some(format!(
         "{:.1} mm deep under a moving probe of {:.0} mm radius: the network moves {:.0} of {} \
          smoothly and resists with up to {:.2} N; ChainMail moves a block of {:.0} cells with an \
-         edge and gives no force.",
+         edge and gives no force. As nodal shapes it resists with up to {:.2} N, {} % off the force at \
+         rest on the way in at most.",
         1e3 * of("depth_m")?,
         1e3 * of("radius_m")?,
         of("network/moved")?,
         counted(of("cells")?, "cell"),
         of("force_max_n")?,
-        of("chainmail/moved")?
+        of("chainmail/moved")?,
+        of("tissue/force_max_n")?,
+        percent(of("tissue/force_error_max")?)
     ))
 }
 
@@ -187,6 +190,7 @@ mod tests {
         let figures = json!({ "liver": {
             "depth_m": 0.0096, "radius_m": 0.023, "cells": 5783, "force_max_n": 0.4,
             "network": { "moved": 5479 }, "chainmail": { "moved": 582 },
+            "tissue": { "force_max_n": 1.2, "force_error_max": 0.012 },
         } });
         let table = table(&figures);
         let row = |part: &str| table.rows().iter().find(|row| row[0].contains(part)).unwrap();

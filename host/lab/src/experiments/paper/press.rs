@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use chaincell_kernel::{Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
 
 use crate::baseline::chainmail::{Chain, Graph, Limits};
 use crate::bodies::Variant;
@@ -83,9 +83,15 @@ pub struct Pressed {
 /// # Errors
 /// As the engine; the user's wish to stop.
 pub fn network(scene: &Scene, probe: &Probe) -> Result<Pressed> {
-    let model = scene.model()?;
+    pressed(scene.model()?, Variant::plain(Scheme::Track, Arithmetic::F32), probe)
+}
+
+/// A model under the probe, by a scheme.
+///
+/// # Errors
+/// As the engine; the user's wish to stop.
+pub fn pressed(model: Model<'_>, variant: Variant, probe: &Probe) -> Result<Pressed> {
     let contact = Contact::Probe { radius_m: probe.radius_m as f32, capacity: CAPACITY };
-    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
     let mut engine = variant.engine(model, contact, SWEEPS, |settings| Settings {
         unloading: Unloading::Off,
         ..settings

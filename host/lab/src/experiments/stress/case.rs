@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::baselines::{BaselineKind, Measure, Verdict, play};
+use super::tools::ToolTrial;
 use super::trial::{Ended, Trial};
 use crate::bodies::Variant;
 use crate::monitor::{Check, Failure, Worst};
@@ -112,29 +113,49 @@ impl Findings {
         Ok(())
     }
 
+    /// Plays a trial of tools on a surface under every variant.
+    ///
+    /// # Errors
+    /// Interruption; what neither body nor settings explain.
+    pub fn play_tools(&mut self, trial: &ToolTrial<'_>) -> Result<()> {
+        for variant in Variant::of_shapes() {
+            let (ended, missing) = trial.play(variant)?;
+            self.note(&trial.label, variant, ended);
+            let known = self.figures.entry("ticks_without_certificate".to_owned()).or_default();
+            *known += missing as f64;
+        }
+        Ok(())
+    }
+
     fn play_under(&mut self, trial: &Trial<'_>, variant: Variant) -> Result<Option<Worst>> {
-        let place = || format!("{}, {variant}", trial.label);
-        match trial.play(variant)? {
-            Ended::Absent => Ok(None),
+        let ended = trial.play(variant)?;
+        Ok(self.note(&trial.label, variant, ended))
+    }
+
+    /// Notes how a trial ended under a variant.
+    fn note(&mut self, label: &str, variant: Variant, ended: Ended) -> Option<Worst> {
+        let place = || format!("{label}, {variant}");
+        match ended {
+            Ended::Absent => None,
             Ended::Refused(why) if variant.numbers == Arithmetic::F32 => {
                 self.fail(place(), Check::Admission, why);
-                Ok(None)
+                None
             }
             Ended::Refused(why) => {
                 self.refuse(why);
-                Ok(None)
+                None
             }
             Ended::Played { worst, failures } => {
                 let failures = failures.into_iter();
                 self.failures.extend(failures.map(|failure| Failed { place: place(), failure }));
                 self.worst = self.worst.or(worst);
                 self.runs.push(Run {
-                    trial: trial.label.clone(),
+                    trial: label.to_owned(),
                     variant: variant.to_string(),
                     energy_left: worst.left(),
                     force_max_n: worst.force_max_n,
                 });
-                Ok(Some(worst))
+                Some(worst)
             }
         }
     }

@@ -15,6 +15,7 @@ mod baselines;
 mod case;
 mod cases;
 mod table;
+mod tools;
 mod trial;
 
 pub use baselines::{BaselineKind, Verdict};

@@ -10,6 +10,7 @@ mod rest;
 mod shapes;
 mod states;
 mod supports;
+mod surface;
 mod tiers;
 mod tool;
 
@@ -18,11 +19,12 @@ use super::trial::Pose;
 
 /// All of them, in the order of the table.
 pub fn all() -> impl Iterator<Item = Case> {
-    let groups: [&[Case]; 12] = [
+    let groups: [&[Case]; 13] = [
         states::CASES,
         elements::CASES,
         material::CASES,
         shapes::CASES,
+        surface::CASES,
         supports::CASES,
         tool::CASES,
         range::CASES,

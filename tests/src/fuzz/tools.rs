@@ -1,0 +1,217 @@
+//! A whole session of tools on a contact surface: any tools and settings, then poses, grips, late ticks,
+//! commands and other states in any order.
+
+use arbitrary::{Result, Unstructured};
+use chaincell_host::engine::tissue::Sweeps;
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
+use chaincell_lab::monitor::ToolMonitor;
+
+use super::bodies::tissue;
+
+/// Most ticks of a session, and most sweeps of a tick.
+const TICKS_MAX: usize = 60;
+const SWEEPS_MAX: u16 = 4;
+/// Sweeps that ticks make, in turn: some end early, some late, some are late.
+const SWEEPS: [Option<u16>; 9] =
+    [None, None, Some(0), None, Some(1), Some(0), Some(2), None, Some(u16::MAX)];
+
+/// A session; what the bytes leave open is zero.
+pub fn tools(data: &[u8]) {
+    // Bytes that end early end the session.
+    let _ = session(&mut Unstructured::new(data));
+}
+
+fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
+    let model = tissue(bytes.arbitrary()?);
+    let scheme = *bytes.choose(&[Scheme::Predict, Scheme::Track])?;
+    let friction = *bytes.choose(&[0.0, 0.3, 10.0, f32::NAN])?;
+    let settings = settings(bytes, &model, scheme)?;
+    let mut tools = Vec::new();
+    for _ in 0..bytes.int_in_range(1..=3)? {
+        let parts = bytes.int_in_range(1..=3)?;
+        tools.push((0..parts).map(|_| part(bytes, &model)).collect::<Result<Vec<_>>>()?);
+    }
+    let Ok(network) = Network::new(model, settings) else { return Ok(()) };
+    let contact = Contact::Tools { tools: tools.clone(), friction };
+    let new = || Engine::with_contact(network, scheme, Arithmetic::F32, contact.clone());
+    let (Ok(engine), Ok(mut twin)) = (new(), new()) else { return Ok(()) };
+    twin.go_scalar();
+    twin.forbid_sleep();
+    let monitor = ToolMonitor::new(&engine, &tools, friction).unwrap();
+    let (twin, left) = (bytes.ratio(1, 4)?.then_some(twin), TICKS_MAX);
+    let poses = vec![ToolPose::at(model.centre_m().into(), 0); tools.len()];
+    let mut session = Session { engine, twin, monitor, poses, left };
+    while !bytes.is_empty() && session.left > 0 {
+        session.step(bytes)?;
+    }
+    Ok(())
+}
+
+/// Near the defaults or of any bits.
+fn settings(bytes: &mut Unstructured<'_>, model: &Model<'_>, scheme: Scheme) -> Result<Settings> {
+    let mut settings = scheme.settings(model, bytes.int_in_range(1..=SWEEPS_MAX)?);
+    settings.unloading =
+        *bytes.choose(&[Unloading::Off, Unloading::Release, Unloading::Retreat])?;
+    settings.max_tool_step_m = 1e3 * model.unit_m();
+    let wild = bytes.arbitrary::<u8>()?;
+    for (bit, place) in [(1, &mut settings.max_tool_step_m), (2, &mut settings.max_force_n)] {
+        if wild & bit != 0 {
+            *place = f32::from_bits(bytes.arbitrary()?);
+        }
+    }
+    Ok(settings)
+}
+
+/// Of any kind, from a tenth of an edge to many of them, or of any bits.
+fn part(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<ToolPart> {
+    let unit_m = model.unit_m();
+    let [kind, radius, x, y, z] = bytes.arbitrary::<[u8; 5]>()?;
+    let radius_m = unit_m * (0.1 + f32::from(radius) * f32::from(radius) / 8192.0);
+    let half_m = [x, y, z].map(|half| unit_m * f32::from(half) / 64.0);
+    let mut part = match kind % 8 {
+        0..=2 => ToolPart::sphere(radius_m),
+        3 | 4 => ToolPart::capsule(half_m[2], radius_m),
+        5 => ToolPart::half_space(radius_m),
+        _ => ToolPart::rounded_box(half_m, radius_m),
+    };
+    if kind & 8 != 0 {
+        part.centre_m = bytes.arbitrary::<[i8; 3]>()?.map(|way| unit_m * f32::from(way) / 64.0);
+        part.turn = turn(bytes)?;
+    }
+    if kind & 240 == 240 {
+        let [a, b, c, d] = <[u32; 4]>::map(bytes.arbitrary()?, f32::from_bits);
+        (part.half_m, part.radius_m) = ([a, b, c], d);
+    }
+    Ok(part)
+}
+
+/// Nearly a unit quaternion, or none.
+fn turn(bytes: &mut Unstructured<'_>) -> Result<[f32; 4]> {
+    Ok(bytes.arbitrary::<[i8; 4]>()?.map(|x| f32::from(x) / 64.0))
+}
+
+struct Session<'m> {
+    engine: Engine<'m>,
+    /// The same without vector unit and sleep: the same bits.
+    twin: Option<Engine<'m>>,
+    monitor: ToolMonitor<'m>,
+    poses: Vec<ToolPose>,
+    left: usize,
+}
+
+impl Session<'_> {
+    fn step(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        match bytes.int_in_range(0..=9)? {
+            0 => {
+                let pose = self.pose(bytes)?;
+                let [a, b, c, d] = <[u32; 4]>::map(bytes.arbitrary()?, f32::from_bits);
+                pose.position_m = [a, b, c].into();
+                pose.turn[0] = d;
+                pose.engaged = bytes.arbitrary()?;
+                self.tick(1);
+            }
+            1..=3 => {
+                let model = *self.engine.network().model();
+                let (unit_m, centre_m) = (model.unit_m() / 24.0, model.centre_m());
+                let pose = self.pose(bytes)?;
+                let way = bytes.arbitrary::<[i8; 3]>()?;
+                let at = |axis: usize| centre_m[axis] + unit_m * f32::from(way[axis]);
+                (pose.position_m, pose.engaged) = ([0, 1, 2].map(at).into(), 1);
+                if bytes.arbitrary()? {
+                    pose.turn = turn(bytes)?;
+                }
+                self.tick(bytes.int_in_range(1..=4)?);
+            }
+            4 => {
+                self.pose(bytes)?.engaged = 0;
+                self.tick(1);
+            }
+            5 => self.tick(bytes.int_in_range(1..=12)?),
+            6 => self.grip(bytes.arbitrary::<u8>()?.into()),
+            7 => {
+                let (tool, ticks) = bytes.arbitrary::<(u8, u8)>()?;
+                let (tool, ticks) = (usize::from(tool % 4), u16::from(ticks % 32));
+                self.engine.let_go(tool, ticks);
+                self.twin.as_mut().into_iter().for_each(|twin| twin.let_go(tool, ticks));
+            }
+            8 => self.command(bytes.arbitrary()?),
+            _ => self.displace(bytes)?,
+        }
+        Ok(())
+    }
+
+    /// The pose of one of the tools; a tool beyond the poses has one again.
+    fn pose(&mut self, bytes: &mut Unstructured<'_>) -> Result<&mut ToolPose> {
+        let tool = usize::from(bytes.arbitrary::<u8>()?) % self.poses.len();
+        Ok(&mut self.poses[tool])
+    }
+
+    fn tick(&mut self, times: usize) {
+        for _ in 0..times.min(self.left) {
+            self.left -= 1;
+            let sweeps = SWEEPS[self.left % SWEEPS.len()];
+            // Now and then the last tool has no pose.
+            let given = self.poses.len() - usize::from(self.left % 11 == 3);
+            let poses = self.poses.get(..given).unwrap_or_default();
+            let output = self.monitor.tick(&mut self.engine, poses, sweeps);
+            assert!(self.monitor.failures().is_empty(), "{:?}", self.monitor.failures());
+            if let Some(twin) = &mut self.twin {
+                assert_eq!(twin.tick_tools_by(poses, Sweeps::Counted(sweeps)), output);
+                assert_eq!(twin.state_hash(), self.engine.state_hash());
+                for tool in 0..self.poses.len() {
+                    assert_eq!(twin.tool_output(tool), self.engine.tool_output(tool));
+                }
+            }
+        }
+    }
+
+    fn grip(&mut self, tool: usize) {
+        let held = self.monitor.grip(&mut self.engine, tool % 4);
+        if let Some(twin) = &mut self.twin {
+            assert_eq!(twin.grip(tool % 4), held);
+        }
+    }
+
+    fn both(&mut self, mut change: impl FnMut(&mut Engine<'_>)) {
+        self.monitor.interfere();
+        change(&mut self.engine);
+        self.twin.as_mut().into_iter().for_each(change);
+    }
+
+    fn command(&mut self, words: [u32; 3]) {
+        match Command::from_words(words) {
+            Ok(Command::Sweeps(sweeps)) if sweeps > SWEEPS_MAX => {}
+            Ok(command) => {
+                self.both(|engine| {
+                    let _ = engine.obey(&command);
+                });
+                if let (Command::Reset, Some(twin)) = (command, &mut self.twin) {
+                    twin.go_scalar();
+                    twin.forbid_sleep();
+                }
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// Every cell at once somewhere else, as far as two decades beyond the body.
+    fn displace(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
+        let model = *self.engine.network().model();
+        let seed = bytes.arbitrary::<[i8; 4]>()?;
+        let scale = 10_f32.powi(bytes.int_in_range(-6..=2)?);
+        let keep = f32::from(bytes.arbitrary::<i8>()?) / 64.0;
+        let positions: Vec<[f32; 3]> = (0..model.cells())
+            .map(|cell| {
+                let rest = model.rest_position(cell);
+                [0, 1, 2].map(|axis| {
+                    let noise = f32::from(seed[(3 * cell + axis + cell / 5) % 4]) / 128.0;
+                    keep * rest[axis] + scale * noise
+                })
+            })
+            .collect();
+        self.both(|engine| engine.set_positions(&positions).unwrap());
+        Ok(())
+    }
+}
