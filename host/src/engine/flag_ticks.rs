@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::words::counted;
 
 /// Names of the flags, in the order of their bits.
-const NAMES: [(&str, Flags); 10] = [
+const NAMES: [(&str, Flags); 11] = [
     ("motion_clamped", Flags::MOTION_CLAMPED),
     ("bad_sample", Flags::BAD_SAMPLE),
     ("stale", Flags::STALE),
@@ -20,6 +20,7 @@ const NAMES: [(&str, Flags); 10] = [
     ("contact_capacity", Flags::CONTACT_CAPACITY),
     ("late", Flags::LATE),
     ("release_first", Flags::RELEASE_FIRST),
+    ("force_withheld", Flags::FORCE_WITHHELD),
 ];
 
 /// Counts the ticks on which each flag was set. As JSON an object that has the flags seen, each

@@ -191,6 +191,12 @@
 #define CHAINCELL_FLAG_RELEASE_FIRST 512
 
 /**
+ * The stage lets the force go along its ramp: passivity control cannot make up for the energy that
+ * sampling and delay make.
+ */
+#define CHAINCELL_FLAG_FORCE_WITHHELD 1024
+
+/**
  * At most so many bytes the room for contact on surfaces takes beside those of the four numbers
  * below: what `CHAINCELL_TOUCH_BYTES` goes by.
  */

@@ -135,7 +135,8 @@ pub enum Code {
     StageTick = -120,
     /// The coupling's stiffness or damping is negative or above 1e6.
     StageCoupling = -121,
-    /// The device's damping is negative or above 1e6, or the delay above 1 tick.
+    /// The device's damping is negative or above 1e6, or the delay above 16 ticks, without a
+    /// coupling above 1.
     StagePassivity = -122,
     /// `max_slew_n_per_s` is not positive.
     StageSlew = -123,
@@ -267,7 +268,8 @@ impl Code {
             Self::StageTick => c"tick_s must be 1e-5 to 1",
             Self::StageCoupling => c"the coupling's stiffness and damping must be 0 to 1e6",
             Self::StagePassivity => {
-                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick"
+                c"the device's damping must be 0 to 1e6 N s/m, the delay 0 to 16 ticks, \
+                  without a coupling 0 or 1"
             }
             Self::StageSlew => c"max_slew_n_per_s must be positive",
             Self::StageMaxForce => c"the stage's max_force_n must be positive",

@@ -58,7 +58,8 @@ pub use settings::{
 };
 pub use stage::{
     DeviceKind, STAGE_WORDS, StageSettings, StageStorage, chaincell_stage_default,
-    chaincell_stage_init, chaincell_stage_missed, chaincell_stage_output, chaincell_stage_sample,
+    chaincell_stage_delayed, chaincell_stage_init, chaincell_stage_missed, chaincell_stage_output,
+    chaincell_stage_sample,
 };
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
@@ -66,11 +67,11 @@ pub use storage::{
     chaincell_tissue_init_with, chaincell_tissue_reset, chaincell_tissue_size,
 };
 pub use tick::{
-    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED, FLAG_LATE,
-    FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK, FLAG_SAFE_STATE, FLAG_STALE, More,
-    Output, Sample, chaincell_fine_position, chaincell_position, chaincell_positions,
-    chaincell_set_positions, chaincell_state_hash, chaincell_tick, chaincell_tick_late,
-    chaincell_tick_while,
+    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
+    FLAG_FORCE_WITHHELD, FLAG_LATE, FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK,
+    FLAG_SAFE_STATE, FLAG_STALE, More, Output, Sample, chaincell_fine_position, chaincell_position,
+    chaincell_positions, chaincell_set_positions, chaincell_state_hash, chaincell_tick,
+    chaincell_tick_late, chaincell_tick_while,
 };
 pub use tools::{
     ContactForce, ToolOutput, ToolPart, ToolPose, chaincell_choose_tools, chaincell_contact_forces,

@@ -55,7 +55,8 @@ pub struct StageSettings {
     pub passivity: u32,
     /// Damping that the device's own mechanics have for sure, 0 to 1e6 \[N s/m\].
     pub device_damping_n_s_per_m: f32,
-    /// Ticks between an answer and the device's pushing with it, 0 or 1.
+    /// Ticks between an answer and the device's pushing with it, 0 to 16, without a coupling 0 or 1.
+    /// From 2 on the coupling is weakened to what is passive with it.
     pub delay_ticks: u32,
     /// Largest change of the force, infinite for none \[N/s\].
     pub max_slew_n_per_s: f32,
@@ -171,6 +172,19 @@ pub unsafe extern "C" fn chaincell_stage_init(
         // SAFETY: a slot fits into the storage by size and alignment, and the storage was written.
         unsafe { stage.cast::<Slot>().write(Slot { tag: STAGE_TAG, stage: value }) };
         Ok(())
+    }))
+}
+
+/// An answer takes so many ticks from its sample to the device's pushing with it, as it was measured:
+/// called before `chaincell_stage_sample`. What is shown follows the mean of the last 256 or so.
+///
+/// # Safety
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_delayed(stage: *mut StageStorage, ticks: u32) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { self::stage(stage) }.map(|stage| {
+        stage.delayed(u16::try_from(ticks).unwrap_or(u16::MAX));
     }))
 }
 

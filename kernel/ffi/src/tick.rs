@@ -78,6 +78,9 @@ pub const FLAG_CONTACT_CAPACITY: u32 = 128;
 pub const FLAG_LATE: u32 = 256;
 /// The tool counts as not engaged until it has been released once; set by a process around.
 pub const FLAG_RELEASE_FIRST: u32 = 512;
+/// The stage lets the force go along its ramp: passivity control cannot make up for the energy that
+/// sampling and delay make.
+pub const FLAG_FORCE_WITHHELD: u32 = 1024;
 
 const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
 const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
@@ -89,6 +92,7 @@ const _: () = assert!(FLAG_ROLLED_BACK == Flags::ROLLED_BACK.0);
 const _: () = assert!(FLAG_CONTACT_CAPACITY == Flags::CONTACT_CAPACITY.0);
 const _: () = assert!(FLAG_LATE == Flags::LATE.0);
 const _: () = assert!(FLAG_RELEASE_FIRST == Flags::RELEASE_FIRST.0);
+const _: () = assert!(FLAG_FORCE_WITHHELD == Flags::FORCE_WITHHELD.0);
 
 /// The answer to a call without a body.
 pub(crate) const SAFE: Output = Output {

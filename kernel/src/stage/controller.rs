@@ -7,7 +7,8 @@
 //! no noise, and S may take 20 N s/m then.
 //!
 //! - L < 0: alpha = -L / (h |v|^2); the rest stays in the ledger. What the last tick has ordered
-//!   and the device does not feel yet is not ordered again.
+//!   and the device does not feel yet is not ordered again. Not with a long delay, where nothing is
+//!   made ([`delay`](super::delay)).
 //! - S: a force that pushes the hand the way it goes does the work that is left of S in the next
 //!   tick; what goes beyond is damped. A tool that stands still is given the force as it is, and
 //!   the ramp waits while it would push more than that.
@@ -21,8 +22,8 @@
 use crate::number::cell::{dot, scale, sub};
 use crate::number::clamp::clamped;
 use crate::number::sqrt::sqrt;
+use crate::stage::delay::Delay;
 use crate::stage::observer::Observer;
-use crate::stage::settings::Passivity;
 
 /// Largest damping, for which a handle of 50 g stays in hand at 1 kHz [N s/m].
 const ALPHA_MAX: f32 = 20.0;
@@ -55,6 +56,12 @@ impl Asked {
     }
 }
 
+/// Largest damping [N s/m]: less of a longer delay, where a damper is a drive.
+fn alpha_max(delay: f32) -> f32 {
+    let late = if delay > 1.0 { 1.5 / (0.5 + delay) } else { 1.0 };
+    late * ALPHA_MAX
+}
+
 impl Controller {
     pub(super) const NEW: Self = Self { ordered: 0.0 };
 
@@ -63,20 +70,22 @@ impl Controller {
     pub(super) fn control(
         &mut self,
         observer: &Observer,
-        of: &Passivity,
         tick_s: f32,
+        delay: &Delay,
         [stiffness, most_n]: [f32; 2],
         force: [f32; 3],
     ) -> Asked {
-        let under_way = if of.delay_ticks == 0 { 0.0 } else { self.ordered };
+        let (delay, is_long) = (delay.ticks(), delay.is_long());
+        let under_way = if delay == 0.0 { 0.0 } else { self.ordered };
         self.ordered = 0.0;
         let rate = observer.rate();
         let squared = dot(rate, rate);
         if squared <= STILL_M2 {
             return Asked::all_of(force);
         }
-        let makes = (1.0 + 2.0 * f32::from(of.delay_ticks)) * stiffness * tick_s;
-        let alpha = if makes < ALPHA_MAX { makes } else { ALPHA_MAX };
+        let makes = (1.0 + 2.0 * delay) * stiffness * tick_s;
+        let alpha_max = alpha_max(delay);
+        let alpha = if makes < alpha_max { makes } else { alpha_max };
         let most = alpha / tick_s;
         let fast = sqrt(squared);
         let is_motion = fast / (fast + observer.count());
@@ -84,13 +93,13 @@ impl Controller {
             let wanted = if wanted_j > 0.0 { wanted_j / squared } else { 0.0 };
             is_motion * if wanted < most { wanted } else { most }
         };
-        let made = damp(-observer.sampling_j() - under_way, most);
+        let made = if is_long { 0.0 } else { damp(-observer.sampling_j() - under_way, most) };
         let force = sub(force, scale(made, rate));
         let unsure = SURE_COUNTS * observer.count();
         let is_sure = squared / (squared + unsure * unsure);
-        let most = most + is_sure * (ALPHA_MAX / tick_s - most);
+        let most = most + is_sure * (alpha_max / tick_s - most);
         let (given, _) = clamped(force, most_n);
-        let over = damp(dot(given, rate) - observer.reserve_j(of), most - made);
+        let over = damp(dot(given, rate) - observer.reserve_j(), most - made);
         self.ordered = (made + over) * squared;
         Asked { force, off: scale(over, rate) }
     }

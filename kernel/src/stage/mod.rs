@@ -4,7 +4,7 @@
 //!
 //! 1. finite check: a bad sample is no sample, a bad answer is no force (always there);
 //! 2. virtual coupling: the tool is a proxy on a spring;
-//! 3. passivity observer and controller, on the tissue's exact energy ledger;
+//! 3. passivity observer and controller, on what the hand pays and is given;
 //! 4. magnitude clamp;
 //! 5. ramp after engaging and after a silence;
 //! 6. watchdog: without samples the last force holds for a while, then falls;
@@ -70,6 +70,7 @@
 
 mod controller;
 mod coupling;
+mod delay;
 mod finite;
 mod observer;
 mod ramp;
@@ -79,10 +80,11 @@ mod slew;
 mod tests;
 mod watchdog;
 
+pub use delay::passive_stiffness_n_per_m;
 pub use ramp::{on_ramp, ramp_share};
 pub use settings::{
-    COUPLING_MAX, COUPLING_MIN, Coupling, Device, Passivity, StageError, StageSettings, TICK_S,
-    TICKS_MAX,
+    COUPLING_MAX, COUPLING_MIN, Coupling, DELAY_MAX, Device, Passivity, StageError, StageSettings,
+    TICK_S, TICKS_MAX,
 };
 pub use slew::slew_limited;
 
@@ -91,6 +93,7 @@ use crate::number::clamp::clamped;
 use crate::tick::sample::{Flags, TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
+use delay::Delay;
 use nalgebra::Vector3;
 use observer::Observer;
 use ramp::Ramp;
@@ -107,6 +110,7 @@ pub struct Stage {
     proxy: Proxy,
     observer: Observer,
     controller: Controller,
+    delay: Delay,
     ramp: Ramp,
     watchdog: Watchdog,
     /// The device's last good position and its last motion \[m\].
@@ -143,6 +147,7 @@ impl Stage {
             proxy: Proxy::NEW,
             observer: Observer::NEW,
             controller: Controller::NEW,
+            delay: Delay::new(settings.passivity.map_or(0, |of| of.delay_ticks)),
             ramp: Ramp::new(settings.ramp_ticks),
             watchdog: Watchdog::NEW,
             device: [0.0; 3],
@@ -166,6 +171,21 @@ impl Stage {
         &self.settings
     }
 
+    /// An answer takes so many ticks from its sample to the device's pushing with it, as it was
+    /// measured: counts above 1,000 are taken as that. Called before [`Self::sample`]. What is shown
+    /// follows the mean of the last 256 or so.
+    pub fn delayed(&mut self, ticks: u16) {
+        self.delay.hear(ticks.min(1000).into());
+    }
+
+    /// The coupling in force: that of the settings, or what the delay admits of it.
+    #[must_use]
+    pub fn coupling(&self) -> Option<Coupling> {
+        let of = self.settings.coupling.as_ref()?;
+        let Some(passivity) = &self.settings.passivity else { return Some(*of) };
+        Some(self.delay.admits(of, passivity.device_damping_n_s_per_m, self.settings.tick_s))
+    }
+
     /// What the tissue is given for what the device has measured: the tool behind the coupling.
     ///
     /// A sample that is bad here (not good, or a coordinate beyond 1 km) is bad for the tissue too.
@@ -187,7 +207,7 @@ impl Stage {
         if self.settings.passivity.is_some() {
             self.observer.see(position, self.took);
         }
-        let Some(coupling) = &self.settings.coupling else { return *device };
+        let Some(coupling) = &self.coupling() else { return *device };
         if engaged && !self.begins {
             // As if no tick were missing: where the tissue is does not depend on silences.
             self.proxy.step(coupling, self.settings.tick_s, position, self.dx);
@@ -255,14 +275,21 @@ impl Stage {
         goes_by_position && answer.contacts > 0 && !is_stiff && answer.force_n != Vector3::zeros()
     }
 
-    /// A step of the ramp: down where the ledger is overdrawn, none where the hand would get more
-    /// than it has put in.
+    /// A step of the ramp: down where the ledger is overdrawn, or the delay too long for a stage without
+    /// a coupling; none where the hand would get more than it has put in.
     fn go_on_ramp(&mut self, answer: &mut TickOutput) {
-        let Some(passivity) = &self.settings.passivity else { return self.ramp.up() };
+        if self.settings.passivity.is_none() {
+            return self.ramp.up();
+        }
         let push = dot(self.asked.force, self.observer.rate());
-        if self.observer.is_overdrawn() && self.ramp.back_off() {
-            answer.flags.insert(Flags::FORCE_CLAMPED);
-        } else if push <= self.observer.reserve_j(passivity) {
+        let cannot_hold = if self.delay.is_long() {
+            self.settings.coupling.is_none()
+        } else {
+            self.observer.is_overdrawn()
+        };
+        if cannot_hold && self.ramp.back_off() {
+            answer.flags.insert(Flags::FORCE_WITHHELD);
+        } else if push <= self.observer.reserve_j() {
             self.ramp.up();
         }
     }
@@ -315,20 +342,23 @@ impl Stage {
     fn observe(&mut self, answer: &TickOutput) {
         let Some(passivity) = &self.settings.passivity else { return };
         let at = self.observer.at();
-        // Without a coupling: what the tissue would store less with the tool at the play's place.
-        let stored = match &self.settings.coupling {
-            Some(coupling) => self.proxy.stored(coupling, at),
-            None => -dot(answer.force_n.into(), sub(at, self.device)),
+        let (shown, stored) = match &self.coupling() {
+            Some(coupling) => {
+                let shown = self.proxy.force(coupling, self.time_s(), self.device, self.dx);
+                let play = scale(coupling.stiffness_n_per_m, sub(self.device, at));
+                (add(shown, play), self.proxy.stored(coupling, at))
+            }
+            None => (answer.force_n.into(), 0.0),
         };
         if self.begins && self.is_good {
             self.controller = Controller::NEW;
-            self.observer.begin(stored);
+            self.observer.begin(shown);
         } else if self.has_gap && self.is_good {
             self.controller = Controller::NEW;
-            self.observer.resume(stored);
+            self.observer.resume(shown);
         } else if self.engaged {
-            let energies = [answer.work_j, stored, answer.energy_j];
-            self.observer.book(passivity, self.settings.tick_s, energies);
+            let times = [self.settings.tick_s, self.delay.ticks()];
+            self.observer.book(passivity, times, shown, answer.energy_j + stored);
         }
         self.has_gap &= !self.is_good;
     }
@@ -341,7 +371,7 @@ impl Stage {
     /// The force behind coupling and passivity control.
     fn wanted(&mut self, answer: &TickOutput) -> Asked {
         let tick_s = self.settings.tick_s;
-        let (force, stiffness) = match &self.settings.coupling {
+        let (force, stiffness) = match &self.coupling() {
             Some(coupling) => (
                 self.proxy.force(coupling, self.time_s(), self.device, self.dx),
                 coupling.stiffness_n_per_m,
@@ -349,9 +379,9 @@ impl Stage {
             None => (answer.force_n.into(), answer.stiffness_n_per_m),
         };
         match &self.settings.passivity {
-            Some(passivity) => {
+            Some(_) => {
                 let limits = [stiffness, self.settings.max_force_n];
-                self.controller.control(&self.observer, passivity, tick_s, limits, force)
+                self.controller.control(&self.observer, tick_s, &self.delay, limits, force)
             }
             None => Asked::all_of(force),
         }

@@ -5,15 +5,17 @@
 //!
 //! ```text
 //! S = sum of -F . dx                                  F = what the device was given
-//! L = sum of -G . dx + b |dx|^2 / h  -  T  -  V       G = the same, see below
+//! L = sum of (M - G) . dx + b |dx|^2 / h              G = the same, see below
 //! ```
 //!
-//! T = the tissue's exact ledger ([`work_j`](crate::TickOutput::work_j)), V = what the coupling
-//! stores, b = the damping that the device has for sure. S < 0: the hand got back more than it ever
+//! M = the mean of what is to be shown before and after dx, what a device without ticks would push
+//! with; b = the damping that the device has for sure. S < 0: the hand got back more than it ever
 //! gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
-//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). G is the force before
-//! ramp and clamp, whose doing is not sampling's, less the slew limit's lag, which makes energy
-//! too. Losses in the tissue count neither way; the coupling's own make L rise. L is kept within
+//! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). What the tissue does
+//! with its work counts neither way: one that gives way, or that takes up cells which the hand did not
+//! pay for, makes no debt. G is the force before ramp and clamp, whose doing is not sampling's, less the
+//! slew limit's lag, which makes energy too. L is for a delay of up to a tick; for a longer one see
+//! [`delay`](super::delay). L is kept within
 //! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S at
 //! most [`SURPLUS_MAX_J`] above what tissue and coupling store, so that what the tissue has lost is
 //! no credit. A debt of either fades within [`FADE_S`]: counts hide a little of every tick, which
@@ -27,7 +29,7 @@
 //! of r = q / m a tick, on average r / 2 beyond it. Motions of r >= q a tick are anywhere in their
 //! count. So the position that counts lags what was measured by (q - r) / 2, never below 0, along
 //! the motion; noise of one count moves it little. b |dx|^2 / (m h) is the least dissipation of
-//! such a motion, and V is taken at that position. q = the smallest step that the device has shown
+//! such a motion, and a coupling's force is taken at that position. q = the smallest step that the device has shown
 //! so far: right for encoders along the axes; of joints' encoders it takes too small a one, and the
 //! controller then sees slow motions as jumps.
 //!
@@ -35,10 +37,10 @@
 //! J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997); quantisation:
 //! J. J. Abbott, A. M. Okamura, Effects of position quantization and sampling rate (2005).
 
-use crate::number::cell::{dot, scale, sub};
+use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
-use crate::stage::settings::Passivity;
+use crate::stage::settings::{DELAY_MAX, Passivity};
 
 /// Largest surplus of L \[J\].
 pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;
@@ -53,7 +55,9 @@ const COUNT_MAX_M: f32 = 1.0e-4;
 const STILL_TICKS: u16 = 1000;
 
 /// Forces on their way to the device, the last one first \[N\].
-type Forces = [[f32; 3]; 2];
+type Forces<const N: usize> = [[f32; 3]; N];
+/// As many as may be on their way, and the one that acts.
+const WAY: usize = DELAY_MAX as usize + 1;
 
 /// The observer of one port.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,11 +72,13 @@ pub(super) struct Observer {
     dx: [f32; 3],
     took: u16,
     rate: [f32; 3],
-    given: Forces,
-    asked: Forces,
+    given: Forces<WAY>,
+    asked: Forces<2>,
     port: TwoFloat,
     sampling: TwoFloat,
-    stored: f32,
+    shown: [f32; 3],
+    /// Forces that are on their way.
+    delay: usize,
 }
 
 impl Observer {
@@ -84,11 +90,12 @@ impl Observer {
         dx: [0.0; 3],
         took: 1,
         rate: [0.0; 3],
-        given: [[0.0; 3]; 2],
+        given: [[0.0; 3]; WAY],
         asked: [[0.0; 3]; 2],
         port: TwoFloat::ZERO,
         sampling: TwoFloat::ZERO,
-        stored: 0.0,
+        shown: [0.0; 3],
+        delay: 0,
     };
 
     /// A sample of the device's position, `ticks` after the last one.
@@ -135,36 +142,44 @@ impl Observer {
     }
 
     /// The tool takes hold: a ledger begins, the coupling storing `stored` \[J\].
-    pub(super) fn begin(&mut self, stored: f32) {
-        (self.port, self.sampling, self.stored) = (TwoFloat::ZERO, TwoFloat::ZERO, stored);
+    pub(super) fn begin(&mut self, shown: [f32; 3]) {
+        (self.port, self.sampling, self.shown) = (TwoFloat::ZERO, TwoFloat::ZERO, shown);
         // What was given still acts.
         self.asked = [[0.0; 3]; 2];
     }
 
     /// Ticks are missing: L begins anew, the coupling storing `stored` \[J\].
-    pub(super) fn resume(&mut self, stored: f32) {
-        (self.sampling, self.stored) = (TwoFloat::ZERO, stored);
+    pub(super) fn resume(&mut self, shown: [f32; 3]) {
+        (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
     }
 
     /// Books a tick in which the tool did `work` on the tissue and after which the coupling stores
     /// `stored`, the tissue at most `level` \[J\].
-    pub(super) fn book(&mut self, of: &Passivity, tick_s: f32, [work, stored, level]: [f32; 3]) {
-        let [given, asked] = [self.given, self.asked]
-            .map(|[last, before]| if of.delay_ticks == 0 { last } else { before });
+    pub(super) fn book(
+        &mut self,
+        of: &Passivity,
+        [tick_s, delay]: [f32; 2],
+        shown: [f32; 3],
+        level: f32,
+    ) {
+        self.delay = whole(delay);
+        let given = self.given.get(self.delay).copied().unwrap_or_default();
+        let asked = if self.delay == 0 { self.asked[0] } else { self.asked[1] };
         let (dx, fade) = (self.dx, tick_s / FADE_S);
         let port = self.port.plus((-dot(given, dx)).into());
-        self.port = kept(port, level + stored + SURPLUS_MAX_J, fade);
+        self.port = kept(port, level + SURPLUS_MAX_J, fade);
         let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);
-        let gained = TwoFloat::from(lost - dot(asked, dx)).minus(work.into());
-        let sampling = self.sampling.plus(gained).minus((stored - self.stored).into());
-        self.sampling = kept(sampling, SURPLUS_MAX_J, fade);
-        self.stored = stored;
+        let ideal = scale(0.5, add(self.shown, shown));
+        let gained = lost - dot(sub(asked, ideal), dx);
+        self.sampling = kept(self.sampling.plus(gained.into()), SURPLUS_MAX_J, fade);
+        self.shown = shown;
     }
 
     /// What the device was asked for and given in this tick.
     pub(super) fn give(&mut self, asked: [f32; 3], given: [f32; 3]) {
         self.asked = [asked, self.asked[0]];
-        self.given = [given, self.given[0]];
+        self.given.rotate_right(1);
+        self.given[0] = given;
         self.took = if self.dx == [0.0; 3] { self.took.saturating_add(1) } else { 1 };
         self.dx = [0.0; 3];
     }
@@ -196,11 +211,18 @@ impl Observer {
 
     /// What the hand may still get back, S less what is on its way at the present motion, at least
     /// 0 \[J\].
-    pub(super) fn reserve_j(&self, of: &Passivity) -> f32 {
-        let coming = if of.delay_ticks == 0 { 0.0 } else { dot(self.given[0], self.rate) };
+    pub(super) fn reserve_j(&self) -> f32 {
+        let under_way = self.given.iter().take(self.delay);
+        let coming = under_way.fold(0.0, |sum, force| sum + dot(*force, self.rate));
         let reserve = self.port.hi - coming;
         if reserve > 0.0 { reserve } else { 0.0 }
     }
+}
+
+/// A mean delay in whole ticks.
+fn whole(ticks: f32) -> usize {
+    let ticks = ticks + 0.5;
+    if ticks > f32::from(DELAY_MAX) { DELAY_MAX.into() } else { ticks as usize }
 }
 
 /// A sum at most `most`, its debt faded by the share `fade` and at most [`DEBT_MAX_J`].

@@ -5,6 +5,9 @@ use crate::tick::choice::choices;
 /// Largest ramp or watchdog \[ticks\].
 pub const TICKS_MAX: u16 = 60_000;
 
+/// Largest delay of a device's force \[ticks\].
+pub const DELAY_MAX: u8 = 16;
+
 /// Range of a tick's time \[s\].
 pub const TICK_S: core::ops::RangeInclusive<f32> = 1.0e-5..=1.0;
 /// Least stiffness of a coupling \[N/m\].
@@ -29,8 +32,10 @@ pub struct Coupling {
 pub struct Passivity {
     /// Damping that the device's own mechanics have for sure, 0 to [`COUPLING_MAX`] [N s/m].
     pub device_damping_n_s_per_m: f32,
-    /// Ticks between an answer and the device's pushing with it: 0 where the force of a tick acts
-    /// from that tick's sample to the next, 1 where it acts a tick later.
+    /// Ticks between an answer and the device's pushing with it, at most [`DELAY_MAX`]: 0 where the
+    /// force of a tick acts from that tick's sample to the next, 1 where it acts a tick later. From 2
+    /// on the coupling shows at most 0.8 of
+    /// [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
     pub delay_ticks: u8,
 }
 
@@ -160,7 +165,8 @@ impl StageSettings {
         });
         let passivity = self
             .passivity
-            .is_none_or(|of| damping(of.device_damping_n_s_per_m) && of.delay_ticks <= 1);
+            .is_none_or(|of| damping(of.device_damping_n_s_per_m) && of.delay_ticks <= DELAY_MAX)
+            && (self.coupling.is_some() || self.passivity.is_none_or(|of| of.delay_ticks <= 1));
         if !TICK_S.contains(&self.tick_s) {
             Err(StageError::Tick)
         } else if !coupling {
@@ -189,8 +195,12 @@ pub enum StageError {
     /// [`COUPLING_MAX`].
     #[error("the coupling's stiffness must be 1 to 1e6 N/m, its damping 0 to 1e6 N s/m")]
     Coupling,
-    /// The device's damping is negative or above [`COUPLING_MAX`], or the delay above 1 tick.
-    #[error("the device's damping must be 0 to 1e6 N s/m, the delay 0 or 1 tick")]
+    /// The device's damping is negative or above [`COUPLING_MAX`], or the delay above [`DELAY_MAX`],
+    /// or above 1 tick without a coupling.
+    #[error(
+        "the device's damping must be 0 to 1e6 N s/m, the delay 0 to 16 ticks, \
+             without a coupling 0 or 1"
+    )]
     Passivity,
     /// The slew limit is not positive.
     #[error("the slew limit must be positive")]

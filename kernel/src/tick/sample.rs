@@ -74,8 +74,7 @@ impl Flags {
     pub const BAD_SAMPLE: Self = Self(2);
     /// No sample within the watchdog's time (set by the output stage, or the process around).
     pub const STALE: Self = Self(4);
-    /// The force was shortened to the limit in force, or the output stage lets it go since
-    /// passivity control cannot keep up.
+    /// The force was shortened to the limit in force.
     pub const FORCE_CLAMPED: Self = Self(8);
     /// Safe state: the force is zero.
     pub const SAFE_STATE: Self = Self(16);
@@ -90,6 +89,9 @@ impl Flags {
     pub const LATE: Self = Self(256);
     /// The tool counts as not engaged until it has been released once (set by the process around).
     pub const RELEASE_FIRST: Self = Self(512);
+    /// The output stage lets the force go along its ramp: passivity control cannot make up for the
+    /// energy that sampling and delay make.
+    pub const FORCE_WITHHELD: Self = Self(1024);
 
     /// Sets every bit of `other`.
     pub const fn insert(&mut self, other: Self) {

@@ -117,7 +117,9 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.coupling_n_per_m = -1.0, Code::StageCoupling);
     refused(|s| s.coupling_n_s_per_m = f32::NAN, Code::StageCoupling);
     refused(|s| s.device_damping_n_s_per_m = 2.0e6, Code::StagePassivity);
-    refused(|s| s.delay_ticks = 2, Code::StagePassivity);
+    refused(|s| s.delay_ticks = 16, Code::Ok);
+    refused(|s| (s.delay_ticks, s.coupling_n_per_m) = (2, 0.0), Code::StagePassivity);
+    refused(|s| s.delay_ticks = 17, Code::StagePassivity);
     refused(|s| s.delay_ticks = 256, Code::StagePassivity);
     refused(|s| s.max_slew_n_per_s = 0.0, Code::StageSlew);
     refused(|s| s.max_force_n = f32::NAN, Code::StageMaxForce);

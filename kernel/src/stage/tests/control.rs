@@ -62,7 +62,7 @@ fn a_force_that_was_let_go_comes_back_to_a_hand_at_rest() {
     // 0.3 m/s down to 5 mm, against more than the controller can make up for.
     let path = |tick: u16| 1.0e-3 - 3.0e-4 * f32::from(tick.min(20));
     let seen = outputs(settings, 1.0e4, path);
-    let has_let_go = |output: &TickOutput| output.flags.contains(Flags::FORCE_CLAMPED);
+    let has_let_go = |output: &TickOutput| output.flags.contains(Flags::FORCE_WITHHELD);
     assert!(seen[..200].iter().any(|output| has_let_go(output) && output.force_n.z < 6.0));
     assert!(seen[1000..].iter().all(|output| output.force_n.z > 11.9), "{:?}", seen[3999]);
 }
@@ -78,7 +78,7 @@ fn without_a_ramp_no_force_is_let_go() {
     };
     let path = |tick: u16| 1.0e-3 - 3.0e-4 * f32::from(tick.min(20));
     let seen = outputs(settings, 1.0e4, path);
-    assert!(seen.iter().all(|output| !output.flags.contains(Flags::FORCE_CLAMPED)));
+    assert!(seen.iter().all(|output| !output.flags.contains(Flags::FORCE_WITHHELD)));
     assert!((seen[3999].force_n.z - 50.0).abs() < 0.1, "{}", seen[3999].force_n.z);
 }
 

@@ -1,0 +1,125 @@
+//! Delay: how old the force is that the device shows, and what stiffness may be shown with it.
+//!
+//! A device that takes d ticks of length h to push with an answer and holds it for one more makes
+//! energy out of a spring k: with `x_i` its motions in a tick,
+//!
+//! ```text
+//! k sum over i of x_i (x_i / 2 + x_{i-1} + ... + x_{i-d})  <=  k (1/2 + d) sum of x_i^2
+//! ```
+//!
+//! by the inequality of Cauchy and Schwarz, whatever the motion is. Its own damping b takes at least
+//! b / h times the sum of `x_i^2`. So up to
+//!
+//! ```text
+//! k = 2 b / ((1 + 2 d) h)
+//! ```
+//!
+//! nothing is made, with no control at all. From [`BOUND`] ticks on the coupling is a spring of
+//! [`SHARE`] of that at most: what is left pays for the encoder's counts. Up to [`FREE`] ticks the
+//! controller makes up for the delay, and the coupling is what the settings say. In between the
+//! compliance goes from the one to the other.
+//!
+//! A delay that is measured counts by its mean over some [`MEMORY`] ticks: the sum is linear in it, and
+//! one late answer is no reason to show less.
+//!
+//! Source: J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997).
+
+use super::settings::Coupling;
+
+/// Share of the largest stiffness that is passive by itself.
+const SHARE: f32 = 0.8;
+/// Ticks over which a measured delay is averaged.
+const MEMORY: f32 = 256.0;
+/// Delay up to which the coupling is what the settings say \[ticks\].
+const FREE: f32 = 1.0;
+/// Delay from which on it is bounded \[ticks\].
+const BOUND: f32 = 1.25;
+
+/// The largest stiffness that a device of the damping `damping_n_s_per_m` can show without making
+/// energy, with `delay_ticks` of `tick_s` between an answer and its force \[N/m\].
+#[must_use]
+pub fn passive_stiffness_n_per_m(damping_n_s_per_m: f32, delay_ticks: f32, tick_s: f32) -> f32 {
+    2.0 * damping_n_s_per_m / ((1.0 + 2.0 * delay_ticks) * tick_s)
+}
+
+/// The delay, as it was told or as it was lately.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Delay {
+    ticks: f32,
+}
+
+impl Delay {
+    pub(super) fn new(ticks: u8) -> Self {
+        Self { ticks: ticks.into() }
+    }
+
+    /// An answer takes so many ticks.
+    pub(super) fn hear(&mut self, ticks: f32) {
+        self.ticks += (ticks - self.ticks) / MEMORY;
+    }
+
+    /// The mean \[ticks\].
+    pub(super) fn ticks(&self) -> f32 {
+        self.ticks
+    }
+
+    /// Whether it is too long for a controller to make up for.
+    pub(super) fn is_long(&self) -> bool {
+        self.ticks >= BOUND
+    }
+
+    /// The coupling that may be shown by a device of the damping `damping`.
+    pub(super) fn admits(&self, of: &Coupling, damping: f32, tick_s: f32) -> Coupling {
+        if self.ticks <= FREE {
+            return *of;
+        }
+        let late = if self.ticks > BOUND { self.ticks } else { BOUND };
+        let bound = SHARE * passive_stiffness_n_per_m(damping, late, tick_s);
+        let wished = of.stiffness_n_per_m;
+        if bound >= wished {
+            return *of;
+        }
+        let share = if self.is_long() { 1.0 } else { (self.ticks - FREE) / (BOUND - FREE) };
+        Coupling {
+            stiffness_n_per_m: wished * bound / (bound + share * (wished - bound)),
+            damping_n_s_per_m: (1.0 - share) * of.damping_n_s_per_m,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OF: Coupling = Coupling { stiffness_n_per_m: 2000.0, damping_n_s_per_m: 0.5 };
+
+    #[test]
+    fn a_long_delay_admits_less_and_a_device_without_damping_nothing() {
+        for told in 0..=16 {
+            let admitted = Delay::new(told).admits(&OF, 0.5, 1.0e-3);
+            let bound = passive_stiffness_n_per_m(0.5, told.into(), 1.0e-3);
+            if told < 2 {
+                assert_eq!(admitted, OF);
+            } else {
+                assert!(
+                    admitted.stiffness_n_per_m <= 0.8 * bound && admitted.damping_n_s_per_m == 0.0
+                );
+                assert!(admitted.stiffness_n_per_m >= 0.5 * bound, "{told}: {admitted:?}");
+            }
+        }
+        assert_eq!(Delay::new(2).admits(&OF, 0.0, 1.0e-3).stiffness_n_per_m, 0.0);
+        assert_eq!(Delay::new(2).admits(&OF, 50.0, 1.0e-3), OF);
+    }
+
+    #[test]
+    fn a_measured_delay_counts_by_its_mean() {
+        let mut delay = Delay::new(1);
+        delay.hear(7.0);
+        let after_one = delay.admits(&OF, 0.5, 1.0e-3).stiffness_n_per_m;
+        assert!((1000.0..2000.0).contains(&after_one), "{after_one}");
+        for _ in 0..2000 {
+            delay.hear(7.0);
+        }
+        assert!(delay.is_long() && (delay.ticks() - 7.0).abs() < 0.01);
+    }
+}
