@@ -76,7 +76,7 @@
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 1024
+#define CHAINCELL_VERSION 1280
 
 /**
  * Alignment of a tissue's storage [bytes].
@@ -137,7 +137,7 @@
 /**
  * Words of a `chaincell_stage`.
  */
-#define CHAINCELL_STAGE_WORDS 128
+#define CHAINCELL_STAGE_WORDS 160
 
 /**
  * The tool's motion was shortened, by the step limit or by the energy limit.
@@ -471,7 +471,8 @@ enum chaincell_code
      */
     CHAINCELL_CODE_STAGE_COUPLING = -121,
     /**
-     * The device's damping is negative or above 1e6, or the delay above 1 tick.
+     * The device's damping is negative or above 1e6, or the delay above 16 ticks, without a
+     * coupling above 1.
      */
     CHAINCELL_CODE_STAGE_PASSIVITY = -122,
     /**
@@ -784,7 +785,8 @@ typedef struct chaincell_stage_settings {
      */
     float device_damping_n_s_per_m;
     /**
-     * Ticks between an answer and the device's pushing with it, 0 or 1.
+     * Ticks between an answer and the device's pushing with it, 0 to 16, without a coupling 0 or 1.
+     * From 2 on the coupling is weakened to what is passive with it.
      */
     uint32_t delay_ticks;
     /**
@@ -1108,6 +1110,16 @@ chaincell_code chaincell_stage_default(int32_t device, struct chaincell_stage_se
  */
 chaincell_code chaincell_stage_init(struct chaincell_stage *stage,
                                     const struct chaincell_stage_settings *settings);
+
+/**
+ * An answer takes so many ticks from its sample to the device's pushing with it, as it was measured:
+ * called before `chaincell_stage_sample`. What is shown follows the mean of the last 256 or so.
+ *
+ * Safety
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it.
+ */
+chaincell_code chaincell_stage_delayed(struct chaincell_stage *stage,
+                                       uint32_t ticks);
 
 /**
  * What the tissue is to be given for what the device has measured: the tool behind the coupling.

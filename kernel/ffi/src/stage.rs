@@ -9,7 +9,7 @@ use crate::settings::chosen;
 use crate::tick::{Output, SAFE, Sample};
 
 /// Words of a `chaincell_stage`.
-pub const STAGE_WORDS: usize = 128;
+pub const STAGE_WORDS: usize = 160;
 
 /// Storage of an output stage. Its content is nobody's business; it may be copied, and refers to
 /// nothing.

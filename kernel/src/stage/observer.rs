@@ -78,7 +78,7 @@ pub(super) struct Observer {
     sampling: TwoFloat,
     shown: [f32; 3],
     /// Forces that are on their way.
-    delay: usize,
+    delay: u16,
 }
 
 impl Observer {
@@ -163,7 +163,7 @@ impl Observer {
         level: f32,
     ) {
         self.delay = whole(delay);
-        let given = self.given.get(self.delay).copied().unwrap_or_default();
+        let given = self.given.get(usize::from(self.delay)).copied().unwrap_or_default();
         let asked = if self.delay == 0 { self.asked[0] } else { self.asked[1] };
         let (dx, fade) = (self.dx, tick_s / FADE_S);
         let port = self.port.plus((-dot(given, dx)).into());
@@ -212,7 +212,7 @@ impl Observer {
     /// What the hand may still get back, S less what is on its way at the present motion, at least
     /// 0 \[J\].
     pub(super) fn reserve_j(&self) -> f32 {
-        let under_way = self.given.iter().take(self.delay);
+        let under_way = self.given.iter().take(self.delay.into());
         let coming = under_way.fold(0.0, |sum, force| sum + dot(*force, self.rate));
         let reserve = self.port.hi - coming;
         if reserve > 0.0 { reserve } else { 0.0 }
@@ -220,9 +220,9 @@ impl Observer {
 }
 
 /// A mean delay in whole ticks.
-fn whole(ticks: f32) -> usize {
+fn whole(ticks: f32) -> u16 {
     let ticks = ticks + 0.5;
-    if ticks > f32::from(DELAY_MAX) { DELAY_MAX.into() } else { ticks as usize }
+    if ticks > f32::from(DELAY_MAX) { DELAY_MAX.into() } else { ticks as u16 }
 }
 
 /// A sum at most `most`, its debt faded by the share `fade` and at most [`DEBT_MAX_J`].
