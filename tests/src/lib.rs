@@ -12,6 +12,7 @@ pub mod files;
 pub mod fuzz;
 pub mod graph;
 pub mod handle;
+pub mod late;
 pub mod lattice;
 pub mod outsider;
 pub mod place;

@@ -120,7 +120,7 @@ pub fn execute(args: &Args) -> Result<()> {
         None => (organ()?, scratch.path().join("organ.chaincell")),
     };
     let model = model_file::parse(&image, &model_path)?;
-    let mut tissue = args.tissue.staged(model, args.stage.settings())?;
+    let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let poses = session::press(tissue.engine(), args.depth_m, ticks)?;
     let out = args.out.clone().unwrap_or_else(|| scratch.path().join("out"));
     // Earlier results are not removed for a session that is refused or has no room.
@@ -151,7 +151,7 @@ pub fn execute(args: &Args) -> Result<()> {
     } else {
         (replay_trace(&mut tissue, &folder.file(recording::TRACE))?, None)
     };
-    let summary = summary(args, &tissue, session, replayed);
+    let summary = summary(args, &tissue, session, replayed)?;
     folder.write_json("summary.json", &summary)?;
     print(args, &summary)?;
     judge(args, &summary)
@@ -194,7 +194,7 @@ fn summary(
     tissue: &Staged<'_>,
     session: Session,
     (replay_state_hash, never_touched): (String, Option<Untouched>),
-) -> CosimSummary {
+) -> Result<CosimSummary> {
     let model = tissue.engine().network().model();
     let Session { reports, floor } = session;
     let verdict = args.verdict.judge(Counts {
@@ -213,7 +213,7 @@ fn summary(
     refused.extend(control.refused);
     refused.sort();
     refused.dedup();
-    CosimSummary {
+    Ok(CosimSummary {
         cells: model.cells(),
         links: model.links(),
         ticks_sent: control.ticks_sent,
@@ -241,10 +241,10 @@ fn summary(
         stopped: stopped.collect(),
         refused,
         tissue: args.tissue.report(tissue.engine()),
-        stage: args.stage.report(),
+        stage: args.stage.report()?,
         never_touched,
         verdict,
-    }
+    })
 }
 
 fn print(args: &Args, summary: &CosimSummary) -> Result<()> {

@@ -1,5 +1,6 @@
 //! The command line: one file a command, shared arguments beside them.
 
+mod admits;
 mod bake;
 mod budget;
 pub mod choice;

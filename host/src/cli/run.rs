@@ -114,7 +114,7 @@ struct RunSummary {
 pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = args.tissue.staged(model, args.stage.settings())?;
+    let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let paths = paths(args, &tissue)?;
     let poses = &paths.poses;
     let snapshot_ticks = args.snapshots.of(poses)?;
@@ -182,7 +182,7 @@ pub fn execute(args: &Args) -> Result<()> {
         flag_ticks: played.flag_ticks,
         interrupted: interrupt::asked(),
         tissue: args.tissue.report(tissue.engine()),
-        stage: args.stage.report(),
+        stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
     report(args, &summary, &played)?;

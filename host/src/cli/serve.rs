@@ -125,7 +125,7 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = args.tissue.staged(model, args.stage.settings())?;
+    let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let faults = faults(args)?;
     let options = ServeOptions {
         scene: args.common.scene.clone(),
@@ -173,7 +173,7 @@ pub fn execute(args: &Args) -> Result<()> {
             hash_every: args.hash_every,
             max_pose_hz: args.max_pose_hz,
             state_hz: args.state_hz,
-            stage: args.stage.report(),
+            stage: args.stage.report()?,
             never_touched,
             verdict,
         };

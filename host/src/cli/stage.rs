@@ -3,13 +3,17 @@
 use std::ffi::OsString;
 
 use chaincell_kernel::Choice;
-use chaincell_kernel::stage::{Coupling, Device, Passivity, StageSettings};
+use chaincell_kernel::stage::{
+    Coupling, DELAY_MAX, Device, Passivity, Stage, StageSettings, TICKS_MAX,
+    passive_stiffness_n_per_m,
+};
 use serde::Serialize;
 
 use super::choice::parser;
+use crate::error::{Error, Result};
 
-/// Time of a tick [s].
-const TICK_S: f32 = 1e-3;
+/// Poses a second of a device, unless it is told.
+const DEVICE_HZ: u32 = 1000;
 
 /// What stands between the tissue and the device; nothing unless one of these is given.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -26,6 +30,15 @@ pub struct StageArgs {
     /// Where it cannot keep up it lets the force go along --engage-ramp-ms, not without one
     #[arg(long, value_name = "BDEV", value_parser = passivity, allow_hyphen_values = true)]
     passivity: Option<OrNone<Passivity>>,
+    /// Ticks between an answer and the device's pushing with it: 0 where it does so at once. From 2 on
+    /// the coupling is weakened to what is passive: `chaincell info --device` prints it. 1 by default
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u8).range(0..=i64::from(DELAY_MAX)))]
+    delay_ticks: Option<u8>,
+    /// Poses that the device sends in a second: a tick of the stage is one of them. 1000 by default
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    device_hz: Option<u32>,
     /// Largest change of the device's force [N/s]
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     max_slew_n_per_s: Option<f32>,
@@ -38,6 +51,9 @@ pub struct StageArgs {
     engage_ramp_ms: Option<u16>,
 }
 
+/// What clap is told of an argument.
+type Checked<T> = std::result::Result<T, String>;
+
 /// A part of the stage, or the word `none`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct OrNone<Part>(Option<Part>);
@@ -49,6 +65,9 @@ pub struct StageReport {
     coupling_n_per_m: Option<f32>,
     coupling_n_s_per_m: Option<f32>,
     device_damping_n_s_per_m: Option<f32>,
+    delay_ticks: Option<u8>,
+    passive_n_per_m: Option<f32>,
+    device_hz: u32,
     max_slew_n_per_s: Option<f32>,
     max_device_force_n: Option<f32>,
     engage_ramp_ms: u16,
@@ -56,26 +75,44 @@ pub struct StageReport {
 
 impl StageArgs {
     /// The stage's settings, `None` where nothing was asked for.
-    #[must_use]
-    pub fn settings(&self) -> Option<StageSettings> {
+    ///
+    /// # Errors
+    /// A delay without passivity control, or one of several ticks without a coupling.
+    pub fn settings(&self) -> Result<Option<StageSettings>> {
         let asked = self.device.is_some()
             || self.coupling.is_some()
             || self.passivity.is_some()
+            || self.delay_ticks.is_some()
+            || self.device_hz.is_some()
             || self.max_slew_n_per_s.is_some()
             || self.max_device_force_n.is_some()
             || self.engage_ramp_ms.is_some();
         let profile = self.device.map_or(StageSettings::NONE, StageSettings::for_device);
+        let hz = self.device_hz.unwrap_or(DEVICE_HZ);
+        let ticks = |ms: u16| (u32::from(ms) * hz / 1000).min(TICKS_MAX.into()) as u16;
+        let passivity = self.passivity.map_or(profile.passivity, |part| part.0);
+        let passivity = match (passivity, self.delay_ticks) {
+            (None, Some(_)) => {
+                return Err(Error::input(
+                    "`delay_ticks`: it is for passivity control; give `device` or `passivity` too",
+                ));
+            }
+            (passivity, delay) => {
+                passivity.map(|of| Passivity { delay_ticks: delay.unwrap_or(of.delay_ticks), ..of })
+            }
+        };
         let settings = StageSettings {
-            tick_s: TICK_S,
+            tick_s: 1.0 / hz as f32,
             coupling: self.coupling.map_or(profile.coupling, |part| part.0),
-            passivity: self.passivity.map_or(profile.passivity, |part| part.0),
+            passivity,
             max_slew_n_per_s: self.max_slew_n_per_s.unwrap_or(profile.max_slew_n_per_s),
             max_force_n: self.max_device_force_n.unwrap_or(profile.max_force_n),
-            ramp_ticks: self.engage_ramp_ms.unwrap_or(profile.ramp_ticks),
+            ramp_ticks: ticks(self.engage_ramp_ms.unwrap_or(profile.ramp_ticks)),
             // A silence is no tick here: the loop's own watchdog lets the force fall.
             watchdog_ticks: 0,
         };
-        asked.then_some(settings)
+        settings.check().map_err(|why| Error::input(format!("output stage: {why}")))?;
+        Ok(asked.then_some(settings))
     }
 
     /// The same arguments for a child process.
@@ -92,6 +129,8 @@ impl StageArgs {
             None => "--passivity=none".to_owned(),
             Some(passivity) => format!("--passivity={}", passivity.device_damping_n_s_per_m),
         }));
+        args.extend(self.delay_ticks.map(|ticks| format!("--delay-ticks={ticks}")));
+        args.extend(self.device_hz.map(|hz| format!("--device-hz={hz}")));
         args.extend(self.max_slew_n_per_s.map(|value| format!("--max-slew-n-per-s={value}")));
         args.extend(self.max_device_force_n.map(|value| format!("--max-device-force-n={value}")));
         args.extend(self.engage_ramp_ms.map(|value| format!("--engage-ramp-ms={value}")));
@@ -99,27 +138,40 @@ impl StageArgs {
     }
 
     /// Every parameter in force, `None` without a stage.
-    #[must_use]
-    pub fn report(&self) -> Option<StageReport> {
+    ///
+    /// # Errors
+    /// As [`Self::settings`].
+    pub fn report(&self) -> Result<Option<StageReport>> {
         let finite = |value: f32| Some(value).filter(|value| value.is_finite());
-        self.settings().map(|settings| StageReport {
-            device: self.device.map(Choice::name),
-            coupling_n_per_m: settings.coupling.map(|of| of.stiffness_n_per_m),
-            coupling_n_s_per_m: settings.coupling.map(|of| of.damping_n_s_per_m),
-            device_damping_n_s_per_m: settings.passivity.map(|of| of.device_damping_n_s_per_m),
-            max_slew_n_per_s: finite(settings.max_slew_n_per_s),
-            max_device_force_n: finite(settings.max_force_n),
-            engage_ramp_ms: settings.ramp_ticks,
-        })
+        Ok(self.settings()?.map(|settings| {
+            let shown = Stage::new(settings).ok().and_then(|stage| stage.coupling());
+            let passive = settings.passivity.map(|of| {
+                let [damping, delay] = [of.device_damping_n_s_per_m, of.delay_ticks.into()];
+                passive_stiffness_n_per_m(damping, delay, settings.tick_s)
+            });
+            StageReport {
+                device: self.device.map(Choice::name),
+                coupling_n_per_m: shown.map(|of| of.stiffness_n_per_m),
+                coupling_n_s_per_m: shown.map(|of| of.damping_n_s_per_m),
+                device_damping_n_s_per_m: settings.passivity.map(|of| of.device_damping_n_s_per_m),
+                delay_ticks: settings.passivity.map(|of| of.delay_ticks),
+                passive_n_per_m: passive,
+                device_hz: self.device_hz.unwrap_or(DEVICE_HZ),
+                max_slew_n_per_s: finite(settings.max_slew_n_per_s),
+                max_device_force_n: finite(settings.max_force_n),
+                engage_ramp_ms: (f32::from(settings.ramp_ticks) * settings.tick_s * 1e3).round()
+                    as u16,
+            }
+        }))
     }
 }
 
-fn positive(text: &str) -> Result<f32, String> {
+fn positive(text: &str) -> Checked<f32> {
     let number = text.parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0);
     number.ok_or_else(|| "must be above 0 and finite".to_owned())
 }
 
-fn number(text: &str) -> Result<f32, String> {
+fn number(text: &str) -> Checked<f32> {
     text.parse().map_err(|_| format!("\"{text}\" is no number"))
 }
 
@@ -127,12 +179,12 @@ fn number(text: &str) -> Result<f32, String> {
 fn part<Part: Copy>(
     part: Part,
     settings: impl FnOnce(Option<Part>) -> StageSettings,
-) -> Result<OrNone<Part>, String> {
+) -> Checked<OrNone<Part>> {
     settings(Some(part)).check().map_err(|why| why.to_string())?;
     Ok(OrNone(Some(part)))
 }
 
-fn coupling(text: &str) -> Result<OrNone<Coupling>, String> {
+fn coupling(text: &str) -> Checked<OrNone<Coupling>> {
     if text == "none" {
         return Ok(OrNone(None));
     }
@@ -142,7 +194,7 @@ fn coupling(text: &str) -> Result<OrNone<Coupling>, String> {
     part(coupling, |coupling| StageSettings { coupling, ..StageSettings::NONE })
 }
 
-fn passivity(text: &str) -> Result<OrNone<Passivity>, String> {
+fn passivity(text: &str) -> Checked<OrNone<Passivity>> {
     if text == "none" {
         return Ok(OrNone(None));
     }
@@ -167,18 +219,18 @@ mod tests {
 
     #[test]
     fn without_arguments_there_is_no_stage() {
-        assert_eq!(stage(&[]).settings(), None);
-        assert_eq!(stage(&[]).report(), None);
+        assert_eq!(stage(&[]).settings().unwrap(), None);
+        assert_eq!(stage(&[]).report().unwrap(), None);
         assert!(stage(&[]).to_args().is_empty());
     }
 
     #[test]
     fn what_is_given_goes_before_the_profile() {
-        let falcon = stage(&["--device", "falcon"]).settings().unwrap();
+        let falcon = stage(&["--device", "falcon"]).settings().unwrap().unwrap();
         let profile = StageSettings::for_device(Device::Falcon);
         assert_eq!(falcon, StageSettings { watchdog_ticks: 0, ..profile });
         let args = ["--device=falcon", "--coupling=none", "--max-device-force-n=2"];
-        let mine = stage(&args).settings().unwrap();
+        let mine = stage(&args).settings().unwrap().unwrap();
         assert_eq!((mine.max_force_n, mine.coupling), (2.0, None));
         assert_eq!(mine.passivity, falcon.passivity);
     }
@@ -189,6 +241,8 @@ mod tests {
             "--device=sigma",
             "--coupling=700.5:0.25",
             "--passivity=0.1",
+            "--delay-ticks=3",
+            "--device-hz=4000",
             "--max-slew-n-per-s=50",
             "--max-device-force-n=2.5",
             "--engage-ramp-ms=7",
@@ -198,8 +252,29 @@ mod tests {
             let passed: Vec<String> =
                 parent.to_args().into_iter().map(|arg| arg.into_string().unwrap()).collect();
             let passed: Vec<&str> = passed.iter().map(String::as_str).collect();
-            assert_eq!(stage(&passed).settings(), parent.settings(), "{args:?}");
-            assert_eq!(stage(&passed).report(), parent.report(), "{args:?}");
+            let (settings, report) = (parent.settings().unwrap(), parent.report().unwrap());
+            assert_eq!(stage(&passed).settings().unwrap(), settings, "{args:?}");
+            assert_eq!(stage(&passed).report().unwrap(), report, "{args:?}");
+        }
+    }
+
+    #[test]
+    fn a_delay_is_the_stages_and_a_tick_is_the_devices() {
+        let late = stage(&["--device=omega", "--delay-ticks=4", "--device-hz=500"]);
+        let settings = late.settings().unwrap().unwrap();
+        assert_eq!((settings.tick_s, settings.ramp_ticks), (2.0e-3, 50));
+        assert_eq!(settings.passivity.unwrap().delay_ticks, 4);
+        let report = late.report().unwrap().unwrap();
+        // 2 b / ((1 + 2 d) h) of 0.5 N s/m, and 0.8 of it.
+        assert!((report.passive_n_per_m.unwrap() - 1.0 / 0.018).abs() < 1e-3, "{report:?}");
+        assert!((report.coupling_n_per_m.unwrap() - 0.8 / 0.018).abs() < 1e-3, "{report:?}");
+        assert_eq!(report.engage_ramp_ms, 100);
+    }
+
+    #[test]
+    fn a_delay_that_nothing_makes_up_for_is_refused() {
+        for args in [&["--delay-ticks=2"][..], &["--passivity=0.5", "--delay-ticks=2"]] {
+            assert!(stage(args).settings().is_err(), "{args:?}");
         }
     }
 
@@ -214,6 +289,8 @@ mod tests {
             "--max-slew-n-per-s=0",
             "--max-device-force-n=NaN",
             "--engage-ramp-ms=60001",
+            "--delay-ticks=17",
+            "--device-hz=9",
             "--device=hammer",
         ] {
             assert!(Line::try_parse_from(["chaincell", args]).is_err(), "{args}");

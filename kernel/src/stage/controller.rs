@@ -72,7 +72,7 @@ impl Controller {
         observer: &Observer,
         tick_s: f32,
         delay: &Delay,
-        [stiffness, most_n]: [f32; 2],
+        [stiffness, most_n, slew_n]: [f32; 3],
         force: [f32; 3],
     ) -> Asked {
         let (delay, is_long) = (delay.ticks(), delay.is_long());
@@ -99,7 +99,7 @@ impl Controller {
         let is_sure = squared / (squared + unsure * unsure);
         let most = most + is_sure * (alpha_max / tick_s - most);
         let (given, _) = clamped(force, most_n);
-        let over = damp(dot(given, rate) - observer.reserve_j(), most - made);
+        let over = damp(dot(given, rate) - observer.reserve_j(slew_n), most - made);
         self.ordered = (made + over) * squared;
         Asked { force, off: scale(over, rate) }
     }

@@ -275,8 +275,8 @@ impl Stage {
         goes_by_position && answer.contacts > 0 && !is_stiff && answer.force_n != Vector3::zeros()
     }
 
-    /// A step of the ramp: down where the ledger is overdrawn, or the delay too long for a stage without
-    /// a coupling; none where the hand would get more than it has put in.
+    /// A step of the ramp: down where a ledger is overdrawn, or the delay too long for a stage without a
+    /// coupling; none where the hand would get more than it has put in.
     fn go_on_ramp(&mut self, answer: &mut TickOutput) {
         if self.settings.passivity.is_none() {
             return self.ramp.up();
@@ -287,9 +287,10 @@ impl Stage {
         } else {
             self.observer.is_overdrawn()
         };
-        if cannot_hold && self.ramp.back_off() {
+        let is_too_much = cannot_hold || self.observer.is_overpaid();
+        if is_too_much && self.ramp.back_off() {
             answer.flags.insert(Flags::FORCE_WITHHELD);
-        } else if push <= self.observer.reserve_j() {
+        } else if push <= self.observer.reserve_j(self.slew_n()) {
             self.ramp.up();
         }
     }
@@ -344,9 +345,8 @@ impl Stage {
         let at = self.observer.at();
         let (shown, stored) = match &self.coupling() {
             Some(coupling) => {
-                let shown = self.proxy.force(coupling, self.time_s(), self.device, self.dx);
-                let play = scale(coupling.stiffness_n_per_m, sub(self.device, at));
-                (add(shown, play), self.proxy.stored(coupling, at))
+                let spring = scale(coupling.stiffness_n_per_m, sub(self.proxy.at(), at));
+                (spring, self.proxy.stored(coupling, at))
             }
             None => (answer.force_n.into(), 0.0),
         };
@@ -361,6 +361,11 @@ impl Stage {
             self.observer.book(passivity, times, shown, answer.energy_j + stored);
         }
         self.has_gap &= !self.is_good;
+    }
+
+    /// Largest change of the force in a tick \[N\].
+    fn slew_n(&self) -> f32 {
+        self.settings.max_slew_n_per_s * self.settings.tick_s
     }
 
     /// Time of the last motion \[s\].
@@ -380,7 +385,7 @@ impl Stage {
         };
         match &self.settings.passivity {
             Some(_) => {
-                let limits = [stiffness, self.settings.max_force_n];
+                let limits = [stiffness, self.settings.max_force_n, self.slew_n()];
                 self.controller.control(&self.observer, tick_s, &self.delay, limits, force)
             }
             None => Asked::all_of(force),
@@ -399,8 +404,7 @@ impl Stage {
         let (asked, _) = clamped(sub(asked, off), self.settings.max_force_n);
         // From +0.0: -0.0 becomes +0.0.
         let target = on_ramp([0.0; 3], asked, share);
-        let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let mut given = slew_limited(self.given, target, most);
+        let mut given = slew_limited(self.given, target, self.slew_n());
         if !given.iter().all(|x| x.is_finite()) {
             (self.asked, given) = (Asked::NONE, [0.0; 3]);
             answer.flags.insert(Flags::SAFE_STATE);

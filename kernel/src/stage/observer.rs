@@ -204,17 +204,25 @@ impl Observer {
         self.sampling.hi <= -DEBT_MAX_J
     }
 
+    /// Whether S is: the hand has got more back than damping could keep from it.
+    pub(super) fn is_overpaid(&self) -> bool {
+        self.port.hi <= -DEBT_MAX_J
+    }
+
     /// L \[J\].
     pub(super) fn sampling_j(&self) -> f32 {
         self.sampling.hi
     }
 
-    /// What the hand may still get back, S less what is on its way at the present motion, at least
-    /// 0 \[J\].
-    pub(super) fn reserve_j(&self) -> f32 {
+    /// What the hand may still get back at the present motion, at least 0 \[J\]: S less what is on its
+    /// way, and less what a force that falls by `slew_n` a tick does until it is gone.
+    pub(super) fn reserve_j(&self, slew_n: f32) -> f32 {
         let under_way = self.given.iter().take(self.delay.into());
         let coming = under_way.fold(0.0, |sum, force| sum + dot(*force, self.rate));
-        let reserve = self.port.hi - coming;
+        let [last, ..] = self.given;
+        let push = dot(last, self.rate);
+        let falls = if push > 0.0 { 0.5 * push * (sqrt(dot(last, last)) / slew_n) } else { 0.0 };
+        let reserve = self.port.hi - coming - falls;
         if reserve > 0.0 { reserve } else { 0.0 }
     }
 }

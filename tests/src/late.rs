@@ -1,0 +1,185 @@
+//! A modelled device in a hand, far from its tissue: forces come late, by turns, or not at all.
+//!
+//! The handle is a mass with viscous damping, the hand a spring and a damper from it to where it wants
+//! to be. Both move continuously, in semi-implicit steps of 50 us in double precision, under the force
+//! that the device holds. A pose gets lost with a given chance; the answer to one that arrives acts so
+//! many ticks after it, within a given range, never before an older one.
+//!
+//! **Energy made**: what the device's force has done on the handle less what the handle's damping has
+//! taken is what hand and handle have got. It may not rise, in any five seconds, by more than tissue and
+//! coupling stored at their beginning. A span begins where the handle is slower than 5 mm/s: before
+//! that forces are on their way whose work nobody has stored.
+
+use std::collections::VecDeque;
+
+use chaincell_kernel::stage::{Stage, StageSettings};
+use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use nalgebra::Vector3;
+
+type V = Vector3<f64>;
+
+/// Longest step of the motion \[s\].
+const STEP_S: f64 = 5.0e-5;
+/// Span in which energy is counted \[s\].
+const SPAN_S: f64 = 5.0;
+/// Slowest motion at which a span may begin \[m/s\].
+const SLOW_M_PER_S: f64 = 5.0e-3;
+
+/// The way of poses and forces.
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
+    /// Time of a tick \[s\].
+    pub tick_s: f64,
+    /// Least and largest age of a force, from the pose that it answers \[ticks\].
+    pub ages: [usize; 2],
+    /// Share of the poses that get lost.
+    pub lost: f64,
+    /// Whether the stage is told each answer's age, and else the largest once.
+    pub measures: bool,
+}
+
+/// A handle in a hand.
+#[derive(Debug, Clone, Copy)]
+pub struct Held {
+    /// Mass \[kg\] and damping [N s/m] of the handle.
+    pub mass_kg: f64,
+    pub damping_n_s_per_m: f64,
+    /// Step of the encoder \[m\].
+    pub count_m: f64,
+    /// Stiffness \[N/m\] and damping [N s/m] of the hand.
+    pub grip: (f64, f64),
+}
+
+/// What came of a loop.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// Most energy made in a span \[J\].
+    pub made_j: f64,
+    /// Sum over ticks of the force at the handle, and of the tissue's force as old as that one \[N\].
+    pub shown_n: f64,
+    pub tissue_n: f64,
+    /// Ticks in which the tissue had a force and the hand felt none.
+    pub zeros: u32,
+    /// Ticks in which the stage let the force go.
+    pub withheld: u32,
+}
+
+/// Repeatable chances.
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Forces on their way, each with what the tissue's was; the one that acts.
+struct Line {
+    queue: VecDeque<(usize, V, f64)>,
+    acts: (V, f64),
+    last: usize,
+}
+
+impl Line {
+    /// A force of this tick, due in so many; gives its age.
+    fn send(&mut self, tick: usize, age: usize, force: V, tissue_n: f64) -> usize {
+        self.last = self.last.max(tick + age);
+        self.queue.push_back((self.last, force, tissue_n));
+        self.last - tick
+    }
+
+    fn take(&mut self, tick: usize) {
+        while self.queue.front().is_some_and(|(due, ..)| *due <= tick) {
+            if let Some((_, force, tissue_n)) = self.queue.pop_front() {
+                self.acts = (force, tissue_n);
+            }
+        }
+    }
+}
+
+/// The least of what hand, handle, tissue and coupling had in the last span.
+#[derive(Default)]
+struct Least(VecDeque<(usize, f64)>);
+
+impl Least {
+    fn note(&mut self, tick: usize, span: usize, has_j: f64) {
+        while self.0.back().is_some_and(|(_, least)| *least >= has_j) {
+            self.0.pop_back();
+        }
+        self.0.push_back((tick, has_j));
+        while self.0.len() > 1 && self.0.front().is_some_and(|(at, _)| at + span < tick) {
+            self.0.pop_front();
+        }
+    }
+
+    fn j(&self) -> f64 {
+        self.0.front().map_or(0.0, |(_, least)| *least)
+    }
+}
+
+/// Runs a loop for `seconds`; the hand wants to be at `wish` of the time, where the handle begins.
+pub fn run(
+    settings: StageSettings,
+    (held, way): (&Held, &Way),
+    seconds: f64,
+    tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
+    wish: &dyn Fn(f64) -> V,
+) -> Seen {
+    let mut stage = Stage::new(settings).expect("settings within their ranges");
+    let mut chance = Chance(0x9e37_79b9_7f4a_7c15);
+    let (mut x, mut v) = (wish(0.0), V::zeros());
+    let (mut got_j, mut energy_j, mut tool) = (0.0, 0.0, x);
+    let mut line = Line { queue: VecDeque::new(), acts: (V::zeros(), 0.0), last: 0 };
+    let (mut least, mut seen) = (Least::default(), Seen::default());
+    let [from, to] = way.ages;
+    let (mut age, mut missed) = (from, 0);
+    let ticks = (seconds / way.tick_s) as usize;
+    let span = (SPAN_S / way.tick_s) as usize;
+    let steps = (way.tick_s / STEP_S).round().max(1.0) as usize;
+    let step_s = way.tick_s / steps as f64;
+    for tick in 0..ticks {
+        if chance.next() < way.lost {
+            let _ = stage.missed();
+            missed += 1;
+        } else {
+            if way.measures {
+                stage.delayed((age + missed) as u16);
+            }
+            missed = 0;
+            let position_m = x.map(|q| ((q / held.count_m).round() * held.count_m) as f32);
+            let given = stage.sample(&ToolSample { position_m, engaged: 1 });
+            let answer = tissue(&given);
+            let output = stage.output(&answer);
+            seen.withheld += u32::from(output.flags.contains(Flags::FORCE_WITHHELD));
+            (energy_j, tool) = (f64::from(answer.energy_j), given.position_m.map(f64::from));
+            let late = from + (chance.next() * (to - from + 1) as f64) as usize;
+            let tissue_n = f64::from(answer.force_n.norm());
+            age = line.send(tick, late, output.force_n.map(f64::from), tissue_n);
+        }
+        line.take(tick);
+        let (force, tissue_n) = line.acts;
+        let spring = stage.coupling().map_or(0.0, |of| of.stiffness_n_per_m.into());
+        if v.norm() < SLOW_M_PER_S {
+            least.note(tick, span, got_j + energy_j + 0.5 * spring * (tool - x).norm_squared());
+        }
+        let is_counted = tick as f64 * way.tick_s > 0.2 && tissue_n > 0.02;
+        if is_counted && tissue_n < 0.9 * f64::from(settings.max_force_n) {
+            seen.shown_n += force.norm();
+            seen.tissue_n += tissue_n;
+            seen.zeros += u32::from(force == V::zeros());
+        }
+        let at = wish(tick as f64 * way.tick_s);
+        let (stiffness, damping) = held.grip;
+        for _ in 0..steps {
+            let drag = -held.damping_n_s_per_m * v;
+            v += (force + stiffness * (at - x) - damping * v + drag) * (step_s / held.mass_kg);
+            x += v * step_s;
+            got_j += (force + drag).dot(&(v * step_s));
+        }
+        seen.made_j = seen.made_j.max(got_j - least.j());
+    }
+    seen
+}

@@ -1,0 +1,212 @@
+//! The output stage with forces that come late: in closed loop nothing is made, and what may be shown is.
+//!
+//! Ages of 0 to 6 ticks, constant and by turns, half of the poses lost, 500 Hz to 4 kHz, five devices,
+//! hands of 50 and 1,000 N/m, lossless walls of 100 N/m to 10 kN/m, bodies of nodal shapes under a
+//! sphere on their surface.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::tissue::TissueEngine;
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
+use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_tests::closed_loop::{DEVICES, GRIPS};
+use chaincell_tests::late::{Held, Seen, Way, run};
+use nalgebra::Vector3;
+
+type V = Vector3<f64>;
+
+/// Most energy made in any five seconds [J].
+const MADE_J: f64 = 1.0e-3;
+/// Damping of every handle [N s/m], what the stage counts on.
+const DAMPING: f64 = 0.5;
+/// Stiffness of the walls [N/m].
+const WALLS: [f32; 4] = [100.0, 1000.0, 5000.0, 10_000.0];
+/// Ages of forces [ticks], and share of poses that get lost.
+const WAYS: [([usize; 2], f64); 9] = [
+    ([0, 0], 0.0),
+    ([1, 1], 0.0),
+    ([2, 2], 0.0),
+    ([3, 3], 0.0),
+    ([4, 4], 0.0),
+    ([6, 6], 0.0),
+    ([1, 6], 0.0),
+    ([0, 1], 0.5),
+    ([1, 6], 0.5),
+];
+
+/// Times of a tick [s].
+const TICKS_S: [f64; 3] = [1.0e-3, 2.0e-3, 2.5e-4];
+
+fn held(device: usize, grip: usize) -> Held {
+    let (_, mass_kg, count_m) = DEVICES[device];
+    Held { mass_kg, damping_n_s_per_m: DAMPING, count_m, grip: GRIPS[grip] }
+}
+
+/// The profile of a device at a rate; told the largest age, lost poses counting as two ticks more.
+fn settings(device: usize, way: &Way) -> StageSettings {
+    let mut settings = StageSettings::for_device(DEVICES[device].0);
+    settings.tick_s = way.tick_s as f32;
+    (settings.ramp_ticks, settings.watchdog_ticks) =
+        ((0.1 / way.tick_s) as u16, (0.02 / way.tick_s) as u16);
+    let told = if way.measures { 1 } else { way.ages[1] + if way.lost > 0.0 { 2 } else { 0 } };
+    settings.passivity.as_mut().unwrap().delay_ticks = told as u8;
+    settings
+}
+
+/// A wall below z = 0, its ledger exact.
+fn wall(stiffness_n_per_m: f32) -> impl FnMut(&ToolSample) -> TickOutput {
+    let mut stored_j = 0.0_f32;
+    move |tool| {
+        let depth = (-tool.position_m.z).max(0.0);
+        let before = stored_j;
+        stored_j = 0.5 * stiffness_n_per_m * depth * depth;
+        TickOutput {
+            force_n: Vector3::new(0.0, 0.0, stiffness_n_per_m * depth),
+            energy_j: stored_j,
+            work_j: stored_j - before,
+            stiffness_n_per_m: if depth > 0.0 { stiffness_n_per_m } else { 0.0 },
+            ..TickOutput::NONE
+        }
+    }
+}
+
+/// A press by 10 mm and a hold, taps at 5 Hz, a press and a drag; from 2 mm above.
+fn busy(t_s: f64) -> V {
+    let t = (t_s * 1000.0) % 5000.0;
+    let ramp = |from: f64, ticks: f64| ((t - from) / ticks).clamp(0.0, 1.0);
+    let down =
+        ramp(200.0, 600.0) - ramp(1_400.0, 300.0) + ramp(2_400.0, 100.0) - ramp(4_600.0, 100.0);
+    let tap = if (1_800.0..2_300.0).contains(&t) { (t * 0.03).sin().max(0.0) } else { 0.0 };
+    let drag = ramp(2_700.0, 400.0) - ramp(4_700.0, 200.0);
+    V::new(0.003 * drag, 0.001 * drag, 0.002 - 0.01 * (down + tap))
+}
+
+/// A press by 12 mm in 2.4 s, a hold, and back in a second; from 2 mm above.
+fn slow(t_s: f64) -> V {
+    let t = (t_s * 1000.0) % 5000.0;
+    let ramp = |from: f64, ticks: f64| ((t - from) / ticks).clamp(0.0, 1.0);
+    V::new(0.0, 0.0, 0.002 - 0.012 * (ramp(300.0, 2400.0) - ramp(3500.0, 1000.0)))
+}
+
+/// Every case against every wall, told and measured.
+fn each(way: &Way, mut look: impl FnMut(String, StageSettings, f32, &Held)) {
+    for device in 0..DEVICES.len() {
+        for grip in 0..GRIPS.len() {
+            for stiffness in WALLS {
+                let name = format!(
+                    "{:?}, hand {} N/m, wall {stiffness} N/m, {way:?}",
+                    DEVICES[device].0, GRIPS[grip].0
+                );
+                look(name, settings(device, way), stiffness, &held(device, grip));
+            }
+        }
+    }
+}
+
+fn seconds() -> f64 {
+    if std::env::var_os("CHAINCELL_SLOW").is_some() { 40.0 } else { 5.0 }
+}
+
+/// Every way of poses and forces, at every rate.
+fn ways() -> impl Iterator<Item = Way> {
+    WAYS.into_iter().flat_map(|(ages, lost)| {
+        TICKS_S.into_iter().flat_map(move |tick_s| {
+            [false, true].map(|measures| Way { tick_s, ages, lost, measures })
+        })
+    })
+}
+
+#[test]
+fn no_delay_makes_energy() {
+    for way in ways() {
+        let (mut worst, mut of) = (Seen::default(), String::new());
+        each(&way, |name, settings, stiffness, held| {
+            let seen = run(settings, (held, &way), seconds(), &mut wall(stiffness), &busy);
+            assert!(seen.made_j <= MADE_J, "{name}: {seen:?}");
+            if seen.made_j >= worst.made_j {
+                (worst, of) = (seen, name);
+            }
+        });
+        println!("busy: {:.1e} J at most, {of}", worst.made_j);
+    }
+}
+
+/// Slow presses: at most a tick late the hand feels the tissue's force; later what is passive, at least
+/// half of it.
+#[test]
+fn a_slow_press_is_felt_whatever_the_delay() {
+    for way in ways() {
+        let mut least = (f64::INFINITY, String::new());
+        each(&way, |name, settings, stiffness, held| {
+            let seen = run(settings, (held, &way), seconds(), &mut wall(stiffness), &slow);
+            assert!(seen.made_j <= MADE_J, "{name}: {seen:?}");
+            assert_eq!(seen.withheld, 0, "{name}: {seen:?}");
+            let share = seen.shown_n / seen.tissue_n;
+            assert!(share >= 0.95, "{name}: {share}, {seen:?}");
+            if way.lost == 0.0 {
+                assert_eq!(seen.zeros, 0, "{name}: {seen:?}");
+            }
+            if share < least.0 {
+                least = (share, name);
+            }
+        });
+        println!("slow: {:.3} of the force at least, {}", least.0, least.1);
+    }
+}
+
+/// Against a wall far stiffer than that a hand is shown at least half of what is passive.
+#[test]
+fn what_is_passive_is_shown() {
+    for ticks in 2..=6 {
+        let way = Way { tick_s: 1.0e-3, ages: [ticks; 2], lost: 0.0, measures: false };
+        let passive = f64::from(passive_stiffness_n_per_m(0.5, ticks as f32, 1.0e-3));
+        for device in 0..DEVICES.len() {
+            // A stiff hand, 10 mm deep at the end.
+            let press = |t_s: f64| V::new(0.0, 0.0, 0.002 - 0.012 * (t_s - 0.5).clamp(0.0, 1.0));
+            let stiff = Held { grip: (1.0e5, 50.0), ..held(device, 1) };
+            let settings = settings(device, &way);
+            let seen = run(settings, (&stiff, &way), 3.0, &mut wall(1.0e4), &press);
+            // Half of the ticks with a force go by on the way, half at the end.
+            let counted = f64::from((settings.max_force_n / 3.3).min(1.0));
+            let mean_n = seen.shown_n / 2380.0 * counted.max(1.0);
+            assert!(mean_n >= 0.5 * passive * 0.007, "{device}, {ticks}: {mean_n}, {passive}");
+        }
+    }
+}
+
+/// A box of nodal shapes, 48 mm thick, its lower side fixed.
+fn nodal_box() -> ImageBytes {
+    let mesh = load("box:9x9x7x0.008", &MeshOptions::default()).unwrap();
+    let tissue = Some(Tissue::new(PerCell::Uniform(2.0e4), PerCell::Uniform(0.45)));
+    let options =
+        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+}
+
+#[test]
+fn a_sphere_on_a_surface_makes_no_energy_however_late() {
+    let image = nodal_box();
+    for (ages, lost) in [([1, 1], 0.0), ([3, 3], 0.0), ([1, 6], 0.5)] {
+        let way = Way { tick_s: 1.0e-3, ages, lost, measures: true };
+        for (device, grip) in [(0, 0), (3, 0), (3, 1), (4, 1)] {
+            let model = Model::from_bytes(image.as_bytes()).unwrap();
+            let settings_of =
+                Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };
+            let network = Network::new(model, settings_of).unwrap();
+            let contact = Contact::Probe { radius_m: 0.012, capacity: 64 };
+            let mut engine =
+                Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
+            let above = V::new(0.0, 0.0, 0.048 + 0.012);
+            let wish = |t_s: f64| above + busy(t_s);
+            let mut tissue = |sample: &ToolSample| engine.tick(sample);
+            let seen =
+                run(settings(device, &way), (&held(device, grip), &way), 5.0, &mut tissue, &wish);
+            println!("{:?}, hand {}, {way:?}: {seen:?}", DEVICES[device].0, GRIPS[grip].0);
+            assert!(seen.made_j <= MADE_J && seen.withheld == 0, "{seen:?}");
+            assert!(seen.shown_n > 0.95 * seen.tissue_n && seen.tissue_n > 10.0, "{seen:?}");
+        }
+    }
+}
