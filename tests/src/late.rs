@@ -58,7 +58,7 @@ pub struct Seen {
     /// Sum over ticks of the force at the handle, and of the tissue's force as old as that one \[N\].
     pub shown_n: f64,
     pub tissue_n: f64,
-    /// Ticks in which the tissue had a force and the hand felt none.
+    /// Ticks in which the tissue had a force, as in the tick before, and the hand felt none.
     pub zeros: u32,
     /// Ticks in which the stage let the force go.
     pub withheld: u32,
@@ -135,7 +135,7 @@ pub fn run(
     let mut line = Line { queue: VecDeque::new(), acts: (V::zeros(), 0.0), last: 0 };
     let (mut least, mut seen) = (Least::default(), Seen::default());
     let [from, to] = way.ages;
-    let (mut age, mut missed) = (from, 0);
+    let (mut age, mut missed, mut touched) = (from, 0, false);
     let ticks = (seconds / way.tick_s) as usize;
     let span = (SPAN_S / way.tick_s) as usize;
     let steps = (way.tick_s / STEP_S).round().max(1.0) as usize;
@@ -169,8 +169,10 @@ pub fn run(
         if is_counted && tissue_n < 0.9 * f64::from(settings.max_force_n) {
             seen.shown_n += force.norm();
             seen.tissue_n += tissue_n;
-            seen.zeros += u32::from(force == V::zeros());
+            // A coupling shows a touch from the tick behind it on.
+            seen.zeros += u32::from(force == V::zeros() && touched);
         }
+        touched = tissue_n > 0.02;
         let at = wish(tick as f64 * way.tick_s);
         let (stiffness, damping) = held.grip;
         for _ in 0..steps {

@@ -265,9 +265,9 @@ mod tests {
         assert_eq!((settings.tick_s, settings.ramp_ticks), (2.0e-3, 50));
         assert_eq!(settings.passivity.unwrap().delay_ticks, 4);
         let report = late.report().unwrap().unwrap();
-        // 2 b / ((1 + 2 d) h) of 0.5 N s/m, and 0.8 of it.
+        // 2 b / ((1 + 2 d) h) of 0.5 N s/m, and 0.65 of it.
         assert!((report.passive_n_per_m.unwrap() - 1.0 / 0.018).abs() < 1e-3, "{report:?}");
-        assert!((report.coupling_n_per_m.unwrap() - 0.8 / 0.018).abs() < 1e-3, "{report:?}");
+        assert!((report.coupling_n_per_m.unwrap() - 0.65 / 0.018).abs() < 1e-3, "{report:?}");
         assert_eq!(report.engage_ramp_ms, 100);
     }
 

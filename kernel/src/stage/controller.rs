@@ -32,10 +32,14 @@ const SURE_COUNTS: f32 = 4.0;
 /// Below this squared motion a tick a tool stands still \[m^2\].
 const STILL_M2: f32 = 1.0e-20;
 
-/// The controller: what the last tick has ordered \[J\].
+/// The controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Controller {
+    /// What the last tick has ordered \[J\].
     ordered: f32,
+    /// Whether the force is clamped, and damping takes off less than half of what the hand has no
+    /// claim to.
+    falls_short: bool,
 }
 
 /// A force to be shown: clamped first, and then what the hand has no claim to is taken off \[N\].
@@ -63,7 +67,13 @@ fn alpha_max(delay: f32) -> f32 {
 }
 
 impl Controller {
-    pub(super) const NEW: Self = Self { ordered: 0.0 };
+    pub(super) const NEW: Self = Self { ordered: 0.0, falls_short: false };
+
+    /// Whether the force is clamped, so that it does not fall on the way out, and damping takes off less
+    /// than half of what the hand has no claim to.
+    pub(super) fn falls_short(&self) -> bool {
+        self.falls_short
+    }
 
     /// What to ask the device for in place of `force`, `stiffness` being shown and `most_n` the
     /// most that it is given.
@@ -77,7 +87,7 @@ impl Controller {
     ) -> Asked {
         let (delay, is_long) = (delay.ticks(), delay.is_long());
         let under_way = if delay == 0.0 { 0.0 } else { self.ordered };
-        self.ordered = 0.0;
+        (self.ordered, self.falls_short) = (0.0, false);
         let rate = observer.rate();
         let squared = dot(rate, rate);
         if squared <= STILL_M2 {
@@ -98,8 +108,10 @@ impl Controller {
         let unsure = SURE_COUNTS * observer.count();
         let is_sure = squared / (squared + unsure * unsure);
         let most = most + is_sure * (alpha_max / tick_s - most);
-        let (given, _) = clamped(force, most_n);
-        let over = damp(dot(given, rate) - observer.reserve_j(slew_n), most - made);
+        let (given, is_clamped) = clamped(force, most_n);
+        let unpaid = dot(given, rate) - observer.reserve_j(slew_n);
+        let over = damp(unpaid, most - made);
+        self.falls_short = is_clamped && unpaid > 2.0 * over * squared;
         self.ordered = (made + over) * squared;
         Asked { force, off: scale(over, rate) }
     }

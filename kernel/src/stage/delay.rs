@@ -27,7 +27,7 @@
 use super::settings::Coupling;
 
 /// Share of the largest stiffness that is passive by itself.
-const SHARE: f32 = 0.8;
+const SHARE: f32 = 0.65;
 /// Ticks over which a measured delay is averaged.
 const MEMORY: f32 = 256.0;
 /// Delay up to which the coupling is what the settings say \[ticks\].
@@ -102,7 +102,7 @@ mod tests {
                 assert_eq!(admitted, OF);
             } else {
                 assert!(
-                    admitted.stiffness_n_per_m <= 0.8 * bound && admitted.damping_n_s_per_m == 0.0
+                    admitted.stiffness_n_per_m <= 0.65 * bound && admitted.damping_n_s_per_m == 0.0
                 );
                 assert!(admitted.stiffness_n_per_m >= 0.5 * bound, "{told}: {admitted:?}");
             }

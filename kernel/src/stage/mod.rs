@@ -287,7 +287,8 @@ impl Stage {
         } else {
             self.observer.is_overdrawn()
         };
-        let is_too_much = cannot_hold || self.observer.is_overpaid();
+        let is_unpaid = self.controller.falls_short() && self.observer.is_overpaid();
+        let is_too_much = cannot_hold || is_unpaid;
         if is_too_much && self.ramp.back_off() {
             answer.flags.insert(Flags::FORCE_WITHHELD);
         } else if push <= self.observer.reserve_j(self.slew_n()) {

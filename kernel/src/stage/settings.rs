@@ -34,7 +34,7 @@ pub struct Passivity {
     pub device_damping_n_s_per_m: f32,
     /// Ticks between an answer and the device's pushing with it, at most [`DELAY_MAX`]: 0 where the
     /// force of a tick acts from that tick's sample to the next, 1 where it acts a tick later. From 2
-    /// on the coupling shows at most 0.8 of
+    /// on the coupling shows at most 0.65 of
     /// [`passive_stiffness_n_per_m`](super::passive_stiffness_n_per_m).
     pub delay_ticks: u8,
 }

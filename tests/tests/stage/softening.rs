@@ -13,6 +13,8 @@ use nalgebra::Vector3;
 /// Deepest place of the probe's centre, and where it begins [m].
 const DEEP_M: f32 = 0.0325;
 const HIGH_M: f32 = 0.0525;
+/// Ticks for which the tool stands engaged before it goes: the stage's ramp.
+const STANDS: u32 = 300;
 
 /// A path straight down and up again, at so much a tick, behind every device.
 #[test]
@@ -30,13 +32,20 @@ fn a_press_that_softens_is_felt_and_gives_nothing_back_for_nothing() {
             let ticks = ((HIGH_M - DEEP_M) / step_m) as u32;
             let (mut shown_n, mut tissue_n, mut softens, mut last_n) = (0.0, 0.0, false, 0.0_f32);
             let (mut got_j, mut paid_j, mut given) = (0.0_f64, 0.0_f64, 0.0_f64);
-            for tick in 0..2 * ticks {
+            for at in 0..2 * ticks + STANDS {
+                let tick = at.saturating_sub(STANDS);
                 let down = tick.min(2 * ticks - tick);
                 let position_m = Vector3::new(0.0, 0.0, HIGH_M - step_m * down as f32);
                 let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
                 let answer = engine.tick(&tool);
                 let output = stage.output(&answer);
-                let way = f64::from(if tick < ticks { -step_m } else { step_m });
+                let way = f64::from(if at < STANDS {
+                    0.0
+                } else if tick < ticks {
+                    -step_m
+                } else {
+                    step_m
+                });
                 got_j += given * way;
                 paid_j = paid_j.min(got_j);
                 given = output.force_n.z.into();
@@ -45,7 +54,7 @@ fn a_press_that_softens_is_felt_and_gives_nothing_back_for_nothing() {
                     "{device:?} {step_m} {tick}"
                 );
                 let felt_n = answer.force_n.norm();
-                if tick > 200 && tick < ticks && felt_n > 0.02 {
+                if tick < ticks && felt_n > 0.02 && last_n > 0.02 {
                     assert!(output.force_n.norm() > 0.0, "{device:?} {step_m} {tick}");
                     shown_n += f64::from(output.force_n.norm());
                     tissue_n += f64::from(felt_n);
