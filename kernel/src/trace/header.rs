@@ -56,6 +56,9 @@ pub enum TraceError {
     Contact(u32),
     /// The trace was recorded with a probe of this radius \[m\], not with contact cells.
     Probe(f32),
+    /// The trace was recorded with so many tools that were chosen by their parts, not with contact
+    /// cells.
+    Tools(u32),
     /// More contact cells than there is room for.
     Contacts {
         /// Contact cells of the trace.
@@ -106,6 +109,11 @@ impl fmt::Display for TraceError {
                 f,
                 "it was recorded with a probe of radius {radius_m} m, not with contact cells: \
                  choose that probe"
+            ),
+            Self::Tools(count) => write!(
+                f,
+                "it was recorded with {count} tools that were chosen by their parts, not with contact \
+                 cells: replay it with the chaincell command"
             ),
             Self::Contacts { needed, room } => {
                 write!(f, "it has {needed} contact cells, here is room for {room}")

@@ -254,7 +254,7 @@ impl<'t> Reader<'t> {
     /// The contact cells in the model, written to the front of `room`.
     ///
     /// # Errors
-    /// An id that is no cell, too little room, or a trace that was recorded with a probe.
+    /// An id that is no cell, too little room, or a trace that was recorded with a probe or with tools.
     pub fn contact_cells<'r>(
         &self,
         model: &Model<'_>,
@@ -262,6 +262,9 @@ impl<'t> Reader<'t> {
     ) -> Result<&'r [u16], TraceError> {
         if let Some(probe) = self.header.probe {
             return Err(TraceError::Probe(probe.radius_m));
+        }
+        if let Some(tools) = self.header.tools {
+            return Err(TraceError::Tools(tools.count));
         }
         let (needed, given) = (self.contacts().len(), room.len());
         let cells = room.get_mut(..needed);

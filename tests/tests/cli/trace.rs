@@ -259,7 +259,7 @@ fn what_cannot_be_played_is_refused_with_reason_and_remedy() {
     for (bytes, reason, remedy) in [
         (b"tick,x_m,y_m\n".to_vec(), "not a chaincell trace", "run --trace"),
         (Vec::new(), "not a chaincell trace", "run --trace"),
-        (changed(8, 9), "format version 9 is not one of 1 to 3", "take the release that wrote it"),
+        (changed(8, 9), "format version 9 is not one of 1 to 4", "take the release that wrote it"),
         (changed(30, 1), "the header is damaged", "copy it again"),
         (whole[..front - 1].to_vec(), "stops within its header", "copy it again"),
         (whole[..front].to_vec(), "holds no tick", "record again"),

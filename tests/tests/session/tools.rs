@@ -28,6 +28,9 @@ const TICKS: u64 = 40;
 const TOP_M: f32 = 0.03;
 const SIDE_M: f32 = 0.04;
 
+/// What is wrong with a message.
+type Fault<'a> = &'a dyn Fn(&mut Poses);
+
 /// A block of 80 mm x 80 mm x 30 mm on a fixed ground.
 struct Block {
     folder: tempfile::TempDir,
@@ -96,9 +99,15 @@ fn answer(outsider: &ToolsOutsider, sent: Poses) -> Forces {
     outsider.receive()
 }
 
+/// The last of all answers, each of which is waited for.
+fn last<T>(mut answers: impl Iterator<Item = T>) -> T {
+    let first = answers.next().unwrap();
+    answers.fold(first, |_, answer| answer)
+}
+
 /// Presses both tools; the last answer.
 fn press(outsider: &ToolsOutsider) -> Forces {
-    (0..=TICKS).map(|tick| answer(outsider, poses(tick))).last().unwrap()
+    last((0..=TICKS).map(|tick| answer(outsider, poses(tick))))
 }
 
 /// A capsule that lies half beside the block is turned upwards at the end that lies on it.
@@ -126,7 +135,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
         assert_eq!((gone.force_n, gone.torque_n_m, gone.contacts), ([0.0; 3], [0.0; 3], 0));
         of(&found, 0)
     });
-    assert!(let_go.last().unwrap().force_n[2] > 0.02);
+    assert!(last(let_go).force_n[2] > 0.02);
     let turned = (TICKS + 11..TICKS + 21).map(|tick| {
         let mut sent = poses(tick);
         // About y by 0.4 rad: the end that lies on the block goes up.
@@ -170,7 +179,7 @@ fn a_message_with_a_fault_in_one_tool_is_a_bad_sample_for_all() {
     let server = block.serve(&[&PLAIN[..], &["--out", text(&out)]].concat());
     let outsider = ToolsOutsider::join(&block.scene);
     let mut last = press(&outsider);
-    let faults: [(&str, &dyn Fn(&mut Poses)); 9] = [
+    let faults: [(&str, Fault<'_>); 9] = [
         ("a tool twice", &|sent| sent.each[0].number = 0),
         ("a tool that is not chosen in the place of one", &|sent| sent.each[0].number = 9),
         ("one missing", &|sent| sent.tools = 1),
@@ -242,7 +251,7 @@ fn a_tool_counts_as_released_until_it_was_released_itself() {
     let mut released = poses(TICKS);
     released.each[0].engaged = 0;
     assert_eq!(answer(&outsider, released).flags & RELEASE_FIRST, 0);
-    let held = (1..20).map(|tick| answer(&outsider, poses(TICKS + tick))).last().unwrap();
+    let held = last((1..20).map(|tick| answer(&outsider, poses(TICKS + tick))));
     // It took hold within the block.
     assert!(held.flags & RELEASE_FIRST == 0 && size(of(&held, 1).force_n) > 0.001, "{held:?}");
     server.interrupt().with(130);
@@ -307,7 +316,7 @@ fn slow_press(outsider: &ToolsOutsider) -> Forces {
         assert_eq!((found.tick, found.flags & STALE), (tick, 0), "the machine stood still");
         found
     });
-    answers.last().unwrap()
+    last(answers)
 }
 
 #[test]
@@ -376,7 +385,7 @@ fn torques_and_forces_are_shortened_for_each_tool_by_itself() {
             sent.each[1].position_m[2] = TOP_M + 0.0039;
             answer(&outsider, sent)
         });
-        let found = found.last().unwrap();
+        let found = last(found);
         let [first, second] = [0, 1].map(|number| of(&found, number));
         let limited = size(if of_torque { second.torque_n_m } else { second.force_n });
         assert!(limited <= most && limited > 0.999 * most, "{limited} of {most}");

@@ -59,6 +59,7 @@ fn parts_and_poses_are_read_as_written() {
     let reader = Reader::open(&trace).unwrap();
     assert_eq!(reader.header(), &header_of_tools());
     assert_eq!(reader.contacts().len(), 0);
+    assert_eq!(reader.contact_cells(&model(), &mut [0; 4]), Err(TraceError::Tools(2)));
     let (entries, end) = found(&trace);
     assert_eq!((entries.len(), end), (3 + 9 + 1, End::Complete));
     for (entry, part) in entries.iter().zip(parts()) {
