@@ -21,9 +21,7 @@ use crate::engine::tissue::{Sweeps, TissueEngine};
 use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
-use crate::files::output::{
-    Answer, ContactRows, Folder, ToolRows, cells_csv, contact_pressure_pa, force_csv, vtu,
-};
+use crate::files::output::{Answer, ContactRows, Folder, ToolRows, cells_csv, force_csv, vtu};
 use crate::files::path::{self, Rules};
 use crate::files::recording;
 use crate::files::recording::{Recording, TraceFile};
@@ -144,7 +142,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.source.motion.is_some() {
         folder.write("path.csv", path::to_text(poses.concat()).as_bytes())?;
     }
-    let mut snapshots = Snapshots::new(&snapshot_ticks, &folder, &model);
+    let mut snapshots = Snapshots::new(&snapshot_ticks, &folder);
     let mut executed = Vec::with_capacity(rows);
     let (mut contacts, mut tools) = (ContactRows::default(), ToolRows::default());
     let played = play(&mut tissue, &paths, |pose, of_tools, output, tissue| {
@@ -164,9 +162,7 @@ pub fn execute(args: &Args) -> Result<()> {
     contacts.write(&folder, tissue.engine())?;
     tools.write(&folder, tissue.tools())?;
     folder.write("cells_final.csv", cells_csv(&nodes).as_bytes())?;
-    let pressure_pa = contact_pressure_pa(tissue.engine_mut(), &nodes);
-    let body = vtu(&model, &nodes, tissue.engine().contacts(), pressure_pa);
-    folder.write("final.vtu", body.as_bytes())?;
+    folder.write("final.vtu", vtu(tissue.engine_mut(), &nodes).as_bytes())?;
     let summary = RunSummary {
         cells: model.cells(),
         nodes: nodes.ids.len(),

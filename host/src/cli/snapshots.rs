@@ -2,12 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use chaincell_kernel::Model;
-
 use crate::engine::Engine;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::files::output::{Folder, SERIES, cells_csv, contact_pressure_pa, pvd, state_name, vtu};
+use crate::files::output::{Folder, SERIES, cells_csv, pvd, state_name, vtu};
 
 /// Most snapshots of a run: each is two files of the size of the body.
 const SNAPSHOTS_MAX: usize = 1000;
@@ -64,14 +62,13 @@ impl SnapshotArgs {
 pub struct Snapshots<'a> {
     ticks: &'a BTreeSet<u64>,
     folder: &'a Folder,
-    model: &'a Model<'a>,
     written: BTreeSet<u64>,
 }
 
 impl<'a> Snapshots<'a> {
     /// None written yet.
-    pub fn new(ticks: &'a BTreeSet<u64>, folder: &'a Folder, model: &'a Model<'a>) -> Self {
-        Self { ticks, folder, model, written: BTreeSet::new() }
+    pub fn new(ticks: &'a BTreeSet<u64>, folder: &'a Folder) -> Self {
+        Self { ticks, folder, written: BTreeSet::new() }
     }
 
     /// Writes that of a tick, behind it, where one is asked for.
@@ -80,8 +77,7 @@ impl<'a> Snapshots<'a> {
             return Ok(());
         }
         let nodes = engine.nodes();
-        let pressure_pa = contact_pressure_pa(engine, &nodes);
-        let body = vtu(self.model, &nodes, engine.contacts(), pressure_pa);
+        let body = vtu(engine, &nodes);
         self.folder.write(&format!("cells_{tick}.csv"), cells_csv(&nodes).as_bytes())?;
         self.folder.write(&state_name(tick), body.as_bytes())?;
         self.written.insert(tick);

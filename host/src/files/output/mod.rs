@@ -20,7 +20,6 @@ use crate::files::whole::write_whole;
 pub use cells::cells_csv;
 pub use contacts::ContactRows;
 pub use force::{Answer, force_csv};
-pub use pressure::contact_pressure_pa;
 pub use series::{SERIES, pvd, state_name};
 pub use tools::ToolRows;
 pub use vtu::vtu;

@@ -11,7 +11,7 @@ use crate::engine::{Engine, Nodes, rest_m};
 /// The normal force of each contact is shared to the corners of its triangle by where it acts; what a
 /// node gets is divided by its area: a third of that of the triangles around it, at rest. So pressure
 /// times area, summed over the nodes, is the sum of the sizes of the normal forces.
-pub fn contact_pressure_pa(engine: &mut Engine<'_>, nodes: &Nodes) -> Option<Vec<f64>> {
+pub(super) fn contact_pressure_pa(engine: &mut Engine<'_>, nodes: &Nodes) -> Option<Vec<f64>> {
     if engine.tools_on_surface() == 0 {
         return None;
     }

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use chaincell_kernel::Model;
 
-use crate::engine::{Nodes, to_m};
+use super::pressure::contact_pressure_pa;
+use crate::engine::{Engine, Nodes, to_m};
 
 /// VTK's numbers for a point, a line, a triangle and a tetrahedron.
 const VERTEX: u8 = 1;
@@ -14,15 +15,12 @@ const TETRAHEDRON: u8 = 10;
 
 /// Positions of the nodes as [`Engine::nodes`](crate::engine::Engine::nodes) gives them, with
 /// displacement, input id, a mark on those of fixed and of contact cells, and the pressure of tools
-/// \[Pa\] where there are any ([`contact_pressure_pa`](super::contact_pressure_pa)); drawn as
+/// \[Pa\] where there are any ([`contact_pressure_pa`]); drawn as
 /// tetrahedra, else as surface triangles, else as links.
 #[must_use]
-pub fn vtu(
-    model: &Model<'_>,
-    nodes: &Nodes,
-    contacts: &[u16],
-    pressure_pa: Option<Vec<f64>>,
-) -> String {
+pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
+    let pressure_pa = contact_pressure_pa(engine, nodes);
+    let (model, contacts) = (engine.network().model(), engine.contacts());
     let (fine, positions_m) = (model.fine_nodes() > 0, &nodes.positions_m);
     let elements = if fine { fine_elements(model, &nodes.ids) } else { elements(model) };
     let mut text = String::from(
