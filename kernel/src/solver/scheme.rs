@@ -169,14 +169,14 @@ pub trait Scheme {
         0
     }
 
-    /// A probe holds these cells from now on: the number of basis functions left out for them,
-    /// `None` where that cannot be done.
+    /// The coarse level is to leave these cells alone from now on: the number of basis functions left
+    /// out for them, `None` where that cannot be done.
     fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],
-        held: &[Contact<Self::Number>],
+        cells: impl Iterator<Item = usize>,
     ) -> Option<u16> {
-        let _ = (model, room, held);
+        let _ = (model, room, cells);
         Some(0)
     }
 

@@ -20,10 +20,8 @@
 use super::vector;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
-use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
-use crate::terms::held::Contact;
 
 /// Most basis functions that are left out.
 pub(crate) const DEFLATED_MAX: usize = 64;
@@ -148,19 +146,19 @@ impl<'a> Deflated<'a> {
     }
 }
 
-/// Finds the basis functions that reach the contacts and factorises their part of the inverse;
+/// Finds the basis functions that reach these cells and factorises their part of the inverse;
 /// their number, or `None` where they are too many or the factor does not exist.
-pub(crate) fn deflate<N: Number>(
+pub(crate) fn deflate(
     basis: &CoarseBasis<'_>,
     room: &mut [Eight],
-    held: &[Contact<N>],
+    cells: impl Iterator<Item = usize>,
 ) -> Option<u16> {
     let blocks = basis.blocks();
     let (vectors, behind) = room.split_at_mut_checked(6 * blocks)?;
     let marks = vectors.get_mut(..blocks)?.as_flattened_mut();
     marks.fill(0.0);
-    for contact in held {
-        for (function, weight) in basis.row_of(contact.cell()) {
+    for cell in cells {
+        for (function, weight) in basis.row_of(cell) {
             if let Some(mark) = marks.get_mut(function)
                 && weight > 0.0
             {
@@ -240,12 +238,17 @@ mod tests {
     use crate::model::Model;
     use crate::solver::coarse::tests::CUBE;
     use crate::solver::coarse::{Coarse, Solve};
+    use crate::terms::held::Contact;
     use crate::terms::tests::{ROUNDING_ROOM, matrix};
     use std::vec;
     use std::vec::Vec;
 
     fn held(cells: &[u16]) -> Vec<Contact> {
         cells.iter().copied().map(Contact::new).collect()
+    }
+
+    fn deflate(basis: &CoarseBasis<'_>, room: &mut [Eight], held: &[Contact]) -> Option<u16> {
+        super::deflate(basis, room, held.iter().map(Contact::cell))
     }
 
     /// Both sides of the solution without the basis functions of some contacts, by basis function;
