@@ -356,7 +356,7 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],
-        cells: impl Iterator<Item = usize>,
+        cells: impl Iterator<Item = (usize, f32)>,
     ) -> Option<u16> {
         let basis = coarse_basis::<N>(model).filter(|basis| basis.elastic().is_none());
         basis.map_or(Some(0), |basis| deflate(&basis, room, cells))

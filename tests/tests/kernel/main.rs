@@ -16,4 +16,5 @@ mod plane;
 mod probe;
 mod same_bits;
 mod surface;
+mod surface_links;
 mod tools;

@@ -152,7 +152,7 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
     fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],
-        cells: impl Iterator<Item = usize>,
+        cells: impl Iterator<Item = (usize, f32)>,
     ) -> Option<u16> {
         Track::<ROOM>::deflate(model, room, cells)
     }
