@@ -33,6 +33,18 @@ struct Spread {
     max: f64,
 }
 
+impl Spread {
+    /// The modulus that links are like.
+    fn of_links(&self) -> String {
+        let Self { mean, min, max } = self;
+        let of = "beyond their bands links are like tissue of Poisson's ratio 1/4";
+        if *max > 1.001 * min {
+            return format!("{mean:.0} Pa ({min:.0} to {max:.0} from cell to cell): {of}");
+        }
+        format!("{mean:.0} Pa: {of}")
+    }
+}
+
 /// Figures of a model.
 #[derive(Debug, Serialize)]
 pub struct ModelReport {
@@ -195,14 +207,8 @@ impl ModelReport {
                 format!("{} N/m{}", self.stiffness_n_per_m, varies(self.stiffness_varies)),
             )?;
         }
-        if let Some(Spread { mean, min, max }) = self.equivalent_young_pa {
-            let varies = if max > 1.001 * min {
-                format!(" ({min:.0} to {max:.0} from cell to cell)")
-            } else {
-                String::new()
-            };
-            let of = "beyond their bands the links are like tissue of Poisson's ratio 1/4";
-            row("equivalent", format!("{mean:.0} Pa{varies}: {of}"))?;
+        if let Some(of) = &self.equivalent_young_pa {
+            row("equivalent", of.of_links())?;
         }
         row("saturation", format!("{:.4} m from the centre", self.k_m))?;
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
