@@ -41,8 +41,9 @@ pub struct Way {
 /// A handle in a hand.
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
-    /// Mass \[kg\] and damping [N s/m] of the handle.
+    /// Mass of the handle \[kg\].
     pub mass_kg: f64,
+    /// Damping of the handle [N s/m].
     pub damping_n_s_per_m: f64,
     /// Step of the encoder \[m\].
     pub count_m: f64,
@@ -55,8 +56,9 @@ pub struct Held {
 pub struct Seen {
     /// Most energy made in a span \[J\].
     pub made_j: f64,
-    /// Sum over ticks of the force at the handle, and of the tissue's force as old as that one \[N\].
+    /// Sum over ticks of the force at the handle \[N\].
     pub shown_n: f64,
+    /// Sum of the tissue's forces, each as old as that at the handle \[N\].
     pub tissue_n: f64,
     /// Ticks in which the tissue had a force, as in the tick before, and the hand felt none.
     pub zeros: u32,

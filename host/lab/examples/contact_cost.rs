@@ -1,11 +1,12 @@
 //! What contact on a surface adds to a tick, in instructions by callgrind.
 //!
 //! ```sh
-//! CHAINCELL_REFERENCE=... cargo run --release -p chaincell-lab --example contact_cost
+//! CHAINCELL_REFERENCE=... cargo run --release -p chaincell-lab --example contact_cost -- [links]
 //! ```
 //!
 //! A sphere slides by 40 mm over the reference liver, 3 mm deep at 0.1 m/s, four sweeps a tick under
-//! `predict`; the body is nodal, of 5 kPa and Poisson's ratio 0.45. Counted are 8 ticks at each of nine
+//! `predict`; the body is nodal, of 5 kPa and Poisson's ratio 0.45, or with `links` of links of 20 N/m.
+//! Counted are 8 ticks at each of nine
 //! places of the slide, and 8 ticks of the same body just let go, which still moves. Prints the share that
 //! contact adds at the worst place, for spheres of 12 and 4 mm and with friction, and what it consists
 //! of at most: triangles and samples in reach.
@@ -40,7 +41,7 @@ struct Body {
     inward: Vector3<f64>,
 }
 
-fn body(folder: &Path) -> Body {
+fn body(folder: &Path, of_links: bool) -> Body {
     let mesh =
         load(folder.join("meshes/liver_5762.vtk").to_str().unwrap(), &MeshOptions::default());
     let mesh = mesh.unwrap();
@@ -53,7 +54,8 @@ fn body(folder: &Path) -> Body {
     let node = list("node")[0] as usize;
     let inward = Vector3::from_vec(list("dirn")).normalize();
     let start_m = Vector3::from(mesh.nodes_m[node]);
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let tissue = Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45));
+    let tissue = Some(tissue).filter(|_| !of_links);
     let probe_contact = ProbeContact::Surface;
     let options = BakeOptions { tissue, probe_contact, ..BakeOptions::default() };
     let image = bake(&mesh, &fixed, &options).unwrap();
@@ -144,9 +146,9 @@ fn instructions(arguments: &[String]) -> f64 {
     count.unwrap()
 }
 
-fn a_tick(arguments: &[&str]) -> f64 {
+fn a_tick(of_links: bool, arguments: &[&str]) -> f64 {
     let with = |ticks: usize| {
-        let own = arguments.iter().map(ToString::to_string);
+        let own = ["links"].iter().take(of_links.into()).chain(arguments).map(ToString::to_string);
         instructions(&own.chain([ticks.to_string()]).collect::<Vec<_>>())
     };
     (with(TICKS) - with(0)) / TICKS as f64
@@ -157,19 +159,22 @@ fn main() {
         println!("SKIPPED: CHAINCELL_REFERENCE is not set; the liver is read from there");
         return;
     };
-    let body = body(Path::new(&folder));
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let of_links = arguments.first().is_some_and(|first| first == "links");
+    let body = body(Path::new(&folder), of_links);
+    arguments.drain(..usize::from(of_links));
     let number = |at: usize| arguments.get(at).map_or(0, |text| text.parse::<usize>().unwrap());
     match arguments.first().map(String::as_str) {
         Some("free") => return free(&body, number(1)),
         Some("slide") => return slide(&body, CASES[number(1)], number(2), number(3)),
         _ => {}
     }
-    let free = a_tick(&["free"]);
-    println!("liver, four nodal sweeps without a tool: {free:.0} instructions a tick");
+    let free = a_tick(of_links, &["free"]);
+    println!("liver, four sweeps without a tool: {free:.0} instructions a tick");
     for (case, (radius_m, friction)) in CASES.into_iter().enumerate() {
-        let places = (0..PLACES)
-            .map(|place| a_tick(&["slide", &case.to_string(), &place.to_string()]) / free - 1.0);
+        let places = (0..PLACES).map(|place| {
+            a_tick(of_links, &["slide", &case.to_string(), &place.to_string()]) / free - 1.0
+        });
         let places: Vec<f64> = places.collect();
         let worst = places.iter().copied().fold(f64::MIN, f64::max);
         let mean = places.iter().sum::<f64>() / PLACES as f64;

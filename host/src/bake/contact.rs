@@ -3,6 +3,7 @@
 
 use chaincell_kernel::image::{contact, kind};
 
+use super::equivalent::Equivalent;
 use super::image::Sections;
 use super::{BakeOptions, OrderedCells};
 use crate::error::{Error, Result};
@@ -14,7 +15,7 @@ pub enum ProbeContact {
     /// Cells of the surface.
     #[default]
     Cells,
-    /// Points of the surface's triangles; on a body of nodal shapes.
+    /// Points of the surface's triangles.
     Surface,
 }
 
@@ -23,10 +24,14 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
     if options.probe_contact == ProbeContact::Cells {
         return Ok(());
     }
-    let lacking = if options.tissue.is_none() {
-        "of a body by Young's modulus alone; give `young_pa`, or leave it out"
-    } else if mesh.triangles.is_empty() {
+    let lacking = if mesh.triangles.is_empty() {
         "the mesh has no triangles; leave it out"
+    } else if options.tissue.is_none() && mesh.tetrahedra.len() == mesh.flat_tetrahedra {
+        "the mesh has no volume, which says how stiff its links are together; leave it out"
+    } else if options.lean {
+        "a lean model has no triangles; leave out `lean`, or this"
+    } else if options.cells.is_some() {
+        "triangles join nodes, and cells are groups of them; leave out `cells`, or this"
     } else {
         return Ok(());
     };
@@ -36,18 +41,41 @@ pub(super) fn check(mesh: &Mesh, options: &BakeOptions) -> Result<()> {
 /// What a flat triangle is taken to have: nothing, within the range of the image.
 const LEAST: f64 = 1.0e-9;
 
-/// Adds the section where it is asked for; `stiffness_n_per_m` is `k_ref`. The triangles have their own section.
+/// Young's modulus of each cell \[Pa\]; of links, with so much stiffness each \[N/m\], that of the
+/// tissue that they are like.
+fn young_pa(
+    mesh: &Mesh,
+    body: &OrderedCells,
+    options: &BakeOptions,
+    stiffness: &[f64],
+) -> Vec<f64> {
+    if let Some(tissue) = &options.tissue {
+        return super::tissue::each(&tissue.young_pa, body);
+    }
+    let unit_m = f64::from(body.unit_m);
+    let rest_m: Vec<[f64; 3]> =
+        body.rest.iter().map(|place| place.map(|x| unit_m * f64::from(x))).collect();
+    let links = body.links.iter().map(|(ends, _)| ends.map(usize::from));
+    let cell = |node: u32| usize::from(body.cell_of[node as usize]);
+    let tetrahedra = mesh.tetrahedra.iter().map(|nodes| nodes.map(cell));
+    let of = Equivalent::new(&rest_m, links.zip(stiffness.iter().copied()), tetrahedra);
+    of.map_or_else(|| vec![LEAST; rest_m.len()], |of| of.cells_pa)
+}
+
+/// Adds the section where it is asked for; `reference` is `k_ref`, and `stiffness` that of every link
+/// \[N/m\]. The triangles have their own section.
 pub(super) fn push(
     sections: &mut Sections,
     mesh: &Mesh,
     body: &OrderedCells,
-    (options, stiffness_n_per_m): (&BakeOptions, f32),
+    options: &BakeOptions,
+    (reference, stiffness): (f32, &[f64]),
 ) {
-    let (Some(tissue), ProbeContact::Surface) = (&options.tissue, options.probe_contact) else {
+    if options.probe_contact == ProbeContact::Cells {
         return;
-    };
-    let young = super::tissue::each(&tissue.young_pa, body);
-    let unit_pa = 2.0 * f64::from(stiffness_n_per_m) / f64::from(body.unit_m);
+    }
+    let young = young_pa(mesh, body, options, stiffness);
+    let unit_pa = 2.0 * f64::from(reference) / f64::from(body.unit_m);
     let numbers: Vec<[f32; 3]> = (mesh.triangles.iter())
         .map(|nodes| {
             let cells = nodes.map(|node| usize::from(body.cell_of[node as usize]));

@@ -10,6 +10,7 @@
 //! - `coarse_basis`: the coarse level of `track`, `--hats`.
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
 //! - `contact`: the surface that a probe meets, `--probe-contact`.
+//! - `equivalent`: Young's modulus of the tissue that links are like.
 //! - `colours`: the order of `gauss-seidel`, `--colours`.
 //! - `notes`: node groups and border, for selectors.
 //! - `image`: the file.
@@ -18,6 +19,7 @@ mod coarse_basis;
 mod colours;
 mod contact;
 mod embedded;
+mod equivalent;
 mod groups;
 mod image;
 mod network;
@@ -33,6 +35,7 @@ use chaincell_kernel::model::rest_length;
 pub use coarse_basis::BasisSpacing;
 use coarse_basis::Bound;
 pub use contact::ProbeContact;
+pub use equivalent::Equivalent;
 pub use groups::{Groups, partition};
 pub use image::ImageBytes;
 use image::Sections;
@@ -90,7 +93,7 @@ pub struct BakeOptions {
     pub colours: bool,
     /// Leave out what only a display or a vector unit needs.
     pub lean: bool,
-    /// What a probe touches on a body of nodal shapes.
+    /// What a probe touches.
     pub probe_contact: ProbeContact,
     /// Groups of nodes, each of them a cell; every node is one if absent.
     pub cells: Option<usize>,
@@ -451,7 +454,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     }
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);
-    contact::push(&mut sections, plan.mesh(), body, (options, reference));
+    contact::push(&mut sections, plan.mesh(), body, options, (reference, &stiffness.each));
     if !options.lean {
         embedded::push(&mut sections, plan, body);
     }

@@ -141,7 +141,8 @@ pub struct BodyArgs {
     #[arg(long)]
     lean: bool,
     /// What a probe touches: points of the surface's triangles, which no probe slips between, or cells
-    /// of the surface [default: surface on a body of --young-pa that has triangles, else cells]
+    /// of the surface; of links a mesh needs tetrahedra for it [default: surface on a body of
+    /// --young-pa that has triangles, else cells]
     #[arg(long, value_enum, value_name = "WHAT")]
     probe_contact: Option<ProbeContactArg>,
     /// Map the nodes to N cells, groups of neighbouring nodes whose positions follow; a mesh may

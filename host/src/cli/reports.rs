@@ -9,7 +9,7 @@ use chaincell_kernel::{
 };
 use serde::Serialize;
 
-use crate::bake::Notes;
+use crate::bake::{Equivalent, Notes};
 use crate::error::Result;
 use crate::terminal;
 
@@ -22,6 +22,27 @@ struct Valence {
     min: usize,
     mean: f64,
     max: usize,
+}
+
+/// A quantity of the cells.
+#[derive(Debug, Serialize)]
+struct Spread {
+    /// Of the body as a whole.
+    mean: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Spread {
+    /// The modulus that links are like.
+    fn of_links(&self) -> String {
+        let Self { mean, min, max } = self;
+        let of = "beyond their bands links are like tissue of Poisson's ratio 1/4";
+        if *max > 1.001 * min {
+            return format!("{mean:.0} Pa ({min:.0} to {max:.0} from cell to cell): {of}");
+        }
+        format!("{mean:.0} Pa: {of}")
+    }
 }
 
 /// Figures of a model.
@@ -47,6 +68,9 @@ pub struct ModelReport {
     young_pa: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     poisson: Option<f64>,
+    /// Young's modulus \[Pa\] of the tissue that links with a contact surface are like.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    equivalent_young_pa: Option<Spread>,
     /// How shapes hold their volume: det1 or trace.
     #[serde(skip_serializing_if = "Option::is_none")]
     law: Option<&'static str>,
@@ -104,6 +128,11 @@ impl ModelReport {
             stiffness_varies: model.weight_varies(),
             young_pa: mean(model, 0),
             poisson: mean(model, 1),
+            equivalent_young_pa: Equivalent::of_model(model).map(|of| Spread {
+                mean: of.body_pa,
+                min: of.cells_pa.iter().copied().fold(f64::INFINITY, f64::min),
+                max: of.cells_pa.iter().copied().fold(0.0, f64::max),
+            }),
             law: law.map(|(law, _)| if law == LAW_TRACE { "trace" } else { "det1" }),
             stretch_min: law.map(|(_, least)| least).filter(|least| *least > 0.0),
             stiffening: {
@@ -177,6 +206,9 @@ impl ModelReport {
                 "stiffness",
                 format!("{} N/m{}", self.stiffness_n_per_m, varies(self.stiffness_varies)),
             )?;
+        }
+        if let Some(of) = &self.equivalent_young_pa {
+            row("equivalent", of.of_links())?;
         }
         row("saturation", format!("{:.4} m from the centre", self.k_m))?;
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;

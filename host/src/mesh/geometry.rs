@@ -25,7 +25,7 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Signed volume of a tetrahedron times six: positive if b, c, d turn left seen from outside.
-pub(super) fn volume6(corners: [[f64; 3]; 4]) -> f64 {
+pub(crate) fn volume6(corners: [[f64; 3]; 4]) -> f64 {
     let [a, b, c, d] = corners;
     dot(minus(b, a), cross(minus(c, a), minus(d, a)))
 }

@@ -64,9 +64,6 @@ impl<'a> ContactSurface<'a> {
         let Some(numbers) = sections.optional::<[f32; 3]>(kind::CONTACT)? else {
             return Ok(None);
         };
-        if sections.optional::<u32>(kind::NODAL)?.is_none() {
-            return Err(ModelError::Layout);
-        }
         let _: &[[u16; 3]] = sections.sized(kind::TRIANGLES, numbers.len())?;
         Ok(Some(numbers))
     }

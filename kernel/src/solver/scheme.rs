@@ -169,14 +169,14 @@ pub trait Scheme {
         0
     }
 
-    /// A probe holds these cells from now on: the number of basis functions left out for them,
-    /// `None` where that cannot be done.
+    /// Something resists these cells from now on, infinite where they are held: the number of basis
+    /// functions that the coarse level has at them, `None` where it cannot take that in.
     fn deflate(
         model: &Model<'_>,
         room: &mut [Eight],
-        held: &[Contact<Self::Number>],
+        cells: impl Iterator<Item = (usize, f32)>,
     ) -> Option<u16> {
-        let _ = (model, room, held);
+        let _ = (model, room, cells);
         Some(0)
     }
 

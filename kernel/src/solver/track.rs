@@ -353,10 +353,13 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
         })
     }
 
-    #[allow(private_interfaces)]
-    fn deflate(model: &Model<'_>, room: &mut [Eight], held: &[Contact<N>]) -> Option<u16> {
+    fn deflate(
+        model: &Model<'_>,
+        room: &mut [Eight],
+        cells: impl Iterator<Item = (usize, f32)>,
+    ) -> Option<u16> {
         let basis = coarse_basis::<N>(model).filter(|basis| basis.elastic().is_none());
-        basis.map_or(Some(0), |basis| deflate(&basis, room, held))
+        basis.map_or(Some(0), |basis| deflate(&basis, room, cells))
     }
 
     #[allow(private_interfaces)]

@@ -79,12 +79,29 @@ impl<'a, 'm> Terms<'a, 'm> {
     /// Works out what the sphere adds to the residuals at states v within K, to be asked for slice by
     /// slice.
     #[inline(always)]
-    pub fn pulls(self, v: &[Cell]) -> impl Fn(usize) -> Option<Chunk> + Copy + use<'a> {
+    pub fn pulls(self, v: &[Cell]) -> impl Fn(usize, &Chunk) -> Option<Chunk> + Copy + use<'a> {
         if let Some(touching) = self.touch.get() {
             touching.pull(&self.outputs(v));
         }
         let touch = self.touch;
-        move |slice| touch.get().and_then(|touching| touching.of_slice(slice))
+        move |slice, _| touch.get().and_then(|touching| touching.of_slice(slice))
+    }
+
+    /// Works out what the sphere adds to the residuals at states v within K, and puts it where those
+    /// of awake slices will be.
+    #[inline(always)]
+    pub fn pull_into(self, awake: &SliceSet, v: &[Cell], residual: &mut [Cell]) {
+        let Some(touching) = self.touch.get() else { return };
+        touching.pull(&self.outputs(v));
+        for slice in touching.slices.iter(self.model.slice_count()) {
+            let Some(pulls) = touching.of_slice(slice).filter(|_| awake.contains(slice)) else {
+                continue;
+            };
+            let cells = residual.get_mut(cells_of(slice, v.len())).unwrap_or_default();
+            for (slot, pull) in cells.iter_mut().zip(pulls) {
+                *slot = pull;
+            }
+        }
     }
 
     /// Brings what the terms keep of the cells in awake slices up to the states v.

@@ -111,6 +111,10 @@ pub(crate) fn residual_in_parts(
         return false;
     };
     let (model, current, contacts) = (terms.model, terms.current, Contacts::new(contacts));
+    if !terms.states.any() {
+        // What tools add goes by way of the residuals: threads share no other memory.
+        terms.pull_into(awake, at, residual);
+    }
     let mut each = parts::split_mut(residual).into_iter().zip(sums).enumerate();
     if terms.states.any() {
         run(terms.vectors, Update { terms, awake, at });
@@ -124,8 +128,9 @@ pub(crate) fn residual_in_parts(
         }
         return true;
     }
-    let (state, pulls) = (|_| State::REST, |_| None);
-    // A body without states meets no sphere.
+    let pulled = terms.touch.get().map(|touching| touching.slices);
+    let state = |_| State::REST;
+    let pulls = |slice, own: &Chunk| pulled?.contains(slice).then_some(*own);
     let passes = [(); PARTS].map(|()| {
         let (part, (residual, reduce)) = each.next()?;
         let slices = parts::slices(model.cells(), part);
@@ -178,11 +183,11 @@ pub(crate) struct SlicedResidual<'a, 'm, R, S, P> {
     /// What the terms keep of a cell.
     pub state: S,
     pub reduce: &'a mut R,
-    /// What a sphere adds to the residuals of a slice.
+    /// What tools add to the residuals of a slice, whose residuals are given as they were before.
     pub pulls: P,
 }
 
-impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize) -> Option<Chunk>> Work
+impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize, &Chunk) -> Option<Chunk>> Work
     for SlicedResidual<'_, '_, R, S, P>
 {
     type Output = ();
@@ -204,7 +209,7 @@ impl<R: Reduce, S: Fn(usize) -> State, P: Fn(usize) -> Option<Chunk>> Work
                 links.residual::<V, false>(slice, here, even)
             };
             self.model.others.slice(slice, at, &mut sum, &state);
-            if let Some(pulls) = pulls(slice) {
+            if let Some(pulls) = pulls(slice, residual.at(slice - first)) {
                 let [x, y, z, w] = V::transposed(&pulls);
                 let [a, b, c, d] = sum;
                 sum = [a.plus(x), b.plus(y), c.plus(z), d.plus(w)];

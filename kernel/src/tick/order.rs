@@ -284,6 +284,9 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
         let held = if current.is_none() { contacts } else { &[] };
         // The origins of a probe's contacts are where it has put them.
         let (applied, coarse) = match self.head.probe {
+            Some(_) if IS_BUILT && self.network.model().has_contact_surface() => {
+                ([0.0; 3], self.head.deflated.map(Coarse::Resisted))
+            }
             Some(_) => ([0.0; 3], self.head.deflated.map(Coarse::Deflated)),
             None => (self.head.applied, Some(Coarse::Corrected(held.len()))),
         };

@@ -34,7 +34,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         let moved = self.push_out(&sphere);
         if changed {
-            self.head.deflated = D::deflate(model, self.room, self.contacts);
+            let cells = self.contacts.iter().map(|contact| (contact.cell(), f32::INFINITY));
+            self.head.deflated = D::deflate(model, self.room, cells);
         }
         if changed || moved {
             self.head.dynamics.pushed();

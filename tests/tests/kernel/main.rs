@@ -17,4 +17,5 @@ mod plane;
 mod probe;
 mod same_bits;
 mod surface;
+mod surface_links;
 mod tools;

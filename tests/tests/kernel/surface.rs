@@ -206,10 +206,6 @@ fn what_cannot_meet_a_surface_says_so() {
     let small = of(Scheme::Track, 1.0e-4).unwrap_err().to_string();
     assert!(small.contains("radius must be at least 0.0003"), "{small}");
     assert!(of(Scheme::Track, 0.001).is_ok() && of(Scheme::Predict, 0.001).is_ok());
-    let mesh = load("box:4x4x4x0.01", &MeshOptions::default()).unwrap();
-    let options = BakeOptions { probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
-    let links = bake(&mesh, &[0], &options).unwrap_err().to_string();
-    assert!(links.contains("`probe_contact` surface"), "{links}");
 }
 
 /// Without the section a probe touches cells, and the image is what it was.

@@ -1,4 +1,4 @@
-//! The energy of nodal shapes and of tools on a contact surface in double precision, over the samples of
+//! The energy of a tissue and of tools on a contact surface in double precision, over the samples of
 //! all triangles: what the certified level is compared with.
 //!
 //! What friction and grips store is left out: it is 0 or more, so the level is no lower with it.
@@ -6,8 +6,8 @@
 use chaincell_kernel::{COORDINATE_MAX, Model, ProxyPose, Rounding, ToolPart};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::energy::energy_of_shapes;
-use crate::reference::{Nodal, Stiffening};
+use super::energy::{self, energy_of_shapes};
+use crate::reference::{Links, Nodal, Stiffening};
 
 /// Spacing of single precision.
 const EPS: f64 = f32::EPSILON as f64;
@@ -42,11 +42,28 @@ pub struct Met {
 #[derive(Debug, Clone)]
 pub struct ExactContact<'m> {
     model: Model<'m>,
-    shapes: Nodal,
-    stiffening: Stiffening,
+    tissue: Of,
     /// Bounds of the cells.
     bounds: Vec<f64>,
     tools: Vec<Vec<(ToolPart, Triangles)>>,
+}
+
+/// What the tissue is made of.
+#[derive(Debug, Clone)]
+enum Of {
+    Shapes(Nodal, Stiffening),
+    Links(Links),
+}
+
+impl Of {
+    fn energy(&self, positions: &[[f64; 3]], bounds: &[f64]) -> energy::Energy {
+        match self {
+            Self::Shapes(shapes, stiffening) => {
+                energy_of_shapes(shapes, stiffening, positions, bounds)
+            }
+            Self::Links(links) => energy::energy(links, positions, false, |_| 0.0),
+        }
+    }
 }
 
 /// A part of a tool at a pose, in internal units.
@@ -94,10 +111,9 @@ fn each_sample(parts: u16, mut visit: impl FnMut([f64; 3])) {
 }
 
 impl<'m> ExactContact<'m> {
-    /// Of a model of nodal shapes with a contact surface under these tools; `None` for another one.
+    /// Of a model with a contact surface under these tools; `None` for another one.
     #[must_use]
     pub fn new(model: Model<'m>, tools: &[Vec<ToolPart>]) -> Option<Self> {
-        let shapes = Nodal::of_model(&model).ok()??;
         let corners: Vec<[usize; 3]> =
             model.triangles().iter().map(|corners| corners.map(usize::from)).collect();
         let of = |part: &ToolPart| {
@@ -112,8 +128,17 @@ impl<'m> ExactContact<'m> {
         };
         let tools = tools.iter().map(|parts| parts.iter().map(of).collect()).collect();
         let bounds = (0..model.cells()).map(|cell| f64::from(model.cell_bound(cell))).collect();
-        let stiffening = Stiffening::of_model(&model);
-        model.has_contact_surface().then_some(Self { model, shapes, stiffening, bounds, tools })
+        let tissue = match Nodal::of_model(&model).ok()? {
+            Some(shapes) => Of::Shapes(shapes, Stiffening::of_model(&model)),
+            None => Of::Links(Links::of_model(&model)),
+        };
+        model.has_contact_surface().then_some(Self { model, tissue, bounds, tools })
+    }
+
+    /// Whether the tissue is a body of links.
+    #[must_use]
+    pub fn is_of_links(&self) -> bool {
+        matches!(self.tissue, Of::Links(_))
     }
 
     /// Number of tools.
@@ -162,7 +187,7 @@ impl<'m> ExactContact<'m> {
                 pressed.add(number, &placed, triangles, positions);
             }
         }
-        let tissue = energy_of_shapes(&self.shapes, &self.stiffening, positions, &self.bounds);
+        let tissue = self.tissue.energy(positions, &self.bounds);
         let mut rounding = Rounding::default();
         for (cell, at) in positions.iter().enumerate() {
             let bound = self.bounds[cell] + pressed.bounds[cell];

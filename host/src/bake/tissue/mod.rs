@@ -89,6 +89,22 @@ pub(super) fn each(value: &PerCell, body: &OrderedCells) -> Vec<f64> {
     }
 }
 
+/// Smallest and largest modulus of stiffening that the kernel takes \[mean shear moduli\].
+const STIFFENING: std::ops::RangeInclusive<f32> = 1.0e-6..=1.0e6;
+
+/// Whether the kernel takes these bands on a body of this mean shear modulus \[Pa\].
+fn check_stiffening(bands: &[Band], unit_pa: f64) -> Result<()> {
+    let is_beyond = |band: &&Band| !STIFFENING.contains(&((band.modulus_pa / unit_pa) as f32));
+    let Some(&Band { half_width, modulus_pa }) = bands.iter().find(is_beyond) else {
+        return Ok(());
+    };
+    let [least, most] = [STIFFENING.start(), STIFFENING.end()].map(|x| f64::from(*x) * unit_pa);
+    Err(Error::input(format!(
+        "`stiffening`: modulus {modulus_pa} of half-width {half_width}: must be from {least:.3e} to \
+         {most:.3e} [Pa] on this body, 1e-6 to 1e6 times its mean shear modulus"
+    )))
+}
+
 impl Shapes {
     /// The shapes of a body made of `tissue`.
     ///
@@ -119,6 +135,7 @@ impl Shapes {
         let shape = Shape::weighted(&rest, &tetrahedra, mean).map_err(|why| {
             Error::input(format!("`young_pa`: {why}; numbers are those of cells"))
         })?;
+        check_stiffening(&tissue.stiffening, stored_pa)?;
         let stiffening = Stiffening::new(&tissue.stiffening, stored_pa, &rest, &tetrahedra);
         let (law, bound, weights) = (tissue.law, Vec::new(), Vec::new());
         let stretch_min = tissue.stretch_min.unwrap_or(0.0) as f32;

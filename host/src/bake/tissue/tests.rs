@@ -169,6 +169,11 @@ fn bands_that_are_none_are_refused_by_name() {
     for modulus_pa in [0.0, -1.0, f64::INFINITY, f64::NAN] {
         assert!(why(&[band(0.1, modulus_pa)]).contains("modulus"), "{modulus_pa}");
     }
+    // 5 kPa and 0.3 have a shear modulus of 1,923 Pa: of that 1e-6 to 1e6.
+    for modulus_pa in [1.8e-3, 2.0e9] {
+        let why = why(&[good, band(0.2, modulus_pa)]);
+        assert!(why.contains("from 1.923e-3 to 1.923e9 [Pa] on this body"), "{why}");
+    }
 }
 
 /// The order of the bands does not matter, and the bound counts all of them.

@@ -161,7 +161,7 @@ pub mod kind {
     /// With `STIFFENING`: 2 V / l0^2 of each slot of `SLICE_ROWS`, V the volume of the tetrahedra
     /// around its link; 0 for padding (f32, 8 a group).
     pub const STIFFENING_SLOTS: u32 = 44;
-    /// With `NODAL` and `TRIANGLES`, optional: what each triangle resists a probe with, see
+    /// With `TRIANGLES`, optional: what each triangle resists a probe with, see
     /// [`super::contact`]; without it a probe touches the cells of `SURFACE` ([f32; 3] a triangle).
     pub const CONTACT: u32 = 45;
 }
@@ -209,7 +209,7 @@ pub mod nodal {
 /// Indices of the numbers of `CONTACT`, in mean link lengths l.
 pub mod contact {
     /// E a / h [2 `k_ref`]: a the area at rest, h the mean length of the edges, E the mean of the
-    /// corners' Young's moduli.
+    /// corners' Young's moduli; of links, of those that they are equivalent to.
     pub const STIFFNESS: usize = 0;
     /// h in l.
     pub const EDGE: usize = 1;

@@ -14,16 +14,23 @@
 //! when the contacts change. With more than [`DEFLATED_MAX`] basis functions in H, or where
 //! rounding makes a pivot too small, there is no coarse level until they change again.
 //!
+//! Tools on a surface hold no cell, they resist it: they add a diagonal D to the bound's Laplacian.
+//! P' D P is at most the diagonal S of its row sums, and by the Woodbury formula
+//!
+//! ```text
+//! c = (A + R + S)^-1 g = B g - B_H (B_HH + S_H^-1)^-1 (B g)_H
+//! ```
+//!
+//! which is the same with S^-1 on the diagonal: 0 for a cell that is held.
+//!
 //! Cost: k^3 / 6 multiplications when the contacts change, k = |H|; 3 k (n + k) a sweep, n basis
 //! functions.
 
 use super::vector;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
-use crate::number::Number;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES};
-use crate::terms::held::Contact;
 
 /// Most basis functions that are left out.
 pub(crate) const DEFLATED_MAX: usize = 64;
@@ -79,7 +86,8 @@ impl<'a> Deflated<'a> {
         vector(self.factor, self.row, i).as_flattened()
     }
 
-    /// Works out the factor of the first `count` basis functions; whether that could be done.
+    /// Works out the factor of the first `count` basis functions, with the first of their sums on the
+    /// diagonal; whether that could be done.
     fn factorise(&mut self, of: &CoarseBasis<'_>, count: usize) -> bool {
         // The compiler is to know here too that a row is neither empty nor beyond counting.
         let row = self.row.clamp(1, DEFLATED_MAX / LANES);
@@ -90,6 +98,10 @@ impl<'a> Deflated<'a> {
             for (slot, &j) in line.iter_mut().zip(numbers) {
                 *slot = of.inverse_at(i as usize, j as usize);
             }
+        }
+        let diagonal = self.factor.as_flattened_mut().iter_mut().step_by(row * LANES + 1);
+        for (slot, [give, ..]) in diagonal.zip(&*self.sums).take(count) {
+            *slot += give;
         }
         for pivot in 0..count {
             let Some((above, below)) = self.factor.split_at_mut_checked((pivot + 1) * row) else {
@@ -148,43 +160,45 @@ impl<'a> Deflated<'a> {
     }
 }
 
-/// Finds the basis functions that reach the contacts and factorises their part of the inverse;
-/// their number, or `None` where they are too many or the factor does not exist.
-pub(crate) fn deflate<N: Number>(
+/// Finds the basis functions that reach these cells, each with what resists it, infinite for one that
+/// is held, and factorises their part of the inverse; their number, or `None` where they are too many
+/// or the factor does not exist.
+pub(crate) fn deflate(
     basis: &CoarseBasis<'_>,
     room: &mut [Eight],
-    held: &[Contact<N>],
+    cells: impl Iterator<Item = (usize, f32)>,
 ) -> Option<u16> {
     let blocks = basis.blocks();
     let (vectors, behind) = room.split_at_mut_checked(6 * blocks)?;
     let marks = vectors.get_mut(..blocks)?.as_flattened_mut();
     marks.fill(0.0);
-    for contact in held {
-        for (function, weight) in basis.row_of(contact.cell()) {
+    for (cell, resists) in cells {
+        for (function, weight) in basis.row_of(cell) {
             if let Some(mark) = marks.get_mut(function)
                 && weight > 0.0
             {
-                *mark = 1.0;
+                *mark += weight * resists;
             }
         }
     }
     let mut taken = Deflated::cut(basis, behind)?;
     let mut count = 0;
     let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);
-    for (function, _) in marked {
+    for (function, mark) in marked {
         *taken.functions.get_mut(count)? = function as f32;
+        *taken.sums.get_mut(count)? = [1.0 / mark, 0.0, 0.0];
         count += 1;
     }
     taken.factorise(basis, count).then_some(count as u16)
 }
 
-/// Takes the first `count` basis functions that stand in the room out of c = B g; whether the rest
-/// is sound.
+/// Takes the first `count` basis functions that stand in the room out of c = B g, or as far as they are
+/// resisted; whether the rest is sound.
 #[inline(always)]
 pub(crate) fn solve_deflated<V: F32x8>(
     basis: &CoarseBasis<'_>,
     behind: &mut [Eight],
-    count: usize,
+    (count, is_held): (usize, bool),
     c: &mut [Eight],
 ) -> bool {
     let blocks = basis.blocks();
@@ -220,6 +234,9 @@ pub(crate) fn solve_deflated<V: F32x8>(
             }
         }
     }
+    if !is_held {
+        return true;
+    }
     let mut left = 0.0;
     for at in 0..count {
         for axis in 0..3 {
@@ -240,12 +257,17 @@ mod tests {
     use crate::model::Model;
     use crate::solver::coarse::tests::CUBE;
     use crate::solver::coarse::{Coarse, Solve};
+    use crate::terms::held::Contact;
     use crate::terms::tests::{ROUNDING_ROOM, matrix};
     use std::vec;
     use std::vec::Vec;
 
     fn held(cells: &[u16]) -> Vec<Contact> {
         cells.iter().copied().map(Contact::new).collect()
+    }
+
+    fn deflate(basis: &CoarseBasis<'_>, room: &mut [Eight], held: &[Contact]) -> Option<u16> {
+        super::deflate(basis, room, held.iter().map(|held| (held.cell(), f32::INFINITY)))
     }
 
     /// Both sides of the solution without the basis functions of some contacts, by basis function;
@@ -321,6 +343,40 @@ mod tests {
     }
 
     #[test]
+    fn the_best_direction_under_what_resists_cells() {
+        let model = Model::from_bytes(CUBE).unwrap();
+        let basis = model.coarse_basis.unwrap();
+        let whole = matrix(&model, model.others.0.iter(), &basis, &[]);
+        let free: Vec<u16> = (0..model.cells() as u16).filter(|&c| !model.is_fixed(c)).collect();
+        let cells: Vec<_> =
+            free[90..110].iter().map(|&c| (usize::from(c), 0.1 * f32::from(c))).collect();
+        let mut resists = vec![0.0; basis.count];
+        for (function, more) in
+            cells.iter().flat_map(|&(cell, of)| basis.row_of(cell).map(move |(f, w)| (f, w * of)))
+        {
+            resists[function] += f64::from(more);
+        }
+        let blocks = basis.blocks();
+        let mut room = vec![[0.0_f32; LANES]; probe_room(basis.count)];
+        let count = super::deflate(&basis, &mut room, cells.iter().copied()).unwrap();
+        assert!(resists.iter().filter(|&&of| of > 0.0).count() == usize::from(count) && count > 4);
+        for (function, g) in room[..blocks].as_flattened_mut()[..basis.count].iter_mut().enumerate()
+        {
+            *g = (7 * function) as f32 * 0.618_034 % 1.0 - 0.5;
+        }
+        let solve = Solve { basis, room: &mut room, coarse: Coarse::Resisted(count) };
+        run(VectorUnit::find(), solve);
+        let (g, c) = (room[..blocks].as_flattened(), room[3 * blocks..].as_flattened());
+        for function in 0..basis.count {
+            let sum = |with: &dyn Fn(usize) -> f64| (0..basis.count).map(with).sum::<f64>();
+            let own = ROUNDING_ROOM * (basis.count as f64).sqrt() * whole[function][function];
+            let all = sum(&|other| whole[function][other] * f64::from(c[other]));
+            let all = all + (own + resists[function]) * f64::from(c[function]);
+            assert!((all - f64::from(g[function])).abs() < 2e-3, "{function}: {all}");
+        }
+    }
+
+    #[test]
     fn too_many_hats_or_a_bad_factor_leave_no_coarse_level() {
         let model = Model::from_bytes(CUBE).unwrap();
         let basis = model.coarse_basis.unwrap();
@@ -333,6 +389,7 @@ mod tests {
         // The same basis function twice has no factor.
         let mut taken = Deflated::cut(&basis, &mut room[6 * basis.blocks()..]).unwrap();
         (taken.functions[0], taken.functions[1]) = (3.0, 3.0);
+        taken.sums[..2].fill([0.0; 3]);
         assert!(taken.factorise(&basis, 1) && !taken.factorise(&basis, 2));
         // A factor of other basis functions leaves something at these.
         (taken.functions[0], taken.functions[1]) = (3.0, 4.0);

@@ -40,7 +40,8 @@
 //!
 //! - `solve`: c = B g.
 //! - `held`: the corrections for chosen cells.
-//! - `deflation`: without the basis functions at a probe's contacts.
+//! - `deflation`: without the basis functions at a probe's contacts, or as tools on a surface resist
+//!   them.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
 //! - `touched`: that level under tools.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.

@@ -6,6 +6,7 @@ use crate::backend::Work;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
+use crate::terms::surface::IS_BUILT;
 
 /// How a solution leaves the held cells alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +15,8 @@ pub(crate) enum Coarse {
     Corrected(usize),
     /// Without so many basis functions, whose factor stands in the room.
     Deflated(u16),
+    /// With so many basis functions resisted by tools on a surface; the same stands in the room.
+    Resisted(u16),
 }
 
 /// c = B g, so that the held cells are left alone; gives g . c.
@@ -50,12 +53,13 @@ impl Work for Solve<'_, '_> {
                     correct::<V>(along, blocks, if index % 2 == 0 { -1.0 } else { 1.0 }, g, c);
                 }
             }
-            Coarse::Deflated(basis)
-                if !solve_deflated::<V>(&self.basis, corrections, basis.into(), c) =>
-            {
-                return TwoFloat::ZERO;
+            Coarse::Deflated(taken) | Coarse::Resisted(taken) => {
+                let is_held = !IS_BUILT || matches!(self.coarse, Coarse::Deflated(_));
+                let taken = (taken.into(), is_held);
+                if !solve_deflated::<V>(&self.basis, corrections, taken, c) {
+                    return TwoFloat::ZERO;
+                }
             }
-            Coarse::Deflated(_) => {}
         }
         let mut product = Lanes::ZERO;
         for block in 0..blocks {

@@ -149,9 +149,12 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
         Track::<ROOM>::probe_room(model)
     }
 
-    #[allow(private_interfaces)]
-    fn deflate(model: &Model<'_>, room: &mut [Eight], held: &[Contact]) -> Option<u16> {
-        Track::<ROOM>::deflate(model, room, held)
+    fn deflate(
+        model: &Model<'_>,
+        room: &mut [Eight],
+        cells: impl Iterator<Item = (usize, f32)>,
+    ) -> Option<u16> {
+        Track::<ROOM>::deflate(model, room, cells)
     }
 
     fn is_prepared(&self, held: usize) -> bool {

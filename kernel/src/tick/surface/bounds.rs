@@ -67,6 +67,11 @@ fn bound(near: &NearTriangle) -> f32 {
     if near.held > 0 { third + third } else { third }
 }
 
+/// The corners of triangles, each with its part in the bound.
+pub(super) fn of_corners(near: &[NearTriangle]) -> impl Iterator<Item = (usize, f32)> {
+    near.iter().flat_map(|near| near.corners.map(|cell| (cell.into(), ROUNDED_UP * bound(near))))
+}
+
 /// Gives the cells of the last tick's triangles their own bounds back.
 fn restore(model: &Model<'_>, state: &TouchState, mobility: &mut [f32], own: &mut [f32]) {
     let factors = factors(model);

@@ -186,11 +186,13 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         true
     }
 
-    /// Prepares the coarse level for what the tools meet.
+    /// Prepares the coarse level for the tools: an elastic one for what they meet, that of links, on
+    /// which the level's certificate rests, for all triangles in reach.
     fn prepare(&mut self) {
         let (terms, model) = (self.terms(), self.network.model());
         let at = places(model, &*self.state);
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return };
+        self.head.deflated = D::deflate(model, self.room, bounds::of_corners(arrays.near()));
         let [coarse, ..] = core::mem::take(&mut arrays.coarse) else { return };
         let (near, anchors) = (arrays.near(), arrays.anchors());
         coarse.prepare(terms, Under { tools: Proxies(arrays.tools), near, anchors }, &at);

@@ -103,7 +103,7 @@ impl Case {
                 let (at, residual, awake) = (&*points.at, &mut *points.residual, &awake.set);
                 let (contacts, reduce) = (Contacts::new(held), &mut sums);
                 let (current, slices) = (terms.current, 0..model.slice_count());
-                let (state, pulls) = (|cell| terms.states.at(cell), |_| None);
+                let (state, pulls) = (|cell| terms.states.at(cell), |_, _: &_| None);
                 #[rustfmt::skip]
                 let pass = SlicedResidual { model, current, links, awake, slices, at, residual, contacts, state, reduce, pulls };
                 run(unit, pass);

@@ -1,0 +1,102 @@
+//! Young's modulus of the tissue that links are like: how stiff contact with them has to be.
+//!
+//! Springs of stiffness k and length l that point in all directions alike make an isotropic solid
+//! (Cauchy's). A small strain e stretches each by l n' e n, n its direction, and the mean of
+//! `n_a n_b n_c n_d` over all directions is (`d_ab d_cd` + `d_ac d_bd` + `d_ad d_bc`) / 15, so that
+//!
+//! ```text
+//! lambda = mu = sum of k l^2 / (15 V),   nu = 1/4,   E = 5/2 mu = sum of k l^2 / (6 V)
+//! ```
+//!
+//! V is the volume that they fill. A cell has half of each of its links and a quarter of each of its
+//! tetrahedra. Inside their band links give no force; what counts here is their stiffness beyond it, so
+//! a body with slack is softer than this.
+
+use chaincell_kernel::Model;
+
+use crate::mesh::geometry::volume6;
+
+/// A cell's volume counts at least so much of the mean: flat tetrahedra have none.
+const LEAST: f64 = 1.0e-3;
+
+/// Young's moduli that links are like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equivalent {
+    /// Of the whole body \[Pa\].
+    pub body_pa: f64,
+    /// At each cell \[Pa\].
+    pub cells_pa: Vec<f64>,
+}
+
+impl Equivalent {
+    /// Of links with so much stiffness \[N/m\] between cells at rest \[m\], whose tetrahedra tell the
+    /// volume; `None` where these have none.
+    pub fn new(
+        rest_m: &[[f64; 3]],
+        links: impl Iterator<Item = ([usize; 2], f64)>,
+        tetrahedra: impl Iterator<Item = [usize; 4]>,
+    ) -> Option<Self> {
+        let (mut energies, mut volumes) = (vec![0.0; rest_m.len()], vec![0.0; rest_m.len()]);
+        for ([i, j], stiffness) in links {
+            let squared = (0..3).map(|axis| (rest_m[j][axis] - rest_m[i][axis]).powi(2));
+            let half = 0.5 * stiffness * squared.sum::<f64>();
+            energies[i] += half;
+            energies[j] += half;
+        }
+        for cells in tetrahedra {
+            let volume_m3 = volume6(cells.map(|cell| rest_m[cell])).abs() / 6.0;
+            cells.into_iter().for_each(|cell| volumes[cell] += 0.25 * volume_m3);
+        }
+        let sum = |of: &[f64]| of.iter().sum::<f64>();
+        let whole = sum(&volumes);
+        let least = LEAST * whole / rest_m.len() as f64;
+        let each = energies.iter().zip(&volumes);
+        (whole > 0.0).then(|| Self {
+            body_pa: sum(&energies) / (6.0 * whole),
+            cells_pa: each.map(|(energy, volume)| energy / (6.0 * volume.max(least))).collect(),
+        })
+    }
+
+    /// Of a baked body of links with a contact surface.
+    #[must_use]
+    pub fn of_model(model: &Model<'_>) -> Option<Self> {
+        if model.is_nodal() || !model.has_contact_surface() {
+            return None;
+        }
+        let unit_m = f64::from(model.unit_m());
+        let rest_m: Vec<[f64; 3]> = (0..model.cells())
+            .map(|cell| model.rest_position(cell).map(|x| unit_m * f64::from(x)))
+            .collect();
+        let stiffness = f64::from(model.stiffness_n_per_m());
+        let links = (0..model.cells()).flat_map(|cell| {
+            model.row(cell).map(move |link| {
+                let ends = [cell, usize::from(model.upper()[link])];
+                (ends, stiffness * f64::from(model.link_weight(link)))
+            })
+        });
+        Self::new(&rest_m, links, model.tetrahedra().iter().map(|cells| cells.map(usize::from)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{MeshOptions, load};
+
+    /// Far from its surface a box is a lattice of cubes with six edges and six face diagonals each, on
+    /// average: 3 edges d and 6 halves of diagonals of length sqrt(2) d in a volume d^3.
+    #[test]
+    fn a_lattice_has_the_modulus_of_its_springs() {
+        let (d, k) = (0.01, 20.0);
+        let mesh = load("box:9x9x9x0.01", &MeshOptions::default()).unwrap();
+        let links = mesh.links.iter().map(|ends| (ends.map(|node| node as usize), k));
+        let tetrahedra = mesh.tetrahedra.iter().map(|nodes| nodes.map(|node| node as usize));
+        let of = Equivalent::new(&mesh.nodes_m, links, tetrahedra).unwrap();
+        let wanted_pa = k * d * d * (3.0 + 3.0 * 2.0) / (6.0 * d * d * d);
+        let middle = of.cells_pa[(4 * 9 + 4) * 9 + 4];
+        assert!((middle / wanted_pa - 1.0).abs() < 1e-9, "{middle} {wanted_pa}");
+        // The surface has whole links and half the volume.
+        assert!(of.body_pa > middle && of.body_pa < 1.5 * middle, "{}", of.body_pa);
+        assert_eq!(Equivalent::new(&mesh.nodes_m, [].into_iter(), [].into_iter()), None);
+    }
+}

@@ -1,0 +1,184 @@
+//! A probe on the triangles of a body of links.
+#![allow(clippy::unwrap_used)]
+
+use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::motion::Press;
+use chaincell_host::engine::place::place;
+use chaincell_host::engine::threads::ThreadCount;
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading, parts};
+
+/// A body of links with a contact surface, as `bake SPEC --alpha ALPHA --probe-contact surface`.
+fn links(spec: &str, alpha: f64) -> ImageBytes {
+    let mesh = load(spec, &MeshOptions::default()).unwrap();
+    let (alpha, probe_contact) = (PerCell::Uniform(alpha), ProbeContact::Surface);
+    let options = BakeOptions { alpha, probe_contact, ..BakeOptions::default() };
+    bake(&mesh, &mesh.default_fixed, &options).unwrap()
+}
+
+fn model(image: &ImageBytes) -> Model<'_> {
+    Model::from_bytes(image.as_bytes()).unwrap()
+}
+
+fn engine(image: &ImageBytes, radius_m: f32, (scheme, sweeps): (Scheme, u16)) -> Engine<'_> {
+    let model = model(image);
+    let (unloading, max_tool_step_m) = (Unloading::Off, 0.01);
+    let settings = Settings::for_model(&model);
+    let settings = Settings { sweeps, unloading, max_tool_step_m, ..settings };
+    let contact = Contact::Probe { radius_m, capacity: 64 };
+    let network = Network::new(model, settings).unwrap();
+    Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap()
+}
+
+/// Everything that a tick gives, bit by bit.
+fn bits(engine: &mut Engine<'_>, output: &TickOutput) -> (Vec<u32>, u64) {
+    let TickOutput { force_n, energy_j, work_j, contacts, .. } = *output;
+    let all = force_n.iter().copied().chain([energy_j, work_j]).map(f32::to_bits);
+    (all.chain([contacts]).collect(), engine.state_hash())
+}
+
+const WAYS: [(Scheme, u16); 2] = [(Scheme::Track, 4), (Scheme::Predict, 2)];
+
+/// Spheres of a quarter to a half of an edge, pressed in as deep as they are wide and far deeper.
+#[test]
+fn a_sphere_smaller_than_a_link_never_passes_without_force() {
+    for spec in ["box:9x9x6x0.008", "organ:1000"] {
+        for alpha in [0.0, 0.05] {
+            let image = links(spec, alpha);
+            for way in WAYS {
+                for radius_m in [0.002_f32, 0.004] {
+                    // With slack the surface gives way, and snaps; it still touches the sphere.
+                    let least = if alpha > 0.0 { 0.0 } else { 0.3 };
+                    let mut engine = engine(&image, radius_m, way);
+                    let place = place(&model(&image), engine.contact(), None).unwrap();
+                    let press = Press::new(place.touch_m, place.direction, 0.03, 1000).unwrap();
+                    let (mut most, mut clamped) = (0.0_f32, false);
+                    for tick in 100..500 {
+                        let output = engine.tick(&press.pose(tick).into());
+                        let force = output.force_n.norm();
+                        most = most.max(force);
+                        clamped |= output.flags.contains(Flags::MOTION_CLAMPED);
+                        let what = format!("{spec} {alpha} {way:?} {radius_m} tick {tick}");
+                        assert!(tick < 200 || force > least * most, "{what}: {force} of {most} N");
+                        let is_plain = |x: &f32| x.is_finite() && x.to_bits() != 1 << 31;
+                        assert!(output.force_n.iter().all(is_plain), "{what}: {output:?}");
+                    }
+                    let what = format!("{spec} {alpha} {way:?} {radius_m}");
+                    assert!((clamped || alpha > 0.0) && most > 0.003, "{what}: {most} N");
+                }
+            }
+        }
+    }
+}
+
+/// Near a body and let go again: no force, no energy, and the rest shape to the last bit.
+#[test]
+fn untouched_it_stays_at_rest() {
+    for alpha in [0.0, 0.05] {
+        let image = links("box:9x9x6x0.008", alpha);
+        for way in WAYS {
+            let mut engine = engine(&image, 0.006, way);
+            let rest = engine.state_hash();
+            for tick in 0..60_u16 {
+                // Less than a hundredth of a millimetre above the top.
+                let position_m = [0.0, 0.0, 0.04 + 0.006_01].into();
+                let engaged = u32::from(tick % 20 < 15);
+                let output = engine.tick(&ToolSample { position_m, engaged });
+                assert_eq!(engine.state_hash(), rest, "{alpha} {way:?} {tick}");
+                let all = [output.energy_j, output.work_j].into_iter();
+                assert!(all.chain(output.force_n.iter().copied()).all(|x| x.to_bits() == 0));
+            }
+        }
+    }
+}
+
+/// Presses, slides and lets go, over and over.
+fn sample(tick: u16, top_m: f32, radius_m: f32) -> ToolSample {
+    let within = f32::from(tick % 60);
+    let depth_m = 2.0e-4 * within.min(20.0);
+    let position_m = [2.0e-4 * (within - 30.0), 0.001, top_m + radius_m - depth_m].into();
+    ToolSample { position_m, engaged: u32::from(tick % 60 < 50) }
+}
+
+/// Scalar and vector units: the same bits, and no -0.0 that would tell them apart.
+#[test]
+fn every_way_gives_the_same_bits() {
+    for alpha in [0.0, 0.05] {
+        let image = links("box:9x9x9x0.008", alpha);
+        assert!(model(&image).hats() > 0);
+        for way in WAYS {
+            let [mut one, mut other] = [0, 1].map(|_| engine(&image, 0.006, way));
+            other.go_scalar();
+            let mut touched = 0;
+            for tick in 0..130 {
+                let sample = sample(tick, 0.064, 0.006);
+                let [a, b] = [&mut one, &mut other].map(|engine| {
+                    let output = engine.tick(&sample);
+                    (bits(engine, &output), output.contacts)
+                });
+                assert_eq!(a, b, "{alpha} {way:?} {tick}");
+                touched += u32::from(a.1 > 0);
+            }
+            assert!(touched > 80, "{touched}");
+        }
+    }
+}
+
+/// A body in parts: one thread and two, vector unit and none.
+#[test]
+fn threads_give_the_same_bits_under_a_probe() {
+    let image = links("box:26x26x25x0.004", 0.0);
+    let cells = model(&image).cells();
+    assert!(cells >= 16_384 && parts::count(cells) > 1);
+    let way = (Scheme::Track, 2);
+    let mut engines = [0, 1, 2].map(|_| engine(&image, 0.006, way));
+    match ThreadCount::Of(2).start(cells) {
+        Ok(threads) => engines[1].share(threads),
+        Err(why) => println!("SKIPPED threads: {why}"),
+    }
+    engines[2].go_scalar();
+    let mut most = 0.0_f32;
+    for tick in 0..56 {
+        let sample = sample(tick, 0.096, 0.006);
+        let [one, two, scalar] = engines.each_mut().map(|engine| {
+            let output = engine.tick(&sample);
+            most = most.max(output.force_n.norm());
+            bits(engine, &output)
+        });
+        assert!(one == two && one == scalar, "tick {tick}: {one:?} {two:?} {scalar:?}");
+    }
+    assert!(most > 0.05, "{most} N");
+}
+
+/// As [`chaincell_host::bake::Equivalent`] says: a harder body meets a probe more stiffly.
+#[test]
+fn contact_is_as_stiff_as_the_links_are() {
+    let stiffness = |k: f64| {
+        let mesh = load("box:5x5x5x0.01", &MeshOptions::default()).unwrap();
+        let stiffness_n_per_m = PerCell::Uniform(k);
+        let probe_contact = ProbeContact::Surface;
+        let options = BakeOptions { stiffness_n_per_m, probe_contact, ..BakeOptions::default() };
+        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+        let mut sum = 0.0;
+        model(&image).each_probe_triangle(0.01, |_, of| sum += of);
+        sum
+    };
+    let ratio = stiffness(60.0) / stiffness(20.0);
+    assert!((ratio - 3.0).abs() < 1e-4, "{ratio}");
+}
+
+#[test]
+fn what_has_no_contact_surface_says_why() {
+    let refused = |spec: &str, change: fn(&mut BakeOptions), why: &str| {
+        let mesh = load(spec, &MeshOptions::default()).unwrap();
+        let mut options =
+            BakeOptions { probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+        change(&mut options);
+        let said = bake(&mesh, &mesh.default_fixed, &options).unwrap_err().to_string();
+        assert!(said.contains("`probe_contact` surface") && said.contains(why), "{said}");
+    };
+    refused("plane:5x5x0.01", |_| (), "no volume");
+    refused("box:4x4x4x0.01", |options| options.lean = true, "lean");
+    refused("box:4x4x4x0.01", |options| options.cells = Some(20), "groups");
+}
