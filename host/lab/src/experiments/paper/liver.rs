@@ -188,7 +188,7 @@ impl Case {
         format!(
             "The same body as nodal shapes of {:.0} kPa and a Poisson's ratio of {POISSON}, under \
              predict with as many sweeps: the probe meets points of the triangles and pushes back by how \
-             deep they lie in it, so that cells need not jump onto it. {} nodes move by more than 0.1 mm, \
+             deep they lie in it, so no cell is put anywhere. {} nodes move by more than 0.1 mm, \
              {} tetrahedra are inside out, the force reaches {:.2} N. On the way in it is off the force at \
              rest at the same depth by {median:.2} % in the median and {most:.2} % at most.",
             1e-3 * YOUNG_PA,
@@ -235,7 +235,6 @@ impl Case {
         let states = [
             ("initial state", &self.mesh.nodes_m, touch),
             ("network", &self.network.shown_m, deep),
-            ("nodal shapes", &self.tissue.pressed.shown_m, deep),
             ("ChainMail", &self.chain.shown_m, deep),
         ];
         let whole = states.iter().map(|(title, at_m, probe_m)| Panel {
@@ -267,7 +266,7 @@ impl Case {
         Sheet {
             title: format!("A probe pressed {:.1} mm into {}", 1e3 * self.depth_m, self.name()),
             panels: whole.chain(opened).collect(),
-            columns: 4,
+            columns: 3,
             panel_height_px: 460,
             towards: std::array::from_fn(|x| front[x] + ABOVE * up[x]),
             up,
