@@ -74,25 +74,7 @@ pub fn section(context: &Context) -> Result<Section> {
         1e3 * case.depth_m,
         1e3 * case.probe.radius_m
     );
-    let figures = vec![
-        Figure::new("paper_liver", pressed, case.sheet().draw()?),
-        Figure::new(
-            "paper_liver_force",
-            "Force on the probe during the press. ChainMail has none to show.",
-            case.force().draw()?,
-        ),
-        Figure::new(
-            "paper_liver_surface",
-            "Force over displacement of nodal shapes on the way in: as the probe passes, and once the \
-             body is at rest at that depth.",
-            case.tissue.chart().draw()?,
-        ),
-        Figure::new(
-            "paper_liver_step",
-            "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
-            case.step().draw()?,
-        ),
-    ];
+    let figures = case.pictures(pressed)?;
     let mut tissue = case.tissue.json();
     for (name, value) in shapes.as_object().into_iter().flatten() {
         tissue[name] = value.clone();
@@ -180,6 +162,29 @@ impl Case {
             ),
             self.of_tissue(tissue),
         ]
+    }
+
+    /// The pictures of the section, the first with this caption.
+    fn pictures(&self, pressed: String) -> Result<Vec<Figure>> {
+        Ok(vec![
+            Figure::new("paper_liver", pressed, self.sheet().draw()?),
+            Figure::new(
+                "paper_liver_force",
+                "Force on the probe during the press. ChainMail has none to show.",
+                self.force().draw()?,
+            ),
+            Figure::new(
+                "paper_liver_surface",
+                "Force over displacement of nodal shapes on the way in: as the probe passes, and once the \
+                 body is at rest at that depth.",
+                self.tissue.chart().draw()?,
+            ),
+            Figure::new(
+                "paper_liver_step",
+                "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
+                self.step().draw()?,
+            ),
+        ])
     }
 
     /// What nodal shapes make of the same press.
