@@ -19,7 +19,7 @@ pub const CASES: &[Case] = &[
         run: deep,
     },
     Case {
-        name: "surface-teleport",
+        name: "surface-jumps",
         checks: "sphere of 2 edges into the body and out every 3 ticks, then anywhere within a width, \
                  every tick",
         run: teleport,
