@@ -42,7 +42,8 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let monitor = ToolMonitor::new(&engine, &tools, friction).unwrap();
     let (twin, left) = (bytes.ratio(1, 4)?.then_some(twin), TICKS_MAX);
     let poses = vec![ToolPose::at(model.centre_m().into(), 0); tools.len()];
-    let mut session = Session { engine, twin, monitor, poses, left };
+    let is_endless = tools.iter().flatten().any(ToolPart::is_half_space);
+    let mut session = Session { engine, twin, monitor, poses, is_endless, left };
     while !bytes.is_empty() && session.left > 0 {
         session.step(bytes)?;
     }
@@ -98,6 +99,7 @@ struct Session<'m> {
     twin: Option<Engine<'m>>,
     monitor: ToolMonitor<'m>,
     poses: Vec<ToolPose>,
+    is_endless: bool,
     left: usize,
 }
 
@@ -105,21 +107,24 @@ impl Session<'_> {
     fn step(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
         match bytes.int_in_range(0..=9)? {
             0 => {
+                let is_endless = self.is_endless;
                 let pose = self.pose(bytes)?;
                 let [a, b, c, d] = <[u32; 4]>::map(bytes.arbitrary()?, f32::from_bits);
                 pose.position_m = [a, b, c].into();
-                pose.turn[0] = d;
+                pose.turn[0] = if is_endless { pose.turn[0] } else { d };
                 pose.engaged = bytes.arbitrary()?;
                 self.tick(1);
             }
             1..=3 => {
                 let model = *self.engine.network().model();
                 let (unit_m, centre_m) = (model.unit_m() / 24.0, model.centre_m());
+                let is_endless = self.is_endless;
                 let pose = self.pose(bytes)?;
                 let way = bytes.arbitrary::<[i8; 3]>()?;
                 let at = |axis: usize| centre_m[axis] + unit_m * f32::from(way[axis]);
                 (pose.position_m, pose.engaged) = ([0, 1, 2].map(at).into(), 1);
-                if bytes.arbitrary()? {
+                // A half space that turns meets triangles that no search has seen.
+                if bytes.arbitrary()? && !is_endless {
                     pose.turn = turn(bytes)?;
                 }
                 self.tick(bytes.int_in_range(1..=4)?);

@@ -84,6 +84,7 @@ fn never_through(name: &str, image: &ImageBytes, radii_m: &[f32], stays: f32) {
     for &radius_m in radii_m {
         let [slow, fast] = STEPS_M.map(|(sweeps, step_m)| press(image, radius_m, sweeps, step_m));
         let name = format!("{name}, {radius_m} m: {slow:?} {fast:?}");
+        println!("THROUGH {name}");
         assert!(slow.least_n > stays * slow.most_n, "{name}");
         assert!(fast.end_n > 0.9 * slow.end_n && fast.least_n > 0.5 * slow.end_n, "{name}");
         for Pressed { stands_n: [least, most], .. } in [slow, fast] {

@@ -151,7 +151,7 @@ fn liver(found: &Value, out: &Path) {
     // Of nodal shapes the force grows on the way in and is near to that at rest.
     let surface = columns(&out.join("paper_liver_surface.csv"));
     let [force, settled] = ["force_n", "settled_n"].map(|name| numbers(&surface, name));
-    assert!(settled.len() == 10 && settled.is_sorted() && settled[9] > 0.5, "{settled:?}");
+    assert!(settled.len() == 10 && settled.is_sorted() && settled[9] > 0.1, "{settled:?}");
     let off = force.iter().zip(&settled).map(|(a, b)| (a - b).abs() / b).fold(0.0, f64::max);
     assert!((off - real(found, "/liver/tissue/force_error_max")).abs() < 1e-9, "{off}");
     assert!(off < 0.2, "{off}");

@@ -40,6 +40,8 @@ pub struct ToolMonitor<'m> {
     /// Energy before the first tick \[J\]; none until it is measured.
     start_j: Option<f64>,
     before: Option<Before>,
+    /// Whether a tool has a half space: one that turns goes far unseen.
+    is_endless: bool,
     /// Whether a tool took hold of something since.
     acted: bool,
     /// Whether the list of triangles is full, and whether triangles in reach may be missing.
@@ -65,6 +67,7 @@ impl<'m> ToolMonitor<'m> {
             grips: false,
             start_j: None,
             before: None,
+            is_endless: tools.iter().flatten().any(ToolPart::is_half_space),
             acted: false,
             is_full: false,
             misses: false,
@@ -93,14 +96,19 @@ impl<'m> ToolMonitor<'m> {
         poses: &[ToolPose],
         sweeps: Option<u16>,
     ) -> TickOutput {
-        let start_j = self.start_j.unwrap_or_else(|| {
+        let known_j = self.start_j;
+        let mut start_j = known_j.unwrap_or_else(|| {
             let proxies = self.proxies(engine);
             let start_j = self.exact.stored(&engine.positions(), &proxies).energy_j;
             self.checks.start(start_j);
             start_j
         });
-        self.start_j = Some(start_j);
         let output = engine.tick_tools_by(poses, Sweeps::Counted(sweeps));
+        // Kept rotations, friction and grips may store more: the first level knows.
+        if known_j.is_none() {
+            start_j = start_j.max(output.energy_j.into());
+        }
+        self.start_j = Some(start_j);
         let (positions, proxies) = (engine.positions(), self.proxies(engine));
         let stored = self.exact.stored(&positions, &proxies);
         self.answer(engine, &output);
@@ -147,7 +155,7 @@ impl<'m> ToolMonitor<'m> {
     }
 
     /// Ticks in which triangles in reach may have been missing: the tissue had come too far for the
-    /// search, or the room was full. The contact's energy is not compared with the level then.
+    /// search, a half space turned, or the room was full. The contact's energy is not compared with the level then.
     #[must_use]
     pub fn missing(&self) -> u64 {
         self.missing
@@ -173,10 +181,13 @@ impl<'m> ToolMonitor<'m> {
             return (true, None);
         };
         let moved = before.proxies != proxies;
+        let turn = |proxy: &Option<ProxyPose>| proxy.map(|proxy| proxy.turn);
+        let swings =
+            self.is_endless && before.proxies.iter().zip(proxies).any(|(a, b)| turn(a) != turn(b));
         let comes = farthest(&before.positions, positions) >= COMING * self.exact.radius_min();
         // Without a search the list stays as it is.
         self.is_full = is_full || (self.is_full && !moved);
-        self.misses = engaged && (self.is_full || comes);
+        self.misses = engaged && (self.is_full || comes || swings);
         self.missing += u64::from(self.misses);
         let was_engaged = before.proxies.iter().any(Option::is_some);
         let stays = engaged && !moved && !self.misses && !self.has_friction && !self.acted;

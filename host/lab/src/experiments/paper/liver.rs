@@ -74,25 +74,7 @@ pub fn section(context: &Context) -> Result<Section> {
         1e3 * case.depth_m,
         1e3 * case.probe.radius_m
     );
-    let figures = vec![
-        Figure::new("paper_liver", pressed, case.sheet().draw()?),
-        Figure::new(
-            "paper_liver_force",
-            "Force on the probe during the press. ChainMail has none to show.",
-            case.force().draw()?,
-        ),
-        Figure::new(
-            "paper_liver_surface",
-            "Force over displacement of nodal shapes on the way in: as the probe passes, and once the \
-             body is at rest at that depth.",
-            case.tissue.chart().draw()?,
-        ),
-        Figure::new(
-            "paper_liver_step",
-            "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
-            case.step().draw()?,
-        ),
-    ];
+    let figures = case.pictures(pressed)?;
     let mut tissue = case.tissue.json();
     for (name, value) in shapes.as_object().into_iter().flatten() {
         tissue[name] = value.clone();
@@ -182,13 +164,36 @@ impl Case {
         ]
     }
 
+    /// The pictures of the section, the first with this caption.
+    fn pictures(&self, pressed: String) -> Result<Vec<Figure>> {
+        Ok(vec![
+            Figure::new("paper_liver", pressed, self.sheet().draw()?),
+            Figure::new(
+                "paper_liver_force",
+                "Force on the probe during the press. ChainMail has none to show.",
+                self.force().draw()?,
+            ),
+            Figure::new(
+                "paper_liver_surface",
+                "Force over displacement of nodal shapes on the way in: as the probe passes, and once the \
+                 body is at rest at that depth.",
+                self.tissue.chart().draw()?,
+            ),
+            Figure::new(
+                "paper_liver_step",
+                "Time of each tick on the same axis: what the 1 kHz loop has to spare.",
+                self.step().draw()?,
+            ),
+        ])
+    }
+
     /// What nodal shapes make of the same press.
     fn of_tissue(&self, tissue: &Value) -> String {
         let [most, median] = self.tissue.errors().map(|error| 100.0 * error);
         format!(
             "The same body as nodal shapes of {:.0} kPa and a Poisson's ratio of {POISSON}, under \
              predict with as many sweeps: the probe meets points of the triangles and pushes back by how \
-             deep they lie in it, so that cells need not jump onto it. {} nodes move by more than 0.1 mm, \
+             deep they lie in it, so no cell is put anywhere. {} nodes move by more than 0.1 mm, \
              {} tetrahedra are inside out, the force reaches {:.2} N. On the way in it is off the force at \
              rest at the same depth by {median:.2} % in the median and {most:.2} % at most.",
             1e-3 * YOUNG_PA,
@@ -235,7 +240,6 @@ impl Case {
         let states = [
             ("initial state", &self.mesh.nodes_m, touch),
             ("network", &self.network.shown_m, deep),
-            ("nodal shapes", &self.tissue.pressed.shown_m, deep),
             ("ChainMail", &self.chain.shown_m, deep),
         ];
         let whole = states.iter().map(|(title, at_m, probe_m)| Panel {
@@ -267,7 +271,7 @@ impl Case {
         Sheet {
             title: format!("A probe pressed {:.1} mm into {}", 1e3 * self.depth_m, self.name()),
             panels: whole.chain(opened).collect(),
-            columns: 4,
+            columns: 3,
             panel_height_px: 460,
             towards: std::array::from_fn(|x| front[x] + ABOVE * up[x]),
             up,

@@ -109,11 +109,11 @@ impl Touched {
         let settled: Vec<[f64; 2]> =
             self.felt.iter().map(|felt| [1e3 * felt.depth_m, felt.settled_n]).collect();
         let [most, median] = self.errors().map(|error| 100.0 * error);
-        let label = format!("settled: off by {median:.2} % (median), {most:.2} % (most)");
+        let label = format!("as it passes, off by {median:.2} % (median), {most:.2} % (most)");
         let (x, y) = (Axis::linear("displacement [mm]"), Axis::linear("force [N]"));
         Chart::new("Force on the probe of nodal shapes", x, y)
-            .series("as it passes", Style::Line, &self.curve)
-            .series(&label, Style::Markers, &settled)
+            .series(&label, Style::Line, &self.curve)
+            .series("at rest", Style::Markers, &settled)
     }
 
     /// The rows behind the chart.

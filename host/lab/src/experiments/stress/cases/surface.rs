@@ -19,7 +19,7 @@ pub const CASES: &[Case] = &[
         run: deep,
     },
     Case {
-        name: "surface-teleport",
+        name: "surface-jumps",
         checks: "sphere of 2 edges into the body and out every 3 ticks, then anywhere within a width, \
                  every tick",
         run: teleport,
@@ -51,7 +51,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "surface-inside",
-        checks: "engaged inside the body at 20 places, each for 4 ticks",
+        checks: "engaged inside the body, every 4 ticks elsewhere",
         run: inside,
     },
     Case {
@@ -73,8 +73,8 @@ pub const CASES: &[Case] = &[
 ];
 
 /// Ticks under tools, and ticks after them.
-const HELD: u32 = 60;
-const FREE: u32 = 20;
+const HELD: u32 = 40;
+const FREE: u32 = 12;
 /// What a tool may load into a body of which that is hard \[J\].
 const ENERGY_MAX_J: f64 = 2e-4;
 /// Distance of the nodes \[m\].
