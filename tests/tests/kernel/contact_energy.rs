@@ -212,8 +212,10 @@ fn jumps_through_the_body_stay_below_the_level() {
                     Followed::new(&image, kind, &format!("jump {part:?}"), &[vec![part]], way);
                 let mut random = 7_u32;
                 let mut at = tilted([0.0, 0.0, 0.1], 0.0);
-                for step in 0..150_u16 {
-                    if step % 6 == 0 {
+                // A half space turns by half a radius a tick at the farthest point of the surface.
+                let stays = if part.is_half_space() { 40 } else { 6 };
+                for step in 0..25 * stays {
+                    if step % stays == 0 {
                         let mut next = || {
                             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                             (random >> 8) as f32 / 16_777_216.0 - 0.5
@@ -222,13 +224,30 @@ fn jumps_through_the_body_stay_below_the_level() {
                             [0.09 * next(), 0.09 * next(), 0.03 + 0.15 * next()],
                             6.0 * next(),
                         );
-                        at.engaged = u32::from(step % 42 < 36);
+                        at.engaged = u32::from(step % (7 * stays) < 6 * stays);
                     }
                     run.tick(&[at]);
                 }
                 assert!(run.touched > 10, "{}: {}", run.name, run.touched);
             }
         }
+    }
+}
+
+/// Far from its pivot a small turn of a half space is a long way.
+#[test]
+fn a_half_space_that_turns_stays_below_the_level() {
+    let image = block(None);
+    for way in WAYS {
+        let tools = [vec![ToolPart::half_space(0.004)]];
+        let mut run = Followed::new(&image, "shapes", "turning half space", &tools, way);
+        for step in 0..240_u16 {
+            // Upside down over the body, its frame 0.1 m aside: by 0.3 into the body, back, and away.
+            let angle = [0.0, 0.3, 0.0, -0.3][usize::from(step / 60 % 4)];
+            let at = tilted([-0.1, 0.0, TOP_M + 0.02], std::f32::consts::PI + angle);
+            run.tick(&[at]);
+        }
+        assert!(run.touched > 20, "{}: {}", run.name, run.touched);
     }
 }
 

@@ -7,7 +7,6 @@
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
-use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
@@ -93,13 +92,10 @@ fn slow(t_s: f64) -> V {
 
 /// Every case against every wall, told and measured.
 fn each(way: &Way, mut look: impl FnMut(String, StageSettings, f32, &Held)) {
-    for device in 0..DEVICES.len() {
-        for grip in 0..GRIPS.len() {
+    for (device, (profile, ..)) in DEVICES.iter().enumerate() {
+        for (grip, (hand, _)) in GRIPS.iter().enumerate() {
             for stiffness in WALLS {
-                let name = format!(
-                    "{:?}, hand {} N/m, wall {stiffness} N/m, {way:?}",
-                    DEVICES[device].0, GRIPS[grip].0
-                );
+                let name = format!("{profile:?}, hand {hand} N/m, wall {stiffness} N/m, {way:?}");
                 look(name, settings(device, way), stiffness, &held(device, grip));
             }
         }

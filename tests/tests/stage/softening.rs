@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_host::bake::{BakeOptions, bake};
-use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};

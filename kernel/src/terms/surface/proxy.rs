@@ -76,7 +76,8 @@ impl Proxy {
     }
 
     /// Largest distance of a core's corner from the pivot: a turn by a small angle moves no point of
-    /// the tool's cores by more than the angle times it. Half spaces are left out: theirs has no end.
+    /// the tool's cores by more than the angle times it. Half spaces are left out: theirs has no end, and
+    /// what counts is how far the surface is.
     pub fn arm(&self) -> f32 {
         let shape = self.shape.get(..self.count).unwrap_or(&[]);
         shape.iter().fold(0.0, |most, part| {
@@ -85,6 +86,12 @@ impl Proxy {
             let arm = far(part.centre) + far(low).max(far(high));
             if arm > most && arm.is_finite() { arm } else { most }
         })
+    }
+
+    /// Whether it has a half space.
+    pub fn is_endless(&self) -> bool {
+        let shape = self.shape.get(..self.count).unwrap_or(&[]);
+        shape.iter().any(|part| !part.core[1][0].is_finite())
     }
 
     /// A point of the body in the tool's frame.

@@ -1,7 +1,9 @@
 //! The triangles that tools may touch in a tick.
 
+use core::array;
+
 use super::friction::Anchor;
-use super::proxy::{PARTS_MAX, TOOLS_MAX, ToolState};
+use super::proxy::{PARTS_MAX, Proxy, TOOLS_MAX, ToolState};
 use super::solid::Solid;
 use crate::model::surface::ContactSurface;
 use crate::number::cell::{add, dot, scale, sub};
@@ -71,6 +73,9 @@ pub(crate) struct Near {
     pub full: bool,
     /// At most the distance of the surface from the cores of each tool.
     pub distance: [f32; TOOLS_MAX],
+    /// At least the distance of the surface from the pivot of each tool that has a half space; 0 of the
+    /// others.
+    pub extent: [f32; TOOLS_MAX],
 }
 
 /// Finds the triangles that tools may touch while they go by `reach` times the smallest radius of
@@ -85,7 +90,10 @@ pub(crate) fn search(
     (tools, reach): (&[ToolState], f32),
     slots: &mut [NearTriangle],
 ) -> Near {
-    let mut near = Near { count: 0, full: false, distance: [f32::MAX; TOOLS_MAX] };
+    let mut near =
+        Near { count: 0, full: false, distance: [f32::MAX; TOOLS_MAX], extent: [0.0; TOOLS_MAX] };
+    let is_endless = |tool: &ToolState| tool.is_in && tool.proxy.is_endless();
+    let endless: [bool; TOOLS_MAX] = array::from_fn(|tool| tools.get(tool).is_some_and(is_endless));
     // The largest triangle, and the nearest centre of one, both squared.
     let (mut widest, mut nearest) = (0.0, [f32::MAX; TOOLS_MAX]);
     for (index, &corners) in surface.triangles.iter().enumerate() {
@@ -94,6 +102,9 @@ pub(crate) fn search(
         for ((number, tool), nearest) in tools.iter().enumerate().zip(&mut nearest) {
             if !tool.is_in {
                 continue;
+            }
+            if endless.get(number).is_some_and(|is| *is) {
+                near.stretch(number, whole.middle, &tool.proxy);
             }
             let stride = reach * tool.proxy.radius_min();
             for (part, solid) in tool.proxy.parts().iter().enumerate() {
@@ -115,6 +126,9 @@ pub(crate) fn search(
     let widest = sqrt(widest);
     for (distance, nearest) in near.distance.iter_mut().zip(nearest) {
         *distance = sqrt(nearest) - widest;
+    }
+    for extent in near.extent.iter_mut().filter(|extent| **extent > 0.0) {
+        *extent = sqrt(*extent) + widest;
     }
     near
 }
@@ -155,6 +169,15 @@ impl Whole {
 }
 
 impl Near {
+    /// The square of the distance of a triangle's middle from the pivot of a tool.
+    fn stretch(&mut self, tool: usize, middle: [f32; 3], proxy: &Proxy) {
+        let way = sub(middle, proxy.pivot);
+        let squared = dot(way, way);
+        if let Some(extent) = self.extent.get_mut(tool).filter(|extent| **extent < squared) {
+            *extent = squared;
+        }
+    }
+
     /// Gives what was found a slot, or that of the farthest one.
     fn take(&mut self, found: NearTriangle, slots: &mut [NearTriangle]) {
         if let Some(slot) = slots.get_mut(self.count) {

@@ -27,6 +27,8 @@ pub(super) struct Go<'a> {
     pub room: f32,
     /// At most the distance of the surface from its cores.
     pub distance: f32,
+    /// At least the distance of the surface from its pivot, where it has a half space.
+    pub extent: f32,
     pub near: &'a [NearTriangle],
 }
 
@@ -82,11 +84,13 @@ impl Go<'_> {
         (*from, here)
     }
 
-    /// At most the way of a point of its cores.
+    /// At most the way of a point of its cores; of a half space, of those that the surface may be at.
     fn length(&self, way: [f32; 3]) -> f32 {
         let from = &self.tool.proxy;
         let spin = self.tool.target_turn.after(from.turn.back()).small();
-        sqrt(dot(way, way)) + from.arm() * sqrt(dot(spin, spin))
+        let arm = from.arm();
+        let arm = if self.extent > arm { self.extent } else { arm };
+        sqrt(dot(way, way)) + arm * sqrt(dot(spin, spin))
     }
 
     /// The tool at a part of its way, with a share of its radii.

@@ -43,7 +43,9 @@ use crate::number::two_float::TwoFloat;
 use crate::solver::Dynamics;
 use crate::solver::coarse::Under;
 use crate::terms::held::approach;
-use crate::terms::surface::{Anchor, Meeting, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search};
+use crate::terms::surface::{
+    Anchor, Meeting, Near, PARTS_MAX, Proxies, TOOLS_MAX, ToolState, search,
+};
 use going::{COMING, Go, HALF};
 pub(super) use hold::{held_by, take_hold};
 
@@ -166,7 +168,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         hold::regroup(&mut arrays, found.count);
         let room = model.energy_max() - (self.head.level.at_most(model.energy_max()) - before.hi);
-        let (moved, going) = advance(&mut arrays, &found.distance, (is_new, room), &at);
+        let (moved, going) = advance(&mut arrays, &found, (is_new, room), &at);
         if arrays.tools.iter().any(|tool| tool.is_in && !tool.is_at_target()) {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
@@ -251,16 +253,17 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 /// tick's moves they make again, at most 1.
 fn advance(
     arrays: &mut TouchArrays<'_>,
-    distance: &[f32],
+    found: &Near,
     (is_new, room): ([bool; TOOLS_MAX], f32),
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (bool, f32) {
     let (mut moved, mut taken) = (false, 0.0);
     let (mut along, mut last) = (0.0, 0.0);
-    for (number, (&is_new, &distance)) in is_new.iter().zip(distance).enumerate() {
+    let reach = found.distance.iter().zip(&found.extent);
+    for (number, (&is_new, (&distance, &extent))) in is_new.iter().zip(reach).enumerate() {
         let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
         let near = arrays.near();
-        let go = Go { tool, number, is_new, room: room - taken, distance, near };
+        let go = Go { tool, number, is_new, room: room - taken, distance, extent, near };
         let (proxy, met) = go.go(at);
         taken += met.energy.hi;
         let from = tool.proxy;
