@@ -62,6 +62,8 @@ pub struct Seen {
     pub tissue_n: f64,
     /// Ticks in which the tissue had a force, as in the tick before, and the hand felt none.
     pub zeros: u32,
+    /// The force that acts at the end \[N\].
+    pub last_n: f64,
     /// Ticks in which the stage let the force go.
     pub withheld: u32,
 }
@@ -163,6 +165,7 @@ pub fn run(
         }
         line.take(tick);
         let (force, tissue_n) = line.acts;
+        seen.last_n = force.norm();
         let spring = stage.coupling().map_or(0.0, |of| of.stiffness_n_per_m.into());
         if v.norm() < SLOW_M_PER_S {
             least.note(tick, span, got_j + energy_j + 0.5 * spring * (tool - x).norm_squared());

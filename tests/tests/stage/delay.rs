@@ -165,10 +165,10 @@ fn what_is_passive_is_shown() {
             let stiff = Held { grip: (1.0e5, 50.0), ..held(device, 1) };
             let settings = settings(device, &way);
             let seen = run(settings, (&stiff, &way), 3.0, &mut wall(1.0e4), &press);
-            // Half of the ticks with a force go by on the way, half at the end.
-            let counted = f64::from((settings.max_force_n / 3.3).min(1.0));
-            let mean_n = seen.shown_n / 2380.0 * counted.max(1.0);
-            assert!(mean_n >= 0.5 * passive * 0.007, "{device}, {ticks}: {mean_n}, {passive}");
+            // Clamped forces tell nothing of a stiffness.
+            let wanted_n = 0.5 * passive * 0.01;
+            assert!(wanted_n < 0.9 * f64::from(settings.max_force_n));
+            assert!(seen.last_n >= wanted_n, "{device}, {ticks}: {seen:?}, {passive} N/m");
         }
     }
 }
