@@ -130,6 +130,24 @@ fn no_delay_makes_energy() {
     }
 }
 
+/// What the stage guards against: the same loops with an age that it does not know.
+#[test]
+fn a_delay_that_is_not_told_makes_energy() {
+    for ticks in [2, 3, 6] {
+        let way = Way { tick_s: 1.0e-3, ages: [ticks; 2], lost: 0.0, measures: false };
+        let told = Way { ages: [1; 2], ..way };
+        let mut most_j = 0.0_f64;
+        each(&told, |_, settings, stiffness, held| {
+            for wish in [busy, slow] {
+                let seen = run(settings, (held, &way), 5.0, &mut wall(stiffness), &wish);
+                most_j = most_j.max(seen.made_j);
+            }
+        });
+        println!("{ticks} ticks, told one: {most_j:.1e} J");
+        assert!(most_j > 2.0 * MADE_J, "{ticks} ticks: {most_j} J");
+    }
+}
+
 /// Slow presses: at most a tick late the hand feels the tissue's force; later what is passive, at least
 /// half of it.
 #[test]
