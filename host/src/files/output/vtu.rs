@@ -15,7 +15,7 @@ const TETRAHEDRON: u8 = 10;
 
 /// Positions of the nodes as [`Engine::nodes`](crate::engine::Engine::nodes) gives them, with
 /// displacement, input id, a mark on those of fixed and of contact cells, and the pressure of tools
-/// \[Pa\] where there are any ([`contact_pressure_pa`]); drawn as
+/// \[Pa\] where there are any (`contact_pressure_pa`); drawn as
 /// tetrahedra, else as surface triangles, else as links.
 #[must_use]
 pub fn vtu(engine: &mut Engine<'_>, nodes: &Nodes) -> String {
