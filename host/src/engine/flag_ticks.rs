@@ -98,6 +98,6 @@ mod tests {
     #[test]
     fn every_bit_has_one_name() {
         let named = NAMES.iter().fold(0, |bits, (_, flag)| bits + flag.0);
-        assert_eq!(named, 1023);
+        assert_eq!(named, 2047);
     }
 }

@@ -187,7 +187,9 @@ impl<'m> ToolMonitor<'m> {
         let comes = farthest(&before.positions, positions) >= COMING * self.exact.radius_min();
         // Without a search the list stays as it is.
         self.is_full = is_full || (self.is_full && !moved);
-        self.misses = engaged && (self.is_full || comes || swings);
+        // Nor does what came into reach unseen count before the next search.
+        let still_misses = self.misses && output.flags.contains(Flags::LATE);
+        self.misses = engaged && (self.is_full || comes || swings || still_misses);
         self.missing += u64::from(self.misses);
         let was_engaged = before.proxies.iter().any(Option::is_some);
         let stays = engaged && !moved && !self.misses && !self.has_friction && !self.acted;

@@ -61,13 +61,25 @@ pub(super) fn places<'a, N: Number>(
     move |cell| state.get(cell).map_or([0.0; 3], |v| single(output(v.xyz(), k)))
 }
 
+/// What all engaged tools meet, in energy, and what each does.
+fn energies_of(
+    arrays: &TouchArrays<'_>,
+    at: &impl Fn(usize) -> [f32; 3],
+) -> (TwoFloat, [f32; TOOLS_MAX]) {
+    let mut own = [0.0; TOOLS_MAX];
+    let each = arrays.tools.iter().zip(&mut own).enumerate().filter(|(_, (tool, _))| tool.is_in);
+    let all = each.fold(TwoFloat::ZERO, |sum, (number, (tool, own))| {
+        let among = (arrays.near(), arrays.anchors());
+        let energy = Meeting::of((&tool.proxy, number), among, at).energy;
+        *own = energy.hi;
+        sum.plus(energy)
+    });
+    (all, own)
+}
+
 /// What all engaged tools meet, in energy.
 fn energy_of(arrays: &TouchArrays<'_>, at: &impl Fn(usize) -> [f32; 3]) -> TwoFloat {
-    let each = arrays.tools.iter().enumerate().filter(|(_, tool)| tool.is_in);
-    each.fold(TwoFloat::ZERO, |sum, (number, tool)| {
-        let among = (arrays.near(), arrays.anchors());
-        sum.plus(Meeting::of((&tool.proxy, number), among, at).energy)
-    })
+    energies_of(arrays, at).0
 }
 
 /// A place in the frame of the mesh \[m\] in mean link lengths from the body's centre.
@@ -139,7 +151,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let at = places(model, &*self.state);
         let sleeps = self.head.awake.set.is_empty(model.slice_count());
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return false };
-        let before = if LATE { TwoFloat::ZERO } else { energy_of(&arrays, &at) };
+        let nothing = (TwoFloat::ZERO, [0.0; TOOLS_MAX]);
+        let (before, own) = if LATE { nothing } else { energies_of(&arrays, &at) };
         let (mut is_new, mut stays) = ([false; TOOLS_MAX], true);
         for (number, (tool, is_new)) in arrays.tools.iter_mut().zip(&mut is_new).enumerate() {
             let pose = poses.get(number);
@@ -168,7 +181,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         hold::regroup(&mut arrays, found.count);
         let room = model.energy_max() - (self.head.level.at_most(model.energy_max()) - before.hi);
-        let (moved, going) = advance(&mut arrays, &found, (is_new, room), &at);
+        let (moved, going) = advance(&mut arrays, &found, (is_new, room, own), &at);
         if arrays.tools.iter().any(|tool| tool.is_in && !tool.is_at_target()) {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
@@ -254,13 +267,15 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 fn advance(
     arrays: &mut TouchArrays<'_>,
     found: &Near,
-    (is_new, room): ([bool; TOOLS_MAX], f32),
+    (is_new, room, own): ([bool; TOOLS_MAX], f32, [f32; TOOLS_MAX]),
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (bool, f32) {
-    let (mut moved, mut taken) = (false, 0.0);
+    // What the others have: those before it as they go, those behind it as they are.
+    let (mut moved, mut taken) = (false, own.iter().fold(0.0, |sum, own| sum + own));
     let (mut along, mut last) = (0.0, 0.0);
     let reach = found.distance.iter().zip(&found.extent);
     for (number, (&is_new, (&distance, &extent))) in is_new.iter().zip(reach).enumerate() {
+        taken -= own.get(number).copied().unwrap_or(0.0);
         let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
         let near = arrays.near();
         let go = Go { tool, number, is_new, room: room - taken, distance, extent, near };
