@@ -80,7 +80,9 @@ fn quaternion(text: &str) -> std::result::Result<[f32; 4], String> {
         numbers(Some(text)).ok_or("behind / stands the turn, a unit quaternion: write /X,Y,Z,W")?;
     let size = libm::sqrt([x, y, z, w].iter().map(|&x| f64::from(x) * f64::from(x)).sum());
     if (size - 1.0).abs() > UNIT_TOLERANCE {
-        return Err(format!("the quaternion behind / has length {size}, it must be 1 (no turn is 0,0,0,1)"));
+        return Err(format!(
+            "the quaternion behind / has length {size}, it must be 1 (no turn is 0,0,0,1)"
+        ));
     }
     Ok([w, x, y, z])
 }

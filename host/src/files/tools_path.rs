@@ -218,7 +218,9 @@ fn row(text: &str, header: &str, rules: Rules) -> std::result::Result<Row, Strin
     let turn = [number("qw", qw)?, number("qx", qx)?, number("qy", qy)?, number("qz", qz)?];
     let size = libm::sqrt(turn.iter().map(|&x| f64::from(x) * f64::from(x)).sum());
     if rules == Rules::Strict && (size - 1.0).abs() > UNIT_TOLERANCE {
-        return Err(format!("fields qx to qw: a quaternion of length {size}, it must be 1 (no turn is 0,0,0,1)"));
+        return Err(format!(
+            "fields qx to qw: a quaternion of length {size}, it must be 1 (no turn is 0,0,0,1)"
+        ));
     }
     let engaged_number: u32 =
         engaged.parse().map_err(|_| format!("field engaged `{engaged}`: must be 0 or 1"))?;
