@@ -82,7 +82,7 @@ impl Controller {
         observer: &Observer,
         tick_s: f32,
         delay: &Delay,
-        [stiffness, most_n, slew_n]: [f32; 3],
+        [stiffness, most_n]: [f32; 2],
         force: [f32; 3],
     ) -> Asked {
         let (delay, is_long) = (delay.ticks(), delay.is_long());
@@ -109,7 +109,7 @@ impl Controller {
         let is_sure = squared / (squared + unsure * unsure);
         let most = most + is_sure * (alpha_max / tick_s - most);
         let (given, is_clamped) = clamped(force, most_n);
-        let unpaid = dot(given, rate) - observer.reserve_j(slew_n);
+        let unpaid = dot(given, rate) - observer.reserve_j();
         let over = damp(unpaid, most - made);
         self.falls_short = is_clamped && unpaid > 2.0 * over * squared;
         self.ordered = (made + over) * squared;

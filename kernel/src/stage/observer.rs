@@ -214,15 +214,12 @@ impl Observer {
         self.sampling.hi
     }
 
-    /// What the hand may still get back at the present motion, at least 0 \[J\]: S less what is on its
-    /// way, and less what a force that falls by `slew_n` a tick does until it is gone.
-    pub(super) fn reserve_j(&self, slew_n: f32) -> f32 {
+    /// What the hand may still get back, S less what is on its way at the present motion, at least
+    /// 0 \[J\].
+    pub(super) fn reserve_j(&self) -> f32 {
         let under_way = self.given.iter().take(self.delay.into());
         let coming = under_way.fold(0.0, |sum, force| sum + dot(*force, self.rate));
-        let [last, ..] = self.given;
-        let push = dot(last, self.rate);
-        let falls = if push > 0.0 { 0.5 * push * (sqrt(dot(last, last)) / slew_n) } else { 0.0 };
-        let reserve = self.port.hi - coming - falls;
+        let reserve = self.port.hi - coming;
         if reserve > 0.0 { reserve } else { 0.0 }
     }
 }

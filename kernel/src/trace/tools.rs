@@ -1,7 +1,9 @@
 //! Tools in a trace of version 4: what they are, and where each is in a tick.
 
 use super::record::{WORDS, command, sample};
-use super::{Entry, KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE, RECORD_BYTES, Writer};
+use super::{
+    Entry, KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE, KIND_TOOL_COMMAND, RECORD_BYTES, Writer,
+};
 use crate::terms::surface::{PARTS_MAX, TOOLS_MAX};
 use crate::tick::pose::{ToolPart, ToolPose};
 use crate::tick::tools::FRICTION_MAX;
@@ -113,7 +115,9 @@ impl Order {
                 self.next = 0;
                 Some(Some(Entry::Tick(sample(words))))
             }
-            KIND_COMMAND if self.next == 0 => Some(Some(Entry::Command(command(words)?))),
+            KIND_COMMAND | KIND_TOOL_COMMAND if self.next == 0 => {
+                Some(Some(Entry::Command(command(words)?)))
+            }
             KIND_POSE if self.next < self.tools => {
                 let record = pose(words).filter(|of| u32::from(of.tool) == self.next)?;
                 self.next += 1;

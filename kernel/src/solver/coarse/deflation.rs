@@ -342,6 +342,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "surface")]
     #[test]
     fn the_best_direction_under_what_resists_cells() {
         let model = Model::from_bytes(CUBE).unwrap();
