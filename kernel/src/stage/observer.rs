@@ -178,8 +178,10 @@ impl Observer {
     /// What the device was asked for and given in this tick.
     pub(super) fn give(&mut self, asked: [f32; 3], given: [f32; 3]) {
         self.asked = [asked, self.asked[0]];
-        self.given.rotate_right(1);
-        self.given[0] = given;
+        let mut newer = given;
+        for place in &mut self.given {
+            core::mem::swap(place, &mut newer);
+        }
         self.took = if self.dx == [0.0; 3] { self.took.saturating_add(1) } else { 1 };
         self.dx = [0.0; 3];
     }
