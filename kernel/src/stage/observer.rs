@@ -141,20 +141,20 @@ impl Observer {
         }
     }
 
-    /// The tool takes hold: a ledger begins, the coupling storing `stored` \[J\].
+    /// The tool takes hold: a ledger begins, `shown` being the spring's force \[N\].
     pub(super) fn begin(&mut self, shown: [f32; 3]) {
         (self.port, self.sampling, self.shown) = (TwoFloat::ZERO, TwoFloat::ZERO, shown);
         // What was given still acts.
         self.asked = [[0.0; 3]; 2];
     }
 
-    /// Ticks are missing: L begins anew, the coupling storing `stored` \[J\].
+    /// Ticks are missing: L begins anew, `shown` being the spring's force \[N\].
     pub(super) fn resume(&mut self, shown: [f32; 3]) {
         (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
     }
 
-    /// Books a tick in which the tool did `work` on the tissue and after which the coupling stores
-    /// `stored`, the tissue at most `level` \[J\].
+    /// Books a tick after which the spring's force is `shown` \[N\], and tissue and coupling store at
+    /// most `level` \[J\]; the times are that of a tick \[s\] and the delay \[ticks\].
     pub(super) fn book(
         &mut self,
         of: &Passivity,
