@@ -3,12 +3,11 @@
 use chaincell_kernel::{FRICTION_MAX, Model, PARTS_MAX, TOOLS_MAX, ToolPart};
 
 use crate::engine::Contact;
+use crate::engine::tools::{is_unit, length_of};
 use crate::error::{Error, Result};
 
 /// Radius of a half space's edge unless it is given \[m\].
 const HALF_SPACE_RADIUS_M: f32 = 0.01;
-/// Largest difference of a quaternion's length from 1.
-const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// The parts of a tool, and the text that named them.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,8 +77,8 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
 fn quaternion(text: &str) -> std::result::Result<[f32; 4], String> {
     let [x, y, z, w] =
         numbers(Some(text)).ok_or("behind / stands the turn, a unit quaternion: write /X,Y,Z,W")?;
-    let size = libm::sqrt([x, y, z, w].iter().map(|&x| f64::from(x) * f64::from(x)).sum());
-    if (size - 1.0).abs() > UNIT_TOLERANCE {
+    if !is_unit([x, y, z, w]) {
+        let size = length_of([x, y, z, w]);
         return Err(format!(
             "the quaternion behind / has length {size}, it must be 1 (no turn is 0,0,0,1)"
         ));

@@ -14,6 +14,21 @@ use super::{Contact, Engine, Memory};
 /// Most contacts at a time.
 pub const CONTACTS_MAX: usize = TRIANGLES;
 
+/// Largest difference of a turn's length from 1.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Length of a quaternion.
+#[must_use]
+pub fn length_of(turn: [f32; 4]) -> f64 {
+    libm::sqrt(turn.iter().map(|&x| f64::from(x) * f64::from(x)).sum())
+}
+
+/// Whether a quaternion turns and does nothing else.
+#[must_use]
+pub fn is_unit(turn: [f32; 4]) -> bool {
+    (length_of(turn) - 1.0).abs() <= UNIT_TOLERANCE
+}
+
 /// The poses of all tools in a tick, number 0 first; none where no tools were chosen by their parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Poses {

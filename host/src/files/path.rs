@@ -128,32 +128,49 @@ fn pose(row: &str, header: &str, rules: Rules) -> std::result::Result<Pose, Stri
     else {
         return Err(format!("{} fields; a row has {wanted}: {header}", fields.len()));
     };
-    let tick =
-        tick.parse().map_err(|_| format!("field tick `{tick}`: must be a whole number from 0"))?;
-    let coordinate = |name: &str, text: &str| -> std::result::Result<f32, String> {
-        let value: f32 =
-            text.parse().map_err(|_| format!("field {name} `{text}`: must be a number [m]"))?;
-        if rules == Rules::Strict && !value.is_finite() {
-            return Err(format!(
-                "field {name} `{text}`: must be finite in single precision; to replay a recorded \
-                 session with bad poses use run with `recorded`"
-            ));
-        }
-        Ok(value)
-    };
+    let tick = whole("tick", tick)?;
+    let coordinate = |name: &str, text: &str| number((name, text, " [m]"), rules);
     let position_m = [coordinate("x_m", x)?, coordinate("y_m", y)?, coordinate("z_m", z)?];
-    let engaged_number: u32 =
-        engaged.parse().map_err(|_| format!("field engaged `{engaged}`: must be 0 or 1"))?;
-    if rules == Rules::Strict && engaged_number > 1 {
-        return Err(format!("field engaged `{engaged}`: must be 0 or 1"));
+    let engaged = engaged_of(engaged, rules)?;
+    Ok(Pose { tick, position_m, engaged, sweeps: sweeps_of(sweeps)? })
+}
+
+/// A field that is a whole number.
+pub(super) fn whole(name: &str, text: &str) -> std::result::Result<u64, String> {
+    text.parse().map_err(|_| format!("field {name} `{text}`: must be a whole number from 0"))
+}
+
+/// A field that is a number, by its name, text and unit.
+pub(super) fn number(
+    (name, text, unit): (&str, &str, &str),
+    rules: Rules,
+) -> std::result::Result<f32, String> {
+    let value: f32 =
+        text.parse().map_err(|_| format!("field {name} `{text}`: must be a number{unit}"))?;
+    if rules == Rules::Strict && !value.is_finite() {
+        return Err(format!(
+            "field {name} `{text}`: must be finite in single precision; to replay a recorded \
+             session with bad poses use run with `recorded`"
+        ));
     }
-    let sweeps = match sweeps {
-        [] | [""] => None,
-        [text, ..] => Some(text.parse().map_err(|_| {
+    Ok(value)
+}
+
+/// The field `engaged`.
+pub(super) fn engaged_of(text: &str, rules: Rules) -> std::result::Result<u32, String> {
+    let told = || format!("field engaged `{text}`: must be 0 or 1");
+    let engaged: u32 = text.parse().map_err(|_| told())?;
+    if rules == Rules::Strict && engaged > 1 { Err(told()) } else { Ok(engaged) }
+}
+
+/// The field `sweeps`, where there is one.
+pub(super) fn sweeps_of(fields: &[&str]) -> std::result::Result<Option<u16>, String> {
+    match fields {
+        [] | [""] => Ok(None),
+        [text, ..] => text.parse().map(Some).map_err(|_| {
             format!("field sweeps `{text}`: must be from 0 to 65535, or empty for `--sweeps`")
-        })?),
-    };
-    Ok(Pose { tick, position_m, engaged: engaged_number, sweeps })
+        }),
+    }
 }
 
 /// Whether a row may stand behind the last.
@@ -188,11 +205,16 @@ pub fn to_text(poses: impl IntoIterator<Item = Pose, IntoIter: Clone>) -> String
         last = Some(pose.tick);
         let [x, y, z] = pose.position_m;
         let _ = write!(text, "{},{x:?},{y:?},{z:?},{}", pose.tick, pose.engaged);
-        let _ = match pose.sweeps {
-            _ if !counted => writeln!(text),
-            None => writeln!(text, ","),
-            Some(sweeps) => writeln!(text, ",{sweeps}"),
-        };
+        end_row(&mut text, counted, pose.sweeps);
     }
     text
+}
+
+/// The end of a row: the sweeps of its tick where they were counted.
+pub(super) fn end_row(text: &mut String, counted: bool, sweeps: Option<u16>) {
+    let _ = match sweeps {
+        _ if !counted => writeln!(text),
+        None => writeln!(text, ","),
+        Some(sweeps) => writeln!(text, ",{sweeps}"),
+    };
 }

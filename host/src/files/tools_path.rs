@@ -8,9 +8,10 @@ use std::path::Path;
 
 use chaincell_kernel::{TOOLS_MAX, ToolPose};
 
-use super::path::{self, Rules, each_line};
+use super::path::{self, Rules, each_line, end_row, engaged_of, number, sweeps_of, whole};
 use crate::engine::motion::Pose;
 use crate::engine::order::follows;
+use crate::engine::tools::{is_unit, length_of};
 use crate::error::{Error, Result};
 use crate::text::BYTE_ORDER_MARK;
 
@@ -20,8 +21,6 @@ pub const HEADER: &str = "tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged";
 pub const HEADER_WITH_SWEEPS: &str = "tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged,sweeps";
 /// What both begin with, and no path of one tool.
 const FRONT: &str = "tick,tool,";
-/// Largest difference of a quaternion's length from 1.
-const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Sequences of poses, each from another controller.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -199,43 +198,20 @@ fn row(text: &str, header: &str, rules: Rules) -> std::result::Result<Row, Strin
     else {
         return Err(format!("{} fields; a row has {wanted}: {header}", fields.len()));
     };
-    let whole = |name: &str, text: &str| {
-        let number = text.parse::<u64>();
-        number.map_err(|_| format!("field {name} `{text}`: must be a whole number from 0"))
-    };
-    let number = |name: &str, text: &str| {
-        let number: f32 =
-            text.parse().map_err(|_| format!("field {name} `{text}`: must be a number"))?;
-        if rules == Rules::Strict && !number.is_finite() {
-            return Err(format!(
-                "field {name} `{text}`: must be finite in single precision; to replay a recorded \
-                 session with bad poses use run with `recorded`"
-            ));
-        }
-        Ok(number)
-    };
-    let position_m = [number("x_m", x)?, number("y_m", y)?, number("z_m", z)?];
+    let coordinate = |name: &str, text: &str| number((name, text, " [m]"), rules);
+    let position_m = [coordinate("x_m", x)?, coordinate("y_m", y)?, coordinate("z_m", z)?];
+    let number = |name: &str, text: &str| number((name, text, ""), rules);
     let turn = [number("qw", qw)?, number("qx", qx)?, number("qy", qy)?, number("qz", qz)?];
-    let size = libm::sqrt(turn.iter().map(|&x| f64::from(x) * f64::from(x)).sum());
-    if rules == Rules::Strict && (size - 1.0).abs() > UNIT_TOLERANCE {
+    if rules == Rules::Strict && !is_unit(turn) {
+        let size = length_of(turn);
         return Err(format!(
             "fields qx to qw: a quaternion of length {size}, it must be 1 (no turn is 0,0,0,1)"
         ));
     }
-    let engaged_number: u32 =
-        engaged.parse().map_err(|_| format!("field engaged `{engaged}`: must be 0 or 1"))?;
-    if rules == Rules::Strict && engaged_number > 1 {
-        return Err(format!("field engaged `{engaged}`: must be 0 or 1"));
-    }
-    let sweeps = match sweeps {
-        [] | [""] => None,
-        [text, ..] => Some(text.parse().map_err(|_| {
-            format!("field sweeps `{text}`: must be from 0 to 65535, or empty for `--sweeps`")
-        })?),
-    };
-    let pose = ToolPose { position_m: position_m.into(), turn, engaged: engaged_number };
+    let engaged = engaged_of(engaged, rules)?;
+    let pose = ToolPose { position_m: position_m.into(), turn, engaged };
     let tool = usize::try_from(whole("tool", tool)?).unwrap_or(usize::MAX);
-    Ok(Row { tick: whole("tick", tick)?, tool, pose, sweeps })
+    Ok(Row { tick: whole("tick", tick)?, tool, pose, sweeps: sweeps_of(sweeps)? })
 }
 
 /// The text of a path of several tools, by the rules of [`path::to_text`].
@@ -259,11 +235,7 @@ pub fn to_text<'a>(
             let engaged = pose.engaged;
             let _ =
                 write!(text, "{tick},{tool},{x:?},{y:?},{z:?},{i:?},{j:?},{k:?},{w:?},{engaged}");
-            let _ = match sweeps {
-                _ if !counted => writeln!(text),
-                None => writeln!(text, ","),
-                Some(sweeps) => writeln!(text, ",{sweeps}"),
-            };
+            end_row(&mut text, counted, sweeps);
         }
     }
     text

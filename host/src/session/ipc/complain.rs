@@ -1,7 +1,11 @@
 //! Faults that a loop counts and survives.
 
 /// Counts a fault, and logs the 1st, 2nd, 4th, 8th.. so that a flood stays readable.
-pub(crate) fn complain(count: &mut u64, what: &str, detail: impl std::fmt::Debug) {
+pub(crate) fn complain(
+    count: &mut u64,
+    what: impl std::fmt::Display,
+    detail: impl std::fmt::Debug,
+) {
     *count += 1;
     if count.is_power_of_two() {
         log::warn!("{what}: {detail:?} (time {count})");

@@ -7,22 +7,14 @@
 use std::mem::{offset_of, size_of};
 
 use chaincell_kernel::ContactForce;
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
-use iceoryx2::service::port_factory::publish_subscribe;
 
 use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::CONTACTS_MAX;
-use crate::error::{Error, Result};
-use crate::session::ipc::complain::complain;
-use crate::session::ipc::pace::Pace;
-use crate::session::ipc::services::{
-    Ipc, NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
-};
+use crate::error::Result;
+use crate::session::ipc::services::SceneServices;
+use crate::session::ipc::viewed::{Feed, Reader, Viewed};
 use crate::session::timing::clock::now_ns;
-use crate::session::timing::histogram::{Latencies, Summary};
 
 /// One triangle in contact with one part of a tool: 52 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
@@ -92,62 +84,30 @@ impl Contact {
     }
 }
 
-type Topic = publish_subscribe::PortFactory<Ipc, [Contact], ContactsHeader>;
+impl Viewed for Contact {
+    type Header = ContactsHeader;
+    const WHAT: &'static str = "contacts";
 
-fn topic(scene: &SceneServices) -> Result<Topic> {
-    scene
-        .node
-        .service_builder(&scene.contacts_name)
-        .publish_subscribe::<[Contact]>()
-        .user_header::<ContactsHeader>()
-        .enable_safe_overflow(true)
-        .history_size(0)
-        .subscriber_max_buffer_size(1)
-        .max_publishers(PUBLISHERS_MAX)
-        .max_subscribers(SUBSCRIBERS_MAX)
-        .max_nodes(NODES_MAX)
-        .open_or_create()
-        .map_err(|why| service_error(&scene.contacts_name, why))
+    fn name(scene: &SceneServices) -> &ServiceName {
+        &scene.contacts_name
+    }
 }
 
 /// The server's side.
 #[derive(Debug)]
 pub(crate) struct ContactPublisher {
-    topic: Topic,
-    publisher: Publisher<Ipc, [Contact], ContactsHeader>,
+    pub feed: Feed<Contact>,
     contacts: Vec<Contact>,
-    pace: Pace,
-    failed: u64,
-    cost: Latencies,
 }
 
 impl ContactPublisher {
     /// Sent at most `hz` times a second.
     pub(crate) fn open(scene: &SceneServices, hz: u32) -> Result<Self> {
-        let pace = Pace::new(hz)?;
-        let topic = topic(scene)?;
-        let publisher = topic
-            .publisher_builder()
-            .initial_max_slice_len(CONTACTS_MAX)
-            .allocation_strategy(AllocationStrategy::Static)
-            .max_loaned_samples(1)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .create()
-            .map_err(|why| port_error(&scene.contacts_name, why))?;
+        let feed = Feed::open(scene, CONTACTS_MAX, hz)?;
         let mut contacts = Vec::new();
         // Written once now: no page fault in the loop.
         contacts.resize(CONTACTS_MAX, Contact::default());
-        Ok(Self { topic, publisher, contacts, pace, failed: 0, cost: Latencies::new()? })
-    }
-
-    /// The contacts are others than those that were sent last.
-    pub(crate) fn changed(&mut self) {
-        self.pace.changed();
-    }
-
-    /// Whether they are to be sent now, see [`Pace::is_due`].
-    pub(crate) fn is_due(&mut self, now_ns: u64, idle: bool) -> bool {
-        self.pace.is_due(&self.topic, now_ns, idle)
+        Ok(Self { feed, contacts })
     }
 
     /// Sends them. Allocates nothing of its own.
@@ -161,60 +121,10 @@ impl ContactPublisher {
             }
         });
         let contacts = u32::try_from(found.len()).unwrap_or(u32::MAX);
-        let sent = self.publisher.loan_slice_uninit(found.len()).map(|mut sample| {
-            *sample.user_header_mut() = ContactsHeader { contacts, ..header };
-            sample.write_from_fn(|at| found[at]).send()
-        });
-        match sent {
-            Ok(Ok(_)) => {}
-            Ok(Err(why)) => complain(&mut self.failed, "cannot send contacts", why),
-            Err(why) => complain(&mut self.failed, "cannot take memory for contacts", why),
-        }
-        self.pace.sent();
-        self.cost.record(now_ns() - start_ns);
-    }
-
-    /// Messages sent, and the time each took \[ns\].
-    pub(crate) fn cost(&self) -> (u64, Summary) {
-        (self.cost.count(), self.cost.summary())
+        let header = ContactsHeader { contacts, ..header };
+        self.feed.send(start_ns, header, (found.len(), |at| found[at]));
     }
 }
 
 /// A reader of contacts.
-#[derive(Debug)]
-pub struct ContactReader {
-    topic: Topic,
-    subscriber: Subscriber<Ipc, [Contact], ContactsHeader>,
-}
-
-impl ContactReader {
-    /// Joins the scene's readers.
-    ///
-    /// # Errors
-    /// A service with other types or limits; too many readers.
-    pub fn open(scene: &SceneServices) -> Result<Self> {
-        let topic = topic(scene)?;
-        let subscriber = topic.subscriber_builder().buffer_size(1).create();
-        let subscriber = subscriber.map_err(|why| port_error(&scene.contacts_name, why))?;
-        Ok(Self { topic, subscriber })
-    }
-
-    /// Whether a server sends contacts.
-    #[must_use]
-    pub fn is_served(&self) -> bool {
-        // Meanwhile the connection is made, so that no message is missed.
-        let _ = self.subscriber.update_connections();
-        self.topic.dynamic_config().number_of_publishers() > 0
-    }
-
-    /// The newest contacts that have not been taken, if any.
-    ///
-    /// # Errors
-    /// What shared memory says.
-    pub fn take(&self) -> Result<Option<(ContactsHeader, Vec<Contact>)>> {
-        let sample = self.subscriber.receive();
-        let sample =
-            sample.map_err(|why| Error::check(format!("cannot read contacts: {why:?}")))?;
-        Ok(sample.map(|sample| (*sample.user_header(), sample.payload().to_vec())))
-    }
-}
+pub type ContactReader = Reader<Contact>;

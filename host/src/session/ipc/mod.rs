@@ -13,3 +13,4 @@ pub mod services;
 pub mod serving;
 pub mod state;
 pub mod tools;
+pub mod viewed;

@@ -10,7 +10,7 @@ use chaincell_kernel::Flags;
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::payload::{ToolForce, ToolPose};
-use crate::engine::tools::{Felt, Poses};
+use crate::engine::tools::{Felt, Poses, is_unit};
 
 /// Type name of [`ToolPoses`] in shared memory.
 pub(crate) const TOOL_POSES: &str = "chaincell.ToolPoses.v2";
@@ -19,8 +19,6 @@ pub(crate) const TOOL_FORCES: &str = "chaincell.ToolForces.v2";
 
 /// Most tools of a message.
 pub const TOOLS_MAX: usize = 8;
-/// Largest difference of a quaternion's length from 1.
-const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// One tool of a [`ToolPoses`]: 40 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
@@ -254,12 +252,6 @@ impl ToolForces {
             each,
         }
     }
-}
-
-/// Whether a quaternion turns and does nothing else.
-fn is_unit(orientation: [f32; 4]) -> bool {
-    let squares = orientation.map(|x| f64::from(x) * f64::from(x));
-    (libm::sqrt(squares.iter().sum()) - 1.0).abs() <= UNIT_TOLERANCE
 }
 
 const _: () = {

@@ -28,10 +28,10 @@ impl Run<'_> {
     /// State and contacts are others than those that were sent last.
     pub(super) fn changed(&mut self) {
         if let Some(state) = &mut self.state {
-            state.changed();
+            state.feed.changed();
         }
         if let Some(contacts) = &mut self.contacts {
-            contacts.changed();
+            contacts.feed.changed();
         }
     }
 
@@ -47,7 +47,7 @@ impl Run<'_> {
             commands.serve(now_ns, |message| self.carry_out(message));
             self.commands = Some(commands);
         }
-        if self.state.as_mut().is_some_and(|state| state.is_due(now_ns, idle)) {
+        if self.state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, idle)) {
             let header = StateHeader {
                 tick: self.answer().map_or(0, |last| last.tick),
                 ticks_answered: self.executed,
@@ -59,7 +59,7 @@ impl Run<'_> {
                 state.send(header, self.engine);
             }
         }
-        if self.contacts.as_mut().is_some_and(|contacts| contacts.is_due(now_ns, idle)) {
+        if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
             let header = ContactsHeader {
                 tick: self.answer().map_or(0, |last| last.tick),
                 ticks_answered: self.executed,

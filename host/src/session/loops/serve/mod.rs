@@ -341,9 +341,9 @@ impl<'a> Run<'a> {
 
     fn report(self, ended_by: Ending, refused: Vec<String>) -> ServeReport {
         let (states_sent, state_ns) =
-            self.state.as_ref().map_or_else(Default::default, StatePublisher::cost);
+            self.state.as_ref().map_or_else(Default::default, |state| state.feed.cost());
         let (contacts_sent, contacts_ns) =
-            self.contacts.as_ref().map_or_else(Default::default, ContactPublisher::cost);
+            self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
         let voice = self.shared.voice();
         ServeReport {
             ticks_executed: self.executed,
