@@ -3,7 +3,9 @@
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
-use chaincell_kernel::{Model, Network, Settings, Tissue, Track, Unloading};
+use chaincell_kernel::{
+    Model, Network, Settings, TickOutput, Tissue, ToolSample, Track, Unloading,
+};
 use nalgebra::{Rotation3, Vector3};
 
 use crate::handle::{Hand, Handle, Moving};
@@ -40,6 +42,51 @@ pub fn column(stiffness_n_per_m: f32) -> ImageBytes {
 pub fn handle(device: usize, axes: Rotation3<f64>) -> Handle {
     let (_, mass_kg, count_m) = DEVICES[device];
     Handle { mass_kg, damping_n_s_per_m: DAMPING, count_m, axes, delay_ticks: 1 }
+}
+
+/// A lossless wall below z = 0, its ledger exact.
+#[derive(Debug, Clone, Copy)]
+pub struct Wall {
+    stiffness_n_per_m: f32,
+    stored_j: f32,
+}
+
+impl Wall {
+    /// Untouched.
+    #[must_use]
+    pub fn new(stiffness_n_per_m: f32) -> Self {
+        Self { stiffness_n_per_m, stored_j: 0.0 }
+    }
+
+    /// What it answers to a tool.
+    pub fn tick(&mut self, tool: &ToolSample) -> TickOutput {
+        let depth = (-tool.position_m.z).max(0.0);
+        let before = self.stored_j;
+        self.stored_j = 0.5 * self.stiffness_n_per_m * depth * depth;
+        TickOutput {
+            force_n: Vector3::new(0.0, 0.0, self.stiffness_n_per_m * depth),
+            energy_j: self.stored_j,
+            work_j: self.stored_j - before,
+            stiffness_n_per_m: if depth > 0.0 { self.stiffness_n_per_m } else { 0.0 },
+            ..TickOutput::NONE
+        }
+    }
+}
+
+/// Time of a cycle of [`busy`] \[ms\].
+pub const CYCLE_MS: f64 = 5000.0;
+
+/// Where a busy hand wants to be, from where it begins, in parts of its depth: a press, a hold, taps at
+/// 5 Hz, a press and a drag, a hold.
+#[must_use]
+pub fn busy(time_ms: f64) -> Vector3<f64> {
+    let t = time_ms % CYCLE_MS;
+    let ramp = |from: f64, ticks: f64| ((t - from) / ticks).clamp(0.0, 1.0);
+    let down =
+        ramp(200.0, 600.0) - ramp(1_400.0, 300.0) + ramp(2_400.0, 100.0) - ramp(4_600.0, 100.0);
+    let tap = if (1_800.0..2_300.0).contains(&t) { (t * 0.03).sin().max(0.0) } else { 0.0 };
+    let drag = ramp(2_700.0, 400.0) - ramp(4_700.0, 200.0);
+    Vector3::new(0.3 * drag, 0.1 * drag, -down - tap)
 }
 
 /// What of a loop is chosen.
@@ -165,6 +212,6 @@ impl<'m> Loop<'m> {
     /// What hand and handle have got out of nothing so far, or rather put in \[J\].
     #[must_use]
     pub fn got_j(&self) -> f64 {
-        self.moving.port_j - self.moving.lost_j
+        self.moving.got_j()
     }
 }

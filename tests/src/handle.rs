@@ -1,7 +1,7 @@
 //! A modelled haptic device in a hand: what closes the loop around a tissue.
 //!
 //! The handle is a mass with viscous damping, the hand a spring and a damper from the handle to
-//! where it wants to be. Both move continuously (semi-implicit steps of a twentieth of a tick, in
+//! where it wants to be. Both move continuously (semi-implicit steps of 50 us, in
 //! double precision) under the force that the device holds for a tick; what is measured of them is
 //! quantised. All energies are those of the continuous motion.
 
@@ -10,8 +10,8 @@ use nalgebra::{Rotation3, Vector3};
 
 type V = Vector3<f64>;
 
-/// Steps a tick.
-const STEPS: u32 = 20;
+/// Longest step of the motion \[s\].
+const STEP_S: f64 = 5.0e-5;
 /// Time of a tick \[s\].
 pub const TICK_S: f64 = 1.0e-3;
 
@@ -89,8 +89,14 @@ impl Moving {
     pub fn tick(&mut self, force_n: Vector3<f32>, hand: &Hand) {
         self.queue.insert(0, force_n.map(f64::from));
         let force = self.queue.pop().unwrap_or_else(V::zeros);
-        let step_s = TICK_S / f64::from(STEPS);
-        for _ in 0..STEPS {
+        self.go(force, hand, TICK_S);
+    }
+
+    /// Moves under a force of the device for so long, a whole number of steps.
+    pub fn go(&mut self, force: V, hand: &Hand, time_s: f64) {
+        let steps = (time_s / STEP_S).round().max(1.0);
+        let step_s = time_s / steps;
+        for _ in 0..steps as u32 {
             let grip = if hand.holds {
                 hand.stiffness_n_per_m * (hand.at - self.position)
                     - hand.damping_n_s_per_m * self.velocity
@@ -105,6 +111,12 @@ impl Moving {
             self.port_j += force.dot(&way);
             self.lost_j -= drag.dot(&way);
         }
+    }
+
+    /// What hand and handle have got out of nothing so far, or rather put in \[J\].
+    #[must_use]
+    pub fn got_j(&self) -> f64 {
+        self.port_j - self.lost_j
     }
 
     /// Energy of motion \[J\].

@@ -1,9 +1,7 @@
 //! A modelled device in a hand, far from its tissue: forces come late, by turns, or not at all.
 //!
-//! The handle is a mass with viscous damping, the hand a spring and a damper from it to where it wants
-//! to be. Both move continuously, in semi-implicit steps of 50 us in double precision, under the force
-//! that the device holds. A pose gets lost with a given chance; the answer to one that arrives acts so
-//! many ticks after it, within a given range, never before an older one.
+//! Device and hand are those of [`crate::handle`]. A pose gets lost with a given chance; the answer to
+//! one that arrives acts so many ticks after it, within a given range, never before an older one.
 //!
 //! **Energy made**: what the device's force has done on the handle less what the handle's damping has
 //! taken is what hand and handle have got. It may not rise, in any five seconds, by more than tissue and
@@ -16,10 +14,10 @@ use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::{Flags, TickOutput, ToolSample};
 use nalgebra::Vector3;
 
+use crate::handle::{Hand, Handle, Moving};
+
 type V = Vector3<f64>;
 
-/// Longest step of the motion \[s\].
-const STEP_S: f64 = 5.0e-5;
 /// Span in which energy is counted \[s\].
 const SPAN_S: f64 = 5.0;
 /// Slowest motion at which a span may begin \[m/s\].
@@ -38,18 +36,8 @@ pub struct Way {
     pub measures: bool,
 }
 
-/// A handle in a hand.
-#[derive(Debug, Clone, Copy)]
-pub struct Held {
-    /// Mass of the handle \[kg\].
-    pub mass_kg: f64,
-    /// Damping of the handle [N s/m].
-    pub damping_n_s_per_m: f64,
-    /// Step of the encoder \[m\].
-    pub count_m: f64,
-    /// Stiffness \[N/m\] and damping [N s/m] of the hand.
-    pub grip: (f64, f64),
-}
+/// A handle, and stiffness \[N/m\] and damping [N s/m] of the hand that holds it.
+pub type Held = (Handle, (f64, f64));
 
 /// What came of a loop.
 #[derive(Debug, Clone, Copy, Default)]
@@ -127,23 +115,21 @@ impl Least {
 /// Runs a loop for `seconds`; the hand wants to be at `wish` of the time, where the handle begins.
 pub fn run(
     settings: StageSettings,
-    (held, way): (&Held, &Way),
+    ((handle, grip), way): (&Held, &Way),
     seconds: f64,
     tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
     wish: &dyn Fn(f64) -> V,
 ) -> Seen {
     let mut stage = Stage::new(settings).expect("settings within their ranges");
     let mut chance = Chance(0x9e37_79b9_7f4a_7c15);
-    let (mut x, mut v) = (wish(0.0), V::zeros());
-    let (mut got_j, mut energy_j, mut tool) = (0.0, 0.0, x);
+    let mut moving = Moving::new(*handle, wish(0.0));
+    let (mut energy_j, mut tool) = (0.0, wish(0.0));
     let mut line = Line { queue: VecDeque::new(), acts: (V::zeros(), 0.0), last: 0 };
     let (mut least, mut seen) = (Least::default(), Seen::default());
     let [from, to] = way.ages;
     let (mut age, mut missed, mut touched) = (from, 0, false);
     let ticks = (seconds / way.tick_s) as usize;
     let span = (SPAN_S / way.tick_s) as usize;
-    let steps = (way.tick_s / STEP_S).round().max(1.0) as usize;
-    let step_s = way.tick_s / steps as f64;
     for tick in 0..ticks {
         if chance.next() < way.lost {
             let _ = stage.missed();
@@ -153,8 +139,7 @@ pub fn run(
                 stage.delayed((age + missed) as u16);
             }
             missed = 0;
-            let position_m = x.map(|q| ((q / held.count_m).round() * held.count_m) as f32);
-            let given = stage.sample(&ToolSample { position_m, engaged: 1 });
+            let given = stage.sample(&moving.sample(true));
             let answer = tissue(&given);
             let output = stage.output(&answer);
             seen.withheld += u32::from(output.flags.contains(Flags::FORCE_WITHHELD));
@@ -167,8 +152,9 @@ pub fn run(
         let (force, tissue_n) = line.acts;
         seen.last_n = force.norm();
         let spring = stage.coupling().map_or(0.0, |of| of.stiffness_n_per_m.into());
-        if v.norm() < SLOW_M_PER_S {
-            least.note(tick, span, got_j + energy_j + 0.5 * spring * (tool - x).norm_squared());
+        if moving.velocity.norm() < SLOW_M_PER_S {
+            let apart_m2 = (tool - moving.position).norm_squared();
+            least.note(tick, span, moving.got_j() + energy_j + 0.5 * spring * apart_m2);
         }
         let is_counted = tick as f64 * way.tick_s > 0.2 && tissue_n > 0.02;
         if is_counted && tissue_n < 0.9 * f64::from(settings.max_force_n) {
@@ -179,14 +165,10 @@ pub fn run(
         }
         touched = tissue_n > 0.02;
         let at = wish(tick as f64 * way.tick_s);
-        let (stiffness, damping) = held.grip;
-        for _ in 0..steps {
-            let drag = -held.damping_n_s_per_m * v;
-            v += (force + stiffness * (at - x) - damping * v + drag) * (step_s / held.mass_kg);
-            x += v * step_s;
-            got_j += (force + drag).dot(&(v * step_s));
-        }
-        seen.made_j = seen.made_j.max(got_j - least.j());
+        let (stiffness_n_per_m, damping_n_s_per_m) = *grip;
+        let hand = Hand { stiffness_n_per_m, damping_n_s_per_m, holds: true, at };
+        moving.go(force, &hand, way.tick_s);
+        seen.made_j = seen.made_j.max(moving.got_j() - least.j());
     }
     seen
 }

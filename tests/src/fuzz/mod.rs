@@ -12,6 +12,7 @@ mod payload;
 mod ticks;
 mod tools;
 mod trace;
+mod twins;
 mod words;
 
 use chaincell_host::engine::Engine;

@@ -3,10 +3,10 @@
 
 use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Choice, Drive, Model, Network, Settings, ToolSample, Unloading};
 use chaincell_lab::monitor::Monitor;
 
+use super::twins::{Twins, command};
 use super::{bodies, tick};
 use crate::graph::sample;
 
@@ -28,13 +28,10 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let settings = settings(bytes, &model, scheme)?;
     let Ok(network) = Network::new(model, settings) else { return Ok(()) };
     let new = || Engine::with_contact(network, scheme, numbers, contact.clone());
-    let (Ok(engine), Ok(mut twin)) = (new(), new()) else { return Ok(()) };
-    twin.go_scalar();
-    twin.forbid_sleep();
+    let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
     let mut session = Session {
         monitor: Monitor::new(&engine, scheme, numbers),
-        engine,
-        twin: bytes.ratio(1, 4)?.then_some(twin),
+        twins: Twins::new(engine, twin, bytes)?,
         tool: sample(model.centre_m(), 0),
         left: TICKS_MAX,
     };
@@ -79,9 +76,7 @@ fn settings(bytes: &mut Unstructured<'_>, model: &Model<'_>, scheme: Scheme) -> 
 }
 
 struct Session<'m> {
-    engine: Engine<'m>,
-    /// The same without vector unit and sleep: the same bits.
-    twin: Option<Engine<'m>>,
+    twins: Twins<'m>,
     monitor: Monitor<'m>,
     tool: ToolSample,
     left: usize,
@@ -95,8 +90,8 @@ impl Session<'_> {
                 self.tick(sample(position_m, bytes.arbitrary()?), 1);
             }
             1 | 2 => {
-                let unit_m = self.engine.network().model().unit_m() / 16.0;
-                let centre = self.engine.network().model().centre_m();
+                let unit_m = self.twins.engine.network().model().unit_m() / 16.0;
+                let centre = self.twins.engine.network().model().centre_m();
                 let way = bytes.arbitrary::<[i8; 3]>()?;
                 let at = |axis: usize| centre[axis] + unit_m * f32::from(way[axis]);
                 self.tick(sample([0, 1, 2].map(at), 1), 1);
@@ -105,7 +100,10 @@ impl Session<'_> {
             4 => self.tick(self.tool, bytes.int_in_range(1..=12)?),
             5 => self.command(bytes.arbitrary()?),
             6 => self.other_settings(bytes)?,
-            _ => self.displace(bytes)?,
+            _ => {
+                self.twins.displace(bytes, 3)?;
+                self.monitor.interfere();
+            }
         }
         Ok(())
     }
@@ -116,64 +114,31 @@ impl Session<'_> {
             self.left -= 1;
             // Some ticks end early, and some are late.
             let sweeps = [None, None, Some(0), None, Some(1), Some(0), Some(2)][self.left % 7];
-            let output = tick(&mut self.monitor, &mut self.engine, &tool, sweeps);
-            if let Some(twin) = &mut self.twin {
+            let output = tick(&mut self.monitor, &mut self.twins.engine, &tool, sweeps);
+            if let Some(twin) = &mut self.twins.twin {
                 assert_eq!(twin.tick_again(&tool, sweeps), output);
-                assert_eq!(twin.state_hash(), self.engine.state_hash());
+                assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
             }
         }
     }
 
-    fn both(&mut self, mut change: impl FnMut(&mut Engine<'_>)) {
-        self.monitor.interfere();
-        change(&mut self.engine);
-        self.twin.as_mut().into_iter().for_each(change);
-    }
-
     fn command(&mut self, words: [u32; 3]) {
-        match Command::from_words(words) {
-            Ok(Command::Sweeps(sweeps)) if sweeps > SWEEPS_MAX => {}
-            Ok(command) => {
-                self.both(|engine| {
-                    let _ = engine.obey(&command);
-                });
-                if let (Command::Reset, Some(twin)) = (command, &mut self.twin) {
-                    twin.go_scalar();
-                    twin.forbid_sleep();
-                }
-            }
-            Err(_) => {}
+        if let Some(command) = command(words, SWEEPS_MAX) {
+            self.monitor.interfere();
+            self.twins.obey(&command);
         }
     }
 
     /// Other settings from the next tick on, without the scheme's own rates.
     fn other_settings(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
-        let now = *self.engine.network().settings();
-        let model = *self.engine.network().model();
+        let now = *self.twins.engine.network().settings();
+        let model = *self.twins.engine.network().model();
         let other = settings(bytes, &model, Scheme::Track)?;
         let (step, tick_time, sweeps) = (now.step, now.tick_time, now.sweeps);
-        self.both(|engine| {
+        self.monitor.interfere();
+        self.twins.both(|engine| {
             let _ = engine.choose(Settings { step, tick_time, sweeps, ..other });
         });
-        Ok(())
-    }
-
-    /// Every cell at once somewhere else, as far as three decades beyond the body.
-    fn displace(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
-        let model = *self.engine.network().model();
-        let seed = bytes.arbitrary::<[i8; 4]>()?;
-        let scale = 10_f32.powi(bytes.int_in_range(-6..=3)?);
-        let keep = f32::from(bytes.arbitrary::<i8>()?) / 64.0;
-        let positions: Vec<[f32; 3]> = (0..model.cells())
-            .map(|cell| {
-                let rest = model.rest_position(cell);
-                [0, 1, 2].map(|axis| {
-                    let noise = f32::from(seed[(3 * cell + axis + cell / 5) % 4]) / 128.0;
-                    keep * rest[axis] + scale * noise
-                })
-            })
-            .collect();
-        self.both(|engine| engine.set_positions(&positions).unwrap());
         Ok(())
     }
 }

@@ -4,11 +4,11 @@
 use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::tissue::Sweeps;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
 use chaincell_lab::monitor::ToolMonitor;
 
 use super::bodies::tissue;
+use super::twins::{Twins, command};
 
 /// Most ticks of a session, and most sweeps of a tick.
 const TICKS_MAX: usize = 60;
@@ -36,14 +36,12 @@ fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let Ok(network) = Network::new(model, settings) else { return Ok(()) };
     let contact = Contact::Tools { tools: tools.clone(), friction };
     let new = || Engine::with_contact(network, scheme, Arithmetic::F32, contact.clone());
-    let (Ok(engine), Ok(mut twin)) = (new(), new()) else { return Ok(()) };
-    twin.go_scalar();
-    twin.forbid_sleep();
+    let (Ok(engine), Ok(twin)) = (new(), new()) else { return Ok(()) };
     let monitor = ToolMonitor::new(&engine, &tools, friction).unwrap();
-    let (twin, left) = (bytes.ratio(1, 4)?.then_some(twin), TICKS_MAX);
+    let (twins, left) = (Twins::new(engine, twin, bytes)?, TICKS_MAX);
     let poses = vec![ToolPose::at(model.centre_m().into(), 0); tools.len()];
     let is_endless = tools.iter().flatten().any(ToolPart::is_half_space);
-    let mut session = Session { engine, twin, monitor, poses, is_endless, left };
+    let mut session = Session { twins, monitor, poses, is_endless, left };
     while !bytes.is_empty() && session.left > 0 {
         session.step(bytes)?;
     }
@@ -94,9 +92,7 @@ fn turn(bytes: &mut Unstructured<'_>) -> Result<[f32; 4]> {
 }
 
 struct Session<'m> {
-    engine: Engine<'m>,
-    /// The same without vector unit and sleep: the same bits.
-    twin: Option<Engine<'m>>,
+    twins: Twins<'m>,
     monitor: ToolMonitor<'m>,
     poses: Vec<ToolPose>,
     is_endless: bool,
@@ -116,7 +112,7 @@ impl Session<'_> {
                 self.tick(1);
             }
             1..=3 => {
-                let model = *self.engine.network().model();
+                let model = *self.twins.engine.network().model();
                 let (unit_m, centre_m) = (model.unit_m() / 24.0, model.centre_m());
                 let is_endless = self.is_endless;
                 let pose = self.pose(bytes)?;
@@ -138,11 +134,13 @@ impl Session<'_> {
             7 => {
                 let (tool, ticks) = bytes.arbitrary::<(u8, u8)>()?;
                 let (tool, ticks) = (usize::from(tool % 4), u16::from(ticks % 32));
-                self.engine.let_go(tool, ticks);
-                self.twin.as_mut().into_iter().for_each(|twin| twin.let_go(tool, ticks));
+                self.twins.both(|engine| engine.let_go(tool, ticks));
             }
             8 => self.command(bytes.arbitrary()?),
-            _ => self.displace(bytes)?,
+            _ => {
+                self.twins.displace(bytes, 2)?;
+                self.monitor.interfere();
+            }
         }
         Ok(())
     }
@@ -160,63 +158,29 @@ impl Session<'_> {
             // Now and then the last tool has no pose.
             let given = self.poses.len() - usize::from(self.left % 11 == 3);
             let poses = self.poses.get(..given).unwrap_or_default();
-            let output = self.monitor.tick(&mut self.engine, poses, sweeps);
+            let output = self.monitor.tick(&mut self.twins.engine, poses, sweeps);
             assert!(self.monitor.failures().is_empty(), "{:?}", self.monitor.failures());
-            if let Some(twin) = &mut self.twin {
+            if let Some(twin) = &mut self.twins.twin {
                 assert_eq!(twin.tick_tools_by(poses, Sweeps::Counted(sweeps)), output);
-                assert_eq!(twin.state_hash(), self.engine.state_hash());
+                assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
                 for tool in 0..self.poses.len() {
-                    assert_eq!(twin.tool_output(tool), self.engine.tool_output(tool));
+                    assert_eq!(twin.tool_output(tool), self.twins.engine.tool_output(tool));
                 }
             }
         }
     }
 
     fn grip(&mut self, tool: usize) {
-        let held = self.monitor.grip(&mut self.engine, tool % 4);
-        if let Some(twin) = &mut self.twin {
+        let held = self.monitor.grip(&mut self.twins.engine, tool % 4);
+        if let Some(twin) = &mut self.twins.twin {
             assert_eq!(twin.grip(tool % 4), held);
         }
     }
 
-    fn both(&mut self, mut change: impl FnMut(&mut Engine<'_>)) {
-        self.monitor.interfere();
-        change(&mut self.engine);
-        self.twin.as_mut().into_iter().for_each(change);
-    }
-
     fn command(&mut self, words: [u32; 3]) {
-        match Command::from_words(words) {
-            Ok(Command::Sweeps(sweeps)) if sweeps > SWEEPS_MAX => {}
-            Ok(command) => {
-                self.both(|engine| {
-                    let _ = engine.obey(&command);
-                });
-                if let (Command::Reset, Some(twin)) = (command, &mut self.twin) {
-                    twin.go_scalar();
-                    twin.forbid_sleep();
-                }
-            }
-            Err(_) => {}
+        if let Some(command) = command(words, SWEEPS_MAX) {
+            self.monitor.interfere();
+            self.twins.obey(&command);
         }
-    }
-
-    /// Every cell at once somewhere else, as far as two decades beyond the body.
-    fn displace(&mut self, bytes: &mut Unstructured<'_>) -> Result<()> {
-        let model = *self.engine.network().model();
-        let seed = bytes.arbitrary::<[i8; 4]>()?;
-        let scale = 10_f32.powi(bytes.int_in_range(-6..=2)?);
-        let keep = f32::from(bytes.arbitrary::<i8>()?) / 64.0;
-        let positions: Vec<[f32; 3]> = (0..model.cells())
-            .map(|cell| {
-                let rest = model.rest_position(cell);
-                [0, 1, 2].map(|axis| {
-                    let noise = f32::from(seed[(3 * cell + axis + cell / 5) % 4]) / 128.0;
-                    keep * rest[axis] + scale * noise
-                })
-            })
-            .collect();
-        self.both(|engine| engine.set_positions(&positions).unwrap());
-        Ok(())
     }
 }

@@ -11,16 +11,14 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
 use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
-use chaincell_tests::closed_loop::{DEVICES, GRIPS};
+use chaincell_tests::closed_loop::{self, DEVICES, GRIPS, Wall, handle};
 use chaincell_tests::late::{Held, Seen, Way, run};
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 type V = Vector3<f64>;
 
 /// Most energy made in any five seconds [J].
 const MADE_J: f64 = 1.0e-3;
-/// Damping of every handle [N s/m], what the stage counts on.
-const DAMPING: f64 = 0.5;
 /// Stiffness of the walls [N/m].
 const WALLS: [f32; 4] = [100.0, 1000.0, 5000.0, 10_000.0];
 /// Ages of forces [ticks], and share of poses that get lost.
@@ -40,8 +38,7 @@ const WAYS: [([usize; 2], f64); 9] = [
 const TICKS_S: [f64; 3] = [1.0e-3, 2.0e-3, 2.5e-4];
 
 fn held(device: usize, grip: usize) -> Held {
-    let (_, mass_kg, count_m) = DEVICES[device];
-    Held { mass_kg, damping_n_s_per_m: DAMPING, count_m, grip: GRIPS[grip] }
+    (handle(device, Rotation3::identity()), GRIPS[grip])
 }
 
 /// The profile of a device at a rate; told the largest age, lost poses counting as two ticks more.
@@ -55,32 +52,15 @@ fn settings(device: usize, way: &Way) -> StageSettings {
     settings
 }
 
-/// A wall below z = 0, its ledger exact.
+/// A wall as a tissue.
 fn wall(stiffness_n_per_m: f32) -> impl FnMut(&ToolSample) -> TickOutput {
-    let mut stored_j = 0.0_f32;
-    move |tool| {
-        let depth = (-tool.position_m.z).max(0.0);
-        let before = stored_j;
-        stored_j = 0.5 * stiffness_n_per_m * depth * depth;
-        TickOutput {
-            force_n: Vector3::new(0.0, 0.0, stiffness_n_per_m * depth),
-            energy_j: stored_j,
-            work_j: stored_j - before,
-            stiffness_n_per_m: if depth > 0.0 { stiffness_n_per_m } else { 0.0 },
-            ..TickOutput::NONE
-        }
-    }
+    let mut wall = Wall::new(stiffness_n_per_m);
+    move |tool| wall.tick(tool)
 }
 
-/// A press by 10 mm and a hold, taps at 5 Hz, a press and a drag; from 2 mm above.
+/// A busy hand, 10 mm deep, from 2 mm above.
 fn busy(t_s: f64) -> V {
-    let t = (t_s * 1000.0) % 5000.0;
-    let ramp = |from: f64, ticks: f64| ((t - from) / ticks).clamp(0.0, 1.0);
-    let down =
-        ramp(200.0, 600.0) - ramp(1_400.0, 300.0) + ramp(2_400.0, 100.0) - ramp(4_600.0, 100.0);
-    let tap = if (1_800.0..2_300.0).contains(&t) { (t * 0.03).sin().max(0.0) } else { 0.0 };
-    let drag = ramp(2_700.0, 400.0) - ramp(4_700.0, 200.0);
-    V::new(0.003 * drag, 0.001 * drag, 0.002 - 0.01 * (down + tap))
+    V::new(0.0, 0.0, 0.002) + closed_loop::busy(1000.0 * t_s) * 0.01
 }
 
 /// A press by 12 mm in 2.4 s, a hold, and back in a second; from 2 mm above.
@@ -180,7 +160,7 @@ fn what_is_passive_is_shown() {
         for device in 0..DEVICES.len() {
             // A stiff hand, 10 mm deep at the end.
             let press = |t_s: f64| V::new(0.0, 0.0, 0.002 - 0.012 * (t_s - 0.5).clamp(0.0, 1.0));
-            let stiff = Held { grip: (1.0e5, 50.0), ..held(device, 1) };
+            let stiff = (held(device, 1).0, (1.0e5, 50.0));
             let settings = settings(device, &way);
             let seen = run(settings, (&stiff, &way), 3.0, &mut wall(1.0e4), &press);
             // Clamped forces tell nothing of a stiffness.

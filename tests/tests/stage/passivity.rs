@@ -14,7 +14,7 @@
 use chaincell_host::bake::ImageBytes;
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::{Model, Network, Settings, Tissue, ToolSample, Track};
-use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, column};
+use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, busy, column};
 use nalgebra::{Rotation3, Vector3};
 
 /// Ticks of all cases together, and of each in the slow suite.
@@ -25,15 +25,7 @@ const CYCLE: u32 = 5_000;
 const CYCLE_J: f64 = 5.0e-5;
 /// Where the hand wants to be, from where the contact cell rests [m], and whether it holds.
 fn wish(tick: u32, depth: f64) -> (Vector3<f64>, bool) {
-    let at = tick % CYCLE;
-    let t = f64::from(at);
-    let ramp = |from: f64, ticks: f64| ((t - from) / ticks).clamp(0.0, 1.0);
-    let down =
-        ramp(200.0, 600.0) - ramp(1_400.0, 300.0) + ramp(2_400.0, 100.0) - ramp(4_600.0, 100.0);
-    let tap = if (1_800..2_300).contains(&at) { (t * 0.03).sin().max(0.0) } else { 0.0 };
-    let drag = ramp(2_700.0, 400.0) - ramp(4_700.0, 200.0);
-    let place = Vector3::new(0.3 * drag, 0.1 * drag, -down - tap) * depth;
-    (place, !(3_800..4_200).contains(&at))
+    (busy(f64::from(tick)) * depth, !(3_800..4_200).contains(&(tick % CYCLE)))
 }
 
 /// What came of a loop.

@@ -4,31 +4,9 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
-use chaincell_kernel::{TickOutput, ToolSample};
-use chaincell_tests::closed_loop::{DEVICES, handle};
+use chaincell_tests::closed_loop::{DEVICES, Wall, handle};
 use chaincell_tests::handle::{Hand, Moving};
 use nalgebra::{Rotation3, Vector3};
-
-/// A wall below z = 0, its ledger exact.
-struct Wall {
-    stiffness_n_per_m: f32,
-    stored_j: f32,
-}
-
-impl Wall {
-    fn tick(&mut self, tool: &ToolSample) -> TickOutput {
-        let depth = (-tool.position_m.z).max(0.0);
-        let before = self.stored_j;
-        self.stored_j = 0.5 * self.stiffness_n_per_m * depth * depth;
-        TickOutput {
-            force_n: Vector3::new(0.0, 0.0, self.stiffness_n_per_m * depth),
-            energy_j: self.stored_j,
-            work_j: self.stored_j - before,
-            stiffness_n_per_m: if depth > 0.0 { self.stiffness_n_per_m } else { 0.0 },
-            ..TickOutput::NONE
-        }
-    }
-}
 
 /// What came of a loop.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +28,7 @@ fn run(
     wish_m: impl Fn(u32) -> f64,
 ) -> Seen {
     let mut stage = Stage::new(StageSettings::for_device(DEVICES[device].0)).unwrap();
-    let mut wall = Wall { stiffness_n_per_m, stored_j: 0.0 };
+    let mut wall = Wall::new(stiffness_n_per_m);
     let handle = handle(device, Rotation3::identity());
     let mut moving = Moving::new(handle, Vector3::new(0.0, 0.0, from_m));
     let (mut port_j, mut speed_m_per_s) = (0.0_f64, 0.0_f64);
@@ -65,7 +43,7 @@ fn run(
         port_j = port_j.max(moving.port_j);
         speed_m_per_s = speed_m_per_s.max(moving.velocity.norm());
     }
-    Seen { port_j, got_j: moving.port_j - moving.lost_j, speed_m_per_s }
+    Seen { port_j, got_j: moving.got_j(), speed_m_per_s }
 }
 
 /// 20 mm deep in a wall a coupling has some 0.1 J to push a handle out with.

@@ -1,0 +1,71 @@
+//! An engine and, now and then, the same without vector unit and sleep: the same bits.
+
+use arbitrary::{Result, Unstructured};
+use chaincell_host::engine::Engine;
+use chaincell_kernel::trace::Command;
+
+/// Both, the second where there is one.
+pub(super) struct Twins<'m> {
+    pub engine: Engine<'m>,
+    pub twin: Option<Engine<'m>>,
+}
+
+impl<'m> Twins<'m> {
+    /// An engine with a twin in a session of four.
+    pub fn new(
+        engine: Engine<'m>,
+        mut twin: Engine<'m>,
+        bytes: &mut Unstructured<'_>,
+    ) -> Result<Self> {
+        plain(&mut twin);
+        Ok(Self { engine, twin: bytes.ratio(1, 4)?.then_some(twin) })
+    }
+
+    /// Changes both.
+    pub fn both(&mut self, mut change: impl FnMut(&mut Engine<'_>)) {
+        change(&mut self.engine);
+        self.twin.as_mut().into_iter().for_each(change);
+    }
+
+    /// Carries out a command, whatever comes of it.
+    pub fn obey(&mut self, command: &Command) {
+        self.both(|engine| {
+            let _ = engine.obey(command);
+        });
+        if let (Command::Reset, Some(twin)) = (command, &mut self.twin) {
+            plain(twin);
+        }
+    }
+
+    /// Every cell at once somewhere else, as far as 10^`decades` mean link lengths from the body.
+    pub fn displace(&mut self, bytes: &mut Unstructured<'_>, decades: i32) -> Result<()> {
+        let model = *self.engine.network().model();
+        let seed = bytes.arbitrary::<[i8; 4]>()?;
+        let scale = 10_f32.powi(bytes.int_in_range(-6..=decades)?);
+        let keep = f32::from(bytes.arbitrary::<i8>()?) / 64.0;
+        let positions: Vec<[f32; 3]> = (0..model.cells())
+            .map(|cell| {
+                let rest = model.rest_position(cell);
+                [0, 1, 2].map(|axis| {
+                    let noise = f32::from(seed[(3 * cell + axis + cell / 5) % 4]) / 128.0;
+                    keep * rest[axis] + scale * noise
+                })
+            })
+            .collect();
+        self.both(|engine| engine.set_positions(&positions).unwrap());
+        Ok(())
+    }
+}
+
+/// Without vector unit and sleep.
+fn plain(twin: &mut Engine<'_>) {
+    twin.go_scalar();
+    twin.forbid_sleep();
+}
+
+/// The command of these words, where it asks for at most so many sweeps.
+pub(super) fn command(words: [u32; 3], sweeps_max: u16) -> Option<Command> {
+    let command = Command::from_words(words).ok()?;
+    let is_slow = matches!(command, Command::Sweeps(sweeps) if sweeps > sweeps_max);
+    (!is_slow).then_some(command)
+}
