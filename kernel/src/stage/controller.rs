@@ -85,16 +85,16 @@ impl Controller {
         [stiffness, most_n]: [f32; 2],
         force: [f32; 3],
     ) -> Asked {
-        let (delay, is_long) = (delay.ticks(), delay.is_long());
-        let under_way = if delay == 0.0 { 0.0 } else { self.ordered };
+        let ticks = delay.ticks();
+        let under_way = if ticks == 0.0 { 0.0 } else { self.ordered };
         (self.ordered, self.falls_short) = (0.0, false);
         let rate = observer.rate();
         let squared = dot(rate, rate);
         if squared <= STILL_M2 {
             return Asked::all_of(force);
         }
-        let makes = (1.0 + 2.0 * delay) * stiffness * tick_s;
-        let alpha_max = alpha_max(delay);
+        let makes = (1.0 + 2.0 * ticks) * stiffness * tick_s;
+        let alpha_max = alpha_max(ticks);
         let alpha = if makes < alpha_max { makes } else { alpha_max };
         let most = alpha / tick_s;
         let fast = sqrt(squared);
@@ -103,13 +103,14 @@ impl Controller {
             let wanted = if wanted_j > 0.0 { wanted_j / squared } else { 0.0 };
             is_motion * if wanted < most { wanted } else { most }
         };
-        let made = if is_long { 0.0 } else { damp(-observer.sampling_j() - under_way, most) };
+        let made =
+            if delay.is_long() { 0.0 } else { damp(-observer.sampling_j() - under_way, most) };
         let force = sub(force, scale(made, rate));
         let unsure = SURE_COUNTS * observer.count();
         let is_sure = squared / (squared + unsure * unsure);
         let most = most + is_sure * (alpha_max / tick_s - most);
         let (given, is_clamped) = clamped(force, most_n);
-        let unpaid = dot(given, rate) - observer.reserve_j();
+        let unpaid = dot(given, rate) - observer.reserve_j(delay);
         let over = damp(unpaid, most - made);
         self.falls_short = is_clamped && unpaid > 2.0 * over * squared;
         self.ordered = (made + over) * squared;

@@ -24,7 +24,7 @@
 //!
 //! Source: J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997).
 
-use super::settings::Coupling;
+use super::settings::{Coupling, DELAY_MAX};
 
 /// Share of the largest stiffness that is passive by itself.
 const SHARE: f32 = 0.65;
@@ -61,6 +61,12 @@ impl Delay {
     /// The mean \[ticks\].
     pub(super) fn ticks(&self) -> f32 {
         self.ticks
+    }
+
+    /// The mean in whole ticks, at most [`DELAY_MAX`]: forces that are on their way.
+    pub(super) fn whole(&self) -> usize {
+        let ticks = self.ticks + 0.5;
+        if ticks > f32::from(DELAY_MAX) { DELAY_MAX.into() } else { ticks as usize }
     }
 
     /// Whether it is too long for a controller to make up for.

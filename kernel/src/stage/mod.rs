@@ -28,8 +28,8 @@
 //! [`StageSettings::for_device`] sets all of them for the Touch, Premium, Falcon, omega and
 //! sigma.7; [`StageSettings::NONE`] sets none. The stage is a function of the samples and answers
 //! alone, so a recorded session replays to the same forces. It works with held cells and with a
-//! probe. Under a current the tissue tells neither work nor stiffness: a stage with coupling or
-//! passivity control gives no force there, in the safe state.
+//! probe. Under a current the tissue tells no stiffness: a stage with coupling or passivity control
+//! gives no force there, in the safe state.
 //!
 //! **What it does not do.** Passivity is tested in closed loop with models of five handles and of
 //! soft and stiff hands (`tests/README.md`), not proven. Known, on models with links of 5000 N/m
@@ -267,9 +267,8 @@ impl Stage {
         answer
     }
 
-    /// Whether the tissue is under a current: coupling and passivity control go by a stiffness and
-    /// a work that it does not tell. Cells that are held by position have a stiffness wherever they
-    /// make a force.
+    /// Whether the tissue is under a current: coupling and passivity control go by a stiffness that it
+    /// does not tell. Cells that are held by position have a stiffness wherever they make a force.
     fn is_blind(&self, answer: &TickOutput) -> bool {
         let goes_by_position =
             self.settings.coupling.is_some() || self.settings.passivity.is_some();
@@ -290,10 +289,9 @@ impl Stage {
             self.observer.is_overdrawn()
         };
         let is_unpaid = self.controller.falls_short() && self.observer.is_overpaid();
-        let is_too_much = cannot_hold || is_unpaid;
-        if is_too_much && self.ramp.back_off() {
+        if (cannot_hold || is_unpaid) && self.ramp.back_off() {
             answer.flags.insert(Flags::FORCE_WITHHELD);
-        } else if push <= self.observer.reserve_j() {
+        } else if push <= self.observer.reserve_j(&self.delay) {
             self.ramp.up();
         }
     }
@@ -360,7 +358,7 @@ impl Stage {
             self.controller = Controller::NEW;
             self.observer.resume(shown);
         } else if self.engaged {
-            let times = [self.settings.tick_s, self.delay.ticks()];
+            let times = (self.settings.tick_s, &self.delay);
             self.observer.book(passivity, times, shown, answer.energy_j + stored);
         }
         self.has_gap &= !self.is_good;

@@ -40,6 +40,7 @@
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
+use crate::stage::delay::Delay;
 use crate::stage::settings::{DELAY_MAX, Passivity};
 
 /// Largest surplus of L \[J\].
@@ -77,8 +78,6 @@ pub(super) struct Observer {
     port: TwoFloat,
     sampling: TwoFloat,
     shown: [f32; 3],
-    /// Forces that are on their way.
-    delay: u16,
 }
 
 impl Observer {
@@ -95,7 +94,6 @@ impl Observer {
         port: TwoFloat::ZERO,
         sampling: TwoFloat::ZERO,
         shown: [0.0; 3],
-        delay: 0,
     };
 
     /// A sample of the device's position, `ticks` after the last one.
@@ -154,17 +152,17 @@ impl Observer {
     }
 
     /// Books a tick after which the spring's force is `shown` \[N\], and tissue and coupling store at
-    /// most `level` \[J\]; the times are that of a tick \[s\] and the delay \[ticks\].
+    /// most `level` \[J\]; `tick_s` is the time of a tick.
     pub(super) fn book(
         &mut self,
         of: &Passivity,
-        [tick_s, delay]: [f32; 2],
+        (tick_s, delay): (f32, &Delay),
         shown: [f32; 3],
         level: f32,
     ) {
-        self.delay = whole(delay);
-        let given = self.given.get(usize::from(self.delay)).copied().unwrap_or_default();
-        let asked = if self.delay == 0 { self.asked[0] } else { self.asked[1] };
+        let under_way = delay.whole();
+        let given = self.given.get(under_way).copied().unwrap_or_default();
+        let asked = if under_way == 0 { self.asked[0] } else { self.asked[1] };
         let (dx, fade) = (self.dx, tick_s / FADE_S);
         let port = self.port.plus((-dot(given, dx)).into());
         self.port = kept(port, level + SURPLUS_MAX_J, fade);
@@ -218,18 +216,12 @@ impl Observer {
 
     /// What the hand may still get back, S less what is on its way at the present motion, at least
     /// 0 \[J\].
-    pub(super) fn reserve_j(&self) -> f32 {
-        let under_way = self.given.iter().take(self.delay.into());
+    pub(super) fn reserve_j(&self, delay: &Delay) -> f32 {
+        let under_way = self.given.iter().take(delay.whole());
         let coming = under_way.fold(0.0, |sum, force| sum + dot(*force, self.rate));
         let reserve = self.port.hi - coming;
         if reserve > 0.0 { reserve } else { 0.0 }
     }
-}
-
-/// A mean delay in whole ticks.
-fn whole(ticks: f32) -> u16 {
-    let ticks = ticks + 0.5;
-    if ticks > f32::from(DELAY_MAX) { DELAY_MAX.into() } else { ticks as u16 }
 }
 
 /// A sum at most `most`, its debt faded by the share `fade` and at most [`DEBT_MAX_J`].

@@ -163,10 +163,10 @@ impl StageSettings {
             let stiffness = of.stiffness_n_per_m;
             (COUPLING_MIN..=COUPLING_MAX).contains(&stiffness) && damping(of.damping_n_s_per_m)
         });
+        let delay_max = if self.coupling.is_some() { DELAY_MAX } else { 1 };
         let passivity = self
             .passivity
-            .is_none_or(|of| damping(of.device_damping_n_s_per_m) && of.delay_ticks <= DELAY_MAX)
-            && (self.coupling.is_some() || self.passivity.is_none_or(|of| of.delay_ticks <= 1));
+            .is_none_or(|of| damping(of.device_damping_n_s_per_m) && of.delay_ticks <= delay_max);
         if !TICK_S.contains(&self.tick_s) {
             Err(StageError::Tick)
         } else if !coupling {
