@@ -2,20 +2,13 @@
 
 use serde::Serialize;
 
+use super::watch::{Until, watch};
 use crate::error::{Error, Result};
-use crate::interrupt;
 use crate::session::ipc::contacts::{Contact, ContactReader, ContactsHeader};
 use crate::session::ipc::services::{Domain, SceneServices};
-use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
+use crate::session::timing::clock::{now_ns, span_ns};
 use crate::terminal;
 use crate::words::counted;
-
-/// Span between looks for a message \[ns\].
-const LOOK_NS: u64 = MILLISECOND_NS;
-/// Span between lines \[ns\].
-const LINE_NS: u64 = SECOND_NS;
-/// Longest wait for the first message of a server \[ns\].
-const FIRST_NS: u64 = 5 * SECOND_NS;
 
 /// Look at the contacts that a running `serve` sends: a line a second, until it ends or Ctrl-C.
 #[derive(Debug, clap::Args)]
@@ -94,42 +87,14 @@ pub fn execute(args: &Args) -> Result<()> {
             scene.label()
         )));
     }
-    if watch(args, &reader, end_ns)? {
+    let until = Until { end_ns, once: args.once };
+    let has_come = watch(&reader, until, |(header, contacts), is_told| {
+        if is_told { tell(args, &Printed::of(&header, &contacts)) } else { Ok(()) }
+    })?;
+    if has_come {
         return Ok(());
     }
     Err(Error::check(format!("no contacts came on {}", scene.label())))
-}
-
-/// Prints contacts until the end; whether any came.
-fn watch(args: &Args, reader: &ContactReader, end_ns: u64) -> Result<bool> {
-    let give_up_ns = now_ns() + FIRST_NS;
-    let (mut line_ns, mut has_come) = (0, false);
-    while now_ns() < end_ns {
-        interrupt::check()?;
-        // Looked at first: what a server sends right before its end is still taken.
-        let served = reader.is_served();
-        match reader.take()? {
-            Some((header, contacts)) => {
-                if now_ns() >= line_ns {
-                    tell(args, &Printed::of(&header, &contacts))?;
-                    line_ns = now_ns() + LINE_NS;
-                }
-                has_come = true;
-                if args.once {
-                    return Ok(true);
-                }
-            }
-            None if !served => return Ok(has_come),
-            None if !has_come && now_ns() >= give_up_ns => {
-                return Err(Error::check(
-                    "no contacts for 5 s: the server is busy, or was killed; restart chaincell \
-                     serve",
-                ));
-            }
-            None => sleep_until_ns(now_ns() + LOOK_NS),
-        }
-    }
-    Ok(has_come)
 }
 
 fn tell(args: &Args, printed: &Printed) -> Result<()> {

@@ -28,6 +28,7 @@ pub mod tissue;
 mod tool;
 mod values;
 mod verdict;
+mod watch;
 
 pub use bake::BodyArgs;
 

@@ -4,24 +4,16 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::watch::{Until, watch};
 use crate::engine::Nodes;
 use crate::error::{Error, Result};
 use crate::files::output::cells_csv;
 use crate::files::whole::write_whole;
-use crate::interrupt;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
 use crate::session::ipc::services::{Domain, SceneServices};
 use crate::session::ipc::state::StateReader;
-use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
 use crate::terminal;
 use crate::words::counted;
-
-/// Span between looks for a state \[ns\].
-const LOOK_NS: u64 = MILLISECOND_NS;
-/// Span between lines \[ns\].
-const LINE_NS: u64 = SECOND_NS;
-/// Longest wait for the first state of a server \[ns\].
-const FIRST_NS: u64 = 5 * SECOND_NS;
 
 /// Look at the states that a running `serve` sends: a line a second, until it ends or Ctrl-C.
 #[derive(Debug, clap::Args)]
@@ -64,7 +56,14 @@ pub fn execute(args: &Args) -> Result<()> {
         )));
     }
     let mut last: Option<State> = None;
-    let ended = watch(args, &reader, &mut last);
+    let until = Until { end_ns: u64::MAX, once: args.once };
+    let ended = watch(&reader, until, |state, is_told| {
+        if is_told {
+            tell(args, &state.0)?;
+        }
+        last = Some(state);
+        Ok(())
+    });
     let Some((_, nodes)) = last else {
         ended?;
         return Err(Error::check(format!("no state came on {}", scene.label())));
@@ -74,37 +73,7 @@ pub fn execute(args: &Args) -> Result<()> {
             nodes.iter().map(|node| (node.node, node.position_m.map(f64::from))).unzip();
         write_whole(path, cells_csv(&Nodes { ids, positions_m }).as_bytes())?;
     }
-    ended
-}
-
-/// Prints states until the end, and keeps the last.
-fn watch(args: &Args, reader: &StateReader, last: &mut Option<State>) -> Result<()> {
-    let give_up_ns = now_ns() + FIRST_NS;
-    let mut line_ns = 0;
-    loop {
-        interrupt::check()?;
-        // Looked at first: what a server sends right before its end is still taken.
-        let served = reader.is_served();
-        match reader.take()? {
-            Some(state) => {
-                if now_ns() >= line_ns {
-                    tell(args, &state.0)?;
-                    line_ns = now_ns() + LINE_NS;
-                }
-                *last = Some(state);
-                if args.once {
-                    return Ok(());
-                }
-            }
-            None if !served => return Ok(()),
-            None if last.is_none() && now_ns() >= give_up_ns => {
-                return Err(Error::check(
-                    "no state for 5 s: the server is busy, or was killed; restart chaincell serve",
-                ));
-            }
-            None => sleep_until_ns(now_ns() + LOOK_NS),
-        }
-    }
+    ended.map(|_| ())
 }
 
 fn tell(args: &Args, header: &StateHeader) -> Result<()> {

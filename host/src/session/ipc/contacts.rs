@@ -87,6 +87,7 @@ impl Contact {
 impl Viewed for Contact {
     type Header = ContactsHeader;
     const WHAT: &'static str = "contacts";
+    const NONE: &'static str = "no contacts";
 
     fn name(scene: &SceneServices) -> &ServiceName {
         &scene.contacts_name

@@ -17,6 +17,7 @@ use crate::session::timing::clock::now_ns;
 impl Viewed for NodePosition {
     type Header = StateHeader;
     const WHAT: &'static str = "a state";
+    const NONE: &'static str = "no state";
 
     fn name(scene: &SceneServices) -> &ServiceName {
         &scene.state_name

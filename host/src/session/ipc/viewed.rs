@@ -1,4 +1,4 @@
-//! What viewers read: slices of one element with a header, beside the loop, at a [`Pace`]. Readers keep
+//! What viewers read: slices of one element with a header, beside the loop, at a bounded pace. Readers keep
 //! the newest alone, and one that does not read delays nobody.
 
 use std::fmt::Debug;
@@ -24,6 +24,8 @@ pub trait Viewed: Debug + Copy + ZeroCopySend + 'static {
     type Header: Debug + Copy + Default + ZeroCopySend;
     /// What a message is called: "cannot send ...".
     const WHAT: &'static str;
+    /// How it is called where there is none.
+    const NONE: &'static str;
 
     /// The scene's service for it.
     fn name(scene: &SceneServices) -> &ServiceName;
