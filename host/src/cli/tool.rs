@@ -108,7 +108,7 @@ pub fn tools(specs: &[ToolSpec], friction: Option<f32>, model: &Model<'_>) -> Re
     if !model.has_contact_surface() {
         return Err(Error::input(
             "--tool: tools by their parts meet the surface of a body, and this model has none: bake \
-             it with --young-pa and --probe-contact surface, or take --contact probe:RADIUS",
+             it with --probe-contact surface, or take --contact probe:RADIUS",
         ));
     }
     let friction = friction.unwrap_or(0.0);
