@@ -9,6 +9,7 @@
 
 pub mod closed_loop;
 pub mod files;
+pub mod forge;
 pub mod fuzz;
 pub mod graph;
 pub mod handle;

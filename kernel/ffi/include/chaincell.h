@@ -370,6 +370,10 @@ enum chaincell_code
      */
     CHAINCELL_CODE_RESET_SHAPES = -66,
     /**
+     * Floating-point exceptions stop the program on this thread.
+     */
+    CHAINCELL_CODE_FLOAT_TRAP = -67,
+    /**
      * More contact cells than the tissue has room for: `needed`, `available`.
      */
     CHAINCELL_CODE_CONTACT_CAPACITY = -80,

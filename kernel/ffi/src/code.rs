@@ -82,6 +82,8 @@ pub enum Code {
     ResetRange = -65,
     /// A body of nodal shapes needs track or predict.
     ResetShapes = -66,
+    /// Floating-point exceptions stop the program on this thread.
+    FloatTrap = -67,
     /// More contact cells than the tissue has room for: `needed`, `available`.
     ContactCapacity = -80,
     /// The contact cell is not in the model: `position` in the list.
@@ -150,7 +152,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 63] = [
+    pub(crate) const ALL: [Self; 64] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -185,6 +187,7 @@ impl Code {
         Self::FloatRounding,
         Self::ResetRange,
         Self::ResetShapes,
+        Self::FloatTrap,
         Self::ContactCapacity,
         Self::ContactUnknown,
         Self::ContactFixed,
@@ -258,6 +261,9 @@ impl Code {
             Self::ResetColours => c"the model has no colours: bake it with --colours",
             Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
             Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
+            Self::FloatTrap => {
+                c"floating-point exceptions stop the program: mask them, by fedisableexcept(FE_ALL_EXCEPT)"
+            }
             Self::ResetRange => {
                 c"the model leaves the range of fixed point: bake it with a smaller --k-m, or take another scheme"
             }
@@ -405,6 +411,7 @@ impl From<ModelError> for Refusal {
             ModelError::Parameter(word) => Self::section(Code::ModelParameter, kind::PARAMS, word),
             ModelError::Index(kind, at) => Self::section(Code::ModelIndex, kind, at),
             ModelError::Value(kind, at) => Self::section(Code::ModelValue, kind, at),
+            ModelError::Float(why) => why.into(),
         }
     }
 }
@@ -435,8 +442,17 @@ impl From<ResetError> for Refusal {
             }
             ResetError::Shapes => Code::ResetShapes.into(),
             ResetError::Range(why) => Self::limit(Code::ResetRange, why.limit()),
-            ResetError::Float(FloatEnvironmentError::FlushToZero) => Code::FloatFlushToZero.into(),
-            ResetError::Float(FloatEnvironmentError::Rounding) => Code::FloatRounding.into(),
+            ResetError::Float(why) => why.into(),
+        }
+    }
+}
+
+impl From<FloatEnvironmentError> for Refusal {
+    fn from(why: FloatEnvironmentError) -> Self {
+        match why {
+            FloatEnvironmentError::FlushToZero => Code::FloatFlushToZero.into(),
+            FloatEnvironmentError::Rounding => Code::FloatRounding.into(),
+            FloatEnvironmentError::Trap => Code::FloatTrap.into(),
         }
     }
 }

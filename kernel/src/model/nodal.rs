@@ -237,6 +237,9 @@ impl<'a> TermData<'a> for Nodal<'a> {
             self.check_cell(cell)?;
         }
         for slice in 0..model.slice_count() {
+            if range(self.rows, slice).len() > nodal::LINKS_MAX {
+                return Err(ModelError::Index(kind::SLICE_ROWS, slice as u32));
+            }
             for group in range(self.rows, slice) {
                 self.check_group(model, slice, group)?;
             }

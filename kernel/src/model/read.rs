@@ -6,6 +6,7 @@ use super::image::{ModelError, Sections, kind, params};
 use super::surface::ContactSurface;
 use super::terms::{Others, TermData};
 use super::validate;
+use crate::number::float_env;
 use crate::number::two_float::LANES;
 
 /// The links once more, in slices of [`LANES`] consecutive cells for vector units.
@@ -87,8 +88,10 @@ impl<'a> Model<'a> {
     /// coarse level, once; no memory.
     ///
     /// # Errors
-    /// What is wrong with the image, with section and position.
+    /// What is wrong with the image, with section and position; or with the arithmetic of the calling
+    /// thread, by which the numbers of the image are checked.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
+        float_env::check().map_err(ModelError::Float)?;
         let sections = Sections::parse(bytes)?;
         let words: &[u32] = sections.sized(kind::PARAMS, params::WORDS)?;
         let word = |index: usize| words.get(index).copied().unwrap_or(0);

@@ -12,6 +12,8 @@ const STIFFNESS: [f32; 2] = [6.0, 20.0];
 const OF_RADIUS: f32 = 8.0;
 /// Samples stand so many radii apart, at most.
 const SPACING: f32 = 0.45;
+/// Most triangles of a cell, far above the two of a closed surface: a tick looks at each.
+const TRIANGLES_MAX: usize = 16;
 /// Most samples along an edge.
 const PARTS_MAX: f32 = 32.0;
 
@@ -68,8 +70,11 @@ impl<'a> ContactSurface<'a> {
         Ok(Some(numbers))
     }
 
-    /// Checks the numbers; the corners are those of `TRIANGLES`.
-    pub fn check(&self) -> Result<(), ModelError> {
+    /// Checks the numbers and how many there are; the corners are those of `TRIANGLES`.
+    pub fn check(&self, cells: usize) -> Result<(), ModelError> {
+        if self.numbers.len() > TRIANGLES_MAX * cells {
+            return Err(ModelError::SectionSize(kind::CONTACT));
+        }
         for (position, numbers) in self.numbers.iter().enumerate() {
             if !numbers.iter().all(|number| NUMBERS.contains(number)) {
                 return Err(ModelError::Value(kind::CONTACT, position as u32));

@@ -55,7 +55,7 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     input_ids(model)?;
     embedded_mesh(model)?;
     corners(kind::TRIANGLES, model.triangles.as_flattened(), model.cells())?;
-    model.contact_surface().map_or(Ok(()), |contact| contact.check())?;
+    model.contact_surface().map_or(Ok(()), |contact| contact.check(model.cells()))?;
     corners(kind::TETRAHEDRA, model.tetrahedra.as_flattened(), model.cells())
 }
 
@@ -102,6 +102,13 @@ fn rows(kind: u32, rows: &[u32], end: usize) -> Result<(), ModelError> {
         last = start;
     }
     if last as usize == end { Ok(()) } else { Err(ModelError::Index(kind, at(rows.len()))) }
+}
+
+/// The same, and none of them empty: a tick looks at each.
+fn filled_rows(kind: u32, starts: &[u32], end: usize) -> Result<(), ModelError> {
+    rows(kind, starts, end)?;
+    let empty = starts.iter().zip(starts.iter().skip(1)).position(|(start, next)| start == next);
+    empty.map_or(Ok(()), |position| Err(ModelError::Index(kind, at(position))))
 }
 
 /// `i < j < cells`, ascending and without repeats within each row.
@@ -177,6 +184,10 @@ fn slices(model: &Model<'_>) -> Result<(), ModelError> {
     rows(kind::SLICE_ROWS, slices.rows, slices.neighbours.len())?;
     for slice in 0..slices.rows.len().saturating_sub(1) {
         let groups = range(slices.rows, slice);
+        let longest = (0..LANES).map(|lane| model.neighbours(slice * LANES + lane).count()).max();
+        if longest != Some(groups.len()) {
+            return Err(ModelError::Index(kind::SLICE_ROWS, at(slice)));
+        }
         for lane in 0..LANES {
             let cell = slice * LANES + lane;
             let mut expected = model.neighbours(cell);
@@ -194,9 +205,6 @@ fn slices(model: &Model<'_>) -> Result<(), ModelError> {
                 if id != wanted || length.to_bits() != wanted_length.to_bits() {
                     return Err(ModelError::Index(kind::SLICE_NEIGHBOURS, at(group)));
                 }
-            }
-            if expected.next().is_some() {
-                return Err(ModelError::Index(kind::SLICE_ROWS, at(slice)));
             }
         }
     }
@@ -230,7 +238,7 @@ fn slice_values(model: &Model<'_>) -> Result<(), ModelError> {
 /// and finite. That it is the inverse is not checked.
 fn basis(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(basis) = model.coarse_basis else { return Ok(()) };
-    rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;
+    filled_rows(kind::HAT_ROWS, basis.rows, basis.cells.len())?;
     let known = |hat: &u16| usize::from(*hat) < basis.count || *hat == NO_HAT;
     if let Some(at_box) = basis.corners.iter().position(|corners| !corners.iter().all(known)) {
         return Err(ModelError::Index(kind::HAT_CORNERS, at(at_box)));
@@ -281,10 +289,11 @@ fn inverse(basis: &CoarseBasis<'_>) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// Every cell with a mobility has one colour, none that a linked cell has.
+/// Every cell with a mobility has one colour: the lowest that no cell linked to it has. So the
+/// colours are not more than the cells and their links ask for.
 fn colours(model: &Model<'_>) -> Result<(), ModelError> {
     let Some(colours) = model.colours else { return Ok(()) };
-    rows(kind::COLOUR_ROWS, colours.rows, colours.cells.len())?;
+    filled_rows(kind::COLOUR_ROWS, colours.rows, colours.cells.len())?;
     let mobile = |cell: usize| model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
     if colours.cells.len() != (0..model.cells()).filter(|&cell| mobile(cell)).count() {
         return Err(ModelError::SectionSize(kind::COLOUR_CELLS));
@@ -294,13 +303,14 @@ fn colours(model: &Model<'_>) -> Result<(), ModelError> {
     for colour in 0..count {
         ascending(kind::COLOUR_CELLS, of(colour), model.cells())?;
         for &cell in of(colour) {
-            let linked = |cell: usize| {
-                u16::try_from(cell).is_ok_and(|cell| of(colour).binary_search(&cell).is_ok())
-            };
-            let elsewhere = (0..colour).any(|other| of(other).binary_search(&cell).is_ok());
             let cell = usize::from(cell);
-            if !mobile(cell) || elsewhere || model.neighbours(cell).any(|(_, other)| linked(other))
-            {
+            let has_linked = |colour: usize| {
+                let is_in = |other| of(colour).binary_search(&other).is_ok();
+                let mut linked = model.neighbours(cell).map(|(_, other)| u16::try_from(other));
+                linked.any(|other| other.is_ok_and(is_in))
+            };
+            // A cell in two colours would have to be, and not to be, linked to a cell of the lower.
+            if !mobile(cell) || has_linked(colour) || !(0..colour).all(has_linked) {
                 return Err(ModelError::Index(kind::COLOUR_CELLS, at(cell)));
             }
         }

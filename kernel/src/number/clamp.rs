@@ -1,4 +1,4 @@
-//! Magnitude clamp: the largest force that may be given.
+//! Magnitude clamps: the largest force that may be given, the largest number that a word holds.
 
 use super::cell::{dot, scale};
 use super::sqrt::sqrt;
@@ -10,10 +10,24 @@ pub(crate) const ROUND_DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
 pub(crate) fn clamped(force: [f32; 3], most: f32) -> ([f32; 3], bool) {
     let magnitude = sqrt(dot(force, force));
     // A magnitude is rounded too.
-    if magnitude <= ROUND_DOWN * most {
+    if magnitude <= ROUND_DOWN * most && magnitude <= f32::MAX {
         return (force, false);
     }
-    (scale(ROUND_DOWN * most / magnitude, force), true)
+    let most = ROUND_DOWN * finite(most);
+    if magnitude <= f32::MAX {
+        return (scale(most / magnitude, force), true);
+    }
+    // The squares are beyond the numbers.
+    let force = scale(1.0e-20, force.map(finite));
+    (scale(most, scale(1.0 / sqrt(dot(force, force)), force)), true)
+}
+
+/// `value`, or the largest number of its sign where it is beyond the numbers.
+#[inline(always)]
+pub(crate) fn finite(value: f32) -> f32 {
+    // Not by `clamp`, which may panic.
+    let value = if value < f32::MAX { value } else { f32::MAX };
+    if value > f32::MIN { value } else { f32::MIN }
 }
 
 #[cfg(test)]
@@ -26,6 +40,23 @@ mod tests {
         let ([x, y, z], bit) = clamped([0.0, 30.0, -40.0], 5.0);
         assert!(bit && x == 0.0 && (y - 3.0).abs() < 1e-5 && (z + 4.0).abs() < 1e-5);
         assert!(y * y + z * z <= 25.0);
+    }
+
+    #[test]
+    fn what_is_beyond_the_numbers_is_the_largest_of_them() {
+        let beyond = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+        assert_eq!(beyond.map(finite), [f32::MAX, f32::MIN, f32::MAX]);
+        assert_eq!([0.0, -1.5, f32::MIN, 1e-40].map(finite), [0.0, -1.5, f32::MIN, 1e-40]);
+    }
+
+    #[test]
+    fn a_force_beyond_the_numbers_is_clamped_like_another() {
+        let (of, bit) = clamped([0.0, 3.0e30, -4.0e30], 5.0);
+        assert!(bit && of[0] == 0.0 && (of[1] - 3.0).abs() < 1e-5 && (of[2] + 4.0).abs() < 1e-5);
+        for most in [5.0, f32::MAX, f32::INFINITY] {
+            let (of, bit) = clamped([f32::INFINITY, f32::NAN, 1.0], most);
+            assert!(bit && of.iter().all(|x| x.is_finite()), "{most}: {of:?}");
+        }
     }
 
     #[test]

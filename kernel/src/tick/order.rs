@@ -8,6 +8,7 @@ use super::tissue::{Head, TissueMut};
 use super::touch_room::TouchRoom;
 use crate::backend::team::Team;
 use crate::number::cell::Cell;
+use crate::number::clamp::finite;
 use crate::number::two_float::{Eight, TwoFloat};
 use crate::solver::Dynamics;
 use crate::solver::coarse::Coarse;
@@ -206,7 +207,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
             flags.insert(Flags::BAND_CLOSED);
         }
         TickOutput {
-            energy_j: self.head.level.published() * network.model().energy_unit_j(),
+            energy_j: finite(self.head.level.published() * network.model().energy_unit_j()),
             contacts: if self.head.engaged { self.head.chosen as u32 } else { 0 },
             flags,
             ..TickOutput::NONE

@@ -3,7 +3,7 @@
 use super::order::Tick;
 use super::sample::{Flags, TickOutput};
 use crate::number::cell::scale;
-use crate::number::clamp::clamped;
+use crate::number::clamp::{clamped, finite};
 use crate::solver::Dynamics;
 use crate::terms::held;
 use crate::terms::surface::IS_BUILT;
@@ -65,9 +65,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         self.head.force_n = force_n;
         TickOutput {
             force_n: force_n.into(),
-            energy_j: self.head.level.published() * model.energy_unit_j(),
-            work_j: self.work.hi * model.energy_unit_j(),
-            stiffness_n_per_m: self.stiffness(),
+            energy_j: finite(self.head.level.published() * model.energy_unit_j()),
+            work_j: finite(self.work.hi * model.energy_unit_j()),
+            stiffness_n_per_m: finite(self.stiffness()),
             contacts: if self.head.engaged { self.contact_count() } else { 0 },
             sweeps: self.sweeps,
             flags: self.flags,

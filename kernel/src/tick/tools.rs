@@ -10,7 +10,7 @@ use super::surface::{held_by, places, take_hold};
 use super::tissue::TissueMut;
 use crate::model::COORDINATE_MAX;
 use crate::number::cell::{add, scale};
-use crate::number::clamp::clamped;
+use crate::number::clamp::{clamped, finite};
 use crate::solver::Dynamics;
 use crate::terms::held::ContactError;
 use crate::terms::surface::{
@@ -204,12 +204,12 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let Some(tool) = self.touch.tool(tool) else { return ToolOutput::NONE };
         let force_n = scale(model.force_unit_n(), tool.met.force);
         let (force_n, _) = clamped(force_n, network.settings().max_force_n);
-        let torque_nm = scale(model.force_unit_n() * model.unit_m(), tool.met.torque);
+        let torque_nm = scale(model.force_unit_n() * model.unit_m(), tool.met.torque).map(finite);
         ToolOutput {
             force_n: force_n.into(),
             torque_nm: torque_nm.into(),
-            work_j: tool.work * model.energy_unit_j(),
-            stiffness_n_per_m: 2.0 * model.stiffness_n_per_m() * tool.met.stiffness,
+            work_j: finite(tool.work * model.energy_unit_j()),
+            stiffness_n_per_m: finite(2.0 * model.stiffness_n_per_m() * tool.met.stiffness),
             contacts: tool.met.touched,
         }
     }
@@ -229,9 +229,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
             });
             each(&ContactForce {
                 position_m: add(model.centre_m(), scale(unit_m, contact.position_m)),
-                normal_n: scale(unit_n, contact.normal_n),
-                tangential_n: scale(unit_n, contact.tangential_n),
-                area_m2: contact.area_m2 * area.unwrap_or(0.0) * (unit_m * unit_m),
+                normal_n: scale(unit_n, contact.normal_n).map(finite),
+                tangential_n: scale(unit_n, contact.tangential_n).map(finite),
+                area_m2: finite(contact.area_m2 * area.unwrap_or(0.0) * (unit_m * unit_m)),
                 ..contact
             });
         }

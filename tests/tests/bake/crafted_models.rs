@@ -4,37 +4,30 @@
 use std::process::Command;
 
 use chaincell_host::bake::ImageBytes;
-use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
+use chaincell_kernel::image::{kind, params};
 use chaincell_kernel::{Model, include_model};
 use chaincell_tests::chaincell;
 use chaincell_tests::files::{scratch, text, write_path};
+use chaincell_tests::forge::Forged;
 
 static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
-/// Where the number of the input's nodes stands: the last word of the parameters, the first
-/// section of an image as the bake writes it.
-const INPUT_NODES_WORD: usize = 15;
 /// Address space of the command \[KiB\]: a list of all those nodes' places does not fit.
 const ADDRESS_SPACE_KIB: u32 = 2_000_000;
 
 /// `PLANE9` with this number of input nodes.
-fn numbered(input_nodes: u32) -> Vec<u8> {
-    let mut image = PLANE9.to_vec();
-    let parameters = 32 + 16 * u32::from_le_bytes(*image[16..].first_chunk().unwrap()) as usize;
-    let at = parameters.next_multiple_of(16) + 4 * INPUT_NODES_WORD;
-    image[at..at + 4].copy_from_slice(&input_nodes.to_le_bytes());
-    let right = checksum(&image);
-    image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&right.to_le_bytes());
-    image
+fn numbered(input_nodes: u32) -> ImageBytes {
+    let mut image = Forged::of(PLANE9);
+    image.change(kind::PARAMS, |words: &mut Vec<u32>| words[params::INPUT_NODES] = input_nodes);
+    image.sealed()
 }
 
 #[test]
 fn a_numbering_far_beyond_the_nodes_takes_no_memory() {
     let image = numbered(1 << 27);
-    let copy = ImageBytes::copy(&image);
-    assert_eq!(Model::from_bytes(copy.as_bytes()).unwrap().input_nodes(), 1 << 27);
+    assert_eq!(Model::from_bytes(image.as_bytes()).unwrap().input_nodes(), 1 << 27);
     let folder = scratch();
     let (model, path) = (folder.path().join("m.chaincell"), folder.path().join("p.csv"));
-    std::fs::write(&model, &image).unwrap();
+    std::fs::write(&model, image.as_bytes()).unwrap();
     write_path(&path, (0..3).map(|tick| (tick, [0.0; 3], 1)));
     let run = |contact: &str, out: &str| {
         Command::new("sh")

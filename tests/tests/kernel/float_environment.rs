@@ -4,24 +4,55 @@
 
 use std::arch::x86_64::{_mm_getcsr, _mm_setcsr};
 
-use chaincell_kernel::float_env::FloatEnvironmentError::{FlushToZero, Rounding};
+use chaincell_kernel::float_env::FloatEnvironmentError::{self, FlushToZero, Rounding, Trap};
 use chaincell_kernel::float_env::check;
+use chaincell_kernel::{Model, ModelError, include_model};
 
-#[test]
-fn flushing_and_directed_rounding_are_seen() {
+static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
+
+/// What `look` sees with other bits in the control register.
+fn with<T>(change: impl Fn(u32) -> u32, look: impl Fn() -> T) -> T {
+    // SAFETY: the register is restored before anything else runs on this thread.
+    unsafe {
+        let before = _mm_getcsr();
+        _mm_setcsr(change(before));
+        let seen = look();
+        _mm_setcsr(before);
+        seen
+    }
+}
+
+/// Changes of the control register, and what is to be seen of each.
+fn changes() -> Vec<(Box<dyn Fn(u32) -> u32>, FloatEnvironmentError)> {
     let flush_to_zero = 0x8000;
     let denormals_are_zero = 0x0040;
     let [down, up, towards_zero] = [0x2000, 0x4000, 0x6000];
-    let modes = [flush_to_zero, denormals_are_zero, down, up, towards_zero];
-    let seen = modes.map(|bits| {
-        // SAFETY: the register is restored before anything else runs on this thread.
-        unsafe {
-            let before = _mm_getcsr();
-            _mm_setcsr(before | bits);
-            let seen = check();
-            _mm_setcsr(before);
-            seen
-        }
-    });
-    assert_eq!(seen, [FlushToZero, FlushToZero, Rounding, Rounding, Rounding].map(Err));
+    let set = [flush_to_zero, denormals_are_zero, down, up, towards_zero];
+    let seen = [FlushToZero, FlushToZero, Rounding, Rounding, Rounding];
+    let set = set.into_iter().zip(seen).map(|(bits, seen)| (boxed(move |old| old | bits), seen));
+    // Invalid, denormal, division by zero, overflow, underflow, inexact.
+    let unmasked = (7..=12).map(|bit| (boxed(move |old| old & !(1 << bit)), Trap));
+    set.chain(unmasked).collect()
+}
+
+fn boxed(change: impl Fn(u32) -> u32 + 'static) -> Box<dyn Fn(u32) -> u32> {
+    Box::new(change)
+}
+
+#[test]
+fn what_other_libraries_leave_behind_is_seen() {
+    for (change, seen) in changes() {
+        assert_eq!(with(change, check), Err(seen));
+    }
+    assert_eq!(check(), Ok(()));
+}
+
+/// By directed rounding the rest lengths would not be those of the positions.
+#[test]
+fn a_model_names_the_arithmetic_and_not_a_number() {
+    for (change, seen) in changes() {
+        let why = with(change, || Model::from_bytes(PLANE9).map(|model| model.cells()));
+        assert_eq!(why, Err(ModelError::Float(seen)));
+    }
+    assert_eq!(Model::from_bytes(PLANE9).map(|model| model.cells()), Ok(81));
 }

@@ -8,6 +8,7 @@ mod current;
 mod energy;
 mod float_environment;
 mod hard_states;
+mod hostile_images;
 mod invariants;
 mod limits;
 mod model_image;

@@ -132,14 +132,6 @@ fn errors_name_what_is_wrong() {
         error(with(at(kind::COLOUR_ROWS, 0), &[1, 0])),
         ModelError::Index(kind::COLOUR_ROWS, 0)
     );
-    // One colour for all.
-    let rows = section(&bytes, kind::COLOUR_ROWS);
-    let all = (size as u32 / 2).to_le_bytes();
-    let mut one = bytes.clone();
-    for at in (rows.0 + 4..rows.0 + rows.1).step_by(4) {
-        one[at..at + 4].copy_from_slice(&all);
-    }
-    assert!(matches!(error(one), ModelError::Index(kind::COLOUR_CELLS, _)));
     assert_eq!(error(with(at(kind::PARAMS, 0), &[65, 0])), ModelError::SectionSize(kind::REST));
 }
 

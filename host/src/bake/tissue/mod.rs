@@ -153,8 +153,16 @@ impl Shapes {
         if self.stretch_min > 0.0 { BAND * self.mu[cell] } else { 0.0 }
     }
 
-    /// Links are the edges of the tetrahedra.
+    /// Links are the edges of the tetrahedra, not too many at a node.
     fn check_links(&self, body: &OrderedCells) -> Result<()> {
+        let most = nodal::LINKS_MAX;
+        if let Some(cell) = (0..body.rest.len()).find(|&cell| self.shape.of(cell).len() > most) {
+            return Err(Error::input(format!(
+                "`young_pa`: node {} has {} edges, at most {most}: refine the mesh around it",
+                body.node[cell],
+                self.shape.of(cell).len()
+            )));
+        }
         let is_edge = |&([i, j], _): &super::Link| {
             let half = self.shape.of(i.into());
             half.binary_search_by_key(&u32::from(j), |half| half.to).is_ok()

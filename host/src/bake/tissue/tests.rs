@@ -63,6 +63,45 @@ fn what_is_no_tissue_is_refused_by_name() {
 }
 
 /// For any field d, d' L d is at most the sum of W d^2: what every certificate rests on.
+/// A wheel of so many tetrahedra around the edge from node 0 to node 1.
+fn wheel(count: u32) -> Mesh {
+    let angle = |k: u32| f64::from(k) / f64::from(count) * std::f64::consts::TAU;
+    let rim = (0..count).map(|k| [angle(k).cos(), angle(k).sin(), 0.5]);
+    let nodes_m = [[0.0; 3], [0.0, 0.0, 1.0]].into_iter().chain(rim).collect();
+    let around = (0..count).map(|k| [0, 1, 2 + k, 2 + (k + 1) % count]);
+    let tetrahedra: Vec<[u32; 4]> = around.map(|[a, b, c, d]| [a, c, d, b]).collect();
+    let mut links = vec![[0, 1]];
+    for k in 0..count {
+        let (here, next) = (2 + k, 2 + (k + 1) % count);
+        links.extend([[0, here], [1, here], [here.min(next), here.max(next)]]);
+    }
+    links.sort_unstable();
+    Mesh {
+        nodes_m,
+        links,
+        triangles: Vec::new(),
+        tetrahedra,
+        flat_tetrahedra: 0,
+        groups: Default::default(),
+        border: Vec::new(),
+        default_fixed: vec![1],
+        unused: Vec::new(),
+    }
+}
+
+#[test]
+fn a_node_of_too_many_edges_is_refused_by_name() {
+    let options = BakeOptions {
+        tissue: Some(tissue(5000.0, 0.3)),
+        coarse_basis: BasisSpacing::None,
+        ..BakeOptions::default()
+    };
+    let most = wheel(1023);
+    assert!(bake(&most, &most.default_fixed, &options).is_ok());
+    let why = refused(&wheel(1024), &options);
+    assert!(why.contains("node 0 has 1025 edges, at most 1024: refine"), "{why}");
+}
+
 #[test]
 fn the_bound_is_above_the_curvature_of_every_field() {
     let mut source = Pcg64::seed_from_u64(5);

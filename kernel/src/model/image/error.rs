@@ -1,5 +1,7 @@
 //! Why an image is refused.
 
+use crate::number::float_env::FloatEnvironmentError;
+
 /// Why [`Model::from_bytes`](crate::Model::from_bytes) refused an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ModelError {
@@ -45,4 +47,7 @@ pub enum ModelError {
     /// A number is not finite or outside its range (section kind, position in the section).
     #[error("section {0}, entry {1}: value out of range: bake again")]
     Value(u32, u32),
+    /// The thread's arithmetic is not what the checks rely on.
+    #[error("{0}")]
+    Float(FloatEnvironmentError),
 }

@@ -87,8 +87,9 @@ pub mod kind {
     pub const TRIANGLES: u32 = 16;
     /// Optional, for display: tetrahedra ([u16; 4]).
     pub const TETRAHEDRA: u32 = 17;
-    /// Optional: starts of the slices of eight consecutive cells, in groups of eight slots; the
-    /// links of every cell once more, lane by lane, for vector units (u32, slices + 1).
+    /// Optional: starts of the slices of eight consecutive cells, in groups of eight slots, as many as
+    /// the links of the slice's most linked cell; the links of every cell once more, lane by lane, for
+    /// vector units (u32, slices + 1).
     pub const SLICE_ROWS: u32 = 19;
     /// With `SLICE_ROWS`: other end of each slot, ascending in each lane, then the lane's own cell
     /// (u16, 8 a group).
@@ -101,7 +102,7 @@ pub mod kind {
     pub const SLICE_WEIGHTS: u32 = 23;
     /// Optional: number of hat functions (u32, one word).
     pub const HATS: u32 = 24;
-    /// With `HATS`: starts of the boxes' pairs in `HAT_CELLS` (u32, boxes + 1).
+    /// With `HATS`: starts of the boxes' pairs in `HAT_CELLS`, none empty (u32, boxes + 1).
     pub const HAT_ROWS: u32 = 25;
     /// With `HATS`: the basis functions at the corners of each box; [`super::NO_HAT`] for none
     /// ([u16; 8]).
@@ -119,10 +120,10 @@ pub mod kind {
     /// `HAT_TURNS` that of all three axes together: rows and columns of x, then of y and of z, each
     /// padded.
     pub const HAT_INVERSE: u32 = 30;
-    /// Optional: starts of the colours in `COLOUR_CELLS` (u32, colours + 1).
+    /// Optional: starts of the colours in `COLOUR_CELLS`, none empty (u32, colours + 1).
     pub const COLOUR_ROWS: u32 = 31;
-    /// With `COLOUR_ROWS`: the cells with a mobility, colour by colour, ascending in each; no two
-    /// of a colour are linked (u16).
+    /// With `COLOUR_ROWS`: the cells with a mobility, colour by colour, ascending in each; the colour
+    /// of a cell is the lowest that no cell linked to it has (u16).
     pub const COLOUR_CELLS: u32 = 32;
     /// Optional: what the host wants to remember, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
@@ -174,6 +175,8 @@ pub const LAW_TRACE: u32 = 1;
 /// Row indices of the sections of nodal shapes. Lengths in mean link lengths l, stresses in
 /// 2 `k_ref` / l, so that energies come out in the kernel's own unit.
 pub mod nodal {
+    /// Most links of a cell, far above those of a mesh: the checks take the square of it.
+    pub const LINKS_MAX: usize = 1024;
     /// Numbers of a cell.
     pub const CELL_ROWS: usize = 8;
     /// `V_i`: a quarter of the volume of its tetrahedra; 1 beyond the last cell.
