@@ -23,6 +23,7 @@
 //! - [`tick`]: settings, samples, tissue, the tick, the state hash.
 //! - [`stage`]: between the tissue's answer and a device: coupling, passivity, limits, ramp,
 //!   watchdog.
+//! - [`snapshot`]: saved states.
 //! - [`trace`]: recorded sessions, to be played again bit for bit.
 //!
 //! ```
@@ -57,6 +58,7 @@ extern crate std;
 pub mod backend;
 pub mod model;
 pub mod number;
+pub mod snapshot;
 pub mod solver;
 pub mod stage;
 pub mod terms;

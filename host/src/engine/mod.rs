@@ -9,6 +9,7 @@ pub mod order;
 pub mod place;
 pub mod reach;
 pub mod slow_press;
+mod snapshot;
 pub mod staged;
 pub mod threads;
 pub mod tissue;
@@ -30,6 +31,7 @@ use chaincell_kernel::{
 pub use chaincell_kernel::{Arithmetic, Scheme};
 
 use crate::error::{Error, Result};
+use snapshot::AnySaved;
 use threads::Threads;
 use tissue::{Node, Refusal, Sweeps};
 use tools::AnyTools;
@@ -85,7 +87,7 @@ impl<D: Dynamics> Memory<D> {
 }
 
 /// A tissue whatever its scheme.
-trait AnyTissue: AnyTools {
+trait AnyTissue: AnyTools + AnySaved {
     fn reset(&mut self, network: &Network<'_>) -> Result<()>;
     fn choose(
         &mut self,

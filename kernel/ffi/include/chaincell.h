@@ -495,6 +495,42 @@ enum chaincell_code
      * No such device.
      */
     CHAINCELL_CODE_STAGE_DEVICE = -126,
+    /**
+     * The buffer is shorter than the snapshot: `needed`, `available` bytes.
+     */
+    CHAINCELL_CODE_SNAPSHOT_BUFFER = -140,
+    /**
+     * The bytes are no snapshot.
+     */
+    CHAINCELL_CODE_SNAPSHOT_MAGIC = -141,
+    /**
+     * Another version of snapshots: `needed`, `available`.
+     */
+    CHAINCELL_CODE_SNAPSHOT_VERSION = -142,
+    /**
+     * The snapshot is of another scheme or release.
+     */
+    CHAINCELL_CODE_SNAPSHOT_LAYOUT = -143,
+    /**
+     * The snapshot is of another model.
+     */
+    CHAINCELL_CODE_SNAPSHOT_MODEL = -144,
+    /**
+     * The snapshot is not whole.
+     */
+    CHAINCELL_CODE_SNAPSHOT_LENGTH = -145,
+    /**
+     * The snapshot's checksum does not match.
+     */
+    CHAINCELL_CODE_SNAPSHOT_CHECKSUM = -146,
+    /**
+     * A value that cannot be: `position` is its word behind the header.
+     */
+    CHAINCELL_CODE_SNAPSHOT_VALUE = -147,
+    /**
+     * Too little room for what the snapshot has: `needed`, `available`.
+     */
+    CHAINCELL_CODE_SNAPSHOT_ROOM = -148,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1166,6 +1202,34 @@ chaincell_code chaincell_stage_missed(struct chaincell_stage *stage,
                                       struct chaincell_output *output);
 
 /**
+ * Bytes of a stage's snapshot; 0 where there is no stage.
+ *
+ * Safety
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it.
+ */
+size_t chaincell_stage_snapshot_size(struct chaincell_stage *stage);
+
+/**
+ * Saves all that the stage knows but its settings into `bytes` bytes at `snapshot`, at least
+ * `chaincell_stage_snapshot_size`.
+ *
+ * Safety
+ * As `chaincell_stage_snapshot_size`; `snapshot` is storage of `bytes` bytes.
+ */
+chaincell_code chaincell_stage_save(struct chaincell_stage *stage, uint8_t *snapshot, size_t bytes);
+
+/**
+ * Goes on from a stage's snapshot: with the same settings, samples and answers to the same forces. A
+ * snapshot that is refused changes nothing.
+ *
+ * Safety
+ * As `chaincell_stage_snapshot_size`; `snapshot` points to `bytes` bytes.
+ */
+chaincell_code chaincell_stage_restore(struct chaincell_stage *stage,
+                                       const uint8_t *snapshot,
+                                       size_t bytes);
+
+/**
  * Alignment of a tissue's storage, `CHAINCELL_ALIGN` [bytes].
  */
 size_t chaincell_tissue_align(void);
@@ -1255,6 +1319,46 @@ chaincell_code chaincell_tissue_init_with(void *storage,
  */
 chaincell_code chaincell_tissue_reset(struct chaincell_tissue *tissue,
                                       struct chaincell_detail *detail);
+
+/**
+ * Bytes of a snapshot of the tissue as it is now, between two ticks: they depend on the model, on what
+ * was chosen to touch it, and on the triangles in reach. `detail` may be null.
+ *
+ * Safety
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `bytes` is storage for
+ * the answer, `detail` is null or storage.
+ */
+chaincell_code chaincell_tissue_snapshot_size(struct chaincell_tissue *tissue,
+                                              size_t *bytes,
+                                              struct chaincell_detail *detail);
+
+/**
+ * Saves all that the tissue knows but its settings, between two ticks, into `bytes` bytes at
+ * `snapshot`, at least `chaincell_tissue_snapshot_size`. The tissue does not change. `written` may
+ * be null. Cost: that of copying the tissue, twice over, and a checksum.
+ *
+ * Safety
+ * As `chaincell_tissue_snapshot_size`; `snapshot` is storage of `bytes` bytes, `written` is null or
+ * storage for the answer.
+ */
+chaincell_code chaincell_tissue_save(struct chaincell_tissue *tissue,
+                                     uint8_t *snapshot,
+                                     size_t bytes,
+                                     size_t *written,
+                                     struct chaincell_detail *detail);
+
+/**
+ * Goes on from a snapshot of the same model under the same scheme: with the same settings and samples
+ * to the same hashes and forces, whatever the processor. The tissue has room for what the saved one
+ * had in use. A snapshot that is refused changes nothing. `detail` may be null.
+ *
+ * Safety
+ * As `chaincell_tissue_snapshot_size`; `snapshot` points to `bytes` bytes.
+ */
+chaincell_code chaincell_tissue_restore(struct chaincell_tissue *tissue,
+                                        const uint8_t *snapshot,
+                                        size_t bytes,
+                                        struct chaincell_detail *detail);
 
 /**
  * Changes the settings from the next tick on; the body stays as it is. `detail` may be null.

@@ -1,10 +1,5 @@
 //! Result codes: what was refused and why, stable numbers for C.
 
-use chaincell_kernel::ContactError;
-use chaincell_kernel::float_env::FloatEnvironmentError;
-use chaincell_kernel::image::{FORMAT_VERSION, kind};
-use chaincell_kernel::stage::StageError;
-use chaincell_kernel::{ModelError, ResetError, SettingsError, StateError};
 use core::ffi::CStr;
 
 /// What a call came to: 0 when all is well, negative when it was refused.
@@ -148,11 +143,29 @@ pub enum Code {
     StageTicks = -125,
     /// No such device.
     StageDevice = -126,
+    /// The buffer is shorter than the snapshot: `needed`, `available` bytes.
+    SnapshotBuffer = -140,
+    /// The bytes are no snapshot.
+    SnapshotMagic = -141,
+    /// Another version of snapshots: `needed`, `available`.
+    SnapshotVersion = -142,
+    /// The snapshot is of another scheme or release.
+    SnapshotLayout = -143,
+    /// The snapshot is of another model.
+    SnapshotModel = -144,
+    /// The snapshot is not whole.
+    SnapshotLength = -145,
+    /// The snapshot's checksum does not match.
+    SnapshotChecksum = -146,
+    /// A value that cannot be: `position` is its word behind the header.
+    SnapshotValue = -147,
+    /// Too little room for what the snapshot has: `needed`, `available`.
+    SnapshotRoom = -148,
 }
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 64] = [
+    pub(crate) const ALL: [Self; 73] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -217,6 +230,15 @@ impl Code {
         Self::StageMaxForce,
         Self::StageTicks,
         Self::StageDevice,
+        Self::SnapshotBuffer,
+        Self::SnapshotMagic,
+        Self::SnapshotVersion,
+        Self::SnapshotLayout,
+        Self::SnapshotModel,
+        Self::SnapshotLength,
+        Self::SnapshotChecksum,
+        Self::SnapshotValue,
+        Self::SnapshotRoom,
     ];
 
     /// The code in words, with the remedy.
@@ -319,6 +341,17 @@ impl Code {
             }
             Self::ContactRadiusMin => c"the radius is too small for the triangles of this surface",
             Self::ContactProbeHats => c"too little room: initialise for 34 contacts or more",
+            Self::SnapshotBuffer => c"the buffer is shorter than the snapshot: ask for its size",
+            Self::SnapshotMagic => c"not a snapshot",
+            Self::SnapshotVersion => c"another version of snapshots: save it by this release",
+            Self::SnapshotLayout => {
+                c"the snapshot is of another scheme or release: use the one that saved it"
+            }
+            Self::SnapshotModel => c"the snapshot is of another model: load that one",
+            Self::SnapshotLength => c"the snapshot is not whole: copy or save it again",
+            Self::SnapshotChecksum => c"the snapshot's checksum does not match: copy it again",
+            Self::SnapshotValue => c"a value in the snapshot cannot be: save it again",
+            Self::SnapshotRoom => c"too little room for the snapshot: initialise with that of the saved",
             _ => c"unknown code",
         }
     }
@@ -365,11 +398,11 @@ impl Refusal {
         Self { code, detail: Detail { position, ..Detail::default() } }
     }
 
-    fn limit(code: Code, limit: f32) -> Self {
+    pub(crate) fn limit(code: Code, limit: f32) -> Self {
         Self { code, detail: Detail { limit, ..Detail::default() } }
     }
 
-    fn section(code: Code, section: u32, position: u32) -> Self {
+    pub(crate) fn section(code: Code, section: u32, position: u32) -> Self {
         Self { code, detail: Detail { section, position, ..Detail::default() } }
     }
 }
@@ -377,132 +410,5 @@ impl Refusal {
 impl From<Code> for Refusal {
     fn from(code: Code) -> Self {
         Self { code, detail: Detail::default() }
-    }
-}
-
-impl From<StageError> for Code {
-    fn from(why: StageError) -> Self {
-        match why {
-            StageError::Tick => Self::StageTick,
-            StageError::Coupling => Self::StageCoupling,
-            StageError::Passivity => Self::StagePassivity,
-            StageError::Slew => Self::StageSlew,
-            StageError::MaxForce => Self::StageMaxForce,
-            StageError::Ticks => Self::StageTicks,
-        }
-    }
-}
-
-impl From<ModelError> for Refusal {
-    fn from(why: ModelError) -> Self {
-        match why {
-            ModelError::Misaligned => Code::ModelMisaligned.into(),
-            ModelError::Truncated => Code::ModelTruncated.into(),
-            ModelError::Magic => Code::ModelMagic.into(),
-            ModelError::Version(found) => {
-                Self::sizes(Code::ModelVersion, FORMAT_VERSION as usize, found as usize)
-            }
-            ModelError::Checksum => Code::ModelChecksum.into(),
-            ModelError::Layout => Code::ModelLayout.into(),
-            ModelError::Missing(kind) => Self::section(Code::ModelMissing, kind, 0),
-            ModelError::SectionVersion(kind) => Self::section(Code::ModelSectionVersion, kind, 0),
-            ModelError::Unbuilt(kind) => Self::section(Code::ModelSectionVersion, kind, 0),
-            ModelError::SectionSize(kind) => Self::section(Code::ModelSectionSize, kind, 0),
-            ModelError::Parameter(word) => Self::section(Code::ModelParameter, kind::PARAMS, word),
-            ModelError::Index(kind, at) => Self::section(Code::ModelIndex, kind, at),
-            ModelError::Value(kind, at) => Self::section(Code::ModelValue, kind, at),
-            ModelError::Float(why) => why.into(),
-        }
-    }
-}
-
-impl From<SettingsError> for Refusal {
-    fn from(why: SettingsError) -> Self {
-        match why {
-            SettingsError::Sweeps => Code::SettingsSweeps.into(),
-            SettingsError::Step { max } => Self::limit(Code::SettingsStep, max),
-            SettingsError::TickTime { min } => Self::limit(Code::SettingsTickTime, min),
-            SettingsError::MaxToolStep => Code::SettingsMaxToolStep.into(),
-            SettingsError::MaxForce => Code::SettingsMaxForce.into(),
-        }
-    }
-}
-
-impl From<ResetError> for Refusal {
-    fn from(why: ResetError) -> Self {
-        match why {
-            ResetError::Capacity { needed, capacity } => {
-                Self::sizes(Code::ResetCapacity, needed, capacity)
-            }
-            ResetError::CoarseRoom { needed, room } => Self::sizes(Code::ResetHats, needed, room),
-            ResetError::Colours => Code::ResetColours.into(),
-            // The storage has room for the states of every model that it admits.
-            ResetError::States { needed, capacity } => {
-                Self::sizes(Code::ResetCapacity, needed, capacity)
-            }
-            ResetError::Shapes => Code::ResetShapes.into(),
-            ResetError::Range(why) => Self::limit(Code::ResetRange, why.limit()),
-            ResetError::Float(why) => why.into(),
-        }
-    }
-}
-
-impl From<FloatEnvironmentError> for Refusal {
-    fn from(why: FloatEnvironmentError) -> Self {
-        match why {
-            FloatEnvironmentError::FlushToZero => Code::FloatFlushToZero.into(),
-            FloatEnvironmentError::Rounding => Code::FloatRounding.into(),
-            FloatEnvironmentError::Trap => Code::FloatTrap.into(),
-        }
-    }
-}
-
-impl From<ContactError> for Refusal {
-    fn from(why: ContactError) -> Self {
-        match why {
-            ContactError::Capacity { needed, capacity } => {
-                Self::sizes(Code::ContactCapacity, needed, capacity)
-            }
-            ContactError::Unknown(at) => Self::position(Code::ContactUnknown, at),
-            ContactError::Fixed(at) => Self::position(Code::ContactFixed, at),
-            ContactError::Order(at) => Self::position(Code::ContactRepeated, at),
-            ContactError::Model => Code::ContactModel.into(),
-            ContactError::CoarseRoom { needed, room } => {
-                Self::sizes(Code::ContactHats, needed, room)
-            }
-            ContactError::Engaged => Code::ContactEngaged.into(),
-            ContactError::Radius { max_m } => Self::limit(Code::ContactRadius, max_m),
-            ContactError::NoSurface => Code::ContactSurface.into(),
-            ContactError::ProbeRoom { needed, room } => {
-                Self::sizes(Code::ContactProbeHats, needed, room)
-            }
-            ContactError::SurfaceUnbuilt | ContactError::SurfaceScheme => {
-                Code::ContactProbeSurface.into()
-            }
-            ContactError::NoContactSurface => Code::ContactNoSurface.into(),
-            ContactError::Tools { needed, capacity } => {
-                Self::sizes(Code::ContactTools, needed, capacity)
-            }
-            ContactError::Parts { tool, most } => {
-                Self::position(Code::ContactParts, tool).with_sizes(0, most)
-            }
-            ContactError::Part { part, .. } => Self::position(Code::ContactPart, part),
-            ContactError::Friction { max } => Self::limit(Code::ContactFriction, max),
-            ContactError::AnchorRoom => Code::ContactSamples.into(),
-            ContactError::SurfaceRoom { needed, capacity } => {
-                Self::sizes(Code::ContactRoom, needed, capacity)
-            }
-            ContactError::RadiusMin { min_m } => Self::limit(Code::ContactRadiusMin, min_m),
-        }
-    }
-}
-
-impl From<StateError> for Refusal {
-    fn from(why: StateError) -> Self {
-        match why {
-            StateError::Model => Code::StateModel.into(),
-            StateError::Count { needed, given } => Self::sizes(Code::StateCount, needed, given),
-            StateError::Position(cell) => Self::position(Code::StatePosition, cell),
-        }
     }
 }

@@ -34,6 +34,7 @@ mod code;
 mod layout;
 mod memory;
 mod model;
+mod refusal;
 mod settings;
 mod stage;
 mod storage;
@@ -59,12 +60,14 @@ pub use settings::{
 pub use stage::{
     DeviceKind, STAGE_WORDS, StageSettings, StageStorage, chaincell_stage_default,
     chaincell_stage_delayed, chaincell_stage_init, chaincell_stage_missed, chaincell_stage_output,
-    chaincell_stage_sample,
+    chaincell_stage_restore, chaincell_stage_sample, chaincell_stage_save,
+    chaincell_stage_snapshot_size,
 };
 pub use storage::{
     chaincell_change_settings, chaincell_choose_contacts, chaincell_choose_probe,
     chaincell_model_size, chaincell_model_size_with, chaincell_tissue_align, chaincell_tissue_init,
-    chaincell_tissue_init_with, chaincell_tissue_reset, chaincell_tissue_size,
+    chaincell_tissue_init_with, chaincell_tissue_reset, chaincell_tissue_restore,
+    chaincell_tissue_save, chaincell_tissue_size, chaincell_tissue_snapshot_size,
 };
 pub use tick::{
     FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,

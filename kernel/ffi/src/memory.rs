@@ -66,3 +66,19 @@ pub(crate) unsafe fn slice<'a, T>(pointer: *const T, count: usize) -> Result<&'a
     // SAFETY: not null, aligned, no longer than any object, and the caller says what stands there.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
+
+/// The same, for writing.
+///
+/// # Safety
+/// A pointer that passes [`check`] points to `count` valid values, which nobody else uses for `'a`.
+pub(crate) unsafe fn slice_mut<'a, T>(pointer: *mut T, count: usize) -> Result<&'a mut [T], Code> {
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    check(pointer)?;
+    if count > isize::MAX as usize / size_of::<T>().max(1) {
+        return Err(Code::Range);
+    }
+    // SAFETY: not null, aligned, no longer than any object, and the caller says what stands there.
+    Ok(unsafe { core::slice::from_raw_parts_mut(pointer, count) })
+}

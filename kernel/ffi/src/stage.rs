@@ -3,7 +3,7 @@
 use chaincell_kernel::stage::{Coupling, Device, Passivity, Stage};
 use chaincell_kernel::{Flags, TickOutput, ToolSample};
 
-use crate::code::Code;
+use crate::code::{Code, Refusal};
 use crate::memory;
 use crate::settings::chosen;
 use crate::tick::{Output, SAFE, Sample};
@@ -281,4 +281,52 @@ pub unsafe extern "C" fn chaincell_stage_missed(
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
     unsafe { give(stage, output, |stage| Ok(stage.missed())) }
+}
+
+/// Bytes of a stage's snapshot; 0 where there is no stage.
+///
+/// # Safety
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_snapshot_size(stage: *mut StageStorage) -> usize {
+    // SAFETY: the caller's promises are handed on.
+    unsafe { self::stage(stage) }.map_or(0, |stage| stage.snapshot_bytes())
+}
+
+/// Saves all that the stage knows but its settings into `bytes` bytes at `snapshot`, at least
+/// `chaincell_stage_snapshot_size`.
+///
+/// # Safety
+/// As `chaincell_stage_snapshot_size`; `snapshot` is storage of `bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_save(
+    stage: *mut StageStorage,
+    snapshot: *mut u8,
+    bytes: usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { self::stage(stage) }.and_then(|stage| {
+        // SAFETY: the caller's promises are handed on.
+        let snapshot = unsafe { memory::slice_mut(snapshot, bytes) }?;
+        stage.save(snapshot).map(drop).map_err(|why| Refusal::from(why).code)
+    }))
+}
+
+/// Goes on from a stage's snapshot: with the same settings, samples and answers to the same forces. A
+/// snapshot that is refused changes nothing.
+///
+/// # Safety
+/// As `chaincell_stage_snapshot_size`; `snapshot` points to `bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_restore(
+    stage: *mut StageStorage,
+    snapshot: *const u8,
+    bytes: usize,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { self::stage(stage) }.and_then(|stage| {
+        // SAFETY: the caller's promises are handed on.
+        let snapshot = unsafe { memory::slice(snapshot, bytes) }?;
+        stage.restore(snapshot).map_err(|why| Refusal::from(why).code)
+    }))
 }

@@ -227,6 +227,86 @@ pub unsafe extern "C" fn chaincell_tissue_reset(tissue: *mut Tissue, detail: *mu
     }
 }
 
+/// Bytes of a snapshot of the tissue as it is now, between two ticks: they depend on the model, on what
+/// was chosen to touch it, and on the triangles in reach. `detail` may be null.
+///
+/// # Safety
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `bytes` is storage for
+/// the answer, `detail` is null or storage.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tissue_snapshot_size(
+    tissue: *mut Tissue,
+    bytes: *mut usize,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            let size = by_scheme!(scheme, D => {
+                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
+                body.snapshot_bytes(network)?
+            });
+            Ok(memory::write(bytes, size)?)
+        })
+    }
+}
+
+/// Saves all that the tissue knows but its settings, between two ticks, into `bytes` bytes at
+/// `snapshot`, at least `chaincell_tissue_snapshot_size`. The tissue does not change. `written` may
+/// be null. Cost: that of copying the tissue, twice over, and a checksum.
+///
+/// # Safety
+/// As `chaincell_tissue_snapshot_size`; `snapshot` is storage of `bytes` bytes, `written` is null or
+/// storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tissue_save(
+    tissue: *mut Tissue,
+    snapshot: *mut u8,
+    bytes: usize,
+    written: *mut usize,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            let snapshot = memory::slice_mut(snapshot, bytes)?;
+            let size = by_scheme!(scheme, D => {
+                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
+                body.save(network, snapshot)?
+            });
+            Ok(memory::write_if_asked(written, size)?)
+        })
+    }
+}
+
+/// Goes on from a snapshot of the same model under the same scheme: with the same settings and samples
+/// to the same hashes and forces, whatever the processor. The tissue has room for what the saved one
+/// had in use. A snapshot that is refused changes nothing. `detail` may be null.
+///
+/// # Safety
+/// As `chaincell_tissue_snapshot_size`; `snapshot` points to `bytes` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tissue_restore(
+    tissue: *mut Tissue,
+    snapshot: *const u8,
+    bytes: usize,
+    detail: *mut Detail,
+) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    unsafe {
+        crate::answer(detail, || {
+            let (scheme, sizes) = layout::front(tissue)?;
+            let snapshot = memory::slice(snapshot, bytes)?;
+            by_scheme!(scheme, D => {
+                let Parts { network, tissue: mut body, .. } = layout::parts::<D>(tissue, sizes);
+                Ok(body.restore(network, snapshot)?)
+            })
+        })
+    }
+}
+
 /// Changes the settings from the next tick on; the body stays as it is. `detail` may be null.
 ///
 /// # Safety

@@ -22,17 +22,6 @@ pub(super) fn is_offered() -> bool {
     saved & YMM_SAVED == YMM_SAVED && __cpuid_count(7, 0).ebx & AVX2 != 0
 }
 
-/// Whether every exception is masked in the control register of SSE and AVX.
-pub(super) fn exceptions_are_masked() -> bool {
-    const MASKS: u32 = 0x1f80;
-    let mut control = 0_u32;
-    // SAFETY: SSE is part of every x86-64 target; the instruction writes these four bytes alone.
-    unsafe {
-        core::arch::asm!("stmxcsr [{}]", in(reg) &raw mut control, options(nostack, preserves_flags));
-    }
-    control & MASKS == MASKS
-}
-
 /// Does the work, compiled for AVX2.
 #[inline]
 pub(super) fn run<W: Work>(_proof: VectorUnit, work: W) -> W::Output {

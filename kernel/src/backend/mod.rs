@@ -46,21 +46,6 @@ impl VectorUnit {
     }
 }
 
-/// Whether no floating-point exception stops the program on this thread. Processors whose
-/// exceptions only set flags always say so.
-pub(crate) fn exceptions_are_masked() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    let are_masked = avx2::exceptions_are_masked();
-    #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
-    let are_masked = neon::exceptions_are_masked();
-    #[cfg(not(any(
-        target_arch = "x86_64",
-        all(target_arch = "aarch64", target_feature = "neon")
-    )))]
-    let are_masked = true;
-    are_masked
-}
-
 /// A loop that any vector unit can do.
 pub(crate) trait Work {
     /// What it gives.

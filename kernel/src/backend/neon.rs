@@ -9,17 +9,6 @@ use super::{VectorUnit, Work};
 use crate::number::cell::Cell;
 use crate::number::two_float::LANES;
 
-/// Whether no exception is trapped, by the control register of the floating-point unit.
-pub(super) fn exceptions_are_masked() -> bool {
-    const TRAPS: u64 = 0x9f00;
-    let control: u64;
-    // SAFETY: the register is part of every target with NEON; the code touches no memory.
-    unsafe {
-        core::arch::asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags));
-    }
-    control & TRAPS == 0
-}
-
 /// Does the work; NEON is part of every aarch64 target with floating point.
 #[inline]
 pub(super) fn run<W: Work>(_proof: VectorUnit, work: W) -> W::Output {

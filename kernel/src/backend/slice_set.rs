@@ -3,6 +3,7 @@
 use core::ops::Range;
 
 use crate::model::image::CELLS_MAX;
+use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 
 const WORDS: usize = CELLS_MAX.div_ceil(LANES * 64);
@@ -10,6 +11,8 @@ const WORDS: usize = CELLS_MAX.div_ceil(LANES * 64);
 /// A set of slices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SliceSet([u64; WORDS]);
+
+kept!(SliceSet { 0: [u64; WORDS] });
 
 impl SliceSet {
     pub const EMPTY: Self = Self([0; WORDS]);

@@ -1,6 +1,7 @@
 //! The array element of the kernel: one cell's coordinates, aligned for one 16-byte load.
 
 use crate::number::Number;
+use crate::number::kept::kept;
 
 /// Four numbers: x, y, z and one more.
 ///
@@ -9,6 +10,8 @@ use crate::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(16))]
 pub struct Cell<N = f32>(pub [N; 4]);
+
+kept!(@[N: Number] Cell<N> { 0: [N; 4] });
 
 impl<N: Number> Cell<N> {
     /// All lanes +0.0.

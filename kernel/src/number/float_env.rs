@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use crate::backend;
+use super::sqrt::exceptions_are_masked;
 
 #[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
 compile_error!("x87 arithmetic carries excess precision: build for a target with SSE2");
@@ -18,7 +18,9 @@ pub enum FloatEnvironmentError {
     Rounding,
     /// An exception stops the program. Results below the normal numbers are part of every tick, and
     /// unused lanes of vector units divide 0 by 0.
-    #[error("floating-point exceptions stop the program: mask them, by fedisableexcept(FE_ALL_EXCEPT)")]
+    #[error(
+        "floating-point exceptions stop the program: mask them, by fedisableexcept(FE_ALL_EXCEPT)"
+    )]
     Trap,
 }
 
@@ -29,7 +31,7 @@ pub enum FloatEnvironmentError {
 /// What is wrong, when something is.
 pub fn check() -> Result<(), FloatEnvironmentError> {
     // First: the operations below raise exceptions.
-    if !backend::exceptions_are_masked() {
+    if !exceptions_are_masked() {
         return Err(FloatEnvironmentError::Trap);
     }
     let smallest = black_box(f32::from_bits(1));

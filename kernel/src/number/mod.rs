@@ -27,6 +27,7 @@ pub(crate) mod clamp;
 mod double;
 pub(crate) mod fixed_point;
 pub mod float_env;
+pub(crate) mod kept;
 mod single;
 #[allow(unsafe_code)]
 pub mod sqrt;
@@ -35,6 +36,7 @@ pub mod two_float;
 
 use core::fmt::Debug;
 
+use crate::number::kept::Kept;
 use two_float::TwoFloat;
 
 /// A sum over the cells.
@@ -46,7 +48,7 @@ pub trait Sum<P>: Default {
 }
 
 /// A number type of the network: arithmetic that has the same bits on every target.
-pub trait Number: Copy + PartialEq + PartialOrd + Debug {
+pub trait Number: Kept + PartialEq + PartialOrd + Debug {
     /// Name as in the command's `--number`.
     const NAME: &'static str;
     /// +0.

@@ -1,6 +1,8 @@
-//! Correctly rounded square root: the target's instruction where there is one, `libm` elsewhere.
+//! What takes an instruction of the target's own: correctly rounded square root, and a look at the
+//! control register.
 //!
-//! Both are correctly rounded (IEEE 754), so every target gives the same bits.
+//! Without an instruction the root is that of `libm`. Both are correctly rounded (IEEE 754), so every
+//! target gives the same bits.
 
 /// Square root of `a`; NaN for negative `a`.
 #[must_use]
@@ -63,6 +65,36 @@ pub fn sqrt(a: f32) -> f32 {
 )))]
 pub fn sqrt(a: f32) -> f32 {
     libm::sqrtf(a)
+}
+
+/// Whether no floating-point exception stops the program on this thread.
+#[cfg(target_arch = "x86_64")]
+pub(crate) fn exceptions_are_masked() -> bool {
+    const MASKS: u32 = 0x1f80;
+    let mut control = 0_u32;
+    // SAFETY: SSE is part of every x86-64 target; the instruction writes these four bytes alone.
+    unsafe {
+        core::arch::asm!("stmxcsr [{}]", in(reg) &raw mut control, options(nostack, preserves_flags));
+    }
+    control & MASKS == MASKS
+}
+
+/// Whether no floating-point exception stops the program on this thread.
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+pub(crate) fn exceptions_are_masked() -> bool {
+    const TRAPS: u64 = 0x9f00;
+    let control: u64;
+    // SAFETY: the register is part of every target with NEON; the code touches no memory.
+    unsafe {
+        core::arch::asm!("mrs {}, fpcr", out(reg) control, options(nomem, nostack, preserves_flags));
+    }
+    control & TRAPS == 0
+}
+
+/// Whether no floating-point exception stops the program: on these processors none does.
+#[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_feature = "neon"))))]
+pub(crate) fn exceptions_are_masked() -> bool {
+    true
 }
 
 #[cfg(test)]

@@ -2,10 +2,13 @@
 
 use super::cell::{add, scale};
 use super::sqrt::sqrt;
+use crate::number::kept::kept;
 
 /// A rotation: a unit quaternion, its real part first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn([f32; 4]);
+
+kept!(Turn { 0: [f32; 4] });
 
 /// a x b.
 #[must_use]

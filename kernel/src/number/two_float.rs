@@ -6,6 +6,8 @@
 //!
 //! Source: D. E. Knuth, The Art of Computer Programming 2, section 4.2.2 (error-free addition).
 
+use crate::number::kept::kept;
+
 /// Number of interleaved partial sums; part of the bit-exact definition, not the machine's width.
 pub const LANES: usize = 8;
 
@@ -29,6 +31,8 @@ fn two_sum(a: f32, b: f32) -> (f32, f32) {
     let of_a = sum - of_b;
     (sum, (a - of_a) + (b - of_b))
 }
+
+kept!(TwoFloat { hi: f32, lo: f32 });
 
 impl TwoFloat {
     /// Zero.

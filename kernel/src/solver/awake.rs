@@ -16,6 +16,7 @@ use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::Cell;
+use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 
 /// Ticks from one look for sleepers to the next.
@@ -30,6 +31,8 @@ pub(crate) struct Awake {
     /// No slice is put to sleep.
     sleepless: bool,
 }
+
+kept!(Awake { set: SliceSet, spread: SliceSet, ticks: u32, sleepless: bool });
 
 impl Awake {
     /// All slices sleep.

@@ -19,6 +19,8 @@
 //! Source: A. V. Knyazev, Toward the optimal preconditioned eigensolver, 2001 (the local subspace);
 //! E. Polak and G. Ribiere, 1969 (z_last . r kept, since H changes from step to step).
 
+use crate::number::kept::{Kept, Pass, kept, named};
+
 /// z.Hz over r.z of a direction that is within the bound of the curvature.
 pub(super) const BOUNDED: f32 = 0.4;
 /// Range of alpha, for that curvature, and of beta.
@@ -53,6 +55,27 @@ pub(super) enum Last {
     Secant(f32),
     /// The tool pushed since.
     Pushed,
+}
+
+impl Kept for Last {
+    const LAYOUT: u32 = named(0, "none, secant, pushed");
+    const BLANK: Self = Self::None;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        let (mut which, mut secant) = match *self {
+            Self::None => (0_u8, 0.0),
+            Self::Secant(secant) => (1, secant),
+            Self::Pushed => (2, 0.0),
+        };
+        which.keep(pass);
+        secant.keep(pass);
+        *self = match which {
+            0 => Self::None,
+            1 => Self::Secant(secant),
+            2 => Self::Pushed,
+            _ => return pass.refuse(),
+        };
+    }
 }
 
 #[inline]
@@ -110,6 +133,8 @@ fn secant(products: Products, before: f32, curvature: f32) -> [f32; 2] {
 /// that of a body that is as stiff as at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Guess(f32);
+
+kept!(Guess { 0: f32 });
 
 impl Guess {
     /// That of a body that is as stiff as at rest.

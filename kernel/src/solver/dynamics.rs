@@ -8,7 +8,7 @@ use crate::model::Model;
 pub type NumberOf<D> = <D as Scheme>::Number;
 
 /// A scheme, with its own scalar state.
-pub trait Dynamics: Scheme + Copy {
+pub trait Dynamics: Scheme {
     /// Name as in the command's `--dynamics`.
     const NAME: &'static str;
     /// The scheme at rest.

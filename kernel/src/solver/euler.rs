@@ -15,6 +15,7 @@ use core::marker::PhantomData;
 use super::Dynamics;
 use super::scheme::{Body, Scheme};
 use crate::number::cell::{Cell, add, output, peak, scale, sub};
+use crate::number::kept::{Kept, kept};
 use crate::number::two_float::Eight;
 use crate::number::two_float::TwoFloat;
 use crate::solver::loops::{Loops, Moved};
@@ -25,6 +26,8 @@ pub struct Euler<N = f32> {
     saturated: bool,
     number: PhantomData<N>,
 }
+
+kept!(@[N: Kept] Euler<N> { saturated: bool, number: PhantomData<N> });
 
 impl<N: Loops> Dynamics for Euler<N> {
     const NAME: &'static str = "euler";

@@ -40,6 +40,7 @@ use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::{Model, range};
 use crate::number::cell::{Cell, add, dot, output, scale, sub};
+use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 use crate::number::two_float::{LANES, Lanes, TwoFloat};
 use crate::terms::held::Contact;
@@ -57,6 +58,8 @@ const ROUNDING: f32 = 0.25 * f32::EPSILON;
 pub struct GaussSeidel {
     sweeps: u16,
 }
+
+kept!(GaussSeidel { sweeps: u16 });
 
 impl Dynamics for GaussSeidel {
     const NAME: &'static str = "gauss-seidel";

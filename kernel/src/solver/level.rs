@@ -1,5 +1,6 @@
 //! The certified level: an upper bound of the energy that never rises by itself.
 
+use crate::number::kept::kept;
 use crate::number::two_float::TwoFloat;
 
 /// The certified level: an upper bound of the energy of the published state, internal units.
@@ -12,6 +13,8 @@ pub struct Level {
     /// is then one of E - W, see [`current`](crate::terms::current).
     work: Option<TwoFloat>,
 }
+
+kept!(Level { value: TwoFloat, forgotten: bool, work: Option<TwoFloat> });
 
 impl Level {
     /// The level of the rest shape.

@@ -8,6 +8,7 @@ use crate::backend::VectorUnit;
 use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, peak};
+use crate::number::kept::Kept;
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
 use crate::terms::residual::Terms;
@@ -84,7 +85,7 @@ pub(crate) struct Memory<'a, N = f32> {
 }
 
 /// What a scheme does; sealed, since the guarantees rest on it.
-pub trait Scheme {
+pub trait Scheme: Kept {
     /// What cells and links are computed in.
     type Number: Loops;
 

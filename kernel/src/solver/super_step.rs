@@ -33,6 +33,7 @@ use crate::backend::slices::{Chunks, ChunksMut, copy_slice};
 use crate::backend::{Work, run};
 use crate::model::Model;
 use crate::number::cell::{Cell, peak};
+use crate::number::kept::kept;
 use crate::number::two_float::TwoFloat;
 use crate::solver::awake::Awake;
 use crate::solver::loops::{Loops, Moved};
@@ -147,6 +148,20 @@ impl Work for Stage<'_, '_> {
         moved
     }
 }
+
+kept!(@[F: Formula] SuperSteps<F> {
+    due: f32,
+    careful: f32,
+    first: f32,
+    since: f32,
+    length: f32,
+    stages: u16,
+    done: u16,
+    left: u16,
+    contacts: usize,
+    saturated: bool,
+    formula: PhantomData<F>,
+});
 
 impl<F: Formula> SuperSteps<F> {
     pub(super) const REST: Self = Self {

@@ -52,6 +52,7 @@ use crate::model::Model;
 use crate::model::coarse_basis::ElasticLevel;
 use crate::number::Sum;
 use crate::number::cell::{Cell, add, output, peak, scale, sub};
+use crate::number::kept::{Kept, kept};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::{Eight, LANES, TwoFloat};
 use crate::terms::held::Contact;
@@ -70,6 +71,14 @@ pub struct Track<const ROOM: usize = 0, N = f32> {
     saturated: bool,
     number: PhantomData<N>,
 }
+
+kept!(@[const ROOM: usize, N: Kept] Track<ROOM, N> {
+    last: Last,
+    guess: Guess,
+    going: bool,
+    saturated: bool,
+    number: PhantomData<N>,
+});
 
 impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     const NAME: &'static str = "track";

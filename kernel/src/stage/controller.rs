@@ -21,6 +21,7 @@
 
 use crate::number::cell::{dot, scale, sub};
 use crate::number::clamp::clamped;
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::stage::delay::Delay;
 use crate::stage::observer::Observer;
@@ -42,6 +43,8 @@ pub(super) struct Controller {
     falls_short: bool,
 }
 
+kept!(Controller { ordered: f32, falls_short: bool });
+
 /// A force to be shown: clamped first, and then what the hand has no claim to is taken off \[N\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Asked {
@@ -50,6 +53,8 @@ pub(super) struct Asked {
     /// What is to be taken off.
     pub(super) off: [f32; 3],
 }
+
+kept!(Asked { force: [f32; 3], off: [f32; 3] });
 
 impl Asked {
     pub(super) const NONE: Self = Self { force: [0.0; 3], off: [0.0; 3] };

@@ -23,6 +23,7 @@
 //! (1995); R. J. Adams, B. Hannaford, Stable haptic interaction with virtual environments (1999).
 
 use crate::number::cell::{add, dot, scale, sub};
+use crate::number::kept::kept;
 use crate::stage::settings::Coupling;
 
 /// Share of the largest step that cannot raise the joint energy: 2 is the bound, 1 the safest.
@@ -48,6 +49,16 @@ pub(super) struct Proxy {
     /// Whether the tissue cut the last motion short.
     is_cut: bool,
 }
+
+kept!(Proxy {
+    at: [f32; 3],
+    moved: [f32; 3],
+    way: [f32; 3],
+    force: [f32; 3],
+    out: [f32; 3],
+    stiffness: f32,
+    is_cut: bool,
+});
 
 impl Proxy {
     pub(super) const NEW: Self = Self {

@@ -25,6 +25,7 @@
 //! Source: J. E. Colgate, G. Schenkel, Passivity of a class of sampled-data systems (1997).
 
 use super::settings::{Coupling, DELAY_MAX};
+use crate::number::kept::kept;
 
 /// Share of the largest stiffness that is passive by itself.
 const SHARE: f32 = 0.65;
@@ -47,6 +48,8 @@ pub fn passive_stiffness_n_per_m(damping_n_s_per_m: f32, delay_ticks: f32, tick_
 pub(super) struct Delay {
     ticks: f32,
 }
+
+kept!(Delay { ticks: f32 });
 
 impl Delay {
     pub(super) fn new(ticks: u8) -> Self {

@@ -92,6 +92,7 @@ pub use slew::slew_limited;
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::clamp::clamped;
+use crate::number::kept::kept;
 use crate::tick::sample::{Flags, TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
@@ -136,6 +137,27 @@ pub struct Stage {
     energy_j: f32,
     contacts: u32,
 }
+
+kept!(Stage {
+    proxy: Proxy,
+    observer: Observer,
+    controller: Controller,
+    delay: Delay,
+    ramp: Ramp,
+    watchdog: Watchdog,
+    device: [f32; 3],
+    dx: [f32; 3],
+    engaged: bool,
+    begins: bool,
+    is_good: bool,
+    has_gap: bool,
+    ticks: u16,
+    took: u16,
+    asked: Asked,
+    given: [f32; 3],
+    energy_j: f32,
+    contacts: u32,
+} but settings: StageSettings::NONE);
 
 impl Stage {
     /// A stage at rest.

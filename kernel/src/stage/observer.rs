@@ -38,6 +38,7 @@
 //! J. J. Abbott, A. M. Okamura, Effects of position quantization and sampling rate (2005).
 
 use crate::number::cell::{add, dot, scale, sub};
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
 use crate::stage::delay::Delay;
@@ -79,6 +80,21 @@ pub(super) struct Observer {
     sampling: TwoFloat,
     shown: [f32; 3],
 }
+
+kept!(Observer {
+    measured: Option<[f32; 3]>,
+    at: [f32; 3],
+    count: f32,
+    still: [u16; 3],
+    dx: [f32; 3],
+    took: u16,
+    rate: [f32; 3],
+    given: Forces<WAY>,
+    asked: Forces<2>,
+    port: TwoFloat,
+    sampling: TwoFloat,
+    shown: [f32; 3],
+});
 
 impl Observer {
     pub(super) const NEW: Self = Self {

@@ -1,6 +1,7 @@
 //! Ramp: the share of the force that is given, from 0 to 1 and back in steps of a tick.
 
 use crate::number::cell::{add, scale, sub};
+use crate::number::kept::kept;
 
 /// The share of a ramp, 0 to 1, after so much of its length, in ticks or in any unit of time. A
 /// ramp of length 0 is at its end.
@@ -22,6 +23,8 @@ pub(super) struct Ramp {
     taken: u16,
     of: u16,
 }
+
+kept!(Ramp { taken: u16, of: u16 });
 
 impl Ramp {
     /// At the bottom of a ramp of so many ticks; 0 for one that goes up and down at once.

@@ -25,6 +25,7 @@ use crate::model::Model;
 use crate::model::terms::TermData;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, dot, scale, sub};
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::TwoFloat;
 
@@ -34,6 +35,8 @@ pub struct Contact<N = f32> {
     pub(crate) origin: [N; 3],
     id: u16,
 }
+
+kept!(@[N: Number] Contact<N> { origin: [N; 3], id: u16 });
 
 impl<N: Number> Contact<N> {
     /// An empty slot.

@@ -7,10 +7,11 @@
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
 use crate::model::terms::Others;
+use crate::number::kept::{Kept, kept};
 use crate::terms::term::Term;
 
 /// What a term keeps of one cell. Never -0.0, so that equal states have equal words.
-pub(crate) trait CellState: Copy + PartialEq + 'static {
+pub(crate) trait CellState: Kept + PartialEq + 'static {
     /// The state in the rest shape.
     const REST: Self;
     /// All zeros: memory before a reset, so that a static of it needs no initial values.
@@ -65,6 +66,8 @@ pub struct TermState {
     pub(crate) saved: State,
 }
 
+kept!(TermState { now: State, saved: State });
+
 impl TermState {
     /// In the rest shape.
     pub const REST: Self = Self::published(State::REST);
@@ -113,6 +116,11 @@ impl<'a> TermStates<'a> {
     /// The memory of the first `count` cells; none where there is no room.
     pub(crate) fn cells(&self, count: usize) -> &[TermState] {
         self.0.first().and_then(|cells| cells.get(..count)).unwrap_or(&[])
+    }
+
+    /// All of the memory.
+    pub(crate) fn memory(&mut self) -> &mut [TermState] {
+        self.0.first_mut().map_or(&mut [], |cells| cells)
     }
 
     /// Puts all cells to rest.

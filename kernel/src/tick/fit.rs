@@ -20,7 +20,7 @@ pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize
 
 impl<D: Dynamics> TissueMut<'_, D> {
     /// Whether memory and scheme are enough for a model.
-    pub(super) fn check_fit(&self, model: &Model<'_>) -> Result<(), ResetError> {
+    pub(crate) fn check_fit(&self, model: &Model<'_>) -> Result<(), ResetError> {
         let cells = model.cells();
         let room =
             |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);

@@ -1,5 +1,6 @@
 //! What goes into a tick and what comes out of it.
 
+use crate::number::kept::kept;
 use nalgebra::Vector3;
 
 /// One tool sample: position and whether the tool holds the contact cells.
@@ -14,6 +15,8 @@ pub struct ToolSample {
     /// 1 while the tool holds or loads the contact cells, else 0.
     pub engaged: u32,
 }
+
+kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
 impl ToolSample {
     /// Whether the tick may act on the sample.

@@ -13,6 +13,7 @@ use crate::model::image::CELLS_MAX;
 use crate::model::terms::TermData;
 use crate::model::{COORDINATE_MAX, Model};
 use crate::number::cell::{Cell, from_single, output};
+use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 use crate::number::{Number, float_env};
 use crate::solver::awake::Awake;
@@ -64,6 +65,28 @@ pub struct Head<D> {
     /// The force of the last tick with a sweep, which a late one repeats \[N\].
     pub(crate) force_n: [f32; 3],
 }
+
+kept!(@[D: Dynamics] Head<D> {
+    dynamics: D,
+    level: Level,
+    model: Option<u32>,
+    chosen: usize,
+    probe: Option<f32>,
+    deflated: Option<u16>,
+    unseen: f32,
+    touched_at: [f32; 3],
+    engaged: bool,
+    tool_origin_m: [f32; 3],
+    applied: [f32; 3],
+    deepest: f32,
+    outer_weight: f32,
+    released: bool,
+    closed: bool,
+    awake: Awake,
+    last_good: ToolSample,
+    bad_ticks: u32,
+    force_n: [f32; 3],
+} but vectors: None);
 
 impl<D: Dynamics> Head<D> {
     /// At rest, without a model.

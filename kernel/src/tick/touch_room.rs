@@ -3,6 +3,7 @@
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
 use crate::number::cell::Cell;
+use crate::number::kept::{Kept, Pass, kept};
 use crate::solver::coarse::CoarseTouch;
 use crate::terms::surface::{
     Anchor, BUILT, NearTriangle, Proxies, TOOLS_MAX, ToolState, Touch, Touching,
@@ -166,6 +167,29 @@ impl<'a> TouchRoom<'a> {
         }
     }
 
+    /// One pass over what is kept of it.
+    pub(crate) fn keep(&mut self, cells: usize, pass: &mut Pass<'_>) {
+        let Some(arrays) = self.0.first_mut() else { return };
+        let mut state = arrays.state.first().copied().unwrap_or(TouchState::AWAY);
+        state.keep(pass);
+        let cells = if state.tools > 0 { cells } else { 0 };
+        pass.slice(arrays.mobility, cells);
+        pass.slice(arrays.factors, cells);
+        pass.slice(arrays.pulls, cells);
+        pass.slice(arrays.near, state.count);
+        let (first, second) = arrays.anchors.split_at_mut(arrays.anchors.len() / 2);
+        pass.slice(if state.is_second { second } else { first }, state.anchors);
+        pass.slice(arrays.tools, state.tools);
+        if state.tools > 0
+            && let [coarse, ..] = arrays.coarse
+        {
+            coarse.keep(pass);
+        }
+        if let Some(slot) = arrays.state.first_mut().filter(|_| pass.is_reading()) {
+            *slot = state;
+        }
+    }
+
     /// The arrays.
     pub(crate) fn whole(&mut self) -> Option<&mut TouchArrays<'a>> {
         self.0.first_mut()
@@ -255,6 +279,16 @@ pub struct TouchState {
     /// Which half.
     pub(crate) is_second: bool,
 }
+
+kept!(TouchState {
+    tools: usize,
+    friction: f32,
+    count: usize,
+    slices: SliceSet,
+    is_filled: bool,
+    anchors: usize,
+    is_second: bool,
+});
 
 impl TouchState {
     /// No tool is engaged.

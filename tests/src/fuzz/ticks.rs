@@ -122,10 +122,14 @@ impl Session<'_> {
         }
     }
 
+    /// A command; words that are none ask for a snapshot.
     fn command(&mut self, words: [u32; 3]) {
-        if let Some(command) = command(words, SWEEPS_MAX) {
-            self.monitor.interfere();
-            self.twins.obey(&command);
+        match command(words, SWEEPS_MAX) {
+            Some(command) => {
+                self.monitor.interfere();
+                self.twins.obey(&command);
+            }
+            None => self.twins.go_on_from_a_snapshot(),
         }
     }
 

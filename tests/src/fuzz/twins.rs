@@ -37,6 +37,13 @@ impl<'m> Twins<'m> {
         }
     }
 
+    /// Both go on from what the engine saves.
+    pub fn go_on_from_a_snapshot(&mut self) {
+        let bytes = self.engine.save().unwrap();
+        self.both(|engine| engine.restore(&bytes).unwrap());
+        self.twin.iter_mut().for_each(plain);
+    }
+
     /// Every cell at once somewhere else, as far as 10^`decades` mean link lengths from the body.
     pub fn displace(&mut self, bytes: &mut Unstructured<'_>, decades: i32) -> Result<()> {
         let model = *self.engine.network().model();

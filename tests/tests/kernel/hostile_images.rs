@@ -135,7 +135,8 @@ fn press(image: &ImageBytes, scheme: Scheme, probe: bool) -> usize {
 }
 
 fn reals(forged: &mut Forged, kind: u32, change: impl Fn(f32) -> f32) {
-    forged.change(kind, |of: &mut Vec<f32>| of.iter_mut().for_each(|value| *value = change(*value)));
+    forged
+        .change(kind, |of: &mut Vec<f32>| of.iter_mut().for_each(|value| *value = change(*value)));
 }
 
 /// Other scalars of the body.

@@ -27,8 +27,12 @@ fn text(code: i32) -> String {
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
     let promised = (0..=7).chain(20..=31).chain(40..=46).chain(60..=67).chain(80..=98);
-    let promised: Vec<i32> =
-        promised.chain(100..=102).chain(120..=126).map(|number: i32| -number).collect();
+    let promised: Vec<i32> = promised
+        .chain(100..=102)
+        .chain(120..=126)
+        .chain(140..=148)
+        .map(|number: i32| -number)
+        .collect();
     assert_eq!(numbers, promised);
     let named = [
         (Code::Null, -1),
@@ -49,6 +53,8 @@ fn numbers_do_not_change() {
         (Code::StatePosition, -102),
         (Code::StageTick, -120),
         (Code::StageDevice, -126),
+        (Code::SnapshotBuffer, -140),
+        (Code::SnapshotRoom, -148),
     ];
     assert!(named.iter().all(|&(code, number)| code as i32 == number));
 }

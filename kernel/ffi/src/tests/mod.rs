@@ -8,6 +8,7 @@ mod pointers;
 mod settings;
 mod shapes;
 mod sizes;
+mod snapshot;
 mod stage;
 mod tool_storage;
 mod tools;

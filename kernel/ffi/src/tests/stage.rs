@@ -23,7 +23,7 @@ fn every_device_has_the_kernels_code() {
     assert!(DEVICES.iter().all(|&(c, kernel)| c as i32 == i32::from(kernel.code())));
 }
 
-fn settings(device: DeviceKind) -> StageSettings {
+pub(super) fn settings(device: DeviceKind) -> StageSettings {
     let mut settings = StageSettings {
         tick_s: 0.0,
         coupling_n_per_m: -1.0,
@@ -40,7 +40,7 @@ fn settings(device: DeviceKind) -> StageSettings {
     settings
 }
 
-fn make(settings: &StageSettings) -> (Code, StageStorage) {
+pub(super) fn make(settings: &StageSettings) -> (Code, StageStorage) {
     let mut stage = StageStorage { opaque: [7; crate::STAGE_WORDS] };
     let code = call!(chaincell_stage_init(&mut stage, settings));
     (code, stage)
@@ -58,6 +58,15 @@ fn answer(tool: [f32; 3]) -> Output {
         flags: 0,
         sweeps: 4,
     }
+}
+
+/// A sample to the stage, and the spring's answer back.
+pub(super) fn pass(stage: &mut StageStorage, mut sample: Sample) -> Output {
+    let (this, there) = (&raw const sample, &raw mut sample);
+    assert_eq!(call!(chaincell_stage_sample(stage, this, there)), Code::Ok);
+    let (tissue, mut output) = (answer(sample.position_m), NO_OUTPUT);
+    assert_eq!(call!(chaincell_stage_output(stage, &tissue, &mut output)), Code::Ok);
+    output
 }
 
 /// Samples, a bad one, silence: the same bits as from the kernel's own stage.

@@ -21,6 +21,7 @@ mod sections;
 pub use error::ModelError;
 pub(crate) use sections::Sections;
 pub use sections::checksum;
+pub(crate) use sections::checksum_but;
 
 /// First bytes of every image.
 pub const MAGIC: [u8; 8] = *b"CHAINCEL";

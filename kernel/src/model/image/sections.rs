@@ -16,9 +16,14 @@ static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 /// CRC-32 of an image: all bytes but the four of the checksum itself.
 #[must_use]
 pub fn checksum(image: &[u8]) -> u32 {
+    checksum_but(image, CHECKSUM_OFFSET)
+}
+
+/// CRC-32 of all bytes but the four at a place.
+pub(crate) fn checksum_but(bytes: &[u8], place: usize) -> u32 {
     let mut digest = CRC.digest();
-    digest.update(image.get(..CHECKSUM_OFFSET).unwrap_or(image));
-    digest.update(image.get(CHECKSUM_OFFSET + 4..).unwrap_or(&[]));
+    digest.update(bytes.get(..place).unwrap_or(bytes));
+    digest.update(bytes.get(place + 4..).unwrap_or(&[]));
     digest.finalize()
 }
 

@@ -26,6 +26,7 @@ use super::elastic::turned_with;
 use crate::backend::f32x8::F32x8;
 use crate::model::coarse_basis::CoarseBasis;
 use crate::number::cell::{add, dot, scale, sub};
+use crate::number::kept::{Kept, Pass};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
 use crate::terms::residual::Terms;
@@ -52,6 +53,23 @@ pub struct CoarseTouch {
     lower: Square,
     /// The Cholesky factor of 1 + L' V L, V = U' B U.
     factor: Square,
+}
+
+impl CoarseTouch {
+    /// One pass over the columns that there are.
+    pub(crate) fn keep(&mut self, pass: &mut Pass<'_>) {
+        let mut count = self.count;
+        count.keep(pass);
+        pass.slice(&mut self.functions, count);
+        pass.slice(&mut self.ways, count);
+        let rows = self.lower.iter_mut().chain(&mut self.factor);
+        for (place, row) in rows.enumerate() {
+            pass.slice(row, if place % COLUMNS < count { count } else { 0 });
+        }
+        if pass.is_reading() {
+            self.count = count;
+        }
+    }
 }
 
 /// An element of a square; 0 beyond it.

@@ -37,6 +37,7 @@ use super::scheme::{Body, Memory, Scheme};
 use super::track::Track;
 use crate::model::Model;
 use crate::number::cell::{Cell, add};
+use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
 use crate::terms::surface::IS_BUILT;
@@ -61,6 +62,15 @@ pub struct Predict<const ROOM: usize = 0> {
     /// Whether the first field is where the points were in the last tick.
     is_marked: bool,
 }
+
+kept!(@[const ROOM: usize] Predict<ROOM> {
+    track: Track<ROOM>,
+    prepared: Option<usize>,
+    is_known: bool,
+    ahead: [f32; 3],
+    goes_on: Option<f32>,
+    is_marked: bool,
+});
 
 impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const NAME: &'static str = "predict";

@@ -6,6 +6,7 @@ use super::nearest::Turn;
 use crate::backend::f32x8::{Chunk, F32x8};
 use crate::backend::lane::Lane;
 use crate::number::cell::Cell;
+use crate::number::kept::kept;
 use crate::number::two_float::LANES;
 use crate::terms::state::CellState;
 
@@ -24,6 +25,8 @@ pub(crate) struct ShapeState {
     /// Force of the spread and of the own stress, and eight times the energy.
     pub pull: [f32; 4],
 }
+
+kept!(ShapeState { turn: [f32; 4], unit: [[f32; 4]; 3], stress: [[f32; 4]; 3], pull: [f32; 4] });
 
 impl CellState for ShapeState {
     const REST: Self = Self {

@@ -27,6 +27,7 @@ use super::press::{Sample, each_met};
 use super::proxy::{Proxies, Proxy};
 use super::search::NearTriangle;
 use crate::number::cell::{dot, scale, sub};
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
 /// What holds a sample.
@@ -50,6 +51,17 @@ pub struct Anchor {
     /// tissue hardly falls before the grip is softer than the tissue.
     pub(crate) share: f32,
 }
+
+kept!(Anchor {
+    triangle: u32,
+    sample: u16,
+    part: u8,
+    point: [f32; 3],
+    place: [f32; 3],
+    normal: [f32; 3],
+    limit: f32,
+    share: f32,
+});
 
 /// What an anchor does to its sample.
 pub(crate) struct Hold {

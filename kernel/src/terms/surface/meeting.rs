@@ -5,6 +5,7 @@ use super::press::each_met;
 use super::proxy::Proxy;
 use super::search::NearTriangle;
 use crate::number::cell::{add, sub};
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 use crate::number::turn::cross;
 use crate::number::two_float::TwoFloat;
@@ -24,6 +25,15 @@ pub(crate) struct Meeting {
     /// Triangles with a sample inside, or one that is held.
     pub touched: u32,
 }
+
+kept!(Meeting {
+    energy: TwoFloat,
+    force: [f32; 3],
+    torque: [f32; 3],
+    stiffness: f32,
+    nearest: f32,
+    touched: u32,
+});
 
 impl Meeting {
     /// Of nothing.

@@ -2,6 +2,7 @@
 
 use super::solid::Solid;
 use crate::number::cell::{add, sub};
+use crate::number::kept::kept;
 use crate::number::turn::{Turn, turned};
 
 /// Most parts of a tool.
@@ -21,6 +22,15 @@ pub(crate) struct Proxy {
     /// Share of the parts' radii that there is.
     pub share: f32,
 }
+
+kept!(Proxy {
+    shape: [Solid; PARTS_MAX],
+    parts: [Solid; PARTS_MAX],
+    count: usize,
+    pivot: [f32; 3],
+    turn: Turn,
+    share: f32,
+});
 
 impl Proxy {
     /// No tool.
@@ -130,6 +140,19 @@ pub struct ToolState {
     /// Work of its move in this tick, internal units.
     pub(crate) work: f32,
 }
+
+kept!(ToolState {
+    proxy: Proxy,
+    is_in: bool,
+    met: super::Meeting,
+    way: [f32; 3],
+    way_before: [f32; 3],
+    spin: [f32; 3],
+    target: [f32; 3],
+    target_turn: Turn,
+    fade: f32,
+    work: f32,
+});
 
 impl ToolState {
     /// No tool.

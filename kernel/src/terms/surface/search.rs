@@ -7,6 +7,7 @@ use super::proxy::{PARTS_MAX, Proxy, TOOLS_MAX, ToolState};
 use super::solid::Solid;
 use crate::model::surface::ContactSurface;
 use crate::number::cell::{add, dot, scale, sub};
+use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
 
 /// A triangle in reach of a part of a tool.
@@ -27,6 +28,17 @@ pub struct NearTriangle {
     /// The part: that of its tool plus [`PARTS_MAX`] times the tool.
     pub(crate) of: u8,
 }
+
+kept!(NearTriangle {
+    corners: [u16; 3],
+    parts: u16,
+    weight: f32,
+    distance: f32,
+    index: u32,
+    first: u16,
+    held: u16,
+    of: u8,
+});
 
 impl NearTriangle {
     /// An empty slot.

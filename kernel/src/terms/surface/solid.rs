@@ -11,6 +11,7 @@
 //! downwards.
 
 use crate::number::cell::{add, sub};
+use crate::number::kept::kept;
 use crate::number::turn::{Turn, turned};
 
 /// A part of a tool as the tissue meets it, in the body's frame [mean link lengths].
@@ -28,6 +29,15 @@ pub(crate) struct Solid {
     /// Of the sphere that samples and stiffness are chosen for.
     pub sampled: f32,
 }
+
+kept!(Solid {
+    centre: [f32; 3],
+    turn: Turn,
+    core: [[f32; 3]; 2],
+    radius: f32,
+    whole: f32,
+    sampled: f32,
+});
 
 impl Solid {
     /// No part.

@@ -1,0 +1,131 @@
+//! Snapshots through the interface: every scheme goes on, and every refusal.
+
+use core::ptr::{null, null_mut};
+use std::vec::Vec;
+
+use super::{BOX, Made, PLANE, call, choose, hash, make, sample, tick};
+use crate::{Code, Detail, Scheme, StageStorage, Tissue};
+
+fn size(tissue: *mut Tissue) -> usize {
+    let mut bytes = 0;
+    assert_eq!(call!(chaincell_tissue_snapshot_size(tissue, &mut bytes, null_mut())), Code::Ok);
+    bytes
+}
+
+fn save(tissue: *mut Tissue) -> Vec<u8> {
+    let mut bytes = std::vec![0; size(tissue)];
+    let mut written = 0;
+    let (to, length) = (bytes.as_mut_ptr(), bytes.len());
+    let code = call!(chaincell_tissue_save(tissue, to, length, &mut written, null_mut()));
+    assert_eq!((code, written), (Code::Ok, length));
+    bytes
+}
+
+fn restore(tissue: *mut Tissue, bytes: &[u8]) -> (Code, Detail) {
+    let mut detail = Detail::default();
+    let (from, length) = (bytes.as_ptr(), bytes.len());
+    (call!(chaincell_tissue_restore(tissue, from, length, &mut detail)), detail)
+}
+
+/// Pressed for so many ticks.
+fn pressed(scheme: Scheme, ticks: u16) -> Made {
+    let made = make(BOX, scheme, 1);
+    choose(made.tissue, &[64]);
+    (0..ticks).for_each(|at| {
+        tick(made.tissue, sample(at));
+    });
+    made
+}
+
+#[test]
+fn every_scheme_goes_on_to_the_same_bits() {
+    for scheme in [
+        Scheme::Euler,
+        Scheme::Track,
+        Scheme::Predict,
+        Scheme::Rkl1,
+        Scheme::Rkl2,
+        Scheme::GaussSeidel,
+    ] {
+        let (first, second) = (pressed(scheme, 20), make(BOX, scheme, 1));
+        assert_eq!(restore(second.tissue, &save(first.tissue)).0, Code::Ok);
+        for at in 20..300 {
+            assert_eq!(tick(first.tissue, sample(at)), tick(second.tissue, sample(at)), "{at}");
+            assert_eq!(hash(first.tissue), hash(second.tissue), "{at}");
+        }
+    }
+}
+
+#[test]
+fn a_snapshot_that_does_not_fit_changes_nothing() {
+    let made = pressed(Scheme::Track, 20);
+    let (bytes, before) = (save(made.tissue), hash(made.tissue));
+    let damaged = |at: usize| {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 1;
+        restore(made.tissue, &bytes).0
+    };
+    assert_eq!(damaged(0), Code::SnapshotMagic);
+    assert_eq!(damaged(8), Code::SnapshotVersion);
+    assert_eq!(damaged(20), Code::SnapshotLength);
+    assert_eq!(damaged(12), Code::SnapshotChecksum);
+    assert_eq!(damaged(bytes.len() - 1), Code::SnapshotChecksum);
+    assert_eq!(restore(made.tissue, &bytes[..40]).0, Code::SnapshotLength);
+    assert_eq!(restore(made.tissue, &[]).0, Code::SnapshotMagic);
+    assert_eq!(restore(make(PLANE, Scheme::Track, 1).tissue, &bytes).0, Code::SnapshotModel);
+    assert_eq!(restore(make(BOX, Scheme::Rkl2, 1).tissue, &bytes).0, Code::SnapshotLayout);
+    let (code, detail) = restore(make(BOX, Scheme::Track, 0).tissue, &bytes);
+    assert_eq!(code, Code::SnapshotRoom);
+    assert!(detail.needed > detail.available, "{detail:?}");
+    assert_eq!(hash(made.tissue), before);
+    assert_eq!(save(made.tissue), bytes);
+}
+
+#[test]
+fn a_buffer_that_is_too_short_is_told_by_how_much() {
+    let made = pressed(Scheme::Track, 20);
+    let needed = size(made.tissue);
+    let (mut bytes, mut detail, mut written) = (std::vec![7; needed], Detail::default(), 9);
+    let to = bytes.as_mut_ptr();
+    let short =
+        call!(chaincell_tissue_save(made.tissue, to, needed - 1, &mut written, &mut detail));
+    assert_eq!((short, written), (Code::SnapshotBuffer, 9));
+    assert_eq!((detail.needed, detail.available), (needed, needed - 1));
+    assert!(bytes.iter().all(|&byte| byte == 7));
+    let nowhere =
+        call!(chaincell_tissue_save(made.tissue, null_mut(), needed, null_mut(), null_mut()));
+    assert_eq!(nowhere, Code::Null);
+    let none = call!(chaincell_tissue_restore(made.tissue, null(), needed, null_mut()));
+    assert_eq!(none, Code::Null);
+    let nobody = call!(chaincell_tissue_snapshot_size(null_mut(), null_mut(), null_mut()));
+    assert_eq!(nobody, Code::Null);
+}
+
+#[test]
+fn a_stage_goes_on_to_the_same_forces() {
+    let settings = super::stage::settings(crate::DeviceKind::Touch);
+    let made = || {
+        let (code, stage) = super::stage::make(&settings);
+        assert_eq!(code, Code::Ok);
+        stage
+    };
+    let (mut first, mut second) = (made(), made());
+    (0..30).for_each(|at| {
+        super::stage::pass(&mut first, sample(at));
+    });
+    let bytes = call!(chaincell_stage_snapshot_size(&mut first));
+    let mut saved = std::vec![0; bytes];
+    let short = call!(chaincell_stage_save(&mut first, saved.as_mut_ptr(), bytes - 1));
+    assert_eq!(short, Code::SnapshotBuffer);
+    assert_eq!(call!(chaincell_stage_save(&mut first, saved.as_mut_ptr(), bytes)), Code::Ok);
+    assert_eq!(call!(chaincell_stage_restore(&mut second, saved.as_ptr(), bytes)), Code::Ok);
+    for at in 30..300 {
+        let both = [&mut first, &mut second].map(|of| super::stage::pass(of, sample(at)));
+        assert_eq!(both[0], both[1], "{at}");
+    }
+    saved[bytes - 1] ^= 1;
+    let damaged = call!(chaincell_stage_restore(&mut second, saved.as_ptr(), bytes));
+    assert_eq!(damaged, Code::SnapshotChecksum);
+    let mut nothing = StageStorage::EMPTY;
+    assert_eq!(call!(chaincell_stage_snapshot_size(&mut nothing)), 0);
+}

@@ -1,0 +1,301 @@
+//! States as words: one pass counts, writes, checks or reads them by the same code, so that these
+//! cannot differ.
+
+use core::marker::PhantomData;
+
+use nalgebra::Vector3;
+
+/// What a pass does with each word.
+enum Way<'a> {
+    Count,
+    Write(&'a mut [u8]),
+    /// Reads, without a change to arrays.
+    Check(&'a [u8]),
+    Read(&'a [u8]),
+}
+
+/// A pass under way.
+pub struct Pass<'a> {
+    way: Way<'a>,
+    /// Words so far.
+    words: usize,
+    /// The first word that cannot be.
+    bad: Option<usize>,
+    lack: Option<PassError>,
+}
+
+/// Why a pass failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PassError {
+    /// The word of this number, from 0, cannot be.
+    Word(usize),
+    /// An array of `room` items has too few.
+    Room { needed: usize, room: usize },
+}
+
+impl<'a> Pass<'a> {
+    fn new(way: Way<'a>) -> Self {
+        Self { way, words: 0, bad: None, lack: None }
+    }
+
+    pub(crate) fn count() -> Self {
+        Self::new(Way::Count)
+    }
+
+    pub(crate) fn write(bytes: &'a mut [u8]) -> Self {
+        Self::new(Way::Write(bytes))
+    }
+
+    pub(crate) fn check(bytes: &'a [u8]) -> Self {
+        Self::new(Way::Check(bytes))
+    }
+
+    pub(crate) fn read(bytes: &'a [u8]) -> Self {
+        Self::new(Way::Read(bytes))
+    }
+
+    /// Bytes so far, or why it failed.
+    pub(crate) fn end(self) -> Result<usize, PassError> {
+        match self.lack.or(self.bad.map(PassError::Word)) {
+            Some(why) => Err(why),
+            None => Ok(4 * self.words),
+        }
+    }
+
+    /// Writes a word and gives it back, or gives the one that is stored.
+    pub(crate) fn word(&mut self, value: u32) -> u32 {
+        let at = 4 * self.words;
+        self.words += 1;
+        match &mut self.way {
+            Way::Count => value,
+            Way::Write(bytes) => {
+                match bytes.get_mut(at..).and_then(<[u8]>::first_chunk_mut) {
+                    Some(slot) => *slot = value.to_le_bytes(),
+                    None => self.refuse(),
+                }
+                value
+            }
+            Way::Check(bytes) | Way::Read(bytes) => {
+                match bytes.get(at..).and_then(<[u8]>::first_chunk) {
+                    Some(&stored) => u32::from_le_bytes(stored),
+                    None => {
+                        self.refuse();
+                        value
+                    }
+                }
+            }
+        }
+    }
+
+    /// The word before cannot be.
+    pub(crate) fn refuse(&mut self) {
+        let word = self.words.saturating_sub(1);
+        self.bad = self.bad.or(Some(word));
+    }
+
+    /// The first `needed` items of an array.
+    pub(crate) fn slice<T: Kept>(&mut self, items: &mut [T], needed: usize) {
+        let room = items.len();
+        let Some(items) = items.get_mut(..needed) else {
+            self.lack = self.lack.or(Some(PassError::Room { needed, room }));
+            return;
+        };
+        for item in items {
+            let mut copy = *item;
+            copy.keep(self);
+            if self.is_reading() {
+                *item = copy;
+            }
+        }
+    }
+
+    /// Whether what is read is to be taken over.
+    pub(crate) fn is_reading(&self) -> bool {
+        matches!(self.way, Way::Read(_))
+    }
+}
+
+/// What a snapshot can hold.
+pub trait Kept: Copy {
+    /// Tells layouts apart: of names, order and types of all fields.
+    const LAYOUT: u32;
+    /// Any value.
+    const BLANK: Self;
+    /// Passes over the words of the value.
+    fn keep(&mut self, pass: &mut Pass<'_>);
+}
+
+/// The hash FNV-1a, begun with a layout.
+pub const fn named(layout: u32, name: &str) -> u32 {
+    let (bytes, mut hash, mut at) = (name.as_bytes(), layout ^ 0x811c_9dc5, 0);
+    while at < bytes.len() {
+        // Compile-time code cannot look up without an index.
+        #[allow(clippy::indexing_slicing)]
+        let byte = bytes[at] as u32;
+        hash = (hash ^ byte).wrapping_mul(0x0100_0193);
+        at += 1;
+    }
+    hash
+}
+
+/// The layout of one thing behind another.
+pub const fn joined(first: u32, second: u32) -> u32 {
+    (first.rotate_left(5) ^ second).wrapping_mul(0x0100_0193)
+}
+
+/// Says that a struct is kept field by field, in this order; but for one that is left as it is.
+macro_rules! kept {
+    ($(@[$($generics:tt)*])? $type:ty { $($field:tt: $of:ty),* $(,)? }
+        $(but $left_out:ident: $value:expr)?) => {
+        impl $(<$($generics)*>)? $crate::number::kept::Kept for $type {
+            const LAYOUT: u32 = {
+                let layout = $crate::number::kept::named(0, stringify!($type));
+                $(
+                    let layout = $crate::number::kept::named(layout, stringify!($field));
+                    let layout = $crate::number::kept::joined(layout, <$of as $crate::number::kept::Kept>::LAYOUT);
+                )*
+                layout
+            };
+            const BLANK: Self = Self {
+                $($left_out: $value,)?
+                $($field: <$of as $crate::number::kept::Kept>::BLANK),*
+            };
+
+            fn keep(&mut self, pass: &mut $crate::number::kept::Pass<'_>) {
+                $($crate::number::kept::Kept::keep(&mut self.$field, pass);)*
+                let _ = pass;
+            }
+        }
+    };
+}
+pub(crate) use kept;
+
+/// Numbers that a word holds whole.
+macro_rules! whole {
+    ($($type:ty),*) => {$(
+        impl Kept for $type {
+            const LAYOUT: u32 = named(0, stringify!($type));
+            const BLANK: Self = 0;
+
+            fn keep(&mut self, pass: &mut Pass<'_>) {
+                match Self::try_from(pass.word(*self as u32)) {
+                    Ok(value) => *self = value,
+                    Err(_) => pass.refuse(),
+                }
+            }
+        }
+    )*};
+}
+whole!(u8, u16, u32, usize);
+
+impl Kept for u64 {
+    const LAYOUT: u32 = named(0, "u64");
+    const BLANK: Self = 0;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        let low = pass.word(*self as u32);
+        let high = pass.word((*self >> 32) as u32);
+        *self = u64::from(low) | u64::from(high) << 32;
+    }
+}
+
+impl Kept for bool {
+    const LAYOUT: u32 = named(0, "bool");
+    const BLANK: Self = false;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        match pass.word((*self).into()) {
+            0 => *self = false,
+            1 => *self = true,
+            _ => pass.refuse(),
+        }
+    }
+}
+
+/// Never a NaN. -0.0 is stored as +0.0.
+impl Kept for f32 {
+    const LAYOUT: u32 = named(0, "f32");
+    const BLANK: Self = 0.0;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        let value = Self::from_bits(pass.word((*self + 0.0).to_bits()));
+        if value.is_nan() {
+            pass.refuse();
+        } else {
+            *self = value + 0.0;
+        }
+    }
+}
+
+impl Kept for f64 {
+    const LAYOUT: u32 = named(0, "f64");
+    const BLANK: Self = 0.0;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        let mut bits = (*self + 0.0).to_bits();
+        bits.keep(pass);
+        let value = Self::from_bits(bits);
+        if value.is_nan() {
+            pass.refuse();
+        } else {
+            *self = value + 0.0;
+        }
+    }
+}
+
+impl Kept for fixed::types::I8F24 {
+    const LAYOUT: u32 = named(0, "I8F24");
+    const BLANK: Self = Self::ZERO;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        *self = Self::from_bits(pass.word(self.to_bits() as u32) as i32);
+    }
+}
+
+impl<T> Kept for PhantomData<T> {
+    const LAYOUT: u32 = 0;
+    const BLANK: Self = Self;
+
+    fn keep(&mut self, _: &mut Pass<'_>) {}
+}
+
+impl Kept for Vector3<f32> {
+    const LAYOUT: u32 = named(0, "Vector3");
+    const BLANK: Self = Self::new(0.0, 0.0, 0.0);
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        self.iter_mut().for_each(|x| x.keep(pass));
+    }
+}
+
+impl<T: Kept, const N: usize> Kept for [T; N] {
+    const LAYOUT: u32 = joined(T::LAYOUT, N as u32);
+    const BLANK: Self = [T::BLANK; N];
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        self.iter_mut().for_each(|item| item.keep(pass));
+    }
+}
+
+impl<A: Kept, B: Kept> Kept for (A, B) {
+    const LAYOUT: u32 = joined(A::LAYOUT, B::LAYOUT);
+    const BLANK: Self = (A::BLANK, B::BLANK);
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        self.0.keep(pass);
+        self.1.keep(pass);
+    }
+}
+
+/// With room for the value where there is none.
+impl<T: Kept> Kept for Option<T> {
+    const LAYOUT: u32 = joined(T::LAYOUT, 1);
+    const BLANK: Self = None;
+
+    fn keep(&mut self, pass: &mut Pass<'_>) {
+        let (mut is_some, mut value) = (self.is_some(), self.unwrap_or(T::BLANK));
+        is_some.keep(pass);
+        value.keep(pass);
+        *self = is_some.then_some(value);
+    }
+}

@@ -1,0 +1,124 @@
+//! Snapshots of a tissue.
+
+use super::{SNAPSHOT_HEADER_BYTES, SnapshotError, open, seal};
+use crate::backend::VectorUnit;
+use crate::model::Model;
+use crate::number::cell::Cell;
+use crate::number::float_env;
+use crate::number::kept::{Kept, Pass, joined, named};
+use crate::solver::{Dynamics, NumberOf};
+use crate::terms::held::Contact;
+use crate::terms::links::number::LinkNumber;
+use crate::terms::state::TermState;
+use crate::terms::surface::{Anchor, NearTriangle, ToolState};
+use crate::tick::error::ResetError;
+use crate::tick::settings::Network;
+use crate::tick::tissue::{Head, TissueMut};
+use crate::tick::touch_room::TouchState;
+
+/// The layout of a tissue under a scheme.
+fn layout<D: Dynamics>() -> u32 {
+    let arrays = [D::RESIDUALS as u32, D::ARRAYS as u32];
+    let parts = [
+        named(0, D::NAME),
+        <Head<D> as Kept>::LAYOUT,
+        <Cell<NumberOf<D>> as Kept>::LAYOUT,
+        <Contact<NumberOf<D>> as Kept>::LAYOUT,
+        TermState::LAYOUT,
+        TouchState::LAYOUT,
+        ToolState::LAYOUT,
+        NearTriangle::LAYOUT,
+        Anchor::LAYOUT,
+    ];
+    arrays.into_iter().chain(parts).fold(0, joined)
+}
+
+impl<D: Dynamics> TissueMut<'_, D> {
+    /// Bytes of a [snapshot](crate::snapshot) of the tissue as it is now: they depend on the model, on
+    /// the cells or tools that were chosen, and on the triangles in reach.
+    ///
+    /// # Errors
+    /// A tissue that was not reset to this network.
+    pub fn snapshot_bytes(&mut self, network: &Network<'_>) -> Result<usize, SnapshotError> {
+        let mut pass = Pass::count();
+        self.keep(self.saved(network)?, &mut pass);
+        Ok(SNAPSHOT_HEADER_BYTES + pass.end()?)
+    }
+
+    /// Saves all that the tissue knows, between two ticks; gives the number of bytes written. The
+    /// tissue does not change. Cost: about that of copying its memory; no memory of its own but a
+    /// few kB of stack.
+    ///
+    /// # Errors
+    /// A tissue that was not reset to this network, a buffer that is too short.
+    pub fn save(
+        &mut self,
+        network: &Network<'_>,
+        bytes: &mut [u8],
+    ) -> Result<usize, SnapshotError> {
+        let (needed, given) = (self.snapshot_bytes(network)?, bytes.len());
+        let bytes = bytes.get_mut(..needed).ok_or(SnapshotError::Buffer { needed, given })?;
+        let mut pass = Pass::write(bytes.get_mut(SNAPSHOT_HEADER_BYTES..).unwrap_or(&mut []));
+        self.keep(self.saved(network)?, &mut pass);
+        pass.end()?;
+        seal(bytes, layout::<D>(), network.model().checksum());
+        Ok(needed)
+    }
+
+    /// Goes on from a snapshot: with the same model, the same settings and the same samples to the
+    /// same state hashes and forces. The tissue needs no reset before, and room for what the
+    /// snapshot has: contact cells, tools, triangles. As after a reset, the vector unit is used where
+    /// there is one.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes, or lacks in the tissue, or with the thread's arithmetic; the
+    /// tissue stays as it is.
+    pub fn restore(&mut self, network: &Network<'_>, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let model = network.model();
+        float_env::check().map_err(|why| SnapshotError::Reset(ResetError::Float(why)))?;
+        D::Number::admits(model).map_err(|why| SnapshotError::Reset(ResetError::Range(why)))?;
+        self.check_fit(model).map_err(SnapshotError::Reset)?;
+        let words = open(bytes, layout::<D>(), model.checksum())?;
+        for mut pass in [Pass::check(words), Pass::read(words)] {
+            let head = self.keep((Head::NEW, model), &mut pass);
+            if pass.end()? != words.len() {
+                return Err(SnapshotError::Length);
+            }
+            if head.model != Some(model.checksum()) {
+                return Err(SnapshotError::Model(head.model.unwrap_or(0)));
+            }
+            *self.head = Head { vectors: VectorUnit::find(), ..head };
+        }
+        Ok(())
+    }
+
+    /// The scalars to save, of a tissue that has been reset.
+    fn saved<'n, 'm>(
+        &self,
+        network: &'n Network<'m>,
+    ) -> Result<(Head<D>, &'n Model<'m>), SnapshotError> {
+        let model = network.model();
+        match self.head.model {
+            Some(of) if of == model.checksum() => Ok((*self.head, model)),
+            _ => Err(SnapshotError::NotReset),
+        }
+    }
+
+    /// One pass over the scalars and the arrays; gives the scalars.
+    fn keep(&mut self, (mut head, model): (Head<D>, &Model<'_>), pass: &mut Pass<'_>) -> Head<D> {
+        head.keep(pass);
+        let cells = model.cells();
+        pass.slice(self.state, cells);
+        pass.slice(self.residual, D::RESIDUALS * cells);
+        pass.slice(self.own, D::ARRAYS * cells);
+        let room = match head.probe {
+            Some(_) => D::probe_room(model),
+            None => D::room(model, head.chosen),
+        };
+        pass.slice(self.room, room);
+        pass.slice(self.contacts, head.chosen);
+        pass.slice(self.states.memory(), model.kept_states());
+        self.touch.keep(cells, pass);
+        head
+    }
+}
