@@ -16,21 +16,21 @@ use crate::tick::settings::Network;
 use crate::tick::tissue::{Head, TissueMut};
 use crate::tick::touch_room::TouchState;
 
-/// The layout of a tissue under a scheme.
-fn layout<D: Dynamics>() -> u32 {
-    let arrays = [D::RESIDUALS as u32, D::ARRAYS as u32];
-    let parts = [
+/// The layout of a tissue under a scheme; what a model has no use for is left out, so that kernels
+/// built with and without a feature understand each other.
+fn layout<D: Dynamics>(model: &Model<'_>) -> u32 {
+    let of_all = [
+        D::RESIDUALS as u32,
+        D::ARRAYS as u32,
         named(0, D::NAME),
         <Head<D> as Kept>::LAYOUT,
         <Cell<NumberOf<D>> as Kept>::LAYOUT,
         <Contact<NumberOf<D>> as Kept>::LAYOUT,
-        TermState::LAYOUT,
-        TouchState::LAYOUT,
-        ToolState::LAYOUT,
-        NearTriangle::LAYOUT,
-        Anchor::LAYOUT,
     ];
-    arrays.into_iter().chain(parts).fold(0, joined)
+    let of_shapes = (model.kept_states() > 0).then_some(TermState::LAYOUT);
+    let of_surfaces = [TouchState::LAYOUT, ToolState::LAYOUT, NearTriangle::LAYOUT, Anchor::LAYOUT];
+    let of_surfaces = of_surfaces.into_iter().filter(|_| model.has_contact_surface());
+    of_all.into_iter().chain(of_shapes).chain(of_surfaces).fold(0, joined)
 }
 
 impl<D: Dynamics> TissueMut<'_, D> {
@@ -61,7 +61,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let mut pass = Pass::write(bytes.get_mut(SNAPSHOT_HEADER_BYTES..).unwrap_or(&mut []));
         self.keep(self.saved(network)?, &mut pass);
         pass.end()?;
-        seal(bytes, layout::<D>(), network.model().checksum());
+        let model = network.model();
+        seal(bytes, layout::<D>(model), model.checksum());
         Ok(needed)
     }
 
@@ -78,7 +79,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         float_env::check().map_err(|why| SnapshotError::Reset(ResetError::Float(why)))?;
         D::Number::admits(model).map_err(|why| SnapshotError::Reset(ResetError::Range(why)))?;
         self.check_fit(model).map_err(SnapshotError::Reset)?;
-        let words = open(bytes, layout::<D>(), model.checksum())?;
+        let words = open(bytes, layout::<D>(model), model.checksum())?;
         for mut pass in [Pass::check(words), Pass::read(words)] {
             let head = self.keep((Head::NEW, model), &mut pass);
             if pass.end()? != words.len() {
@@ -118,7 +119,9 @@ impl<D: Dynamics> TissueMut<'_, D> {
         pass.slice(self.room, room);
         pass.slice(self.contacts, head.chosen);
         pass.slice(self.states.memory(), model.kept_states());
-        self.touch.keep(cells, pass);
+        if model.has_contact_surface() {
+            self.touch.keep(cells, pass);
+        }
         head
     }
 }

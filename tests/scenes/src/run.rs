@@ -2,6 +2,7 @@
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::ContactError;
+use chaincell_kernel::snapshot::SnapshotError;
 use chaincell_kernel::trace::{Header, Record, RecordedProbe, Writer};
 use chaincell_kernel::{
     Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput, TissueMut,
@@ -97,6 +98,31 @@ impl<'t, D: Dynamics> Run<'t, D> {
     /// No cell sleeps from here on: the bits stay the same.
     pub fn forbid_sleep(&mut self) {
         self.tissue.forbid_sleep(self.network.model());
+    }
+
+    /// Bytes of a snapshot of the tissue as it is now.
+    ///
+    /// # Errors
+    /// None of a run under way.
+    pub fn snapshot_bytes(&mut self) -> Result<usize, SnapshotError> {
+        self.tissue.snapshot_bytes(&self.network)
+    }
+
+    /// Saves the tissue; gives the number of bytes.
+    ///
+    /// # Errors
+    /// A buffer that is too short.
+    pub fn save(&mut self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
+        self.tissue.save(&self.network, bytes)
+    }
+
+    /// Forgets the tissue's state and goes on from a snapshot.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        self.tissue.reset(&self.network).map_err(SnapshotError::Reset)?;
+        self.tissue.restore(&self.network, bytes)
     }
 
     /// Samples that a tool grips.

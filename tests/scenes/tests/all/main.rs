@@ -3,5 +3,6 @@
 mod adverse;
 mod goldens;
 mod report;
+mod snapshot;
 mod touch;
 mod trace;
