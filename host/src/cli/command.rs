@@ -16,11 +16,12 @@ use crate::words::counted;
 /// Longest wait for the reply \[ns\].
 const REPLY_NS: u64 = 5 * SECOND_NS;
 
-/// Reset, pause or set a running `serve`, or let its tool grip, between two of its ticks.
+/// Reset, pause, set or save a running `serve`, or let its tool grip, between two of its ticks.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  chaincell command --scene left reset\n  \
     chaincell command --scene left set sweeps=6\n  chaincell command set max_force_n=off\n  \
-    chaincell command --scene left grip\n  chaincell command --scene left let-go --ticks 50\n\n\
+    chaincell command --scene left grip\n  chaincell command --scene left let-go --ticks 50\n  \
+    chaincell command --scene left snapshot\n\n\
     Exit code 0 when it was done, 1 when no reply came, 2 when it was refused or nobody\n    serves the scene.")]
 pub struct Args {
     /// Name of the scene that `serve` was started with
@@ -55,6 +56,9 @@ enum Action {
         #[arg(long, default_value_t = 0, value_name = "N", allow_negative_numbers = true)]
         tool: u32,
     },
+    /// Save the session as it is now beside its trace, as TRACE.TICK.snapshot; for `serve --restore` and
+    /// `replay --from TICK`
+    Snapshot,
     /// Let go of what the tool grips
     LetGo {
         /// Which tool, from 0
@@ -85,6 +89,7 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Resume => Command::Resume,
         Action::Set { assignment } => set(assignment)?,
         Action::Grip { tool } => Command::Grip { tool: *tool },
+        Action::Snapshot => Command::Snapshot { checksum: 0 },
         Action::LetGo { tool, ticks } => Command::LetGo { tool: *tool, ticks: *ticks },
     };
     let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;

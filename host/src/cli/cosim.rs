@@ -22,7 +22,7 @@ use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::Folder;
 use crate::files::path::{self, Rules};
-use crate::files::recording::{self, Played, Stop};
+use crate::files::recording::{self, Played, Start, Stop};
 use crate::files::tools_path::Paths;
 use crate::files::whole::write_whole;
 use crate::interrupt;
@@ -182,7 +182,7 @@ fn replay(tissue: &mut Staged<'_>, received: &Path) -> Result<(String, Option<Un
 fn replay_trace(tissue: &mut Staged<'_>, path: &Path) -> Result<String> {
     let bytes = recording::read(path)?;
     let trace = Reader::open(&bytes).map_err(|why| Error::file("replay", path, why))?;
-    match recording::play(&trace, tissue, &mut Played::default()) {
+    match recording::play(&trace, tissue, Start::default(), &mut Played::default()) {
         Ok(_) => Ok(format!("{:016x}", tissue.state_hash())),
         Err(Stop::Differs(why)) => Err(Error::check(format!("{}: {why}", path.display()))),
         Err(why @ Stop::Command(_)) => Err(Error::check(format!("{}: {why:?}", path.display()))),

@@ -18,6 +18,7 @@ mod press;
 mod probe;
 mod replay;
 pub mod reports;
+mod restore;
 mod run;
 mod serve;
 pub mod session;

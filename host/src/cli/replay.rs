@@ -6,6 +6,7 @@ use chaincell_kernel::trace::{End, Reader, ReplayError};
 use serde::Serialize;
 
 use super::model_file;
+use super::restore;
 use crate::choice;
 use crate::engine::tissue::TissueEngine;
 use crate::engine::{Arithmetic, Scheme};
@@ -28,6 +29,9 @@ pub struct Args {
     /// Model file that the trace was recorded with [default: model.chaincell beside the trace]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
+    /// Begin behind the snapshot after this tick, from TRACE.TICK.snapshot
+    #[arg(long, value_name = "TICK", allow_negative_numbers = true)]
+    from: Option<u64>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -70,8 +74,9 @@ pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&model_path)?;
     let model = model_file::parse(&image, &model_path)?;
     let (mut tissue, scheme, numbers) = recording::tissue(&trace, path, model)?;
+    let start = restore::start((&trace, path), &bytes, args.from, &mut tissue)?;
     let mut played = Played::default();
-    let (end, differs) = match recording::play(&trace, &mut tissue, &mut played) {
+    let (end, differs) = match recording::play(&trace, &mut tissue, start, &mut played) {
         Ok(end) => (Some(end), None),
         Err(Stop::Differs(why)) => (None, Some(why)),
         Err(Stop::Command(record)) => {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chaincell_kernel::trace::{Command, CommandRecord};
 use chaincell_kernel::{Flags, TickOutput, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -9,6 +10,7 @@ use serde::Serialize;
 use super::budget::BudgetArgs;
 use super::inject::InjectArgs;
 use super::model_file;
+use super::restore::restore;
 use super::session::{LoopArgs, tell_refused};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
@@ -22,11 +24,15 @@ use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
 use crate::files::output::{Answer, Folder, ToolRows, force_csv};
 use crate::files::recording::{self, Recording, TraceFile};
+use crate::files::snapshot::{self, SessionSnapshot};
+use crate::files::whole::write_whole;
 use crate::files::{path, tools_path};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
-use crate::session::loops::serve::{Ending, POSE_HZ, ServeOptions, ServeReport, Server};
+use crate::session::loops::serve::{
+    Ending, POSE_HZ, Resumed, ServeOptions, ServeReport, Server, SnapshotPlace,
+};
 use crate::terminal;
 use crate::words::counted;
 
@@ -82,6 +88,10 @@ pub struct Args {
     /// Overwrite the results of an earlier run in --out, or an earlier trace in --record
     #[arg(long)]
     force: bool,
+    /// Go on from a snapshot of `chaincell command snapshot`, with the options of its session; its
+    /// controller needs to release no tool first
+    #[arg(long, value_name = "FILE")]
+    restore: Option<PathBuf>,
     /// Ticks that --out and --record have room for, 48 bytes of the disk each, and as many for each
     /// --tool
     /// [default: --ticks or --seconds at 1 kHz, at most an hour; else ten minutes]
@@ -151,7 +161,17 @@ pub fn execute(args: &Args) -> Result<()> {
     let settings = args.tissue.report(tissue.engine());
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
+    let resumed = match &args.restore {
+        Some(path) => Some(restore(path, begun.bytes(), &mut tissue)?),
+        None => None,
+    };
+    let header = begun.bytes().to_vec();
     let (folder, mut recorder) = recorder(args, begun, &image, tissue.tools())?;
+    let server = with_snapshots(server, (args, folder.as_ref()), header);
+    let server = match &resumed {
+        Some(of) => go_on(server, of, (args, folder.as_ref()), &mut recorder, &mut tissue)?,
+        None => server,
+    };
     terminal::say("ready")?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
@@ -197,6 +217,37 @@ fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Se
     let (nodes, tools) = (engine.node_count(), engine.tools_on_surface());
     let server = Server::open(options)?.with_state(nodes, state_hz)?;
     server.with_contacts(tools, state_hz)?.with_commands()
+}
+
+/// The trace of the session, where there is one.
+fn trace((args, folder): (&Args, Option<&Folder>)) -> Option<PathBuf> {
+    args.record.clone().or_else(|| folder.map(|folder| folder.file(recording::TRACE)))
+}
+
+/// A server that takes snapshots where it is recorded.
+fn with_snapshots(server: Server, to: (&Args, Option<&Folder>), begun: Vec<u8>) -> Server {
+    match trace(to) {
+        Some(trace) => server.with_snapshots(SnapshotPlace { trace, begun }),
+        None => server,
+    }
+}
+
+/// A server that goes on from a snapshot: its trace begins with it, a copy stands beside.
+fn go_on(
+    server: Server,
+    (snapshot, checksum): &(SessionSnapshot, u32),
+    to: (&Args, Option<&Folder>),
+    recorder: &mut Recorder,
+    tissue: &mut Staged<'_>,
+) -> Result<Server> {
+    let &SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
+    if let Some(trace) = trace(to) {
+        write_whole(&snapshot::place(&trace, tick), &snapshot.to_bytes())?;
+    }
+    let (command, state_hash) =
+        (Command::Snapshot { checksum: *checksum }, Some(tissue.state_hash()));
+    recorder.command(CommandRecord { tick, command, state_hash });
+    Ok(server.resuming(Resumed { publisher, released, is_paused }))
 }
 
 /// The poses as executed; of several tools also what each felt.

@@ -9,7 +9,7 @@ pub mod order;
 pub mod place;
 pub mod reach;
 pub mod slow_press;
-mod snapshot;
+pub mod snapshot;
 pub mod staged;
 pub mod threads;
 pub mod tissue;

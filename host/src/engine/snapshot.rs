@@ -1,9 +1,22 @@
-//! Snapshots of a tissue on the heap: the kernel's.
+//! Snapshots of a tissue on the heap, and of the output stage before it: the kernel's.
 
-use chaincell_kernel::{Dynamics, Network};
+use chaincell_kernel::{Dynamics, Network, Settings};
 
 use super::{Engine, Memory};
 use crate::error::{Error, Result};
+
+/// A tissue and its output stage between two ticks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Saved {
+    /// Bit t: tool t was engaged.
+    pub engaged: u32,
+    /// The tissue's settings.
+    pub settings: Settings,
+    /// The tissue's snapshot.
+    pub tissue: Vec<u8>,
+    /// The stage's; none without a stage.
+    pub stage: Vec<u8>,
+}
 
 /// A tissue that can be saved, whatever its scheme.
 pub(super) trait AnySaved {

@@ -6,6 +6,7 @@ use chaincell_kernel::{ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolPo
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
+use crate::engine::snapshot::Saved;
 use crate::engine::tissue::{Node, Refusal, Sweeps, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
 use crate::error::{Error, Result};
@@ -71,6 +72,29 @@ impl<'m> Staged<'m> {
     /// settings' count.
     pub fn tick_again(&mut self, device: &ToolSample, sweeps: Option<u16>) -> TickOutput {
         self.tick_by(device, Sweeps::Counted(sweeps))
+    }
+
+    /// Goes on from what an engine of the same options had saved.
+    ///
+    /// # Errors
+    /// What does not fit; nothing has changed then.
+    pub fn restore(&mut self, saved: &Saved) -> Result<()> {
+        let mut stage = self.stage;
+        match &mut stage {
+            Some(stage) => stage.restore(&saved.stage).map_err(Error::input)?,
+            None if saved.stage.is_empty() => {}
+            None => return Err(Error::input("the snapshot has an output stage, here is none")),
+        }
+        let before = *self.engine.network().settings();
+        self.engine.choose(saved.settings)?;
+        if let Err(why) = self.engine.restore(&saved.tissue) {
+            self.engine.choose(before)?;
+            return Err(why);
+        }
+        self.stage = stage;
+        self.engaged = std::array::from_fn(|tool| saved.engaged >> tool & 1 == 1);
+        self.last = TickOutput::NONE;
+        Ok(())
     }
 
     /// The stage's settings, `None` without one.
@@ -163,6 +187,18 @@ impl TissueEngine for Staged<'_> {
 
     fn read_contacts(&mut self, each: &mut dyn FnMut(u32, &ContactForce)) {
         self.engine.read_contacts(each);
+    }
+
+    fn saved(&mut self) -> Option<Saved> {
+        let bits = self.engaged.iter().rev().fold(0, |bits, &is| bits << 1 | u32::from(is));
+        let settings = *self.engine.network().settings();
+        let tissue = self.engine.save().ok()?;
+        let mut stage = Vec::new();
+        if let Some(of) = &self.stage {
+            stage.resize(of.snapshot_bytes(), 0);
+            of.save(&mut stage).ok()?;
+        }
+        Some(Saved { engaged: bits, settings, tissue, stage })
     }
 
     fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {

@@ -3,6 +3,7 @@
 use chaincell_kernel::trace::{Command, CommandError};
 use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
 
+use super::snapshot::Saved;
 use super::tools::{Felt, Poses};
 
 /// A node with its published position.
@@ -38,6 +39,10 @@ pub enum Refusal {
     NoTool = 9,
     /// The tool is in contact with nothing, or grips nothing.
     NothingHeld = 10,
+    /// The session is not recorded: a snapshot stands beside its trace.
+    NoTrace = 11,
+    /// The last snapshot is still being written.
+    Busy = 12,
 }
 
 impl From<CommandError> for Refusal {
@@ -110,6 +115,11 @@ pub trait TissueEngine {
     /// Tells each contact of a tool on a contact surface, with the input id of its node: at most
     /// [`CONTACTS_MAX`](super::tools::CONTACTS_MAX). Allocates nothing.
     fn read_contacts(&mut self, _each: &mut dyn FnMut(u32, &ContactForce)) {}
+
+    /// All that tissue and output stage know; `None` where there is nothing to save. Takes memory.
+    fn saved(&mut self) -> Option<Saved> {
+        None
+    }
 
     /// Carries out a command other than pause and resume. Allocates nothing.
     ///

@@ -40,6 +40,11 @@ pub enum Command {
         /// Ticks in which the pull falls to 0, at least 1.
         ticks: u16,
     },
+    /// A snapshot was taken here. Ahead of all ticks of a trace: this is the one that it begins from.
+    Snapshot {
+        /// Which one: the CRC-32 of its file; 0 where one is asked for.
+        checksum: u32,
+    },
 }
 
 /// Why numbers are no command.
@@ -58,7 +63,9 @@ pub enum CommandError {
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Kind => "unknown command: reset, pause, resume, set, grip and let-go are known",
+            Self::Kind => {
+                "unknown command: reset, pause, resume, set, grip, let-go and snapshot are known"
+            }
             Self::Parameter => {
                 "unknown parameter: sweeps, max_force_n, max_tool_step_m and unloading may be set"
             }
@@ -77,9 +84,9 @@ const MAX_TOOL_STEP: u32 = 3;
 const UNLOADING: u32 = 4;
 
 impl Command {
-    /// Number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go), of the parameter
-    /// (0 none; of set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading; of the last two the
-    /// tool) and the bits of the value (of let go the ticks).
+    /// Number of the command (1 reset, 2 pause, 3 resume, 4 set, 5 grip, 6 let go, 7 snapshot), of the parameter
+    /// (0 none; of set 1 sweeps, 2 largest force, 3 largest tool step, 4 unloading; of grip and let go the
+    /// tool, of a snapshot its checksum) and the bits of the value (of let go the ticks).
     #[must_use]
     pub fn words(&self) -> [u32; 3] {
         let (parameter, value) = match *self {
@@ -88,6 +95,7 @@ impl Command {
             Self::Resume => return [3, 0, 0],
             Self::Grip { tool } => return [5, tool, 0],
             Self::LetGo { tool, ticks } => return [6, tool, f32::from(ticks).to_bits()],
+            Self::Snapshot { checksum } => return [7, checksum, 0],
             Self::Sweeps(sweeps) => (SWEEPS, f32::from(sweeps)),
             Self::MaxForceN(force_n) => (MAX_FORCE, force_n),
             Self::MaxToolStepM(step_m) => (MAX_TOOL_STEP, step_m),
@@ -117,6 +125,8 @@ impl Command {
                 Some(ticks @ 1..) => Ok(Self::LetGo { tool: parameter, ticks }),
                 _ => Err(CommandError::Value),
             },
+            7 if value == 0 => Ok(Self::Snapshot { checksum: parameter }),
+            7 => Err(CommandError::Value),
             _ => Err(CommandError::Kind),
         }
     }
@@ -147,9 +157,12 @@ impl Command {
     #[must_use]
     pub fn settings(&self, before: Settings) -> Settings {
         match *self {
-            Self::Reset | Self::Pause | Self::Resume | Self::Grip { .. } | Self::LetGo { .. } => {
-                before
-            }
+            Self::Reset
+            | Self::Pause
+            | Self::Resume
+            | Self::Grip { .. }
+            | Self::LetGo { .. }
+            | Self::Snapshot { .. } => before,
             Self::Sweeps(sweeps) => Settings { sweeps, ..before },
             Self::MaxForceN(max_force_n) => Settings { max_force_n, ..before },
             Self::MaxToolStepM(max_tool_step_m) => Settings { max_tool_step_m, ..before },
@@ -224,6 +237,8 @@ mod tests {
             Command::Grip { tool: 7 },
             Command::LetGo { tool: 3, ticks: 1 },
             Command::LetGo { tool: 0, ticks: 65_535 },
+            Command::Snapshot { checksum: 0 },
+            Command::Snapshot { checksum: 0x7fa0_0001 },
         ] {
             assert_eq!(Command::from_words(command.words()), Ok(command));
         }
@@ -234,7 +249,8 @@ mod tests {
         let bits = f32::to_bits;
         for (words, why) in [
             ([0, 0, 0], CommandError::Kind),
-            ([7, 0, 0], CommandError::Kind),
+            ([8, 0, 0], CommandError::Kind),
+            ([7, 1, 1], CommandError::Value),
             ([5, 0, 1], CommandError::Value),
             ([6, 0, 0], CommandError::Value),
             ([6, 0, bits(0.5)], CommandError::Value),

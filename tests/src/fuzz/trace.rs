@@ -131,6 +131,6 @@ fn play(trace: &Reader<'_>) {
         return;
     };
     let mut played = recording::Played::default();
-    let _ = recording::play(trace, &mut tissue, &mut played);
+    let _ = recording::play(trace, &mut tissue, recording::Start::default(), &mut played);
     assert!(played.compared <= played.ticks + played.commands);
 }

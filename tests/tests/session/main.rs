@@ -14,6 +14,7 @@ mod motion;
 mod permissions;
 mod printed;
 mod processes;
+mod snapshot;
 mod soak;
 mod spring;
 mod stage;

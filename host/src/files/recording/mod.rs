@@ -12,8 +12,8 @@ use std::path::Path;
 
 use chaincell_kernel::stage::StageSettings;
 use chaincell_kernel::trace::{
-    Command, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedProbe, RecordedTools,
-    ReplayError, TraceError, Writer,
+    Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedProbe,
+    RecordedTools, ReplayError, TraceError, Writer,
 };
 use chaincell_kernel::{Model, ToolPart};
 
@@ -132,7 +132,47 @@ pub struct Played {
     pub compared: u32,
 }
 
-/// Plays a trace in a tissue that stands as its own began, commands and pauses included, and
+/// A snapshot that a trace tells of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark {
+    /// Its record.
+    pub record: u32,
+    /// Last tick before it.
+    pub tick: u64,
+    /// Number of the snapshot.
+    pub checksum: u32,
+    /// Whether no tick stands before it: the trace begins from it.
+    pub is_start: bool,
+}
+
+/// The snapshots that a trace tells of, in order.
+#[must_use]
+pub fn marks(trace: &Reader<'_>) -> Vec<Mark> {
+    let (mut marks, mut is_start) = (Vec::new(), true);
+    // How the trace ends is told where it is played.
+    let _ = trace.entries(|record, entry| {
+        match *entry {
+            Entry::Command(CommandRecord {
+                tick, command: Command::Snapshot { checksum }, ..
+            }) => marks.push(Mark { record, tick, checksum, is_start }),
+            Entry::Part(_) => {}
+            _ => is_start = false,
+        }
+        Ok::<(), std::convert::Infallible>(())
+    });
+    marks
+}
+
+/// From where a trace is played.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Start {
+    /// Behind this record; `None` for the beginning.
+    pub behind: Option<u32>,
+    /// Whether the session was paused there.
+    pub is_paused: bool,
+}
+
+/// Plays a trace in a tissue that stands as its own did at the start, commands and pauses included, and
 /// compares the states. A pause is no tick of tissue or stage; a reset begins both anew.
 ///
 /// # Errors
@@ -140,11 +180,15 @@ pub struct Played {
 pub fn play(
     trace: &Reader<'_>,
     tissue: &mut Staged<'_>,
+    start: Start,
     played: &mut Played,
 ) -> std::result::Result<End, Stop> {
-    let mut paused = false;
+    let mut paused = start.is_paused;
     let mut poses = Poses::away(tissue.tools());
     trace.entries(|index, entry| {
+        if start.behind.is_some_and(|behind| index <= behind) {
+            return Ok(());
+        }
         match entry {
             // What the tissue was begun with.
             Entry::Part(_) => return Ok(()),
@@ -171,6 +215,7 @@ pub fn play(
                 match record.command {
                     Command::Pause => paused = true,
                     Command::Resume => paused = false,
+                    Command::Snapshot { .. } => {}
                     command => tissue.command(&command).map_err(|_| Stop::Command(index))?,
                 }
                 played.commands += 1;

@@ -193,7 +193,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let (mut again, ..) = tissue(&trace, path, model).unwrap();
     let mut played = Played::default();
-    assert_eq!(play(&trace, &mut again, &mut played), Ok(End::Complete));
+    assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
     assert_eq!(played, Played { ticks: 200, commands: 3, compared: 203 });
     assert_eq!(again.state_hash(), engine.state_hash());
 }
@@ -227,7 +227,7 @@ fn what_the_clock_decided_is_played_again() {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let (mut again, ..) = tissue(&trace, Path::new("a.trace"), model).unwrap();
         let mut played = Played::default();
-        assert_eq!(play(&trace, &mut again, &mut played), Ok(End::Complete));
+        assert_eq!(play(&trace, &mut again, Start::default(), &mut played), Ok(End::Complete));
         assert_eq!(played, Played { ticks: 300, commands: 0, compared: 300 });
         // The stage stands where it stood: the next force is the same too.
         let next = record(300).sample;

@@ -50,6 +50,11 @@ pub fn refusal_text(reason: u32) -> &'static str {
         }
         9 => "there is no tool of this number; they count from 0",
         10 => "the tool is in contact with nothing to grip, or has no grip to let go",
+        11 => {
+            "a snapshot stands beside the trace of the session: start chaincell serve with --record or \
+             --out"
+        }
+        12 => "the last snapshot is still being written: ask again",
         _ => "for a reason unknown to this release",
     }
 }
@@ -72,6 +77,7 @@ impl CommandMessage {
         }
         match Command::from_words([self.kind, self.parameter, self.value.to_bits()])? {
             Command::Sweeps(sweeps) if sweeps > SWEEPS_MAX => Err(Refusal::Value),
+            Command::Snapshot { checksum: 1.. } => Err(Refusal::Parameter),
             command => Ok(command),
         }
     }

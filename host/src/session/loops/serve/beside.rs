@@ -93,7 +93,9 @@ impl Run<'_> {
             Err(_) => self.disobeyed += 1,
             Ok(command) => {
                 self.obeyed += 1;
-                self.shared.voice().shaper.begin_ramp();
+                if !matches!(command, Command::Snapshot { .. }) {
+                    self.shared.voice().shaper.begin_ramp();
+                }
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
                 self.changed();
@@ -109,6 +111,9 @@ impl Run<'_> {
         match command {
             Command::Pause => self.paused = true,
             Command::Resume => self.paused = false,
+            Command::Snapshot { .. } => {
+                return self.snapshot().map(|checksum| Command::Snapshot { checksum });
+            }
             other => self.engine.command(other)?,
         }
         if let (Command::Reset, Some(last)) = (command, &mut self.shared.voice().answer) {

@@ -21,7 +21,7 @@ const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
 /// The publisher whose poses are executed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct InCharge {
-    id: UniquePublisherId,
+    pub id: UniquePublisherId,
     order: TickOrder,
     /// From its last tick but one to its last.
     step: u64,
@@ -89,6 +89,7 @@ impl Run<'_> {
             }
             _ => {
                 self.publishers += 1;
+                self.resume(publisher.value());
                 self.shared.voice().shaper.begin_ramp();
                 (TickOrder::default(), 1)
             }

@@ -19,6 +19,7 @@ mod intake;
 mod options;
 mod overload;
 mod rate;
+mod snapshots;
 mod voice;
 mod watcher;
 
@@ -50,6 +51,8 @@ use intake::{Arrived, InCharge};
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
+use snapshots::Snapshots;
+pub use snapshots::{Resumed, SnapshotPlace};
 use voice::Voice;
 use watcher::Shared;
 
@@ -69,6 +72,8 @@ pub struct Server {
     state: Option<StatePublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
+    snapshots: Option<SnapshotPlace>,
+    resumed: Option<Resumed>,
 }
 
 /// Serves a scene until its end, after printing `ready`.
@@ -97,7 +102,10 @@ impl Server {
         let ports = scene.serve_ports(options.wait == Wait::Event)?;
         let options = options.clone();
         let (state, contacts, commands) = (None, None, None);
-        Ok(Self { options, scene, ports, length_ns, rate, state, contacts, commands })
+        let (snapshots, resumed) = (None, None);
+        #[rustfmt::skip]
+        let server = Self { options, scene, ports, length_ns, rate, state, contacts, commands, snapshots, resumed };
+        Ok(server)
     }
 
     /// Sends states of `nodes` nodes at most `hz` times a second, 0 for none.
@@ -134,7 +142,20 @@ impl Server {
         Ok(self)
     }
 
-    /// Serves until the end of the run. Allocates nothing of its own from the first pose on.
+    /// Takes snapshots by command.
+    #[must_use]
+    pub fn with_snapshots(self, place: SnapshotPlace) -> Self {
+        Self { snapshots: Some(place), ..self }
+    }
+
+    /// Goes on with a session from a snapshot, which the tissue was restored from.
+    #[must_use]
+    pub fn resuming(self, resumed: Resumed) -> Self {
+        Self { resumed: Some(resumed), ..self }
+    }
+
+    /// Serves until the end of the run. Allocates nothing of its own from the first pose on, but for
+    /// snapshots.
     pub fn run(
         mut self,
         engine: &mut dyn TissueEngine,
@@ -142,14 +163,22 @@ impl Server {
     ) -> Result<ServeReport> {
         let beside = (self.state.take(), self.contacts.take(), self.commands.take());
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
+        let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
         let mouth = &self.ports.mouth;
         let (ended_by, refused) = std::thread::scope(|scope| {
+            let (taken, files) = snapshots;
+            run.snapshots = taken;
+            if let Some(files) = files {
+                scope.spawn(move || snapshots::write_all(&files));
+            }
             // Before the loop asks for its privileges, which a thread would inherit: on the loop's
             // core, at its priority, it would not come to its turn while the loop is in a tick.
             scope.spawn(|| shared.watch(mouth));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
+            // The writer ends with what is under way.
+            run.snapshots = None;
             ended
         });
         // A reader that has only just joined loses what a publisher sends right before its end.
@@ -176,6 +205,8 @@ struct Run<'a> {
     state: Option<StatePublisher>,
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
+    snapshots: Option<Snapshots>,
+    resumed: Option<Resumed>,
     engine: &'a mut dyn TissueEngine,
     recorder: &'a mut Recorder,
     paused: bool,
@@ -242,9 +273,11 @@ impl<'a> Run<'a> {
             state,
             contacts,
             commands,
+            snapshots: None,
+            resumed: server.resumed,
             engine,
             recorder,
-            paused: false,
+            paused: server.resumed.is_some_and(|of| of.is_paused),
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,

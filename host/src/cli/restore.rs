@@ -1,0 +1,73 @@
+//! Snapshots of sessions at the start of a run: what they were taken from must be what goes on.
+
+use std::path::Path;
+
+use crate::engine::staged::Staged;
+use crate::error::{Error, Result};
+use crate::files::recording::{Mark, Start, marks};
+use crate::files::snapshot::{SessionSnapshot, place};
+use chaincell_kernel::trace::Reader;
+
+/// Puts a tissue at rest where a snapshot was taken; `begun` is what a trace of it begins with. Gives
+/// the snapshot and its number.
+///
+/// # Errors
+/// A file that is none, or of a session that was started otherwise, with its path.
+pub fn restore(
+    path: &Path,
+    begun: &[u8],
+    tissue: &mut Staged<'_>,
+) -> Result<(SessionSnapshot, u32)> {
+    let (snapshot, checksum) = SessionSnapshot::read(path)?;
+    if snapshot.begun != begun {
+        return Err(Error::file(
+            "restore",
+            path,
+            "its session was started with another model, other options or another release: take those",
+        ));
+    }
+    tissue.restore(&snapshot.saved).map_err(|why| Error::file("restore", path, why))?;
+    Ok((snapshot, checksum))
+}
+
+/// Puts the tissue of a trace where it is to be played from: behind the last snapshot after the tick
+/// that was named, behind the one that the trace begins from, or at rest.
+///
+/// # Errors
+/// No snapshot there, with those that are; a file that is not there, or another one.
+pub fn start(
+    (trace, path): (&Reader<'_>, &Path),
+    bytes: &[u8],
+    from: Option<u64>,
+    tissue: &mut Staged<'_>,
+) -> Result<Start> {
+    let marks = marks(trace);
+    let mark = match from {
+        None => marks.iter().find(|mark| mark.is_start),
+        Some(tick) => Some(marks.iter().rev().find(|mark| mark.tick == tick).ok_or_else(|| {
+            Error::input(format!("--from {tick}: {} tells of {}", path.display(), told(&marks)))
+        })?),
+    };
+    let Some(mark) = mark else { return Ok(Start::default()) };
+    let file = place(path, mark.tick);
+    let (snapshot, checksum) = SessionSnapshot::read(&file)?;
+    if checksum != mark.checksum {
+        let why = "it is not the one that the trace tells of: copy that one";
+        return Err(Error::file("replay", &file, why));
+    }
+    if !bytes.starts_with(&snapshot.begun) {
+        let why = "its session was started otherwise than that of the trace: copy the right one";
+        return Err(Error::file("replay", &file, why));
+    }
+    tissue.restore(&snapshot.saved).map_err(|why| Error::file("replay", &file, why))?;
+    Ok(Start { behind: Some(mark.record), is_paused: snapshot.is_paused })
+}
+
+/// The ticks of the snapshots that there are.
+fn told(marks: &[Mark]) -> String {
+    if marks.is_empty() {
+        return "no snapshot; take some with chaincell command snapshot".into();
+    }
+    let ticks: Vec<String> = marks.iter().map(|mark| mark.tick.to_string()).collect();
+    format!("snapshots after the ticks {}", ticks.join(", "))
+}

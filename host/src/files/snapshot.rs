@@ -1,0 +1,221 @@
+//! Snapshots of sessions as files: those of tissue and output stage, with what they belong to.
+//!
+//! ```text
+//! offset  bytes  content, little-endian
+//!      0      8  magic "CHAINSES"
+//!      8      4  format version (1)
+//!     12      4  CRC-32 (ISO-HDLC) of all bytes but these four; its number in a trace
+//!     16      8  last tick before it, 0 for none
+//!     24     16  id of the publisher in charge, 0 for none
+//!     40      4  bit t: tool t was seen released
+//!     44      4  bit t: tool t was engaged
+//!     48      4  1 while paused
+//!     52     28  settings in force: sweeps, step, time a tick, largest motion a tick [m], largest
+//!                force [N], unloading, drive
+//!     80      …  three times a length (u32) and so many bytes: what a trace of the session begins
+//!                with, the tissue's snapshot, the stage's (none without a stage)
+//! ```
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use chaincell_kernel::{Choice, Drive, Settings, Unloading};
+use crc::{CRC_32_ISO_HDLC, Crc};
+
+use crate::engine::snapshot::Saved;
+use crate::error::{Error, Result};
+
+const MAGIC: [u8; 8] = *b"CHAINSES";
+const VERSION: u32 = 1;
+const CRC_AT: usize = 12;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// Largest snapshot that is read: far above that of the largest body.
+const BYTES_MAX: u64 = 1 << 28;
+
+/// A session between two ticks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionSnapshot {
+    /// Last tick before it, 0 for none.
+    pub tick: u64,
+    /// Id of the publisher in charge, 0 for none.
+    pub publisher: u128,
+    /// Bit t: tool t was seen released.
+    pub released: u32,
+    /// Whether the session was paused.
+    pub is_paused: bool,
+    /// What a trace of the session begins with: all that it was started with.
+    pub begun: Vec<u8>,
+    /// Tissue and output stage.
+    pub saved: Saved,
+}
+
+/// The file of the snapshot behind a tick of a trace.
+#[must_use]
+pub fn place(trace: &Path, tick: u64) -> PathBuf {
+    let mut name = trace.as_os_str().to_owned();
+    name.push(format!(".{tick}.snapshot"));
+    name.into()
+}
+
+/// The number of a snapshot in a trace.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(bytes.get(..CRC_AT).unwrap_or(bytes));
+    digest.update(bytes.get(CRC_AT + 4..).unwrap_or(&[]));
+    digest.finalize()
+}
+
+impl SessionSnapshot {
+    /// The bytes of its file.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let Saved { engaged, settings: of, tissue, stage } = &self.saved;
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend([0; 4]);
+        bytes.extend(self.tick.to_le_bytes());
+        bytes.extend(self.publisher.to_le_bytes());
+        let words = [
+            self.released,
+            *engaged,
+            self.is_paused.into(),
+            of.sweeps.into(),
+            of.step.to_bits(),
+            of.tick_time.to_bits(),
+            of.max_tool_step_m.to_bits(),
+            of.max_force_n.to_bits(),
+            of.unloading.code().into(),
+            of.drive.code().into(),
+        ];
+        bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        for part in [&self.begun, tissue, stage] {
+            bytes.extend((part.len() as u32).to_le_bytes());
+            bytes.extend(part);
+        }
+        let sum = checksum(&bytes).to_le_bytes();
+        bytes[CRC_AT..CRC_AT + 4].copy_from_slice(&sum);
+        bytes
+    }
+
+    /// Reads the bytes of a file.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn of(bytes: &[u8]) -> std::result::Result<Self, &'static str> {
+        let mut rest = Rest(bytes);
+        if rest.take() != Some(MAGIC) {
+            return Err("it is no snapshot of a session: take one with chaincell command snapshot");
+        }
+        let damaged = "it is damaged or not whole: copy it again";
+        if rest.word().ok_or(damaged)? != VERSION {
+            return Err("it has another version: restore it with the release that took it");
+        }
+        if rest.word().ok_or(damaged)? != checksum(bytes) {
+            return Err(damaged);
+        }
+        rest.snapshot().filter(|_| rest.0.is_empty()).ok_or(damaged)
+    }
+
+    /// Reads a file; its number in a trace stands beside it.
+    ///
+    /// # Errors
+    /// What the system says, or what is wrong with it, with the path.
+    pub fn read(path: &Path) -> Result<(Self, u32)> {
+        let failed = |why: std::io::Error| Error::file("read snapshot", path, why);
+        let mut bytes = Vec::new();
+        let file = File::open(path).map_err(failed)?;
+        file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;
+        let snapshot = Self::of(&bytes).map_err(|why| Error::file("read snapshot", path, why))?;
+        Ok((snapshot, checksum(&bytes)))
+    }
+}
+
+/// What is still to be read.
+struct Rest<'a>(&'a [u8]);
+
+impl<'a> Rest<'a> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (front, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*front)
+    }
+
+    fn word(&mut self) -> Option<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn real(&mut self) -> Option<f32> {
+        self.word().map(f32::from_bits)
+    }
+
+    fn part(&mut self) -> Option<Vec<u8>> {
+        let length = self.word()? as usize;
+        let (part, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(part.to_vec())
+    }
+
+    fn snapshot(&mut self) -> Option<SessionSnapshot> {
+        let tick = u64::from_le_bytes(self.take()?);
+        let publisher = u128::from_le_bytes(self.take()?);
+        let (released, engaged) = (self.word()?, self.word()?);
+        let is_paused = match self.word()? {
+            0 => false,
+            1 => true,
+            _ => return None,
+        };
+        let settings = Settings {
+            sweeps: u16::try_from(self.word()?).ok()?,
+            step: self.real()?,
+            tick_time: self.real()?,
+            max_tool_step_m: self.real()?,
+            max_force_n: self.real()?,
+            unloading: Unloading::from_code(u16::try_from(self.word()?).ok()?)?,
+            drive: Drive::from_code(u16::try_from(self.word()?).ok()?)?,
+        };
+        let (begun, tissue, stage) = (self.part()?, self.part()?, self.part()?);
+        let saved = Saved { engaged, settings, tissue, stage };
+        Some(SessionSnapshot { tick, publisher, released, is_paused, begun, saved })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::fixture::{engine, plane};
+
+    fn snapshot() -> SessionSnapshot {
+        let image = plane();
+        let mut engine = engine(&image);
+        let settings = Settings { sweeps: 7, ..*engine.network().settings() };
+        let tissue = engine.save().unwrap();
+        let saved = Saved { engaged: 1, settings, tissue, stage: vec![1, 2, 3] };
+        let (tick, publisher, released) = (1234, 1 << 100, 0b101);
+        SessionSnapshot { tick, publisher, released, is_paused: true, begun: vec![9; 80], saved }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let bytes = snapshot().to_bytes();
+        assert_eq!(SessionSnapshot::of(&bytes), Ok(snapshot()));
+    }
+
+    #[test]
+    fn damage_is_seen() {
+        let bytes = snapshot().to_bytes();
+        for at in 0..bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            assert!(SessionSnapshot::of(&flipped).is_err(), "byte {at}");
+            assert!(SessionSnapshot::of(&bytes[..at]).is_err(), "{at} bytes");
+        }
+        assert!(SessionSnapshot::of(&[bytes, vec![0]].concat()).is_err());
+    }
+
+    #[test]
+    fn it_stands_beside_its_trace() {
+        assert_eq!(place(Path::new("a/left.trace"), 12), Path::new("a/left.trace.12.snapshot"));
+    }
+}

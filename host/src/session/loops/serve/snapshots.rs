@@ -1,0 +1,94 @@
+//! Snapshots by command: taken between two ticks, written beside the trace by a thread of their own.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use chaincell_kernel::TOOLS_MAX;
+
+use super::Run;
+use crate::engine::tissue::Refusal;
+use crate::files::snapshot::{self, SessionSnapshot};
+use crate::files::whole::write_whole;
+
+/// Where snapshots of a session are written, and what they belong to.
+#[derive(Debug, Clone)]
+pub struct SnapshotPlace {
+    /// The session's trace.
+    pub trace: PathBuf,
+    /// What it begins with.
+    pub begun: Vec<u8>,
+}
+
+/// What a session that goes on from a snapshot knows of the one before.
+#[derive(Debug, Clone, Copy)]
+pub struct Resumed {
+    /// Id of the publisher that was in charge, 0 for none.
+    pub publisher: u128,
+    /// Bit t: it was seen to release tool t.
+    pub released: u32,
+    /// Whether it was paused.
+    pub is_paused: bool,
+}
+
+/// A file to be written.
+type File = (PathBuf, Vec<u8>);
+
+/// The loop's end of the writing.
+pub(super) struct Snapshots {
+    place: SnapshotPlace,
+    files: SyncSender<File>,
+}
+
+impl Snapshots {
+    /// And the writer's end.
+    pub(super) fn new(place: SnapshotPlace) -> (Self, Receiver<File>) {
+        let (files, written) = sync_channel(1);
+        (Self { place, files }, written)
+    }
+}
+
+/// Writes until the loop has ended.
+pub(super) fn write_all(files: &Receiver<File>) {
+    while let Ok((path, bytes)) = files.recv() {
+        match write_whole(&path, &bytes) {
+            Ok(()) => log::info!("snapshot {}", path.display()),
+            Err(why) => log::error!("no snapshot: {why}"),
+        }
+    }
+}
+
+impl Run<'_> {
+    /// Takes a snapshot; gives its number.
+    pub(super) fn snapshot(&mut self) -> Result<u32, Refusal> {
+        let Some(snapshots) = &self.snapshots else { return Err(Refusal::NoTrace) };
+        let saved = self.engine.saved().ok_or(Refusal::Unsupported)?;
+        let tick = self.shared.voice().answer.map_or(0, |last| last.force.tick);
+        let released = self.has_released.iter().rev();
+        let snapshot = SessionSnapshot {
+            tick,
+            publisher: self.in_charge.map_or(0, |known| known.id.value()),
+            released: released.fold(0, |bits, &is| bits << 1 | u32::from(is)),
+            is_paused: self.paused,
+            begun: snapshots.place.begun.clone(),
+            saved,
+        };
+        let bytes = snapshot.to_bytes();
+        let checksum = snapshot::checksum(&bytes);
+        let path = snapshot::place(&snapshots.place.trace, tick);
+        snapshots.files.try_send((path, bytes)).map_err(|_| Refusal::Busy)?;
+        Ok(checksum)
+    }
+
+    /// A publisher takes charge: the one of the session before needs to release nothing again.
+    pub(super) fn resume(&mut self, publisher: u128) {
+        let Some(resumed) = self.resumed.take() else { return };
+        if resumed.publisher == publisher {
+            self.has_released = bits(resumed.released);
+        }
+    }
+}
+
+/// Bit t for tool t.
+fn bits(bits: u32) -> [bool; TOOLS_MAX] {
+    std::array::from_fn(|tool| bits >> tool & 1 == 1)
+}

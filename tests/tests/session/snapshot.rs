@@ -1,0 +1,166 @@
+//! Snapshots by command, and sessions that go on from them, as outside programs see them.
+
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use chaincell_tests::files::text;
+use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply};
+use chaincell_tests::place::Place;
+use chaincell_tests::{Ended, Running, run, turn};
+use rustix::process::Signal;
+
+/// Longest life of a server that has got its last pose.
+const SOON: Duration = Duration::from_secs(20);
+/// The last tick before the snapshot.
+const TICK: u64 = 79;
+const RELEASE_FIRST: u32 = 512;
+
+/// Ticks make all their sweeps, and an output stage stands before the device.
+fn serve(place: &Place, options: &[&str]) -> Running {
+    let always = ["--watchdog-ms", "0", "--ramp-ms", "0", "--json", "--budget-us", "off"];
+    place.serve(&[&always[..], &["--device", "touch"], options].concat())
+}
+
+fn command(place: &Place, action: &[&str]) -> Ended {
+    run([&["command", "--scene", &place.scene, "--json"], action].concat())
+}
+
+/// A press that goes on and on.
+fn pose(tick: u64) -> Pose {
+    let depth_m = 0.0001 * tick as f32;
+    Pose { tick, position_m: [0.0002, 0.001, -depth_m], engaged: u32::from(tick > 0) }
+}
+
+fn answers(outsider: &Outsider, ticks: std::ops::Range<u64>) -> Vec<Force> {
+    let one = |tick| {
+        outsider.send(pose(tick));
+        outsider.receive()
+    };
+    ticks.map(one).collect()
+}
+
+/// What the tissue and the stage did.
+fn done(answers: &[Force]) -> Vec<(u64, [u32; 3], u64, u32)> {
+    let of = |force: &Force| {
+        (force.tick, force.force_n.map(f32::to_bits), force.state_hash, force.flags)
+    };
+    answers.iter().map(of).collect()
+}
+
+fn beside(folder: &Path, tick: u64) -> PathBuf {
+    folder.join(format!("session.trace.{tick}.snapshot"))
+}
+
+/// The file, once its writer has it.
+fn written(path: &Path) {
+    let start = Instant::now();
+    while !path.is_file() {
+        assert!(start.elapsed() < SOON, "no {}", path.display());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_session_goes_on_from_a_snapshot_without_a_release() {
+    let _turn = turn();
+    let place = Place::new("snapshot");
+    let [first, second] = ["first", "second"].map(|name| place.folder.path().join(name));
+    let mut killed = serve(&place, &["--out", text(&first)]);
+    let outsider = Outsider::join(&place.scene, true);
+    answers(&outsider, 0..TICK + 1);
+    command(&place, &["set", "sweeps=3"]).with(0);
+    let told = command(&place, &["snapshot"]).with(0).json();
+    assert_eq!(told["tick"], TICK);
+    let wanted = answers(&outsider, TICK + 1..140);
+    assert!(wanted.last().unwrap().force_n[2] > 0.01, "{wanted:?}");
+    written(&beside(&first, TICK));
+    killed.signal(Signal::KILL);
+    while killed.is_running() {
+        std::thread::yield_now();
+    }
+    let from = beside(&first, TICK);
+    let ticks = ["--ticks", "60", "--out", text(&second), "--restore", text(&from)];
+    let restored = serve(&place, &ticks);
+    assert_eq!(done(&answers(&outsider, TICK + 1..140)), done(&wanted));
+    let served = restored.end(SOON).with(0).json();
+    // Its own trace begins with a copy.
+    let replayed = run(["replay", text(&second), "--json"]).with(0).json();
+    assert_eq!(replayed["state_hash"], served["state_hash"]);
+    assert_eq!(replayed["ticks"], 60);
+    let later = run(["replay", text(&first), "--from", "79", "--json"]).with(0).json();
+    assert_eq!((&later["state_hash"], &later["ticks"]), (&replayed["state_hash"], &60.into()));
+    let whole = run(["replay", text(&first), "--json"]).with(0).json();
+    assert_eq!((&whole["state_hash"], &whole["ticks"]), (&replayed["state_hash"], &140.into()));
+}
+
+#[test]
+fn another_controller_releases_first() {
+    let _turn = turn();
+    let place = Place::new("snapshot-other");
+    let out = place.folder.path().join("out");
+    let first = serve(&place, &["--ticks", "90", "--out", text(&out)]);
+    let outsider = Outsider::join(&place.scene, true);
+    answers(&outsider, 0..TICK + 1);
+    command(&place, &["snapshot"]).with(0);
+    answers(&outsider, TICK + 1..90);
+    first.end(SOON).with(0);
+    drop(outsider);
+    let from = beside(&out, TICK);
+    let second = serve(&place, &["--ticks", "3", "--restore", text(&from)]);
+    let other = Outsider::join(&place.scene, true);
+    let flags: Vec<u32> = answers(&other, 80..81).iter().map(|force| force.flags).collect();
+    assert!(flags[0] & RELEASE_FIRST != 0, "{flags:?}");
+    other.send(Pose { engaged: 0, ..pose(81) });
+    let _ = other.receive();
+    other.send(pose(82));
+    assert_eq!(other.receive().flags & RELEASE_FIRST, 0);
+    second.end(SOON).with(0);
+}
+
+#[test]
+fn what_cannot_go_on_is_told_and_nothing_is_lost() {
+    let _turn = turn();
+    let place = Place::new("snapshot-refused");
+    let out = place.folder.path().join("out");
+    // Without a trace there is no place.
+    let unrecorded = serve(&place, &["--ticks", "1"]);
+    let commander = Commander::join(&place.scene);
+    let asked = |parameter| Order { kind: 7, parameter, ..Order::default() };
+    let refused = |reply: Reply| (reply.result, reply.reason);
+    assert_eq!(refused(commander.order(asked(0))), (1, 11));
+    assert_eq!(refused(commander.order(asked(5))), (1, 2));
+    let told = command(&place, &["snapshot"]).with(2).err;
+    assert!(told.contains("--record"), "{told}");
+    let outsider = Outsider::join(&place.scene, true);
+    answers(&outsider, 0..1);
+    unrecorded.end(SOON).with(0);
+    let recorded = serve(&place, &["--ticks", "6", "--out", text(&out)]);
+    answers(&outsider, 1..6);
+    command(&place, &["snapshot"]).with(0);
+    answers(&outsider, 6..7);
+    recorded.end(SOON).with(0);
+    let file = beside(&out, 5);
+    let trace = out.join("session.trace");
+    let whole = std::fs::read(&trace).unwrap();
+    let start = |more: &[&str]| {
+        let args = ["serve", text(&place.model), "--scene", &place.scene, "--contact", "40"];
+        let ended = run([&args[..], &["--restore", text(&file), "--ticks", "1"], more].concat());
+        assert_eq!(std::fs::read(&trace).unwrap(), whole);
+        ended.with(2).err
+    };
+    assert!(start(&["--budget-us", "off"]).contains("other options"), "another stage");
+    let [budget, stage] = [["--budget-us", "off"], ["--device", "omega"]];
+    assert!(start(&[budget, stage].concat()).contains("other options"), "another device");
+    let from = |tick: &str| run(["replay", text(&out), "--from", tick]).with(2).err;
+    assert!(from("3").contains("snapshots after the ticks 5"), "{}", from("3"));
+    std::fs::write(&file, b"CHAINSES but nothing else").unwrap();
+    assert!(
+        from("5").contains("another version") || from("5").contains("damaged"),
+        "{}",
+        from("5")
+    );
+    std::fs::remove_file(&file).unwrap();
+    assert!(from("5").contains("session.trace.5.snapshot"), "{}", from("5"));
+}
