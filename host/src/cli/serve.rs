@@ -161,17 +161,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let settings = args.tissue.report(tissue.engine());
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
-    let resumed = match &args.restore {
-        Some(path) => Some(restore(path, begun.bytes(), &mut tissue)?),
-        None => None,
-    };
-    let header = begun.bytes().to_vec();
-    let (folder, mut recorder) = recorder(args, begun, &image, tissue.tools())?;
-    let server = with_snapshots(server, (args, folder.as_ref()), header);
-    let server = match &resumed {
-        Some(of) => go_on(server, of, (args, folder.as_ref()), &mut recorder, &mut tissue)?,
-        None => server,
-    };
+    let (folder, mut recorder, server) = recorded(args, begun, &image, server, &mut tissue)?;
     terminal::say("ready")?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
@@ -219,35 +209,34 @@ fn open(options: &ServeOptions, engine: &Engine<'_>, state_hz: u32) -> Result<Se
     server.with_contacts(tools, state_hz)?.with_commands()
 }
 
-/// The trace of the session, where there is one.
-fn trace((args, folder): (&Args, Option<&Folder>)) -> Option<PathBuf> {
-    args.record.clone().or_else(|| folder.map(|folder| folder.file(recording::TRACE)))
-}
-
-/// A server that takes snapshots where it is recorded.
-fn with_snapshots(server: Server, to: (&Args, Option<&Folder>), begun: Vec<u8>) -> Server {
-    match trace(to) {
-        Some(trace) => server.with_snapshots(SnapshotPlace { trace, begun }),
-        None => server,
-    }
-}
-
-/// A server that goes on from a snapshot: its trace begins with it, a copy stands beside.
-fn go_on(
-    server: Server,
-    (snapshot, checksum): &(SessionSnapshot, u32),
-    to: (&Args, Option<&Folder>),
-    recorder: &mut Recorder,
+/// Where the session is recorded and takes snapshots, at rest or where it goes on from: then its trace
+/// begins with that snapshot, and a copy of it stands beside.
+fn recorded(
+    args: &Args,
+    begun: Recording,
+    image: &ImageBytes,
+    mut server: Server,
     tissue: &mut Staged<'_>,
-) -> Result<Server> {
-    let &SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
-    if let Some(trace) = trace(to) {
-        write_whole(&snapshot::place(&trace, tick), &snapshot.to_bytes())?;
+) -> Result<(Option<Folder>, Recorder, Server)> {
+    let from =
+        args.restore.as_ref().map(|path| restore(path, begun.bytes(), tissue)).transpose()?;
+    let header = begun.bytes().to_vec();
+    let (folder, mut recorder) = recorder(args, begun, image, tissue.tools())?;
+    let of_folder = folder.as_ref().map(|folder| folder.file(recording::TRACE));
+    let trace = args.record.clone().or(of_folder);
+    if let Some((snapshot, checksum)) = from {
+        let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
+        if let Some(trace) = &trace {
+            write_whole(&snapshot::place(trace, tick), &snapshot.to_bytes())?;
+        }
+        let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
+        recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });
+        server = server.resuming(Resumed { publisher, released, is_paused });
     }
-    let (command, state_hash) =
-        (Command::Snapshot { checksum: *checksum }, Some(tissue.state_hash()));
-    recorder.command(CommandRecord { tick, command, state_hash });
-    Ok(server.resuming(Resumed { publisher, released, is_paused }))
+    if let Some(trace) = trace {
+        server = server.with_snapshots(SnapshotPlace { trace, begun: header });
+    }
+    Ok((folder, recorder, server))
 }
 
 /// The poses as executed; of several tools also what each felt.

@@ -256,7 +256,7 @@ fn a_stage_goes_on_to_the_same_forces() {
             if tick % 41 == 7 {
                 return stage.missed();
             }
-            if tick % 5 == 0 {
+            if tick.is_multiple_of(5) {
                 stage.delayed((tick % 4) as u16);
             }
             let tool = stage.sample(&sample([0.0, 0.0, -depth_m], 1));
