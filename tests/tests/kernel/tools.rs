@@ -6,7 +6,7 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
+use chaincell_kernel::{Model, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading};
 use nalgebra::Vector3;
 
 /// Height of the top of the block \[m\].
@@ -15,11 +15,19 @@ const NOT_TURNED: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
 
 /// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
 fn block() -> ImageBytes {
+    bake_block(Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45))))
+}
+
+/// The same of nodal shapes and of links.
+fn blocks() -> [(&'static str, ImageBytes); 2] {
+    [("shapes", block()), ("links", bake_block(None))]
+}
+
+fn bake_block(tissue: Option<Tissue>) -> ImageBytes {
     let mesh = load("box:11x11x6x0.008", &MeshOptions::default()).unwrap();
     let nodes = mesh.nodes_m.iter().enumerate();
     let ground: Vec<u32> =
         nodes.filter(|(_, x)| x[2] < 1e-6).map(|(node, _)| node as u32).collect();
-    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
     let probe_contact = ProbeContact::Surface;
     bake(&mesh, &ground, &BakeOptions { tissue, probe_contact, ..BakeOptions::default() }).unwrap()
 }
@@ -56,9 +64,11 @@ fn contacts(engine: &mut Engine<'_>, tool: u8) -> [Vector3<f32>; 2] {
 
 #[test]
 fn a_tool_that_slips_is_held_back_by_the_coefficient() {
-    let image = block();
-    for radius_m in [0.012_f32, 0.006] {
-        let mut engine = engine(&image, vec![vec![ToolPart::sphere(radius_m)]], 0.3, 8);
+    let blocks = blocks();
+    let cases =
+        blocks.iter().flat_map(|block| [0.012_f32, 0.006].map(|radius_m| (block, radius_m)));
+    for ((body, image), radius_m) in cases {
+        let mut engine = engine(image, vec![vec![ToolPart::sphere(radius_m)]], 0.3, 8);
         let height = |depth_m: f32| TOP_M + radius_m - depth_m;
         let mut work = 0.0_f64;
         let mut tick = |engine: &mut Engine<'_>, x_m: f32, depth_m: f32| {
@@ -80,7 +90,7 @@ fn a_tool_that_slips_is_held_back_by_the_coefficient() {
         }
         let [low, high] = ratios.iter().fold([f32::MAX, 0.0], |[a, b], r| [a.min(*r), b.max(*r)]);
         // A triangle's samples press in several directions: less together than one by one.
-        assert!(low > 0.27 && high <= 0.31, "{radius_m}: {low} to {high}");
+        assert!(low > 0.27 && high <= 0.31, "{body}, {radius_m}: {low} to {high}");
         // Back and out: the whole cycle took energy from the hand.
         for step in (0..=200_u16).rev() {
             tick(&mut engine, -0.01 + f32::from(step) * 1.0e-4, 0.003);
@@ -88,7 +98,7 @@ fn a_tool_that_slips_is_held_back_by_the_coefficient() {
         for step in (-20..=100_i16).rev() {
             tick(&mut engine, -0.01, f32::from(step) * 3.0e-5);
         }
-        assert!(work > 0.0, "{radius_m}: {work}");
+        assert!(work > 0.0, "{body}, {radius_m}: {work}");
     }
 }
 
@@ -189,8 +199,13 @@ fn two_tools_feel_what_two_parts_of_one_feel() {
 
 #[test]
 fn a_grip_pulls_until_it_is_let_go_without_a_jump() {
-    let image = block();
-    let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.008)]], 0.0, 8);
+    for (body, image) in blocks() {
+        grip_and_let_go(body, &image);
+    }
+}
+
+fn grip_and_let_go(body: &str, image: &ImageBytes) {
+    let mut engine = engine(image, vec![vec![ToolPart::sphere(0.008)]], 0.0, 8);
     let at = |height_m: f32| pose([0.0, 0.0, TOP_M + 0.008 + height_m]);
     for step in 0..=60_u8 {
         engine.tick_tools(&[at(-5.0e-5 * f32::from(step))]);
@@ -204,7 +219,7 @@ fn a_grip_pulls_until_it_is_let_go_without_a_jump() {
         engine.tick_tools(&[at(-0.003 + 5.0e-5 * f32::from(step))]);
     }
     let mut last = engine.tool_output(0).force_n;
-    assert!(last.z < -0.01, "{last}");
+    assert!(last.z < -0.01, "{body}: {last}");
     let pulled = last.norm();
     engine.let_go(0, 50);
     let mut largest = 0.0_f32;
@@ -214,55 +229,67 @@ fn a_grip_pulls_until_it_is_let_go_without_a_jump() {
         largest = largest.max((force - last).norm());
         last = force;
     }
-    assert!(largest < 0.08 * pulled && last.norm() < 0.01 * pulled, "{largest} {last} {pulled}");
+    assert!(
+        largest < 0.08 * pulled && last.norm() < 0.01 * pulled,
+        "{body}: {largest} {last} {pulled}"
+    );
 }
 
 #[test]
 fn forces_of_contacts_add_up_to_the_tools() {
-    let image = block();
-    let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.012)]], 0.3, 6);
-    for step in 0..150_u8 {
-        let x_m = f32::from(step.saturating_sub(80)) * 5.0e-5;
-        engine.tick_tools(&[pose([x_m, 0.0, TOP_M + 0.012 - f32::from(step.min(80)) * 4.0e-5])]);
-    }
-    let [normal, across] = contacts(&mut engine, 0);
-    let output = engine.tool_output(0);
-    assert!((normal + across - output.force_n).norm() < 1e-5 * output.force_n.norm());
-    let each = engine.contact_forces();
-    assert_eq!(each.len(), output.contacts as usize);
-    for contact in &each {
-        let place = Vector3::from(contact.position_m);
-        assert!((place.z - TOP_M).abs() < 0.004 && contact.area_m2 > 0.0, "{contact:?}");
-        assert!((contact.tool, contact.part) == (0, 0));
+    for (body, image) in blocks() {
+        let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.012)]], 0.3, 6);
+        for step in 0..150_u8 {
+            let x_m = f32::from(step.saturating_sub(80)) * 5.0e-5;
+            engine.tick_tools(&[pose([
+                x_m,
+                0.0,
+                TOP_M + 0.012 - f32::from(step.min(80)) * 4.0e-5,
+            ])]);
+        }
+        let [normal, across] = contacts(&mut engine, 0);
+        let output = engine.tool_output(0);
+        assert!((normal + across - output.force_n).norm() < 1e-5 * output.force_n.norm(), "{body}");
+        let each = engine.contact_forces();
+        assert_eq!(each.len(), output.contacts as usize);
+        for contact in &each {
+            let place = Vector3::from(contact.position_m);
+            assert!((place.z - TOP_M).abs() < 0.004 && contact.area_m2 > 0.0, "{contact:?}");
+            assert!((contact.tool, contact.part) == (0, 0));
+        }
     }
 }
 
 /// Scalar and vector units: the same bits, with friction, two tools of several parts and a grip.
 #[test]
 fn every_way_gives_the_same_bits() {
-    let image = block();
+    for (body, image) in blocks() {
+        assert!(plays(&image, false) == plays(&image, true), "{body}");
+    }
+}
+
+/// All that two jaws feel, bit by bit.
+fn plays(image: &ImageBytes, scalar: bool) -> Vec<(u32, ToolOutput, ToolOutput, u64)> {
     let jaw = vec![ToolPart::capsule(0.006, 0.004), ToolPart::sphere(0.005)];
-    let run = |scalar: bool| {
-        let mut engine = engine(&image, vec![jaw.clone(), jaw.clone()], 0.25, 4);
-        if scalar {
-            engine.go_scalar();
+    let mut engine = engine(image, vec![jaw.clone(), jaw], 0.25, 4);
+    if scalar {
+        engine.go_scalar();
+    }
+    let tick = |step: u8| {
+        let depth_m = f32::from(step.min(60)) * 5.0e-5;
+        let aside = f32::from(step.saturating_sub(60)) * 1.0e-4;
+        let z = TOP_M + 0.010 - depth_m;
+        if step == 90 {
+            engine.grip(1);
         }
-        (0..160_u8).map(move |step| {
-            let depth_m = f32::from(step.min(60)) * 5.0e-5;
-            let aside = f32::from(step.saturating_sub(60)) * 1.0e-4;
-            let z = TOP_M + 0.010 - depth_m;
-            if step == 90 {
-                engine.grip(1);
-            }
-            let second = tilted([0.02 - aside, 0.002, z], 0.002 * f32::from(step));
-            let mut first = pose([-0.01 + aside, 0.0, z]);
-            first.engaged = u32::from(step < 140);
-            let output = engine.tick_tools(&[first, second]);
-            let [a, b] = [0, 1].map(|tool| engine.tool_output(tool));
-            (output.energy_j.to_bits(), a, b, engine.state_hash())
-        })
+        let second = tilted([0.02 - aside, 0.002, z], 0.002 * f32::from(step));
+        let mut first = pose([-0.01 + aside, 0.0, z]);
+        first.engaged = u32::from(step < 140);
+        let output = engine.tick_tools(&[first, second]);
+        let [a, b] = [0, 1].map(|tool| engine.tool_output(tool));
+        (output.energy_j.to_bits(), a, b, engine.state_hash())
     };
-    assert!(run(false).eq(run(true)));
+    (0..160_u8).map(tick).collect()
 }
 
 #[test]
