@@ -64,7 +64,9 @@ impl CoarseTouch {
         pass.slice(&mut self.ways, count);
         let rows = self.lower.iter_mut().chain(&mut self.factor);
         for (place, row) in rows.enumerate() {
-            pass.slice(row, if place % COLUMNS < count { count } else { 0 });
+            // Of both the lower triangle counts.
+            let row_at = place % COLUMNS;
+            pass.slice(row, if row_at < count { row_at + 1 } else { 0 });
         }
         if pass.is_reading() {
             self.count = count;
@@ -305,8 +307,7 @@ impl CoarseTouch {
             let function = self.functions.get(index).copied().unwrap_or(0);
             (usize::from(function), self.ways.get(index).copied().unwrap_or([0.0; 3]))
         };
-        // V, then V L in its place, row by row.
-        let mut product = [[0.0; COLUMNS]; COLUMNS];
+        // V, then V L in its place row by row, then the matrix in the place of that.
         for a in 0..count {
             let (one, normal) = of(a);
             for b in 0..=a {
@@ -318,11 +319,11 @@ impl CoarseTouch {
                             n * m * basis.inverse_at(row * stride + one, column * stride + other);
                     }
                 }
-                put(&mut product, a, b, sum);
-                put(&mut product, b, a, sum);
+                put(&mut self.factor, a, b, sum);
+                put(&mut self.factor, b, a, sum);
             }
         }
-        for row in product.iter_mut().take(count) {
+        for row in self.factor.iter_mut().take(count) {
             let v = *row;
             for (column, slot) in row.iter_mut().enumerate().take(count) {
                 let below = v.iter().enumerate().take(count).skip(column);
@@ -333,7 +334,7 @@ impl CoarseTouch {
             for b in 0..=a {
                 let mut sum = if a == b { 1.0 } else { 0.0 };
                 for k in a..count {
-                    sum += at(&self.lower, k, a) * at(&product, k, b);
+                    sum += at(&self.lower, k, a) * at(&self.factor, k, b);
                 }
                 put(&mut self.factor, a, b, sum);
             }

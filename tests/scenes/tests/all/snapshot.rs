@@ -51,8 +51,8 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("varied300_track", Tier::F64, 40580, 0xae554bc9),
     ("varied300_rkl1", Tier::F32, 21440, 0xfb108e09),
     ("varied300_gauss_seidel", Tier::F32, 7052, 0x76f6a3ae),
-    ("touch6_predict", Tier::F32, 81032, 0x17c95ef1),
-    ("touch6_tools", Tier::F32, 75264, 0x647ab6f1),
+    ("touch6_predict", Tier::F32, 72008, 0xb1a017c1),
+    ("touch6_tools", Tier::F32, 66240, 0x5d227f05),
 ];
 
 #[test]
