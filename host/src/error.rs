@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use chaincell_client::Kind;
+
 /// Why a command ended, with the exit code of the contract.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
@@ -18,6 +20,16 @@ pub enum Error {
     /// process reads and tells: nothing is printed.
     #[error("the report says why")]
     Reported(u8),
+}
+
+impl From<chaincell_client::Error> for Error {
+    fn from(why: chaincell_client::Error) -> Self {
+        match why.kind() {
+            Kind::Stopped => Self::Interrupted,
+            Kind::Connection | Kind::NoReply => Self::check(why),
+            _ => Self::input(why),
+        }
+    }
 }
 
 /// Result of a host operation.

@@ -50,5 +50,8 @@ pub fn turn() -> std::sync::MutexGuard<'static, ()> {
 #[doc = include_str!("../../README.md")]
 mod project_page {}
 #[cfg(doctest)]
+#[doc = include_str!("../../host/client/README.md")]
+mod client_page {}
+#[cfg(doctest)]
 #[doc = include_str!("../../kernel/README.md")]
 mod kernel_page {}

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::choice;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
 use crate::session::ipc::services::{Domain, SceneServices};
@@ -100,7 +101,7 @@ pub fn execute(args: &Args) -> Result<()> {
             scene.label()
         )));
     }
-    let reply = client.send(CommandMessage::new(&command), REPLY_NS)?;
+    let reply = client.send(CommandMessage::new(&command), REPLY_NS, interrupt::asked)?;
     if reply.result != 0 {
         return Err(Error::input(format!(
             "refused (reason {}): {}",

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
 use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::ipc::serving::ServePorts;
 use crate::session::loops::floor::{self, Floor};
 use crate::session::loops::inject::{Faults, Plan};
 use crate::session::loops::serve::POSE_HZ;
@@ -54,7 +55,7 @@ impl LoopArgs {
     /// Refuses a scene that cannot be served, before anything is measured or written.
     pub fn check(&self) -> Result<()> {
         let scene = SceneServices::open(self.scene.as_deref(), &Domain::default())?;
-        scene.serve_ports(false).map(|_| ())
+        ServePorts::open(&scene, false).map(|_| ())
     }
 
     /// How a side ends that has printed its report: where another process of this program reads

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use chaincell_client::payload::ToolPose;
 use chaincell_kernel::ToolSample;
 use nalgebra::Vector3;
 
@@ -28,6 +29,19 @@ pub struct Pose {
     pub engaged: u32,
     /// Sweeps of the tick: 0 for a late one, `None` for those of the settings.
     pub sweeps: Option<u16>,
+}
+
+impl From<Pose> for ToolPose {
+    fn from(pose: Pose) -> Self {
+        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
+    }
+}
+
+impl From<ToolPose> for Pose {
+    fn from(pose: ToolPose) -> Self {
+        let ToolPose { tick, position_m, engaged } = pose;
+        Self { tick, position_m, engaged, sweeps: None }
+    }
 }
 
 impl From<Pose> for ToolSample {

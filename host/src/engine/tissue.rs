@@ -1,6 +1,8 @@
 //! What the loop needs of a tissue.
 
-use chaincell_kernel::trace::{Command, CommandError};
+pub use chaincell_client::command::Refusal;
+use chaincell_client::payload::NodePosition;
+use chaincell_kernel::trace::Command;
 use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
 
 use super::snapshot::Saved;
@@ -15,44 +17,9 @@ pub struct Node {
     pub position_m: [f32; 3],
 }
 
-/// Why a command was refused, by the number in its reply.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Refusal {
-    /// No such command, or a reserved word that is not zero.
-    Unknown = 1,
-    /// No such parameter.
-    Parameter = 2,
-    /// The value is out of the parameter's range.
-    Value = 3,
-    /// The parameter is fixed for a run, or under this scheme.
-    Fixed = 4,
-    /// The recording has no room for a further command.
-    Recording = 5,
-    /// The body could not be reset.
-    Reset = 6,
-    /// This server takes no commands.
-    Unsupported = 7,
-    /// The contact is not one of tools on a surface: nothing is gripped.
-    NoSurface = 8,
-    /// There is no tool of this number.
-    NoTool = 9,
-    /// The tool is in contact with nothing, or grips nothing.
-    NothingHeld = 10,
-    /// The session is not recorded: a snapshot stands beside its trace.
-    NoTrace = 11,
-    /// The last snapshot is still being written.
-    Busy = 12,
-}
-
-impl From<CommandError> for Refusal {
-    fn from(why: CommandError) -> Self {
-        match why {
-            CommandError::Kind => Self::Unknown,
-            CommandError::Parameter => Self::Parameter,
-            CommandError::Fixed => Self::Fixed,
-            CommandError::Value => Self::Value,
-        }
+impl From<Node> for NodePosition {
+    fn from(node: Node) -> Self {
+        Self { node: node.id, position_m: node.position_m }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
-use chaincell_host::session::ipc::tools::{Answer, OneToolPose, ToolForces, ToolPoses};
+use chaincell_host::session::ipc::tools::{Answer, Asking as _, OneToolPose, ToolPoses};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Choice, Network, ToolSample};
 use chaincell_lab::monitor::Monitor;
@@ -108,7 +108,7 @@ fn poses(bytes: &[u8; POSES_BYTES]) -> ToolPoses {
 /// The pose of a message of version 2, whose answer holds whatever it holds.
 fn answered(poses: &ToolPoses) -> ToolPose {
     let answer = Answer { asked: Some(poses.asked()), ..Answer::default() };
-    let forces = ToolForces::new(&answer, 1);
+    let forces = answer.message(1);
     assert!((1..=8).contains(&forces.tools) && forces.send_ns == poses.send_ns);
     poses.pose()
 }

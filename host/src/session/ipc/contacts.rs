@@ -1,96 +1,26 @@
 //! Contacts for viewers: what each tool touches and how hard, beside the loop, at the pace of states.
-//!
-//! A message is a slice of [`Contact`], one for each triangle in contact with a part of a tool, as the
-//! rows of contacts.csv; it is empty where nothing is in contact. Readers keep the newest alone. It
-//! is sent by servers that have tools on a contact surface.
-
-use std::mem::{offset_of, size_of};
 
 use chaincell_kernel::ContactForce;
-use iceoryx2::prelude::*;
+
+pub use chaincell_client::contacts::{Contact, ContactReader, ContactsHeader};
 
 use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::CONTACTS_MAX;
 use crate::error::Result;
 use crate::session::ipc::services::SceneServices;
-use crate::session::ipc::viewed::{Feed, Reader, Viewed};
+use crate::session::ipc::viewed::Feed;
 use crate::session::timing::clock::now_ns;
 
-/// One triangle in contact with one part of a tool: 52 bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.Contact.v1")]
-#[repr(C)]
-pub struct Contact {
-    /// Which tool.
-    pub tool: u32,
-    /// Which of its parts.
-    pub part: u32,
-    /// Input id of the triangle's corner that takes the largest share.
-    pub node: u32,
-    /// Where it acts, in the frame of the input mesh \[m\].
-    pub position_m: [f32; 3],
-    /// Pressure on the tool \[N\].
-    pub normal_n: [f32; 3],
-    /// Friction, or the pull of a grip, on the tool \[N\].
-    pub tangential_n: [f32; 3],
-    /// Area of the triangle at rest, as far as its points are in contact \[m2\].
-    pub area_m2: f32,
-}
-
-/// What the contacts belong to: 24 bytes, the user header of a slice of [`Contact`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("chaincell.Contacts.v1")]
-#[repr(C)]
-pub struct ContactsHeader {
-    /// Number of the last answered tick, 0 before the first.
-    pub tick: u64,
-    /// Ticks answered since the server began.
-    pub ticks_answered: u64,
-    /// Number of contacts in the slice.
-    pub contacts: u32,
-    /// Flags of the last answer.
-    pub flags: u32,
-}
-
-const _: () = {
-    assert!(size_of::<Contact>() == 52);
-    assert!(offset_of!(Contact, tool) == 0);
-    assert!(offset_of!(Contact, part) == 4);
-    assert!(offset_of!(Contact, node) == 8);
-    assert!(offset_of!(Contact, position_m) == 12);
-    assert!(offset_of!(Contact, normal_n) == 24);
-    assert!(offset_of!(Contact, tangential_n) == 36);
-    assert!(offset_of!(Contact, area_m2) == 48);
-    assert!(size_of::<ContactsHeader>() == 24);
-    assert!(offset_of!(ContactsHeader, tick) == 0);
-    assert!(offset_of!(ContactsHeader, ticks_answered) == 8);
-    assert!(offset_of!(ContactsHeader, contacts) == 16);
-    assert!(offset_of!(ContactsHeader, flags) == 20);
-};
-
-impl Contact {
-    /// Of a contact of the tissue whose corner has this input id.
-    #[must_use]
-    pub fn of(node: u32, contact: &ContactForce) -> Self {
-        Self {
-            tool: contact.tool.into(),
-            part: contact.part.into(),
-            node,
-            position_m: contact.position_m,
-            normal_n: contact.normal_n,
-            tangential_n: contact.tangential_n,
-            area_m2: contact.area_m2,
-        }
-    }
-}
-
-impl Viewed for Contact {
-    type Header = ContactsHeader;
-    const WHAT: &'static str = "contacts";
-    const NONE: &'static str = "no contacts";
-
-    fn name(scene: &SceneServices) -> &ServiceName {
-        &scene.contacts_name
+/// The message of a contact of the tissue whose corner has this input id.
+fn message(node: u32, contact: &ContactForce) -> Contact {
+    Contact {
+        tool: contact.tool.into(),
+        part: contact.part.into(),
+        node,
+        position_m: contact.position_m,
+        normal_n: contact.normal_n,
+        tangential_n: contact.tangential_n,
+        area_m2: contact.area_m2,
     }
 }
 
@@ -118,7 +48,7 @@ impl ContactPublisher {
         found.clear();
         engine.read_contacts(&mut |node, contact| {
             if found.len() < CONTACTS_MAX {
-                found.push(Contact::of(node, contact));
+                found.push(message(node, contact));
             }
         });
         let contacts = u32::try_from(found.len()).unwrap_or(u32::MAX);
@@ -126,6 +56,3 @@ impl ContactPublisher {
         self.feed.send(start_ns, header, (found.len(), |at| found[at]));
     }
 }
-
-/// A reader of contacts.
-pub type ContactReader = Reader<Contact>;

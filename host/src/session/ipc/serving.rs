@@ -12,20 +12,24 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 
 use super::payload::{ToolForce, ToolPose};
-use super::services::{Ipc, Ring, Wake};
-use super::tools::{Answer, Asked, ToolForces, ToolPoses};
+use super::services::{Ipc, Ring, SceneServices, Wake, subscriber};
+use super::tools::{Answer, Asked, Asking as _, ToolForces, ToolPoses};
 use crate::engine::tools::Poses;
+use crate::error;
+
+/// Name of the ports of `serve`, by which a second one is recognised.
+const SERVE_PORT: &str = "chaincell.serve";
 
 /// Poses and answers of both versions.
 #[derive(Debug)]
 pub struct ServePorts {
-    pub(super) pose: Subscriber<Ipc, ToolPose, ()>,
-    pub(super) tools: Subscriber<Ipc, ToolPoses, ()>,
+    pose: Subscriber<Ipc, ToolPose, ()>,
+    tools: Subscriber<Ipc, ToolPoses, ()>,
     pub(crate) mouth: Mouth,
     /// Wakes the readers of answers.
-    pub(super) ring: Ring,
+    ring: Ring,
     /// Woken when a pose was written.
-    pub(super) wake: Wake,
+    wake: Wake,
 }
 
 /// A pose that has come.
@@ -40,6 +44,29 @@ pub(crate) struct Came {
 }
 
 impl ServePorts {
+    /// The ports of a scene; refused while another `serve` is alive on it.
+    ///
+    /// # Errors
+    /// Another server; no places, or too little memory.
+    pub fn open(scene: &SceneServices, woken: bool) -> error::Result<Self> {
+        scene.refuse_second(&scene.force, SERVE_PORT, None, "serve")?;
+        let force = scene.publisher(&scene.force, SERVE_PORT, "serve")?;
+        let id = force.id();
+        let forces = scene.publisher(&scene.forces, SERVE_PORT, "serve")?;
+        let (ring, wake) = scene.server_bells(woken)?;
+        let ports = Self {
+            pose: subscriber(&scene.pose, SERVE_PORT)?,
+            tools: subscriber(&scene.tools, SERVE_PORT)?,
+            mouth: Mouth::new(force, forces),
+            ring,
+            wake,
+        };
+        // Two that started at once see each other now.
+        scene.refuse_second(&scene.force, SERVE_PORT, Some(id), "serve")?;
+        scene.take_memory()?;
+        Ok(ports)
+    }
+
     /// The next pose of one version, or else of the other: asked in turn, neither holds up the other.
     /// So many tools were chosen by their parts.
     pub(crate) fn receive(
@@ -95,17 +122,14 @@ impl ServePorts {
 /// Where answers leave.
 #[derive(Debug)]
 pub(crate) struct Mouth {
-    pub(super) force: Publisher<Ipc, ToolForce, ()>,
-    pub(super) forces: Publisher<Ipc, ToolForces, ()>,
+    force: Publisher<Ipc, ToolForce, ()>,
+    forces: Publisher<Ipc, ToolForces, ()>,
     session_id: u64,
 }
 
 impl Mouth {
     /// Of a new session.
-    pub(super) fn new(
-        force: Publisher<Ipc, ToolForce, ()>,
-        forces: Publisher<Ipc, ToolForces, ()>,
-    ) -> Self {
+    fn new(force: Publisher<Ipc, ToolForce, ()>, forces: Publisher<Ipc, ToolForces, ()>) -> Self {
         // Random keys of the system: no other session has this number.
         let session_id = RandomState::new().hash_one(std::process::id()).max(1);
         Self { force, forces, session_id }
@@ -115,7 +139,7 @@ impl Mouth {
     pub(crate) fn send(&self, answer: &Answer) -> Result<(), SendError> {
         match answer.asked {
             None => self.force.send_copy(answer.force).map(|_| ()),
-            Some(_) => self.forces.send_copy(ToolForces::new(answer, self.session_id)).map(|_| ()),
+            Some(_) => self.forces.send_copy(answer.message(self.session_id)).map(|_| ()),
         }
     }
 }

@@ -1,5 +1,8 @@
 //! The 1 kHz loops of both sides, how they wait, and what they keep and show.
 
+pub use chaincell_client::wait;
+use chaincell_client::{ramp, shaper};
+
 pub mod control;
 pub mod floor;
 pub mod inject;
@@ -7,9 +10,6 @@ mod link;
 mod outstanding;
 pub mod peers;
 mod playlist;
-mod ramp;
 pub mod realtime;
 pub mod record;
 pub mod serve;
-mod shaper;
-pub mod wait;

@@ -1,6 +1,7 @@
 //! Time: the clock, spans and their percentiles, steps with cold caches.
 
-pub mod clock;
+pub use chaincell_client::clock;
+
 pub mod cold;
 pub mod histogram;
 pub mod spans;

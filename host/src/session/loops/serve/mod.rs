@@ -99,7 +99,7 @@ impl Server {
             realtime::end_with_parent()?;
         }
         let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
-        let ports = scene.serve_ports(options.wait == Wait::Event)?;
+        let ports = ServePorts::open(&scene, options.wait == Wait::Event)?;
         let options = options.clone();
         let (state, contacts, commands) = (None, None, None);
         let (snapshots, resumed) = (None, None);

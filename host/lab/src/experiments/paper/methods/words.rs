@@ -129,8 +129,8 @@ fn row(of: &Comparison, kind: Kind) -> Result<&Row> {
 
 /// The shapes against the pyramid and against the minimum.
 fn shape(plane: &Comparison) -> Result<String> {
-    let bent = |kind| Ok(short(row(plane, kind)?.nonlinearity.unwrap_or_default()));
-    let off = |kind| Ok(percent(row(plane, kind)?.off_minimum));
+    let bent = |kind| Result::Ok(short(row(plane, kind)?.nonlinearity.unwrap_or_default()));
+    let off = |kind| Result::Ok(percent(row(plane, kind)?.off_minimum));
     let exact = of_plane(&plane.body, &plane.exact)?.unwrap_or_default();
     Ok(format!(
         "On its lattice traditional ChainMail takes the pyramid of the paper's Fig. 4b: its profile is straight \
@@ -158,8 +158,8 @@ fn shape(plane: &Comparison) -> Result<String> {
 
 /// Force, energy and the axes.
 fn behaviour(plane: &Comparison, cuboid: &Comparison) -> Result<String> {
-    let force = |kind| Ok(row(plane, kind)?.force_n.unwrap_or_default());
-    let turned = |of, kind| Ok(percent(row(of, kind)?.turned));
+    let force = |kind| Result::Ok(row(plane, kind)?.force_n.unwrap_or_default());
+    let turned = |of, kind| Result::Ok(percent(row(of, kind)?.turned));
     Ok(format!(
         "ChainMail knows neither force nor energy; a force would have to be made up from the shape. \
          The links of the exact shape pull with {:.4} N, those of track with {:.4} N, and those of \

@@ -2,9 +2,12 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use iceoryx2::prelude::ServiceName;
+use iceoryx2::prelude::{ServiceName, ipc_threadsafe};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
+
+/// Processes meet in shared memory; a port may be used by two threads of one.
+pub type Ipc = ipc_threadsafe::Service;
 
 /// Longest scene name \[bytes\].
 pub const SCENE_BYTES_MAX: usize = 64;
@@ -83,10 +86,13 @@ fn check(name: &str) -> Result<()> {
 
 fn refusal(name: &str, fault: &str) -> Error {
     let shown: String = name.escape_debug().take(SCENE_BYTES_MAX).collect();
-    Error::input(format!(
-        "`scene` \"{shown}\" {fault}; give 1 to {SCENE_BYTES_MAX} letters, digits, '-', '_' or \
+    Error::new(
+        Kind::Argument,
+        format!(
+            "`scene` \"{shown}\" {fault}; give 1 to {SCENE_BYTES_MAX} letters, digits, '-', '_' or \
          '.', for instance `scene` left-hand"
-    ))
+        ),
+    )
 }
 
 fn service(name: &str, scene: Option<&str>) -> Result<ServiceName> {
@@ -130,7 +136,7 @@ mod tests {
         let bad = ["", &long, "a/b", "a\\b", "a\nb", "a b", "käfer"];
         for name in bad.into_iter().chain(reserved) {
             let error = SceneNames::new(Some(name)).unwrap_err();
-            assert_eq!(error.exit_code(), 2, "{name:?}");
+            assert_eq!(error.kind(), Kind::Argument, "{name:?}");
             let text = error.to_string();
             assert!(text.contains("`scene`") && text.contains("give 1 to 64"), "{text}");
             assert!(!text.contains('\n'), "{text}");

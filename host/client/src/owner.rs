@@ -10,7 +10,7 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 
 /// What the folder's owner may do, and nobody else.
 const OWNER_ALL: u32 = 0o700;
@@ -46,10 +46,13 @@ pub(crate) fn take(root: &Path) -> Result<()> {
     } else {
         return Ok(());
     };
-    Err(Error::input(format!(
-        "cannot use shared memory: {}, the folder of iceoryx2's files, {fault}",
-        root.display()
-    )))
+    Err(Error::new(
+        Kind::Permission,
+        format!(
+            "cannot use shared memory: {}, the folder of iceoryx2's files, {fault}",
+            root.display()
+        ),
+    ))
 }
 
 #[cfg(test)]
@@ -64,7 +67,7 @@ mod tests {
     #[track_caller]
     fn refusal(root: &Path) -> String {
         let error = take(root).unwrap_err();
-        assert_eq!(error.exit_code(), 2);
+        assert_eq!(error.kind(), Kind::Permission);
         error.to_string()
     }
 

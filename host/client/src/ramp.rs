@@ -4,24 +4,24 @@ use chaincell_kernel::TOOLS_MAX;
 use chaincell_kernel::stage::{on_ramp, ramp_share, slew_limited};
 use nalgebra::Vector3;
 
-use crate::session::timing::clock::MILLISECOND_NS;
+use crate::clock::MILLISECOND_NS;
 
 /// What is shown of all tools; without tools by their parts all is 0 but the first force.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Shown {
+pub struct Shown {
     /// Force of each \[N\].
-    pub(crate) force_n: [[f32; 3]; TOOLS_MAX],
+    pub force_n: [[f32; 3]; TOOLS_MAX],
     /// Torque of each \[N m\].
-    pub(crate) torque_n_m: [[f32; 3]; TOOLS_MAX],
+    pub torque_n_m: [[f32; 3]; TOOLS_MAX],
 }
 
 impl Shown {
     /// No force and no torque.
-    pub(crate) const ZERO: Self =
+    pub const ZERO: Self =
         Self { force_n: [[0.0; 3]; TOOLS_MAX], torque_n_m: [[0.0; 3]; TOOLS_MAX] };
 
     /// One force.
-    pub(crate) fn of(force_n: [f32; 3]) -> Self {
+    pub fn of(force_n: [f32; 3]) -> Self {
         let mut shown = Self::ZERO;
         shown.force_n[0] = force_n;
         shown
@@ -59,7 +59,7 @@ impl Shown {
 /// then ends where it has caught up. Forces and torques of several tools go along together; the slew
 /// limit is that of the first force, of an output stage.
 #[derive(Debug, Clone)]
-pub(crate) struct Ramp {
+pub struct Ramp {
     /// Length of a ramp, 0 for none \[ns\].
     length_ns: u64,
     /// Largest step of a ramp in a millisecond, infinite for none \[N\].
@@ -76,7 +76,7 @@ pub(crate) struct Ramp {
 
 impl Ramp {
     /// Shows force 0 so far, and no ramp is under way.
-    pub(crate) fn new(length_ms: u32, max_slew_n_per_s: f32) -> Self {
+    pub fn new(length_ms: u32, max_slew_n_per_s: f32) -> Self {
         let length_ns = u64::from(length_ms) * MILLISECOND_NS;
         Self {
             length_ns,
@@ -91,31 +91,31 @@ impl Ramp {
     }
 
     /// Begins a ramp at what was shown last.
-    pub(crate) fn begin(&mut self) {
+    pub fn begin(&mut self) {
         self.from = self.shown;
         self.done_ns = 0;
         self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
     }
 
     /// Begins a ramp at force 0, for somebody who was shown nothing yet.
-    pub(crate) fn begin_at_zero(&mut self) {
+    pub fn begin_at_zero(&mut self) {
         self.shown = Shown::ZERO;
         self.begin();
     }
 
     /// As [`Self::begin`], towards force 0: nothing is left to do where 0 is shown already.
-    pub(crate) fn begin_fall(&mut self) {
+    pub fn begin_fall(&mut self) {
         self.begin();
         self.has_ended |= self.shown == Shown::ZERO;
     }
 
     /// Whether the force itself is shown.
-    pub(crate) fn is_done(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.has_ended
     }
 
     /// What to show at a moment. What is not finite is shown as 0.
-    pub(crate) fn show(&mut self, target: &Shown, now_ns: u64) -> Shown {
+    pub fn show(&mut self, target: &Shown, now_ns: u64) -> Shown {
         let target = target.finite();
         let since_ns = now_ns.saturating_sub(self.shown_at_ns).min(MILLISECOND_NS);
         self.done_ns = self.done_ns.saturating_add(since_ns).min(self.length_ns);
@@ -136,7 +136,7 @@ impl Ramp {
     }
 
     /// Largest change between two forces shown one after the other \[N\].
-    pub(crate) fn largest_step_n(&self) -> f32 {
+    pub fn largest_step_n(&self) -> f32 {
         self.largest_step_n
     }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use rustix::thread::{ClockId as SleepClock, Timespec, clock_nanosleep_absolute};
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 
 /// Nanoseconds in a second.
 pub const SECOND_NS: u64 = 1_000_000_000;
@@ -37,13 +37,16 @@ pub fn sleep_until_ns(moment_ns: u64) {
 const SPAN_S_MAX: f64 = 1e9;
 
 /// The span of an option in seconds as nanoseconds.
-pub(crate) fn span_ns(option: &str, seconds: f64) -> Result<u64> {
+pub fn span_ns(option: &str, seconds: f64) -> Result<u64> {
     Duration::try_from_secs_f64(seconds)
         .ok()
         .filter(|_| seconds <= SPAN_S_MAX)
         .and_then(|span| u64::try_from(span.as_nanos()).ok())
         .ok_or_else(|| {
-            Error::input(format!("{option} {seconds}: must be from 0 to {SPAN_S_MAX} [s]"))
+            Error::new(
+                Kind::Argument,
+                format!("{option} {seconds}: must be from 0 to {SPAN_S_MAX} [s]"),
+            )
         })
 }
 
@@ -56,7 +59,7 @@ mod tests {
         assert_eq!(span_ns("`seconds`", 1.5).unwrap(), 1_500_000_000);
         for bad in [-1.0, f64::NAN, f64::INFINITY, 1e30] {
             let error = span_ns("`seconds`", bad).unwrap_err();
-            assert_eq!(error.exit_code(), 2);
+            assert_eq!(error.kind(), Kind::Argument);
             assert!(error.to_string().contains("`seconds`"), "{error}");
         }
     }

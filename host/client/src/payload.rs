@@ -5,13 +5,10 @@ use std::mem::{offset_of, size_of};
 use chaincell_kernel::ToolSample;
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::engine::motion::Pose;
-use crate::engine::tissue::Node;
-
 /// Type name of [`ToolPose`] in shared memory.
-pub(crate) const TOOL_POSE: &str = "chaincell.ToolPose.v1";
+pub const TOOL_POSE: &str = "chaincell.ToolPose.v1";
 /// Type name of [`ToolForce`] in shared memory.
-pub(crate) const TOOL_FORCE: &str = "chaincell.ToolForce.v1";
+pub const TOOL_FORCE: &str = "chaincell.ToolForce.v1";
 
 /// One tool sample on its way to the tissue: 24 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
@@ -106,32 +103,13 @@ pub struct ReplyMessage {
     pub state_hash: u64,
     /// 0 done, 1 refused: nothing has changed.
     pub result: u32,
-    /// Why it was refused, see [`Refusal`](crate::engine::tissue::Refusal); 0 when done.
+    /// Why it was refused, see [`Refusal`](crate::command::Refusal); 0 when done.
     pub reason: u32,
-}
-
-impl From<Node> for NodePosition {
-    fn from(node: Node) -> Self {
-        Self { node: node.id, position_m: node.position_m }
-    }
-}
-
-impl From<Pose> for ToolPose {
-    fn from(pose: Pose) -> Self {
-        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
-    }
-}
-
-impl From<ToolPose> for Pose {
-    fn from(pose: ToolPose) -> Self {
-        let ToolPose { tick, position_m, engaged } = pose;
-        Self { tick, position_m, engaged, sweeps: None }
-    }
 }
 
 impl From<ToolPose> for ToolSample {
     fn from(pose: ToolPose) -> Self {
-        Pose::from(pose).into()
+        Self { position_m: pose.position_m.into(), engaged: pose.engaged }
     }
 }
 

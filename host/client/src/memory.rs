@@ -8,7 +8,7 @@ use rustix::fs::{FallocateFlags, OFlags, fallocate, statvfs};
 use rustix::io::Errno;
 use rustix::process::geteuid;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Kind, Result};
 
 /// Where Linux keeps shared memory.
 const FOLDER: &str = "/dev/shm";
@@ -53,10 +53,13 @@ pub(crate) fn take(prefix: &str) -> Result<()> {
 }
 
 fn full(free_bytes: u64) -> Error {
-    Error::input(format!(
-        "shared memory is full: {FOLDER} has {} kB left, a scene takes up to {} kB and its states \
+    Error::new(
+        Kind::Memory,
+        format!(
+            "shared memory is full: {FOLDER} has {} kB left, a scene takes up to {} kB and its states \
          more; end programs that use it, remove what they left there, or give it more room",
-        free_bytes / 1024,
-        ROOM_BYTES / 1024
-    ))
+            free_bytes / 1024,
+            ROOM_BYTES / 1024
+        ),
+    )
 }

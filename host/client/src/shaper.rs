@@ -1,12 +1,12 @@
 //! The force that the device shows: without a jump when the answers stop, come again or change for
 //! another cause. Both sides of the shared memory shape it.
 
-use crate::session::loops::ramp::{Ramp, Shown};
-use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS};
+use crate::clock::{MILLISECOND_NS, PERIOD_NS};
+use crate::ramp::{Ramp, Shown};
 
 /// Shapes the force with a ramp, and takes it to 0 in a silence.
 #[derive(Debug)]
-pub(crate) struct ForceShaper {
+pub struct ForceShaper {
     ramp: Ramp,
     /// Silence after which the force falls, 0 for never \[ns\].
     watchdog_ns: u64,
@@ -21,16 +21,16 @@ pub(crate) struct ForceShaper {
 
 /// A force on its way to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fall {
+pub struct Fall {
     /// What to show.
-    pub(crate) shown: Shown,
+    pub shown: Shown,
     /// Whether all of it has come to 0.
-    pub(crate) is_done: bool,
+    pub is_done: bool,
 }
 
 impl ForceShaper {
     /// No force is shown, and something was heard just now.
-    pub(crate) fn new(watchdog_ms: u32, ramp_ms: u32, max_slew_n_per_s: f32, now_ns: u64) -> Self {
+    pub fn new(watchdog_ms: u32, ramp_ms: u32, max_slew_n_per_s: f32, now_ns: u64) -> Self {
         Self {
             ramp: Ramp::new(ramp_ms, max_slew_n_per_s),
             watchdog_ns: u64::from(watchdog_ms) * MILLISECOND_NS,
@@ -44,7 +44,7 @@ impl ForceShaper {
 
     /// Something was heard: after a silence the force rises from what is shown. Whether there was
     /// one, which a process that stood still sees here first.
-    pub(crate) fn hear(&mut self, now_ns: u64) -> bool {
+    pub fn hear(&mut self, now_ns: u64) -> bool {
         let unseen = !self.silent && self.has_shown && self.is_silent(now_ns);
         let silent = self.silent || unseen;
         self.silences += u64::from(unseen);
@@ -55,7 +55,7 @@ impl ForceShaper {
     }
 
     /// Something is shown again in a silence: the force rises from what is shown.
-    pub(crate) fn end_silence(&mut self) {
+    pub fn end_silence(&mut self) {
         if self.silent {
             self.silent = false;
             self.fall_ns = None;
@@ -69,33 +69,33 @@ impl ForceShaper {
     }
 
     /// When something was heard last.
-    pub(crate) fn heard_ns(&self) -> u64 {
+    pub fn heard_ns(&self) -> u64 {
         self.heard_ns
     }
 
     /// The next force may be another one: it is gone to along a ramp.
-    pub(crate) fn begin_ramp(&mut self) {
+    pub fn begin_ramp(&mut self) {
         self.ramp.begin();
     }
 
     /// The next force is shown to somebody who was shown nothing yet: it rises from 0.
-    pub(crate) fn begin_at_zero(&mut self) {
+    pub fn begin_at_zero(&mut self) {
         self.ramp.begin_at_zero();
     }
 
     /// The force goes to 0 along a ramp, as long as 0 is what is shaped.
-    pub(crate) fn begin_fall(&mut self) {
+    pub fn begin_fall(&mut self) {
         self.ramp.begin_fall();
     }
 
     /// What to show of the forces and torques.
-    pub(crate) fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
+    pub fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
         self.has_shown = true;
         self.ramp.show(target, now_ns)
     }
 
     /// Nothing was heard: what to show, once it is time to.
-    pub(crate) fn wait(&mut self, now_ns: u64) -> Option<Fall> {
+    pub fn wait(&mut self, now_ns: u64) -> Option<Fall> {
         if !self.silent && self.is_silent(now_ns) {
             self.silent = true;
             self.silences += 1;
@@ -112,17 +112,23 @@ impl ForceShaper {
     }
 
     /// When [`Self::wait`] has something to show next, in a silence.
-    pub(crate) fn fall_ns(&self) -> Option<u64> {
+    pub fn fall_ns(&self) -> Option<u64> {
         self.fall_ns
     }
 
+    /// Whether what is shaped is shown as it is.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.ramp.is_done()
+    }
+
     /// Largest change of the force from one moment shown to the next \[N\].
-    pub(crate) fn largest_step_n(&self) -> f32 {
+    pub fn largest_step_n(&self) -> f32 {
         self.ramp.largest_step_n()
     }
 
     /// Times that nothing was heard for the watchdog's time.
-    pub(crate) fn silences(&self) -> u64 {
+    pub fn silences(&self) -> u64 {
         self.silences
     }
 }

@@ -7,8 +7,8 @@ use iceoryx2::service::Service as _;
 use iceoryx2::service::messaging_pattern::MessagingPattern;
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Found;
 
-use crate::error::Error;
-use crate::session::ipc::services::Ipc;
+use crate::error::{Error, Kind};
+use crate::names::Ipc;
 
 /// Why a publish-subscribe service cannot be shared: its messages are of another type than
 /// `Payload`, whose name is `type_name`. `None` where they are of that type, or is not there.
@@ -27,10 +27,13 @@ pub(crate) fn refusal<Payload>(
     if theirs == type_name && bytes == size_of::<Payload>() {
         return None;
     }
-    Some(Error::input(format!(
-        "service {name} carries {theirs} of {bytes} bytes, and this release speaks {type_name} of \
+    Some(Error::new(
+        Kind::Version,
+        format!(
+            "service {name} carries {theirs} of {bytes} bytes, and this release speaks {type_name} of \
          {} bytes: a program of another release or make holds it; end it, or take another scene \
          with `scene` NAME",
-        size_of::<Payload>()
-    )))
+            size_of::<Payload>()
+        ),
+    ))
 }

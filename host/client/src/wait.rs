@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use chaincell_kernel::choices;
 
-use crate::session::ipc::services::Wake;
-use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
+use crate::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
+use crate::services::Wake;
 
 /// Polling starts this long before the expected moment \[ns\].
 const LEAD_NS: u64 = 100_000;

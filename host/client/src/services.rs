@@ -10,7 +10,7 @@
 //! Root may do anything. The configuration is iceoryx2's built-in one: no file in the working
 //! folder, in the home folder or in /etc changes it.
 //!
-//! **Sizes** are fixed by the types of [`super::payload`] and [`super::tools`]. A service refuses a program whose
+//! **Sizes** are fixed by the types of [`crate::payload`] and [`crate::tools`]. A service refuses a program whose
 //! message has another name, size, alignment, or is a slice where it is none; states and contacts are
 //! slices, their length bounded by the model. Nothing that arrives takes memory of the server.
 //!
@@ -19,7 +19,7 @@
 //! reads; a hash is part of an answer, `--hash-every`. What is beyond is dropped, poses are counted.
 //! A reader that does not read loses the oldest messages and holds up nobody.
 //!
-//! **No path from a message to a file.** Every message is numbers alone ([`super::payload`]): none
+//! **No path from a message to a file.** Every message is numbers alone ([`crate::payload`]): none
 //! can name a file. Of the files that `serve` writes, the folder and the names stand on its command
 //! line; a message can only become a row in them, up to `--record-ticks`.
 
@@ -36,30 +36,26 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use super::{foreign, memory};
-use crate::error::{Error, Result};
-use crate::session::ipc::names::SceneNames;
-use crate::session::ipc::owner;
-use crate::session::ipc::payload::{TOOL_FORCE, TOOL_POSE};
-use crate::session::ipc::serving::{Mouth, ServePorts};
-use crate::session::ipc::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
-
-/// Processes meet in shared memory; a port may be used by two threads of one.
-pub(crate) type Ipc = ipc_threadsafe::Service;
+use crate::error::{Error, Kind, Result};
+use crate::foreign;
+use crate::memory;
+pub use crate::names::Ipc;
+use crate::names::SceneNames;
+use crate::owner;
+use crate::payload::{TOOL_FORCE, TOOL_POSE, ToolForce, ToolPose};
+use crate::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
 /// Messages that a reader may leave unread before the oldest is lost.
 pub const QUEUE_MESSAGES: usize = 1024;
 /// One program of ours, and a free place for a bridge to another machine.
-pub(crate) const PUBLISHERS_MAX: usize = 2;
+pub const PUBLISHERS_MAX: usize = 2;
 /// Our own reader, viewers, recorders, bridges.
-pub(crate) const SUBSCRIBERS_MAX: usize = 8;
+pub const SUBSCRIBERS_MAX: usize = 8;
 /// Processes that may have a service open.
-pub(crate) const NODES_MAX: usize = 20;
+pub const NODES_MAX: usize = 20;
 /// Longest wait for another process that is clearing up after a killed one.
 const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
 
-/// Name of the ports of `serve`, by which a second one is recognised.
-const SERVE_PORT: &str = "chaincell.serve";
 /// Name of the ports of `control`, by which a second one is recognised.
 const CONTROL_PORT: &str = "chaincell.control";
 
@@ -81,15 +77,18 @@ impl Domain {
         let mut config = Config::default();
         if let Some(prefix) = &self.prefix {
             config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|why| {
-                Error::input(format!("iceoryx2 prefix \"{prefix}\" is no file name ({why:?})"))
+                Error::new(
+                    Kind::Argument,
+                    format!("iceoryx2 prefix \"{prefix}\" is no file name ({why:?})"),
+                )
             })?;
         }
         if let Some(root) = &self.root {
             let path = Path::new(root.as_os_str().as_encoded_bytes()).map_err(|why| {
-                Error::input(format!(
-                    "iceoryx2 folder {} is no path it accepts ({why:?})",
-                    root.display()
-                ))
+                Error::new(
+                    Kind::Argument,
+                    format!("iceoryx2 folder {} is no path it accepts ({why:?})", root.display()),
+                )
             })?;
             config.global.set_root_path(&path);
         }
@@ -100,15 +99,19 @@ impl Domain {
 /// One scene's services, open in this process.
 #[derive(Debug)]
 pub struct SceneServices {
-    pub(crate) node: Node<Ipc>,
+    /// This process in shared memory.
+    pub node: Node<Ipc>,
     label: String,
-    pub(crate) state_name: ServiceName,
-    pub(crate) contacts_name: ServiceName,
-    pub(crate) command_name: ServiceName,
+    /// Service of states.
+    pub state_name: ServiceName,
+    /// Service of contacts.
+    pub contacts_name: ServiceName,
+    /// Service of commands.
+    pub command_name: ServiceName,
     /// Poses, from the controller to the tissue.
-    pub pose: Topic<crate::session::ipc::payload::ToolPose>,
+    pub pose: Topic<ToolPose>,
     /// Answers, from the tissue to the controller.
-    pub force: Topic<crate::session::ipc::payload::ToolForce>,
+    pub force: Topic<ToolForce>,
     /// Poses of version 2.
     pub tools: Topic<ToolPoses>,
     /// Answers of version 2.
@@ -170,11 +173,14 @@ impl SceneServices {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|why| {
-                Error::input(format!(
-                    "cannot use shared memory ({why:?}): iceoryx2 keeps its files in \
+                Error::new(
+                    Kind::Permission,
+                    format!(
+                        "cannot use shared memory ({why:?}): iceoryx2 keeps its files in \
                      /tmp/iceoryx2 and /dev/shm; check that both are yours and writable, or end \
                      the other user's programs"
-                ))
+                    ),
+                )
             })?;
         node.blocking_cleanup_dead_nodes(CLEAR_UP_LIMIT);
         Ok(Self {
@@ -192,37 +198,22 @@ impl SceneServices {
         })
     }
 
-    /// Ports of the tissue's side; refused while another `serve` is alive on the scene.
-    pub fn serve_ports(&self, woken: bool) -> Result<ServePorts> {
-        self.refuse_second(&self.force, SERVE_PORT, None, "serve")?;
-        let force = self.publisher(&self.force, SERVE_PORT, "serve")?;
-        let id = force.id();
-        let ports = ServePorts {
-            pose: subscriber(&self.pose, SERVE_PORT)?,
-            tools: subscriber(&self.tools, SERVE_PORT)?,
-            mouth: Mouth::new(force, self.publisher(&self.forces, SERVE_PORT, "serve")?),
-            ring: ring(&self.force_wake)?,
-            wake: wake(&self.pose_wake, woken)?,
-        };
-        // Two that started at once see each other now.
-        self.refuse_second(&self.force, SERVE_PORT, Some(id), "serve")?;
-        self.take_memory()?;
-        Ok(ports)
-    }
-
     /// Ports of the controller's side; refused while another `control` is alive on the scene.
-    pub fn control_ports(
-        &self,
-        woken: bool,
-    ) -> Result<
-        Ports<crate::session::ipc::payload::ToolForce, crate::session::ipc::payload::ToolPose>,
-    > {
+    pub fn control_ports(&self, woken: bool) -> Result<Ports<ToolForce, ToolPose>> {
         self.controlling(&self.force, &self.pose, woken)
     }
 
     /// The same for version 2.
     pub fn tools_control_ports(&self, woken: bool) -> Result<Ports<ToolForces, ToolPoses>> {
         self.controlling(&self.forces, &self.tools, woken)
+    }
+
+    /// What wakes the readers of answers, and what poses wake.
+    ///
+    /// # Errors
+    /// All places are taken.
+    pub fn server_bells(&self, woken: bool) -> Result<(Ring, Wake)> {
+        Ok((ring(&self.force_wake)?, wake(&self.pose_wake, woken)?))
     }
 
     fn controlling<In, Out>(
@@ -251,7 +242,10 @@ impl SceneServices {
     }
 
     /// Takes the memory of all ports so far, so that nothing fails for want of it later.
-    pub(crate) fn take_memory(&self) -> Result<()> {
+    ///
+    /// # Errors
+    /// Too little of it.
+    pub fn take_memory(&self) -> Result<()> {
         memory::take(&self.node.config().global.prefix.to_string())
     }
 
@@ -298,7 +292,11 @@ impl SceneServices {
         }
     }
 
-    fn refuse_second<Payload: ZeroCopySend + Debug>(
+    /// Refuses to go on where another program alive has a publisher of this port's name.
+    ///
+    /// # Errors
+    /// Its process, and the remedy.
+    pub fn refuse_second<Payload: ZeroCopySend + Debug>(
         &self,
         topic: &Topic<Payload>,
         port: &str,
@@ -322,14 +320,21 @@ impl SceneServices {
 
     fn second(&self, program: &str, pid: Option<ProcessId>) -> Error {
         let pid = pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
-        Error::input(format!(
-            "{} has a running chaincell {program}{pid}; end it, or take another scene with \
+        Error::new(
+            Kind::Taken,
+            format!(
+                "{} has a running chaincell {program}{pid}; end it, or take another scene with \
              `scene` NAME",
-            self.label
-        ))
+                self.label
+            ),
+        )
     }
 
-    fn publisher<Payload: ZeroCopySend + Debug>(
+    /// A publisher of a port's name, which holds up nobody.
+    ///
+    /// # Errors
+    /// All places are taken.
+    pub fn publisher<Payload: ZeroCopySend + Debug>(
         &self,
         topic: &Topic<Payload>,
         port: &str,
@@ -393,7 +398,11 @@ fn wake_topic(node: &Node<Ipc>, name: &ServiceName) -> Result<event::PortFactory
     node.service_builder(name).event().open_or_create().map_err(|why| service_error(name, why))
 }
 
-fn subscriber<Payload: ZeroCopySend + Debug>(
+/// A subscriber of a port's name with the whole queue.
+///
+/// # Errors
+/// All places are taken.
+pub fn subscriber<Payload: ZeroCopySend + Debug>(
     topic: &Topic<Payload>,
     port: &str,
 ) -> Result<Subscriber<Ipc, Payload, ()>> {
@@ -419,24 +428,34 @@ fn wake(topic: &event::PortFactory<Ipc>, woken: bool) -> Result<Wake> {
 }
 
 fn node_name() -> Result<NodeName> {
-    NodeName::new("chaincell").map_err(|why| Error::check(format!("node name: {why:?}")))
+    NodeName::new("chaincell")
+        .map_err(|why| Error::new(Kind::Connection, format!("node name: {why:?}")))
 }
 
 fn port_name(name: &str) -> Result<PortName> {
-    PortName::new(name).map_err(|why| Error::check(format!("port name {name}: {why:?}")))
+    PortName::new(name)
+        .map_err(|why| Error::new(Kind::Connection, format!("port name {name}: {why:?}")))
 }
 
-pub(crate) fn service_error(name: &ServiceName, why: impl Debug) -> Error {
-    Error::input(format!(
-        "cannot open service {name} ({why:?}); a program that created it with other limits or \
+/// Why a service cannot be opened.
+pub fn service_error(name: &ServiceName, why: impl Debug) -> Error {
+    let why = format!("{why:?}");
+    let kind = if why.contains("ExceedsMax") { Kind::Full } else { Kind::Service };
+    let text = format!(
+        "cannot open service {name} ({why}); a program that created it with other limits or \
          types is still running: end it and start chaincell serve first, or take another scene \
          with `scene` NAME"
-    ))
+    );
+    Error::new(kind, text)
 }
 
-pub(crate) fn port_error(name: &ServiceName, why: impl Debug) -> Error {
-    Error::input(format!(
-        "cannot connect to service {name} ({why:?}); end programs that use it, or take another \
+/// Why a service cannot be connected to.
+pub fn port_error(name: &ServiceName, why: impl Debug) -> Error {
+    let why = format!("{why:?}");
+    let kind = if why.contains("ExceedsMax") { Kind::Full } else { Kind::Service };
+    let text = format!(
+        "cannot connect to service {name} ({why}); end programs that use it, or take another \
          scene with `scene` NAME"
-    ))
+    );
+    Error::new(kind, text)
 }

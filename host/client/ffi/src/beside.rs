@@ -1,0 +1,124 @@
+//! What is beside the loop: states, contacts, commands.
+
+use chaincell_client::command::refusal_text;
+use chaincell_client::payload::CommandMessage;
+
+use crate::code::{Code, keep};
+use crate::handles::{guarded, with};
+use crate::memory;
+use crate::step::Handle;
+use crate::types::{Contacts, Reply, State};
+
+/// The body takes its rest shape.
+pub const COMMAND_RESET: u32 = 1;
+/// Poses are answered with force 0, and no cell moves.
+pub const COMMAND_PAUSE: u32 = 2;
+/// Ends a pause.
+pub const COMMAND_RESUME: u32 = 3;
+/// Sets a parameter to the value.
+pub const COMMAND_SET: u32 = 4;
+/// The tool that is the parameter takes hold of what it is in contact with.
+pub const COMMAND_GRIP: u32 = 5;
+/// The tool that is the parameter lets go within so many ticks as the value says.
+pub const COMMAND_LET_GO: u32 = 6;
+/// The session is saved beside its trace.
+pub const COMMAND_SNAPSHOT: u32 = 7;
+/// Sweeps a tick, 1 to 1,000.
+pub const PARAMETER_SWEEPS: u32 = 1;
+/// Largest force \[N\].
+pub const PARAMETER_MAX_FORCE: u32 = 2;
+/// Largest move of a tool a tick \[m\].
+pub const PARAMETER_MAX_TOOL_STEP: u32 = 3;
+/// Unloading: 0 off, 1 release, 2 retreat.
+pub const PARAMETER_UNLOADING: u32 = 4;
+
+/// Takes the newest state that was not taken yet, where it lies in shared memory, until
+/// `chaincell_client_state_release`: 3 where none has come. The first call joins the readers, allocates
+/// and mostly gives 3. Not for the loop of a device: use a viewer's handle in another thread.
+///
+/// # Safety
+/// `state` is null or, where aligned, storage for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_client_state(client: Handle, state: *mut State) -> Code {
+    // SAFETY: the caller's promise is handed on.
+    guarded(|| unsafe {
+        memory::write(state, State::NONE)?;
+        with(client, |open| {
+            if open.state.is_some() {
+                return Err(Code::Held);
+            }
+            let Some(view) = open.client.state()? else { return Ok(Code::NothingNew) };
+            memory::write(state, State::of(view.header(), view.rows()))?;
+            open.state = Some(view);
+            Ok(Code::Ok)
+        })
+    })
+}
+
+/// Gives a state back: its nodes must not be read any more.
+#[unsafe(no_mangle)]
+pub extern "C" fn chaincell_client_state_release(client: Handle) -> Code {
+    guarded(|| with(client, |open| open.state.take().map(|_| Code::Ok).ok_or(Code::NotHeld)))
+}
+
+/// Takes the newest contacts that were not taken yet, as `chaincell_client_state` does; until
+/// `chaincell_client_contacts_release`. A server without tools on a contact surface sends none.
+///
+/// # Safety
+/// `contacts` is null or, where aligned, storage for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_client_contacts(
+    client: Handle,
+    contacts: *mut Contacts,
+) -> Code {
+    // SAFETY: the caller's promise is handed on.
+    guarded(|| unsafe {
+        memory::write(contacts, Contacts::NONE)?;
+        with(client, |open| {
+            if open.contacts.is_some() {
+                return Err(Code::Held);
+            }
+            let Some(view) = open.client.contacts()? else { return Ok(Code::NothingNew) };
+            memory::write(contacts, Contacts::of(view.header(), view.rows()))?;
+            open.contacts = Some(view);
+            Ok(Code::Ok)
+        })
+    })
+}
+
+/// Gives contacts back: they must not be read any more.
+#[unsafe(no_mangle)]
+pub extern "C" fn chaincell_client_contacts_release(client: Handle) -> Code {
+    guarded(|| with(client, |open| open.contacts.take().map(|_| Code::Ok).ok_or(Code::NotHeld)))
+}
+
+/// Sends a command and waits for its reply at most `wait_ns`: `kind` is one of CHAINCELL_CLIENT_COMMAND_,
+/// `parameter` one of CHAINCELL_CLIENT_PARAMETER_ or the tool, both and `value` 0 where the kind has none.
+/// `reply` may be null. Not for the loop of a device.
+///
+/// # Safety
+/// `reply` is null or, where aligned, storage for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_client_command(
+    client: Handle,
+    kind: u32,
+    parameter: u32,
+    value: f32,
+    wait_ns: u64,
+    reply: *mut Reply,
+) -> Code {
+    // SAFETY: the caller's promise is handed on.
+    guarded(|| unsafe {
+        memory::write_if_asked(reply, Reply::default())?;
+        with(client, |open| {
+            let message = CommandMessage { kind, parameter, value, reserved: 0 };
+            let found = open.client.ask(message, wait_ns)?;
+            memory::write_if_asked(reply, found.into())?;
+            if found.result != 0 {
+                keep(refusal_text(found.reason));
+                return Err(Code::Refused);
+            }
+            Ok(Code::Ok)
+        })
+    })
+}

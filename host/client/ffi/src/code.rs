@@ -1,0 +1,209 @@
+//! Result codes: what a call came to, stable numbers for C.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, c_char};
+
+use chaincell_client::{Error, Kind};
+
+/// What a call came to: 0 when all is well, above 0 when there is nothing new, negative when it was
+/// refused.
+///
+/// A number never changes its meaning; `chaincell_client_error_text` says it in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i32)]
+pub enum Code {
+    /// Done; of a step: the answer to these poses has come.
+    Ok = 0,
+    /// No answer has come, and the watchdog has not bitten: the last force counts.
+    NoAnswer = 1,
+    /// No answer has come for the time of the watchdog: the force falls to 0 along its ramp, or is 0.
+    Silent = 2,
+    /// Nothing has come that was not taken yet.
+    NothingNew = 3,
+    /// A pointer is null.
+    Null = -1,
+    /// A pointer does not have the alignment of what it points to.
+    Misaligned = -2,
+    /// Header and library are of different versions.
+    Version = -3,
+    /// No client has this handle: it was closed, or never opened.
+    Closed = -4,
+    /// Another thread is in a call with this handle.
+    Busy = -5,
+    /// The process has as many clients as it can.
+    TooMany = -6,
+    /// The library has a fault; its handle cannot be used any more, close it.
+    Fault = -7,
+    /// A scene name or an option that cannot be.
+    Argument = -8,
+    /// No server on the scene.
+    NoServer = -20,
+    /// The scene speaks messages of another version or make.
+    Messages = -21,
+    /// Another controller has joined the scene.
+    Taken = -22,
+    /// As many programs as can be have joined already.
+    Full = -23,
+    /// The files of shared memory belong to somebody else, or may be written by others.
+    Permission = -24,
+    /// Shared memory is full.
+    Memory = -25,
+    /// A service of the scene has other limits, or cannot be used.
+    Service = -26,
+    /// Shared memory failed under way.
+    Connection = -27,
+    /// A pose that is no pose, or none, or too many: nothing was sent.
+    Pose = -40,
+    /// The handle is that of a viewer, which has no tools.
+    Viewer = -41,
+    /// What was taken last was not released yet.
+    Held = -42,
+    /// There is nothing to release.
+    NotHeld = -43,
+    /// No reply to the command in its time: whether it was carried out is not known.
+    NoReply = -44,
+    /// The server refused the command: nothing has changed.
+    Refused = -45,
+}
+
+impl Code {
+    /// Every code.
+    pub(crate) const ALL: [Self; 26] = [
+        Self::Ok,
+        Self::NoAnswer,
+        Self::Silent,
+        Self::NothingNew,
+        Self::Null,
+        Self::Misaligned,
+        Self::Version,
+        Self::Closed,
+        Self::Busy,
+        Self::TooMany,
+        Self::Fault,
+        Self::Argument,
+        Self::NoServer,
+        Self::Messages,
+        Self::Taken,
+        Self::Full,
+        Self::Permission,
+        Self::Memory,
+        Self::Service,
+        Self::Connection,
+        Self::Pose,
+        Self::Viewer,
+        Self::Held,
+        Self::NotHeld,
+        Self::NoReply,
+        Self::Refused,
+    ];
+
+    /// The code in words.
+    pub(crate) fn text(self) -> &'static CStr {
+        match self {
+            Self::Ok => c"done",
+            Self::NoAnswer => c"no answer in time: the last force counts",
+            Self::Silent => c"no answer for the time of the watchdog: the force falls to 0, or is 0",
+            Self::NothingNew => c"nothing has come that was not taken yet",
+            Self::Null => c"a pointer is null",
+            Self::Misaligned => c"a pointer has not the alignment of what it points to",
+            Self::Version => c"header and library are of different versions: build with the header beside the library",
+            Self::Closed => c"no client has this handle: it was closed, or never opened",
+            Self::Busy => c"another thread is in a call with this handle: open one for each thread",
+            Self::TooMany => c"this process has 64 clients open: close one",
+            Self::Fault => c"the library has a fault: close the handle, and report it",
+            Self::Argument => c"a scene name or an option cannot be",
+            Self::NoServer => c"no server on the scene: start chaincell serve with this scene",
+            Self::Messages => c"the scene speaks messages of another version: take server and client of one release",
+            Self::Taken => c"another controller has joined the scene: end it, or take another scene",
+            Self::Full => c"as many programs as can be have joined the scene: end one",
+            Self::Permission => c"the files of shared memory are not this user's alone: run as their owner",
+            Self::Memory => c"shared memory is full: free some of /dev/shm",
+            Self::Service => c"a service of the scene has other limits: end the programs that use it",
+            Self::Connection => c"shared memory failed: start the server again",
+            Self::Pose => c"a pose that is no pose, or none, or more than 8: nothing was sent",
+            Self::Viewer => c"a viewer has no tools: open the scene as its controller",
+            Self::Held => c"what was taken last is still held: release it first",
+            Self::NotHeld => c"there is nothing to release",
+            Self::NoReply => c"no reply in time: whether the command was carried out is not known",
+            Self::Refused => c"the server refused the command: nothing has changed",
+        }
+    }
+
+    fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Argument => Self::Argument,
+            Kind::NoServer => Self::NoServer,
+            Kind::Version => Self::Messages,
+            Kind::Taken => Self::Taken,
+            Kind::Full => Self::Full,
+            Kind::Permission => Self::Permission,
+            Kind::Memory => Self::Memory,
+            Kind::Service => Self::Service,
+            Kind::Connection | Kind::Stopped => Self::Connection,
+            Kind::Pose => Self::Pose,
+            Kind::NoReply => Self::NoReply,
+            Kind::Refused => Self::Refused,
+            Kind::Viewer => Self::Viewer,
+        }
+    }
+}
+
+/// Longest text of a refusal, with the 0 at its end.
+const TEXT_BYTES: usize = 512;
+
+thread_local! {
+    static LAST: RefCell<[u8; TEXT_BYTES]> = const { RefCell::new([0; TEXT_BYTES]) };
+}
+
+/// Keeps why a call was refused, for this thread.
+pub(crate) fn keep(text: &str) {
+    // A thread that ends has nobody who could ask.
+    let _ = LAST.try_with(|last| {
+        let end = text.floor_char_boundary(TEXT_BYTES - 1);
+        if let Ok(mut last) = last.try_borrow_mut() {
+            last.fill(0);
+            last.iter_mut().zip(text.bytes().take(end)).for_each(|(place, byte)| *place = byte);
+        }
+    });
+}
+
+/// What was kept last, empty where nothing was.
+pub(crate) fn kept() -> *const c_char {
+    LAST.try_with(|last| last.as_ptr().cast_const().cast()).unwrap_or(c"".as_ptr())
+}
+
+impl From<Error> for Code {
+    /// Keeps the text.
+    fn from(why: Error) -> Self {
+        keep(&why.to_string());
+        Self::of(why.kind())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_has_a_number_and_a_text_of_its_own() {
+        for (at, one) in Code::ALL.into_iter().enumerate() {
+            for other in &Code::ALL[at + 1..] {
+                assert_ne!(one as i32, *other as i32);
+                assert_ne!(one.text(), other.text());
+            }
+        }
+    }
+
+    #[test]
+    fn a_text_is_kept_whole_or_cut_between_letters() {
+        // SAFETY: the text ends with a 0 and is this thread's own.
+        let now = || unsafe { CStr::from_ptr(kept()) }.to_str().unwrap().to_owned();
+        assert_eq!(now(), "");
+        keep("käfer");
+        assert_eq!(now(), "käfer");
+        keep(&"ä".repeat(400));
+        assert_eq!(now(), "ä".repeat(255));
+        keep("");
+        assert_eq!(now(), "");
+    }
+}

@@ -1,0 +1,120 @@
+//! Calls in the wrong order and with the wrong pointers. Tests with a server are in `tests/tests/client`.
+
+use std::ffi::CStr;
+use std::ptr::{null, null_mut};
+
+use super::*;
+
+fn text(pointer: *const c_char) -> String {
+    // SAFETY: texts of the library end with a 0.
+    unsafe { CStr::from_ptr(pointer) }.to_str().unwrap().to_owned()
+}
+
+fn misaligned<T>(value: &mut T) -> *mut T {
+    std::ptr::from_mut(value).wrapping_byte_add(1)
+}
+
+const POSE: ToolPose =
+    ToolPose { position_m: [0.0; 3], orientation: [0.0, 0.0, 0.0, 1.0], engaged: 0 };
+
+#[test]
+fn every_number_has_a_text() {
+    for code in Code::ALL {
+        assert!(!text(chaincell_client_error_text(code as i32)).is_empty());
+    }
+    for code in [i32::MIN, -1000, 1000, i32::MAX] {
+        assert_eq!(text(chaincell_client_error_text(code)), "unknown code");
+    }
+    assert_eq!(chaincell_client_abi_version(), VERSION);
+}
+
+#[test]
+fn pointers_are_checked_before_anything_else() {
+    let mut options = Options::from(chaincell_client::Options::default());
+    let mut handle: Handle = 7;
+    let mut shown = [Shown::default(); 2];
+    // SAFETY: pointers are null, misaligned or good.
+    unsafe {
+        assert_eq!(chaincell_client_options_default(null_mut()), Code::Null);
+        let options = misaligned(&mut options);
+        assert_eq!(chaincell_client_options_default(options), Code::Misaligned);
+        let name = c"nobody".as_ptr();
+        assert_eq!(chaincell_client_open(VERSION, name, null(), null_mut()), Code::Null);
+        assert_eq!(chaincell_client_open(VERSION, name, options, &mut handle), Code::Misaligned);
+        assert_eq!(handle, 0, "what was refused is no handle");
+        let odd = misaligned(&mut shown[0]);
+        assert_eq!(chaincell_client_step(1, &POSE, 1, 0, null_mut()), Code::Null);
+        assert_eq!(chaincell_client_step(1, &POSE, 1, 0, odd), Code::Misaligned);
+        assert_eq!(chaincell_client_try_receive(1, null_mut()), Code::Null);
+        assert_eq!(chaincell_client_shown(1, null_mut()), Code::Null);
+        assert_eq!(chaincell_client_state(1, null_mut()), Code::Null);
+        assert_eq!(chaincell_client_contacts(1, null_mut()), Code::Null);
+    }
+}
+
+#[test]
+fn poses_that_cannot_be_are_not_read() {
+    // SAFETY: nothing is read where the count or the pointer is bad.
+    unsafe {
+        for count in [0, 9, usize::MAX, usize::MAX / 32 + 1] {
+            assert_eq!(step::read_poses(null(), count).unwrap_err(), Code::Pose, "{count}");
+        }
+        assert_eq!(step::read_poses(null(), 1).unwrap_err(), Code::Null);
+        let bad = ToolPose { engaged: 2, ..POSE };
+        assert_eq!(step::read_poses([POSE, bad].as_ptr(), 2).unwrap_err(), Code::Pose);
+    }
+    assert!(text(chaincell_client_last_error()).starts_with("tool 1: `engaged` 2"));
+}
+
+#[test]
+fn a_handle_that_is_none_is_refused_everywhere_and_nothing_is_felt() {
+    let mut shown = Shown { tick: 7, ..Shown::default() };
+    shown.tools[0].force_n = [1.0; 3];
+    let (mut state, mut contacts, mut tick) = (State::NONE, Contacts::NONE, 9);
+    for handle in [0, 1, 64, 65, u64::MAX] {
+        // SAFETY: pointers are good.
+        unsafe {
+            assert_eq!(chaincell_client_step(handle, &POSE, 1, 0, &mut shown), Code::Closed);
+            assert_eq!(shown, Shown::default());
+            assert_eq!(chaincell_client_send(handle, &POSE, 1, &mut tick), Code::Closed);
+            assert_eq!(tick, 0);
+            assert_eq!(chaincell_client_try_receive(handle, &mut shown), Code::Closed);
+            assert_eq!(chaincell_client_state(handle, &mut state), Code::Closed);
+            assert_eq!(chaincell_client_contacts(handle, &mut contacts), Code::Closed);
+            assert_eq!(chaincell_client_command(handle, 1, 0, 0.0, 0, null_mut()), Code::Closed);
+        }
+        assert_eq!(chaincell_client_state_release(handle), Code::Closed);
+        assert_eq!(chaincell_client_contacts_release(handle), Code::Closed);
+        assert_eq!(chaincell_client_close(handle), Code::Closed);
+    }
+}
+
+#[test]
+fn what_cannot_be_opened_says_why() {
+    let mut handle: Handle = 7;
+    let default = Options::from(chaincell_client::Options::default());
+    let mut refused = |version: u32, scene: &CStr, options: Options| {
+        // SAFETY: pointers are good, the text ends with a 0.
+        let code = unsafe { chaincell_client_open(version, scene.as_ptr(), &options, &mut handle) };
+        assert_eq!(handle, 0);
+        (code, text(chaincell_client_last_error()))
+    };
+    let (code, why) = refused(VERSION + 1, c"nobody", default);
+    assert!(code == Code::Version && why.contains("of one release"), "{why}");
+    for name in [c"a b".to_owned(), c"".to_owned(), c"pose".to_owned(), c"\xff".to_owned()] {
+        let (code, why) = refused(VERSION, &name, default);
+        assert!(code == Code::Argument && why.contains("give 1 to 64"), "{why}");
+    }
+    let long = std::ffi::CString::new("x".repeat(100_000)).unwrap();
+    assert!(refused(VERSION, &long, default).1.contains("longer than 64"));
+    for options in [
+        Options { role: 2, ..default },
+        Options { role: -1, ..default },
+        Options { wait: 3, ..default },
+        Options { watchdog_ms: 60_001, ..default },
+        Options { ramp_ms: u32::MAX, ..default },
+    ] {
+        let (code, why) = refused(VERSION, c"nobody", options);
+        assert!(code == Code::Argument && why.contains('`'), "{why}");
+    }
+}

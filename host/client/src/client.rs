@@ -1,0 +1,336 @@
+//! The client: one handle on a scene, as its controller or as a viewer.
+
+use chaincell_kernel::trace::Command;
+use iceoryx2::port::update_connections::UpdateConnections;
+
+use crate::clock::{SECOND_NS, now_ns, sleep_until_ns};
+use crate::command::{CommandClient, refusal_text};
+use crate::contacts::{Contact, ContactReader};
+use crate::error::{Error, Kind, Result};
+use crate::hearing::{Answer, Hearing};
+use crate::payload::{CommandMessage, NodePosition, ReplyMessage};
+use crate::pose::{self, Pose};
+use crate::services::{Domain, Ports, QUEUE_MESSAGES, SceneServices};
+use crate::state::StateReader;
+use crate::tools::{ToolForces, ToolPoses};
+use crate::viewed::View;
+use crate::wait::{Wait, Waiter};
+
+/// First guess of a round trip \[ns\].
+const ROUND_TRIP_GUESS_NS: u64 = 200_000;
+/// Longest watchdog and ramp \[ms\].
+pub const MS_MAX: u32 = 60_000;
+/// Longest wait that is waited \[ns\]: an hour.
+const WAIT_NS_MAX: u64 = 3600 * SECOND_NS;
+
+/// What a handle is for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Role {
+    /// Sends poses; a scene has one.
+    #[default]
+    Controller,
+    /// Looks at states and contacts, and sends commands.
+    Viewer,
+}
+
+/// How to open a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Options {
+    /// Name of the scene, `None` for the unnamed one.
+    pub scene: Option<String>,
+    /// Where iceoryx2 keeps its files.
+    pub domain: Domain,
+    /// What the handle is for.
+    pub role: Role,
+    /// How to wait for answers.
+    pub wait: Wait,
+    /// Longest wait for a server \[ns\].
+    pub server_wait_ns: u64,
+    /// Time without an answer after which the force falls to 0, 0 for never, at most [`MS_MAX`] \[ms\].
+    pub watchdog_ms: u32,
+    /// Time in which it falls, and rises when answers come again; 0 for at once \[ms\].
+    pub ramp_ms: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            domain: Domain::default(),
+            role: Role::Controller,
+            wait: Wait::Hybrid,
+            server_wait_ns: 10 * SECOND_NS,
+            watchdog_ms: 20,
+            ramp_ms: 20,
+        }
+    }
+}
+
+/// How a call that looked for an answer ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// An answer has come: to the pose sent, where one was sent.
+    Answered,
+    /// None has come, and the watchdog has not bitten: the last force counts.
+    NoAnswer,
+    /// None has come for the time of the watchdog: the force falls to 0, or is 0.
+    Silent,
+}
+
+/// An open scene.
+///
+/// Dropping it leaves the scene; the server's watchdog then lets its force fall.
+#[derive(Debug)]
+pub struct Client {
+    control: Option<Control>,
+    state: Option<StateReader>,
+    contacts: Option<ContactReader>,
+    commands: Option<CommandClient>,
+    // Behind its ports: fields are dropped in order.
+    scene: SceneServices,
+}
+
+#[derive(Debug)]
+struct Control {
+    ports: Ports<ToolForces, ToolPoses>,
+    waiter: Waiter,
+    hearing: Hearing,
+    tick: u64,
+    /// When the poses of the last ticks were sent, by tick modulo the length \[ns\].
+    sent_ns: Box<[u64]>,
+    foreign: u64,
+}
+
+impl Client {
+    /// Opens a scene, waiting for its server. Allocates, maps memory, looks at files, and sleeps.
+    ///
+    /// # Errors
+    /// No such scene, other messages, another controller, no place, no permission, no memory.
+    pub fn open(options: &Options) -> Result<Self> {
+        for (name, ms) in [("watchdog_ms", options.watchdog_ms), ("ramp_ms", options.ramp_ms)] {
+            if ms > MS_MAX {
+                let text = format!("`{name}` {ms}: must be from 0 to {MS_MAX}");
+                return Err(Error::new(Kind::Argument, text));
+            }
+        }
+        let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
+        let ports = match options.role {
+            Role::Viewer => None,
+            Role::Controller => Some(scene.tools_control_ports(options.wait == Wait::Event)?),
+        };
+        wait_for_server(&scene, options.server_wait_ns)?;
+        let control = ports.map(|ports| Control::new(ports, options)).transpose()?;
+        Ok(Self { control, state: None, contacts: None, commands: None, scene })
+    }
+
+    /// Sends the poses of tools 0, 1 and so on, and waits for the answer to them, at most so long.
+    /// Allocates 48 bytes; waits as [`Options::wait`] says.
+    ///
+    /// # Errors
+    /// What is no pose, and nothing was sent; a viewer.
+    pub fn step(&mut self, poses: &[Pose], wait_ns: u64) -> Result<(Outcome, Answer)> {
+        let control = self.control()?;
+        let tick = control.send(poses)?;
+        Ok(control.receive(Some(tick), wait_ns))
+    }
+
+    /// Sends the poses of tools 0, 1 and so on, and waits for nothing. Gives the number of the tick.
+    /// Allocates 48 bytes.
+    ///
+    /// # Errors
+    /// What is no pose, and nothing was sent; a viewer.
+    pub fn send(&mut self, poses: &[Pose]) -> Result<u64> {
+        self.control()?.send(poses)
+    }
+
+    /// Takes all answers that have come, and gives the newest. Waits for nothing and allocates nothing.
+    ///
+    /// # Errors
+    /// A viewer.
+    pub fn try_receive(&mut self) -> Result<(Outcome, Answer)> {
+        Ok(self.control()?.receive(None, 0))
+    }
+
+    /// What to show now, from the answers taken so far.
+    ///
+    /// # Errors
+    /// A viewer.
+    pub fn shown(&mut self) -> Result<Answer> {
+        let control = self.control()?;
+        let now_ns = now_ns();
+        control.hearing.wait(now_ns);
+        Ok(control.hearing.answer(now_ns))
+    }
+
+    /// Whether a server is registered on the scene. One that was killed may be until another program
+    /// starts.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        self.scene.is_served()
+    }
+
+    /// Times without an answer for the time of the watchdog, answers to somebody else, and the largest
+    /// change of a tool's force from one moment to the next \[N\].
+    ///
+    /// # Errors
+    /// A viewer.
+    pub fn counts(&mut self) -> Result<(u64, u64, f32)> {
+        let Control { hearing, foreign, .. } = self.control()?;
+        Ok((hearing.silences(), *foreign, hearing.largest_step_n()))
+    }
+
+    /// The newest state that was not taken yet, where it lies. The first call joins the readers and
+    /// allocates; a state comes with the next tick.
+    ///
+    /// # Errors
+    /// No place for a further reader; two are held already.
+    pub fn state(&mut self) -> Result<Option<View<NodePosition>>> {
+        joined(&mut self.state, || StateReader::open(&self.scene))?.borrow()
+    }
+
+    /// The newest contacts that were not taken yet, where they lie; as [`Self::state`].
+    ///
+    /// # Errors
+    /// No place for a further reader; two are held already.
+    pub fn contacts(&mut self) -> Result<Option<View<Contact>>> {
+        joined(&mut self.contacts, || ContactReader::open(&self.scene))?.borrow()
+    }
+
+    /// Sends a command and waits for its reply, at most so long: not for the loop of a device.
+    ///
+    /// # Errors
+    /// No reply in time: whether the command was carried out is not known. A refusal, as
+    /// [`Kind::Refused`] with the reason.
+    pub fn command(&mut self, command: &Command, wait_ns: u64) -> Result<ReplyMessage> {
+        let reply = self.ask(CommandMessage::new(command), wait_ns)?;
+        match reply.result {
+            0 => Ok(reply),
+            _ => Err(Error::new(
+                Kind::Refused,
+                format!(
+                    "{} refused the command: {}",
+                    self.scene.label(),
+                    refusal_text(reply.reason)
+                ),
+            )),
+        }
+    }
+
+    /// Sends a message that may be no command, and gives the reply whatever it says.
+    ///
+    /// # Errors
+    /// No reply in time.
+    pub fn ask(&mut self, message: CommandMessage, wait_ns: u64) -> Result<ReplyMessage> {
+        let commands = joined(&mut self.commands, || CommandClient::open(&self.scene))?;
+        commands.send(message, wait_ns.min(WAIT_NS_MAX), || false)
+    }
+
+    fn control(&mut self) -> Result<&mut Control> {
+        self.control.as_mut().ok_or_else(|| {
+            Error::new(Kind::Viewer, "a viewer has no tools: open the scene as its controller")
+        })
+    }
+}
+
+impl Control {
+    fn new(ports: Ports<ToolForces, ToolPoses>, options: &Options) -> Result<Self> {
+        // Without a history, a pose sent before the connection exists would be lost.
+        ports.publisher.update_connections().map_err(|why| {
+            let text = format!("cannot connect to the server ({why:?}): start it again");
+            Error::new(Kind::Connection, text)
+        })?;
+        Ok(Self {
+            ports,
+            waiter: Waiter::new(options.wait, ROUND_TRIP_GUESS_NS),
+            hearing: Hearing::new(options.watchdog_ms, options.ramp_ms, now_ns()),
+            tick: 0,
+            sent_ns: vec![0; QUEUE_MESSAGES].into_boxed_slice(),
+            foreign: 0,
+        })
+    }
+
+    fn sent_ns_mut(&mut self, tick: u64) -> &mut u64 {
+        &mut self.sent_ns[tick as usize % QUEUE_MESSAGES]
+    }
+
+    fn send(&mut self, poses: &[Pose]) -> Result<u64> {
+        let (tick, send_ns) = (self.tick + 1, now_ns());
+        let message = pose::message(tick, send_ns, poses)?;
+        self.ports.publisher.send_copy(message).map_err(|why| {
+            Error::new(Kind::Connection, format!("shared memory took no pose ({why:?})"))
+        })?;
+        self.ports.ring.ring();
+        (self.tick, *self.sent_ns_mut(tick)) = (tick, send_ns);
+        self.waiter.expect_after(send_ns);
+        Ok(tick)
+    }
+
+    /// Takes answers until that to a tick is among them, or the time is up; without a tick, those that
+    /// are there.
+    fn receive(&mut self, tick: Option<u64>, wait_ns: u64) -> (Outcome, Answer) {
+        let end_ns = now_ns().saturating_add(wait_ns.min(WAIT_NS_MAX));
+        let mut is_answered = false;
+        let now_ns = loop {
+            while let Some(answered) = self.take() {
+                is_answered |= answered != 0 && tick.is_none_or(|tick| tick == answered);
+            }
+            let now_ns = now_ns();
+            self.hearing.wait(now_ns);
+            if is_answered || now_ns >= end_ns {
+                break now_ns;
+            }
+            // The force has its turn every millisecond, also in a long wait.
+            self.waiter.pause(end_ns.min(now_ns + Hearing::LOOK_NS), &self.ports.wake);
+        };
+        let outcome = match (is_answered, self.hearing.is_silent()) {
+            (true, _) => Outcome::Answered,
+            (false, true) => Outcome::Silent,
+            (false, false) => Outcome::NoAnswer,
+        };
+        (outcome, self.hearing.answer(now_ns))
+    }
+
+    /// The tick of the next message, 0 where it is no answer of ours. A connection that fails shows as
+    /// a missing answer.
+    fn take(&mut self) -> Option<u64> {
+        let forces = *self.ports.subscriber.receive().ok()??;
+        if forces.tick == 0 || *self.sent_ns_mut(forces.tick) != forces.send_ns {
+            self.foreign += 1;
+            return Some(0);
+        }
+        let now_ns = now_ns();
+        let is_answer = self.hearing.hear(&forces, now_ns);
+        if !is_answer {
+            return Some(0);
+        }
+        self.waiter.arrived(now_ns, now_ns.saturating_sub(forces.send_ns));
+        if forces.tick < self.tick {
+            self.waiter.expect_after(now_ns);
+        }
+        Some(forces.tick)
+    }
+}
+
+/// What is open, or what is opened now.
+fn joined<T>(place: &mut Option<T>, open: impl FnOnce() -> Result<T>) -> Result<&mut T> {
+    let opened = match place.take() {
+        Some(opened) => opened,
+        None => open()?,
+    };
+    Ok(place.insert(opened))
+}
+
+fn wait_for_server(scene: &SceneServices, at_most_ns: u64) -> Result<()> {
+    let end_ns = now_ns().saturating_add(at_most_ns.min(WAIT_NS_MAX));
+    while !scene.is_served() {
+        if now_ns() >= end_ns {
+            let text = format!(
+                "no server on {}: start `chaincell serve` with the same `scene`, or wait longer for it",
+                scene.label()
+            );
+            return Err(Error::new(Kind::NoServer, text));
+        }
+        sleep_until_ns(now_ns() + Hearing::LOOK_NS);
+    }
+    Ok(())
+}

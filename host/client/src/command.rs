@@ -1,0 +1,208 @@
+//! Commands: what another program may tell the server, carried out between ticks.
+//!
+//! Request and response of iceoryx2: a command and its reply belong together, a reply never waits
+//! for a reader, and a request whose sender has gone is dropped. At most one command is carried
+//! out every 10 ms; those of a flood overflow and stay without a reply. A command is three numbers
+//! and names no file.
+
+use iceoryx2::port::client::Client;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::request_response;
+
+use chaincell_kernel::trace::{Command, CommandError};
+
+use crate::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
+use crate::error::{Error, Kind, Result};
+use crate::payload::{CommandMessage, ReplyMessage};
+use crate::services::{Ipc, NODES_MAX, SceneServices, port_error, service_error};
+
+/// Span between looks for a reply \[ns\].
+const LOOK_NS: u64 = MILLISECOND_NS;
+/// Most sweeps that a command may ask for: a tick must stay short.
+pub const SWEEPS_MAX: u16 = 1000;
+/// Ours, and one that was killed and not yet cleared up.
+const SERVERS_MAX: usize = 2;
+/// Programs that may send commands at a time.
+const CLIENTS_MAX: usize = 8;
+/// Commands of one program under way.
+const ACTIVE_MAX: usize = 4;
+
+/// Why a command was refused, by the number in its reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Refusal {
+    /// No such command, or a reserved word that is not zero.
+    Unknown = 1,
+    /// No such parameter.
+    Parameter = 2,
+    /// The value is out of the parameter's range.
+    Value = 3,
+    /// The parameter is fixed for a run, or under this scheme.
+    Fixed = 4,
+    /// The recording has no room for a further command.
+    Recording = 5,
+    /// The body could not be reset.
+    Reset = 6,
+    /// This server takes no commands.
+    Unsupported = 7,
+    /// The contact is not one of tools on a surface: nothing is gripped.
+    NoSurface = 8,
+    /// There is no tool of this number.
+    NoTool = 9,
+    /// The tool is in contact with nothing, or grips nothing.
+    NothingHeld = 10,
+    /// The session is not recorded: a snapshot stands beside its trace.
+    NoTrace = 11,
+    /// The last snapshot is still being written.
+    Busy = 12,
+}
+
+impl From<CommandError> for Refusal {
+    fn from(why: CommandError) -> Self {
+        match why {
+            CommandError::Kind => Self::Unknown,
+            CommandError::Parameter => Self::Parameter,
+            CommandError::Fixed => Self::Fixed,
+            CommandError::Value => Self::Value,
+        }
+    }
+}
+
+/// What the reason of a refused command means, by its number in a reply.
+#[must_use]
+pub fn refusal_text(reason: u32) -> &'static str {
+    match reason {
+        1 => "unknown command, or the server is of another release",
+        2 => "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set",
+        3 => "the value is out of range; sweeps are 1 to 1000, limits above 0",
+        4 => "fixed for a run: start chaincell serve again with another value",
+        5 => "the recording has no room for a further command: start chaincell serve again",
+        6 => "the body could not be reset: start chaincell serve again",
+        7 => "this server takes no commands",
+        8 => {
+            "nothing can be gripped here: start chaincell serve with a probe on a model that was baked \
+             with a contact surface"
+        }
+        9 => "there is no tool of this number; they count from 0",
+        10 => "the tool is in contact with nothing to grip, or has no grip to let go",
+        11 => {
+            "a snapshot stands beside the trace of the session: start chaincell serve with --record or \
+             --out"
+        }
+        12 => "the last snapshot is still being written: ask again",
+        _ => "for a reason unknown to this release",
+    }
+}
+
+impl CommandMessage {
+    /// The message of a command.
+    #[must_use]
+    pub fn new(command: &Command) -> Self {
+        let [kind, parameter, value] = command.words();
+        Self { kind, parameter, value: f32::from_bits(value), reserved: 0 }
+    }
+
+    /// The command, if it is one.
+    ///
+    /// # Errors
+    /// Which of its words means nothing here.
+    pub fn command(&self) -> std::result::Result<Command, Refusal> {
+        if self.reserved != 0 {
+            return Err(Refusal::Unknown);
+        }
+        match Command::from_words([self.kind, self.parameter, self.value.to_bits()])? {
+            Command::Sweeps(sweeps) if sweeps > SWEEPS_MAX => Err(Refusal::Value),
+            Command::Snapshot { checksum: 1.. } => Err(Refusal::Parameter),
+            command => Ok(command),
+        }
+    }
+}
+
+/// The service of commands.
+pub type Service = request_response::PortFactory<Ipc, CommandMessage, (), ReplyMessage, ()>;
+
+/// Opens or creates the service.
+///
+/// # Errors
+/// One with other types or limits.
+pub fn service(scene: &SceneServices) -> Result<Service> {
+    scene
+        .node
+        .service_builder(&scene.command_name)
+        .request_response::<CommandMessage, ReplyMessage>()
+        .enable_safe_overflow_for_requests(true)
+        .enable_safe_overflow_for_responses(true)
+        .enable_fire_and_forget_requests(false)
+        .max_active_requests_per_client(ACTIVE_MAX)
+        .max_response_buffer_size(1)
+        .max_servers(SERVERS_MAX)
+        .max_clients(CLIENTS_MAX)
+        .max_nodes(NODES_MAX)
+        .open_or_create()
+        .map_err(|why| service_error(&scene.command_name, why))
+}
+
+/// Sends commands.
+#[derive(Debug)]
+pub struct CommandClient {
+    service: Service,
+    client: Client<Ipc, CommandMessage, (), ReplyMessage, ()>,
+    label: String,
+}
+
+impl CommandClient {
+    /// Joins the scene.
+    ///
+    /// # Errors
+    /// A service with other types or limits; too many clients.
+    pub fn open(scene: &SceneServices) -> Result<Self> {
+        let service = service(scene)?;
+        let client = service
+            .client_builder()
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|why| port_error(&scene.command_name, why))?;
+        Ok(Self { service, client, label: scene.label().to_owned() })
+    }
+
+    /// Whether a server takes commands.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        self.service.dynamic_config().number_of_servers() > 0
+    }
+
+    /// Sends a command and waits for the reply, looking for a wish to stop every millisecond.
+    ///
+    /// # Errors
+    /// No reply within the time; the wish to stop.
+    pub fn send(
+        &self,
+        message: CommandMessage,
+        at_most_ns: u64,
+        stop: impl Fn() -> bool,
+    ) -> Result<ReplyMessage> {
+        let failed =
+            |why: String| Error::new(Kind::NoReply, format!("no reply on {}: {why}", self.label));
+        let pending = self.client.send_copy(message);
+        let pending = pending.map_err(|why| failed(format!("{why:?}")))?;
+        let end_ns = now_ns().saturating_add(at_most_ns);
+        loop {
+            match pending.receive() {
+                Ok(Some(reply)) => return Ok(*reply),
+                Ok(None) => {}
+                Err(why) => return Err(failed(format!("{why:?}"))),
+            }
+            if stop() {
+                return Err(Error::new(Kind::Stopped, "asked to stop before the reply"));
+            }
+            if now_ns() >= end_ns {
+                return Err(failed(
+                    "the server does not run or is busy; whether the command was carried out is \
+                     not known: look with chaincell state"
+                        .into(),
+                ));
+            }
+            sleep_until_ns(now_ns() + LOOK_NS);
+        }
+    }
+}

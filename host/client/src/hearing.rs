@@ -1,0 +1,328 @@
+//! What a caller is shown of the answers: a function of them and of the time alone.
+//!
+//! The force of an answer counts until the next one, at most for the time of the watchdog. Then it falls
+//! to 0 along a ramp, and rises again along one. It is finite, whatever arrives.
+
+use chaincell_kernel::Flags;
+
+use crate::clock::MILLISECOND_NS;
+use crate::ramp::Shown;
+use crate::shaper::ForceShaper;
+use crate::tools::{TOOLS_MAX, ToolForces};
+
+/// What the client says of an answer itself, a sum.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Notes(pub u32);
+
+impl Notes {
+    /// No answer has come yet.
+    pub const NOTHING_YET: Self = Self(1);
+    /// No answer for the time of the watchdog: the force falls, or is 0.
+    pub const SILENT: Self = Self(2);
+    /// The force is on a ramp, and not yet that of the tissue.
+    pub const RAMP: Self = Self(4);
+    /// The server is another one than before: its tissue is at rest, and its tools count as not engaged
+    /// until they were released. It stays until the first answer of a tool that was.
+    pub const NEW_SESSION: Self = Self(8);
+
+    /// Whether all of these are set.
+    #[must_use]
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+/// What a tool feels.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Felt {
+    /// Force of the tissue on it \[N\].
+    pub force_n: [f32; 3],
+    /// Torque on it about its position \[N m\].
+    pub torque_n_m: [f32; 3],
+    /// Number of cells it holds, or of triangles it is in contact with.
+    pub contacts: u32,
+    /// What bit, see [`chaincell_kernel::Flags`].
+    pub flags: u32,
+}
+
+/// What to show at a moment.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Answer {
+    /// Number of the tick that was answered last, 0 before the first.
+    pub tick: u64,
+    /// Session of the server that answered, 0 before the first.
+    pub session_id: u64,
+    /// Number of the tick whose pose the force is of.
+    pub force_tick: u64,
+    /// Hash of the state after the tick, 0 where none was taken.
+    pub state_hash: u64,
+    /// From sending the pose to its answer \[ns\].
+    pub round_trip_ns: u64,
+    /// How long ago the answer came \[ns\].
+    pub age_ns: u64,
+    /// Answers that have come.
+    pub answers: u64,
+    /// Certified upper bound of the elastic energy of the published state \[J\].
+    pub energy_j: f32,
+    /// What bit during the tick, see [`chaincell_kernel::Flags`].
+    pub flags: u32,
+    /// What the client says itself.
+    pub notes: Notes,
+    /// Time the tick took the server \[ns\].
+    pub step_ns: u32,
+    /// Sweeps made in the tick, 0 in a late one.
+    pub sweeps: u32,
+    /// What each tool feels, by its number.
+    pub tools: [Felt; TOOLS_MAX],
+}
+
+/// What was heard, and what is shown of it.
+#[derive(Debug)]
+pub(crate) struct Hearing {
+    shaper: ForceShaper,
+    shown: Shown,
+    last: Answer,
+    heard_ns: u64,
+    is_silent: bool,
+    is_new_session: bool,
+}
+
+impl Hearing {
+    /// Nothing was heard yet, and nothing is shown.
+    pub(crate) fn new(watchdog_ms: u32, ramp_ms: u32, now_ns: u64) -> Self {
+        let mut shaper = ForceShaper::new(watchdog_ms, ramp_ms, f32::INFINITY, now_ns);
+        shaper.begin_at_zero();
+        Self {
+            shaper,
+            shown: Shown::ZERO,
+            last: Answer::default(),
+            heard_ns: now_ns,
+            is_silent: false,
+            is_new_session: false,
+        }
+    }
+
+    /// A message has come. Whether it is an answer, and none of a falling force.
+    pub(crate) fn hear(&mut self, forces: &ToolForces, now_ns: u64) -> bool {
+        if self.last.session_id != 0 && forces.session_id != self.last.session_id {
+            self.is_new_session = true;
+            self.shaper.begin_ramp();
+        }
+        self.shaper.hear(now_ns);
+        self.is_silent = false;
+        self.heard_ns = now_ns;
+        let mut told = Shown::ZERO;
+        let mut tools = [Felt::default(); TOOLS_MAX];
+        for of in forces.each.iter().take(forces.tools as usize) {
+            let at = of.number as usize;
+            if let (Some(force_n), Some(torque_n_m), Some(felt)) =
+                (told.force_n.get_mut(at), told.torque_n_m.get_mut(at), tools.get_mut(at))
+            {
+                (*force_n, *torque_n_m) = (of.force_n, of.torque_n_m);
+                (felt.contacts, felt.flags) = (of.contacts, of.flags);
+            }
+        }
+        self.shown = self.shaper.shape(&told, now_ns);
+        let is_stale = Flags(forces.flags).contains(Flags::STALE);
+        self.last = Answer {
+            tick: forces.tick,
+            session_id: forces.session_id,
+            force_tick: forces.force_tick,
+            state_hash: forces.state_hash,
+            round_trip_ns: match is_stale {
+                true => self.last.round_trip_ns,
+                false => now_ns.saturating_sub(forces.send_ns),
+            },
+            age_ns: 0,
+            answers: self.last.answers + u64::from(!is_stale),
+            energy_j: if forces.energy_j.is_finite() { forces.energy_j } else { 0.0 },
+            flags: forces.flags,
+            notes: Notes::default(),
+            step_ns: forces.step_ns,
+            sweeps: forces.sweeps,
+            tools,
+        };
+        !is_stale
+    }
+
+    /// Nothing has come up to now.
+    pub(crate) fn wait(&mut self, now_ns: u64) {
+        if let Some(fall) = self.shaper.wait(now_ns) {
+            (self.shown, self.is_silent) = (fall.shown, true);
+        }
+    }
+
+    /// Whether the watchdog has bitten.
+    pub(crate) fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
+    /// What to show now. A new session was told with it.
+    pub(crate) fn answer(&mut self, now_ns: u64) -> Answer {
+        let mut answer = self.last;
+        answer.age_ns = now_ns.saturating_sub(self.heard_ns);
+        for (at, felt) in answer.tools.iter_mut().enumerate() {
+            (felt.force_n, felt.torque_n_m) = (self.shown.force_n[at], self.shown.torque_n_m[at]);
+        }
+        let notes = [
+            (self.last.session_id == 0, Notes::NOTHING_YET),
+            (self.is_silent, Notes::SILENT),
+            (!self.shaper.is_done(), Notes::RAMP),
+            (self.is_new_session, Notes::NEW_SESSION),
+        ];
+        let set = notes.iter().filter(|(is_set, _)| *is_set);
+        answer.notes = Notes(set.map(|(_, note)| note.0).sum());
+        let must_release = Flags(answer.flags).contains(Flags::RELEASE_FIRST);
+        self.is_new_session &= self.is_silent || must_release;
+        answer
+    }
+
+    /// Largest change of a tool's force from one moment shown to the next \[N\].
+    pub(crate) fn largest_step_n(&self) -> f32 {
+        self.shaper.largest_step_n()
+    }
+
+    /// Times that nothing was heard for the watchdog's time.
+    pub(crate) fn silences(&self) -> u64 {
+        self.shaper.silences()
+    }
+
+    /// The span in which nothing may come before something is to be shown again \[ns\].
+    pub(crate) const LOOK_NS: u64 = MILLISECOND_NS;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tools::OneToolForce;
+
+    const MS: u64 = MILLISECOND_NS;
+
+    /// An answer with forces on tools 0 and 3.
+    fn forces(tick: u64, session_id: u64, force_n: f32) -> ToolForces {
+        let mut forces = ToolForces { tick, session_id, tools: 2, ..ToolForces::default() };
+        forces.each[0] = OneToolForce { force_n: [force_n, 0.0, 0.0], ..Default::default() };
+        let torque_n_m = [0.0, force_n / 10.0, 0.0];
+        forces.each[1] = OneToolForce { number: 3, contacts: 5, torque_n_m, ..Default::default() };
+        forces
+    }
+
+    fn size_n(answer: &Answer) -> f32 {
+        answer.tools[0].force_n[0]
+    }
+
+    /// Answers each millisecond up to one; the last is shown.
+    fn heard(hearing: &mut Hearing, up_to_ms: u64) -> Answer {
+        for ms in 1..=up_to_ms {
+            assert!(hearing.hear(&forces(ms, 1, 4.0), ms * MS));
+        }
+        hearing.answer(up_to_ms * MS)
+    }
+
+    #[test]
+    fn before_the_first_answer_there_is_no_force() {
+        let mut hearing = Hearing::new(20, 10, 0);
+        for ms in 0..100 {
+            hearing.wait(ms * MS);
+            let answer = hearing.answer(ms * MS);
+            assert!(answer.notes.contains(Notes::NOTHING_YET), "{ms}");
+            assert_eq!(answer.tools, [Felt::default(); TOOLS_MAX]);
+        }
+    }
+
+    #[test]
+    fn the_first_force_rises_and_then_is_shown_as_it_is() {
+        let mut hearing = Hearing::new(20, 10, 0);
+        let mut last_n = 0.0;
+        for ms in 1..=10 {
+            hearing.hear(&forces(ms, 1, 4.0), ms * MS);
+            let answer = hearing.answer(ms * MS);
+            assert!((size_n(&answer) - last_n - 0.4).abs() < 1e-5, "{ms}: {answer:?}");
+            assert_eq!(answer.notes.contains(Notes::RAMP), ms < 10);
+            last_n = size_n(&answer);
+        }
+        let answer = heard(&mut hearing, 11);
+        assert_eq!((answer.tick, answer.session_id, answer.notes), (11, 1, Notes::default()));
+        assert_eq!((size_n(&answer), answer.tools[3].torque_n_m[1]), (4.0, 0.4));
+        assert_eq!((answer.tools[3].contacts, answer.tools[1]), (5, Felt::default()));
+    }
+
+    #[test]
+    fn in_a_silence_the_force_holds_for_the_watchdog_and_then_falls_to_exactly_zero() {
+        let mut hearing = Hearing::new(20, 10, 0);
+        heard(&mut hearing, 30);
+        let mut last_n = 4.0;
+        for ms in 31..70 {
+            hearing.wait(ms * MS);
+            let answer = hearing.answer(ms * MS);
+            assert_eq!(answer.age_ns, (ms - 30) * MS);
+            assert_eq!(answer.notes.contains(Notes::SILENT), ms >= 50, "{ms}");
+            assert_eq!(hearing.is_silent(), ms >= 50);
+            let wanted_n = 4.0 - 0.4 * (ms as f32 - 49.0).clamp(0.0, 10.0);
+            assert!((size_n(&answer) - wanted_n).abs() < 1e-5, "{ms}: {answer:?}");
+            assert!(last_n - size_n(&answer) < 0.4 + 1e-5);
+            last_n = size_n(&answer);
+        }
+        let answer = hearing.answer(70 * MS);
+        assert!(answer.tools.iter().all(|of| of.force_n == [0.0; 3] && of.torque_n_m == [0.0; 3]));
+        assert_eq!(hearing.silences(), 1);
+        // It comes again along a ramp.
+        hearing.hear(&forces(71, 1, 4.0), 71 * MS);
+        let answer = hearing.answer(71 * MS);
+        assert!((size_n(&answer) - 0.4).abs() < 1e-5, "{answer:?}");
+        assert_eq!((answer.notes, hearing.is_silent()), (Notes::RAMP, false));
+        assert!(hearing.largest_step_n() < 0.4 + 1e-5);
+    }
+
+    #[test]
+    fn a_caller_that_stood_still_sees_no_jump() {
+        let mut hearing = Hearing::new(20, 10, 0);
+        heard(&mut hearing, 30);
+        hearing.wait(1000 * MS);
+        assert!((size_n(&hearing.answer(1000 * MS)) - 3.6).abs() < 1e-5);
+        hearing.hear(&forces(31, 1, 0.0), 1000 * MS);
+        assert!(size_n(&hearing.answer(1000 * MS)) > 3.0);
+    }
+
+    #[test]
+    fn another_session_is_told_once_or_until_the_tool_was_released() {
+        let mut hearing = Hearing::new(20, 10, 0);
+        assert!(!heard(&mut hearing, 30).notes.contains(Notes::NEW_SESSION));
+        let is_new = |hearing: &mut Hearing, ms: u64| {
+            hearing.answer(ms * MS).notes.contains(Notes::NEW_SESSION)
+        };
+        let first_release = ToolForces { flags: Flags::RELEASE_FIRST.0, ..forces(31, 2, 0.0) };
+        for ms in 31..40 {
+            hearing.hear(&ToolForces { tick: ms, ..first_release }, ms * MS);
+            let answer = hearing.answer(ms * MS);
+            assert!(answer.notes.contains(Notes::NEW_SESSION) && answer.session_id == 2, "{ms}");
+            assert!((size_n(&answer) - (4.0 - 0.4 * (ms - 30) as f32)).abs() < 1e-5, "no jump");
+        }
+        hearing.hear(&forces(40, 2, 0.0), 40 * MS);
+        assert!(is_new(&mut hearing, 40) && !is_new(&mut hearing, 40), "once more");
+        hearing.hear(&forces(41, 3, 0.0), 41 * MS);
+        assert!(is_new(&mut hearing, 41) && !is_new(&mut hearing, 41), "told once");
+    }
+
+    #[test]
+    fn what_is_no_number_or_no_tool_is_shown_as_nothing() {
+        let mut hearing = Hearing::new(20, 0, 0);
+        let mut wild = forces(1, 1, f32::NAN);
+        wild.energy_j = f32::NAN;
+        (wild.tools, wild.each[2].number, wild.each[3].number) = (u32::MAX, 8, u32::MAX);
+        hearing.hear(&wild, MS);
+        let answer = hearing.answer(MS);
+        assert_eq!((size_n(&answer), answer.energy_j), (0.0, 0.0));
+        assert!(answer.tools.iter().all(|of| of.torque_n_m == [0.0; 3]));
+    }
+
+    #[test]
+    fn a_falling_force_of_the_server_is_shown_and_is_no_answer() {
+        let mut hearing = Hearing::new(20, 0, 0);
+        heard(&mut hearing, 5);
+        let falling = ToolForces { flags: Flags::STALE.0, ..forces(5, 1, 2.0) };
+        assert!(!hearing.hear(&falling, 6 * MS));
+        let answer = hearing.answer(6 * MS);
+        assert_eq!((size_n(&answer), answer.answers, answer.flags), (2.0, 5, 4));
+    }
+}

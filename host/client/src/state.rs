@@ -1,0 +1,25 @@
+//! States for viewers: all node positions, at a bounded pace.
+//!
+//! A state is a slice of [`NodePosition`], one for every node by ascending input id, as in
+//! cells_final.csv; each row names its node, so that a reader needs nothing but the sample. It is
+//! sent between ticks while nobody waits for an answer, if somebody reads and something is new: a
+//! tick, a command, or a reader. Readers keep the newest state alone.
+
+use iceoryx2::prelude::*;
+
+use crate::payload::{NodePosition, StateHeader};
+use crate::services::SceneServices;
+use crate::viewed::{Reader, Viewed};
+
+impl Viewed for NodePosition {
+    type Header = StateHeader;
+    const WHAT: &'static str = "a state";
+    const NONE: &'static str = "no state";
+
+    fn name(scene: &SceneServices) -> &ServiceName {
+        &scene.state_name
+    }
+}
+
+/// A reader of states.
+pub type StateReader = Reader<NodePosition>;

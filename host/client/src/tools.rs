@@ -1,0 +1,133 @@
+//! Version 2 of poses and answers: several tools with an orientation in one message, little-endian,
+//! byte for byte as other programs declare it.
+
+use std::mem::{offset_of, size_of};
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Type name of [`ToolPoses`] in shared memory.
+pub const TOOL_POSES: &str = "chaincell.ToolPoses.v2";
+/// Type name of [`ToolForces`] in shared memory.
+pub const TOOL_FORCES: &str = "chaincell.ToolForces.v2";
+
+/// Most tools of a message.
+pub const TOOLS_MAX: usize = 8;
+
+/// One tool of a [`ToolPoses`]: 40 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.OneToolPose.v2")]
+#[repr(C)]
+pub struct OneToolPose {
+    /// Which tool.
+    pub number: u32,
+    /// 1 while it holds the contact cells, else 0.
+    pub engaged: u32,
+    /// Its position in the frame of the input mesh \[m\].
+    pub position_m: [f32; 3],
+    /// Its orientation, a unit quaternion: x, y, z, w.
+    pub orientation: [f32; 4],
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The samples of all tools in one tick, on their way to the tissue: 344 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.ToolPoses.v2")]
+#[repr(C)]
+pub struct ToolPoses {
+    /// Number of the tick; a publisher counts upwards.
+    pub tick: u64,
+    /// When it was sent, by the sender's monotonic clock, 0 where unknown \[ns\].
+    pub send_ns: u64,
+    /// How many of the places below are in use: 1 to 8.
+    pub tools: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The tools; zero behind those in use.
+    pub each: [OneToolPose; TOOLS_MAX],
+}
+
+/// One tool of a [`ToolForces`]: 40 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.OneToolForce.v2")]
+#[repr(C)]
+pub struct OneToolForce {
+    /// Which tool.
+    pub number: u32,
+    /// Number of cells it holds.
+    pub contacts: u32,
+    /// Force of the tissue on it \[N\].
+    pub force_n: [f32; 3],
+    /// Torque of the tissue on it about its position \[N m\].
+    pub torque_n_m: [f32; 3],
+    /// What bit, summed: see [`chaincell_kernel::Flags`].
+    pub flags: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The answer to a [`ToolPoses`]: 384 bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[type_name("chaincell.ToolForces.v2")]
+#[repr(C)]
+pub struct ToolForces {
+    /// Number of the tick that this answers.
+    pub tick: u64,
+    /// The server's session, new for each, never 0.
+    pub session_id: u64,
+    /// Number of the tick whose pose the force is of.
+    pub force_tick: u64,
+    /// When the message answered was sent, as it said \[ns\].
+    pub send_ns: u64,
+    /// Hash of the state after the tick, 0 where none was taken.
+    pub state_hash: u64,
+    /// Certified upper bound of the elastic energy of the published state \[J\].
+    pub energy_j: f32,
+    /// What bit during the tick, summed: see [`chaincell_kernel::Flags`].
+    pub flags: u32,
+    /// Time the tick took, without waiting, hashing and sending \[ns\].
+    pub step_ns: u32,
+    /// Sweeps made in the tick, 0 in a late one.
+    pub sweeps: u32,
+    /// How many of the places below are in use.
+    pub tools: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The tools, in the places of the message answered; zero behind those in use.
+    pub each: [OneToolForce; TOOLS_MAX],
+}
+
+const _: () = {
+    assert!(size_of::<OneToolPose>() == 40);
+    assert!(offset_of!(OneToolPose, number) == 0);
+    assert!(offset_of!(OneToolPose, engaged) == 4);
+    assert!(offset_of!(OneToolPose, position_m) == 8);
+    assert!(offset_of!(OneToolPose, orientation) == 20);
+    assert!(offset_of!(OneToolPose, reserved) == 36);
+    assert!(size_of::<ToolPoses>() == 344);
+    assert!(offset_of!(ToolPoses, tick) == 0);
+    assert!(offset_of!(ToolPoses, send_ns) == 8);
+    assert!(offset_of!(ToolPoses, tools) == 16);
+    assert!(offset_of!(ToolPoses, reserved) == 20);
+    assert!(offset_of!(ToolPoses, each) == 24);
+    assert!(size_of::<OneToolForce>() == 40);
+    assert!(offset_of!(OneToolForce, number) == 0);
+    assert!(offset_of!(OneToolForce, contacts) == 4);
+    assert!(offset_of!(OneToolForce, force_n) == 8);
+    assert!(offset_of!(OneToolForce, torque_n_m) == 20);
+    assert!(offset_of!(OneToolForce, flags) == 32);
+    assert!(offset_of!(OneToolForce, reserved) == 36);
+    assert!(size_of::<ToolForces>() == 384);
+    assert!(offset_of!(ToolForces, tick) == 0);
+    assert!(offset_of!(ToolForces, session_id) == 8);
+    assert!(offset_of!(ToolForces, force_tick) == 16);
+    assert!(offset_of!(ToolForces, send_ns) == 24);
+    assert!(offset_of!(ToolForces, state_hash) == 32);
+    assert!(offset_of!(ToolForces, energy_j) == 40);
+    assert!(offset_of!(ToolForces, flags) == 44);
+    assert!(offset_of!(ToolForces, step_ns) == 48);
+    assert!(offset_of!(ToolForces, sweeps) == 52);
+    assert!(offset_of!(ToolForces, tools) == 56);
+    assert!(offset_of!(ToolForces, reserved) == 60);
+    assert!(offset_of!(ToolForces, each) == 64);
+};

@@ -1,0 +1,124 @@
+//! What viewers read: slices of one element with a header, beside the loop, at a bounded pace. Readers keep
+//! the newest alone, and one that does not read delays nobody.
+
+use std::fmt::Debug;
+
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use iceoryx2::sample::Sample;
+use iceoryx2::service::port_factory::publish_subscribe;
+
+use crate::error::{Error, Kind, Result};
+use crate::services::{
+    Ipc, NODES_MAX, PUBLISHERS_MAX, SUBSCRIBERS_MAX, SceneServices, port_error, service_error,
+};
+
+/// An element of what viewers read.
+pub trait Viewed: Debug + Copy + ZeroCopySend + 'static {
+    /// What the slice belongs to.
+    type Header: Debug + Copy + Default + ZeroCopySend;
+    /// What a message is called: "cannot send ...".
+    const WHAT: &'static str;
+    /// How it is called where there is none.
+    const NONE: &'static str;
+
+    /// The scene's service for it.
+    fn name(scene: &SceneServices) -> &ServiceName;
+}
+
+/// The service of an element.
+pub type Topic<T> = publish_subscribe::PortFactory<Ipc, [T], <T as Viewed>::Header>;
+
+/// Opens or creates the service.
+///
+/// # Errors
+/// One with other types or limits.
+pub fn topic<T: Viewed>(scene: &SceneServices) -> Result<Topic<T>> {
+    let name = T::name(scene);
+    scene
+        .node
+        .service_builder(name)
+        .publish_subscribe::<[T]>()
+        .user_header::<T::Header>()
+        .enable_safe_overflow(true)
+        .history_size(0)
+        .subscriber_max_buffer_size(1)
+        .max_publishers(PUBLISHERS_MAX)
+        .max_subscribers(SUBSCRIBERS_MAX)
+        .max_nodes(NODES_MAX)
+        .open_or_create()
+        .map_err(|why| service_error(name, why))
+}
+
+/// A viewer's side.
+#[derive(Debug)]
+pub struct Reader<T: Viewed> {
+    topic: Topic<T>,
+    subscriber: Subscriber<Ipc, [T], T::Header>,
+}
+
+impl<T: Viewed> Reader<T> {
+    /// Joins the scene's readers.
+    ///
+    /// # Errors
+    /// A service with other types or limits; too many readers.
+    pub fn open(scene: &SceneServices) -> Result<Self> {
+        let topic = topic::<T>(scene)?;
+        let subscriber = topic.subscriber_builder().buffer_size(1).create();
+        let subscriber = subscriber.map_err(|why| port_error(T::name(scene), why))?;
+        Ok(Self { topic, subscriber })
+    }
+
+    /// Whether a server sends.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        // Meanwhile the connection is made, so that no message is missed.
+        let _ = self.subscriber.update_connections();
+        self.topic.dynamic_config().number_of_publishers() > 0
+    }
+
+    /// Limits and types of the service.
+    #[must_use]
+    pub fn topic(&self) -> &publish_subscribe::PortFactory<Ipc, [T], T::Header> {
+        &self.topic
+    }
+
+    /// The newest message that has not been taken, if any, where it lies in shared memory.
+    ///
+    /// # Errors
+    /// What shared memory says: two may be held at a time.
+    pub fn borrow(&self) -> Result<Option<View<T>>> {
+        let sample = self.subscriber.receive();
+        let sample = sample.map_err(|why| {
+            Error::new(Kind::Connection, format!("cannot read {}: {why:?}", T::WHAT))
+        })?;
+        Ok(sample.map(View))
+    }
+
+    /// A copy of the newest message that has not been taken, if any.
+    ///
+    /// # Errors
+    /// What shared memory says.
+    pub fn take(&self) -> Result<Option<(T::Header, Vec<T>)>> {
+        Ok(self.borrow()?.map(|view| (view.header(), view.rows().to_vec())))
+    }
+}
+
+/// A message that lies in shared memory until this is dropped.
+#[derive(Debug)]
+pub struct View<T: Viewed>(Sample<Ipc, [T], T::Header>);
+
+impl<T: Viewed> View<T> {
+    /// What it belongs to.
+    #[must_use]
+    pub fn header(&self) -> T::Header {
+        *self.0.user_header()
+    }
+
+    /// Its elements.
+    #[must_use]
+    pub fn rows(&self) -> &[T] {
+        self.0.payload()
+    }
+}

@@ -1,0 +1,128 @@
+//! States, contacts and commands beside the loop.
+
+use chaincell_client::contacts::Contact;
+use chaincell_client::payload::{CommandMessage, NodePosition};
+use chaincell_client::viewed::View;
+use chaincell_client::{Client, Command, Kind, Pose};
+use chaincell_tests::files::text;
+use chaincell_tests::place::Place;
+use chaincell_tests::{Running, turn};
+
+use super::{SOME_N, WAIT_NS, answered, options, pose, press, size_n, viewer};
+
+/// The next of what a viewer looks at.
+#[track_caller]
+fn next<T>(mut look: impl FnMut() -> Option<T>) -> T {
+    let start = std::time::Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed().as_secs() < 20, "nothing within 20 s");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_state_lies_in_shared_memory_until_it_is_given_back() {
+    let _turn = turn();
+    let place = Place::new("client-state");
+    let serve = place.serve(&["--state-hz", "1000", "--watchdog-ms", "0", "--ramp-ms", "0"]);
+    let (mut viewer, mut client) = (viewer(&place), Client::open(&options(&place)).unwrap());
+    assert!(viewer.state().unwrap().is_none(), "it joins");
+    let last = press(&mut client, 0..=40).pop().unwrap();
+    let state = |viewer: &mut Client, hash: u64| -> View<NodePosition> {
+        next(|| viewer.state().unwrap().filter(|view| view.header().state_hash == hash))
+    };
+    let pressed = state(&mut viewer, last.state_hash);
+    assert_eq!((pressed.header().nodes, pressed.rows().len()), (81, 81));
+    assert!(pressed.rows().iter().zip(0..).all(|(row, node)| row.node == node));
+    let middle = pressed.rows()[40].position_m;
+    assert!((middle[2] + 0.0117).abs() < 1e-3, "{middle:?}");
+    // What is held stays as it is while further states come.
+    let released = answered(&mut client, &[Pose::at([0.0; 3], false)]);
+    let after = state(&mut viewer, released.state_hash);
+    assert_eq!(pressed.rows()[40].position_m, middle);
+    assert_ne!(after.rows()[40].position_m, middle);
+    drop((pressed, after));
+    assert_eq!(viewer.step(&[pose(0)], 0).unwrap_err().kind(), Kind::Viewer);
+    serve.interrupt().with(130);
+}
+
+#[test]
+fn contacts_are_those_that_make_the_force() {
+    let _turn = turn();
+    let place = Place::on_surface("client-contacts");
+    let plain = ["--watchdog-ms", "0", "--ramp-ms", "0", "--budget-us", "off"];
+    let probe = ["--contact", "probe:0.01", "--state-hz", "1000"];
+    let serve = place.serve(&[&plain[..], &probe].concat());
+    let (mut viewer, mut client) = (viewer(&place), Client::open(&options(&place)).unwrap());
+    assert!(viewer.contacts().unwrap().is_none());
+    let mut last = None;
+    for tick in 0..40_u8 {
+        let z = 0.052 - 1.5e-4 * f32::from(tick);
+        last = Some(answered(&mut client, &[Pose::at([0.0, 0.0, z], tick > 0)]));
+    }
+    let last = last.unwrap();
+    let found: View<Contact> =
+        next(|| viewer.contacts().unwrap().filter(|view| view.header().tick == last.tick));
+    assert_eq!(found.rows().len(), last.tools[0].contacts as usize);
+    let up_n = found.rows().iter().map(|of| of.normal_n[2] + of.tangential_n[2]).sum::<f32>();
+    assert!(size_n(&last) > 0.01 && (up_n - last.tools[0].force_n[2]).abs() < 1e-3 * up_n);
+    serve.interrupt().with(130);
+}
+
+#[test]
+fn commands_are_carried_out_or_refused_with_the_reason() {
+    let _turn = turn();
+    let place = Place::new("client-command");
+    let serve = place.serve(&["--watchdog-ms", "0", "--ramp-ms", "0", "--json"]);
+    let (mut viewer, mut client) = (viewer(&place), Client::open(&options(&place)).unwrap());
+    press(&mut client, 0..=40);
+    viewer.command(&Command::Pause, WAIT_NS).unwrap();
+    assert_eq!(size_n(&answered(&mut client, &[pose(40)])), 0.0, "paused");
+    viewer.command(&Command::Resume, WAIT_NS).unwrap();
+    assert!(size_n(&answered(&mut client, &[pose(40)])) > SOME_N);
+    let reply = viewer.command(&Command::Sweeps(3), WAIT_NS).unwrap();
+    assert_eq!((reply.ticks_answered, reply.result), (43, 0));
+    let error = viewer.command(&Command::Grip { tool: 0 }, WAIT_NS).unwrap_err();
+    assert_eq!(error.kind(), Kind::Refused);
+    assert!(error.to_string().contains("nothing can be gripped here"), "{error}");
+    let odd = CommandMessage { kind: 99, ..CommandMessage::default() };
+    let reply = viewer.ask(odd, WAIT_NS).unwrap();
+    assert_eq!((reply.result, reply.reason), (1, 1));
+    let served = serve.interrupt().with(130).json();
+    assert_eq!((&served["commands_done"], &served["commands_refused"]), (&3.into(), &2.into()));
+    // Nobody replies any more.
+    let error = viewer.command(&Command::Reset, 5_000_000).unwrap_err();
+    assert_eq!(error.kind(), Kind::NoReply);
+    assert!(error.to_string().contains("not known"), "{error}");
+}
+
+#[test]
+fn a_tool_grips_and_lets_go_by_command() {
+    let _turn = turn();
+    let place = Place::on_surface("client-grip");
+    let args = ["serve", text(&place.model), "--scene", &place.scene, "--late-share", "off"];
+    let tool = ["--tool", "sphere:0.01", "--watchdog-ms", "0", "--ramp-ms", "0", "--json"];
+    let mut serve = Running::chaincell([&args[..], &tool].concat());
+    serve.wait_for_line("ready");
+    let mut client = Client::open(&options(&place)).unwrap();
+    answered(&mut client, &[Pose::at([0.0, 0.0, 0.047], false)]);
+    for _ in 0..40 {
+        answered(&mut client, &[Pose::at([0.0, 0.0, 0.047], true)]);
+    }
+    client.command(&Command::Grip { tool: 0 }, WAIT_NS).unwrap();
+    for _ in 0..200 {
+        answered(&mut client, &[Pose::at([0.0, 0.0, 0.055], true)]);
+    }
+    let pulled = client.shown().unwrap().tools[0].force_n[2];
+    assert!(pulled < -0.01, "the tissue pulls the tool down: {pulled} N");
+    client.command(&Command::LetGo { tool: 0, ticks: 5 }, WAIT_NS).unwrap();
+    for _ in 0..200 {
+        answered(&mut client, &[Pose::at([0.0, 0.0, 0.055], true)]);
+    }
+    let left = client.shown().unwrap().tools[0].force_n[2];
+    assert!(left.abs() < 1e-3 * pulled.abs(), "{left} N of {pulled} N");
+    serve.interrupt().with(130);
+}
