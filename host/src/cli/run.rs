@@ -112,7 +112,7 @@ struct RunSummary {
 pub fn execute(args: &Args) -> Result<()> {
     let image = model_file::read(&args.model)?;
     let model = model_file::parse(&image, &args.model)?;
-    let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
+    let mut tissue = args.tissue.staged(model, args.stage.timeless()?)?;
     let paths = paths(args, &tissue)?;
     let poses = &paths.poses;
     let snapshot_ticks = args.snapshots.of(poses)?;

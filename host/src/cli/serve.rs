@@ -148,6 +148,7 @@ pub fn execute(args: &Args) -> Result<()> {
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
         budget: args.budget.of(tissue.engine())?,
+        delay_period_ns: args.stage.delay_period_ns(),
         sweep_ns: faults.sweep_ns(),
         sweep_after: faults.sweep_after.into(),
         histogram: args.common.histogram,

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::choice::parser;
 use crate::error::{Error, Result};
+use crate::session::timing::clock::SECOND_NS;
 
 /// Poses a second of a device, unless it is told.
 const DEVICE_HZ: u32 = 1000;
@@ -30,11 +31,11 @@ pub struct StageArgs {
     /// Where it cannot keep up it lets the force go along --engage-ramp-ms, not without one
     #[arg(long, value_name = "BDEV", value_parser = passivity, allow_hyphen_values = true)]
     passivity: Option<OrNone<Passivity>>,
-    /// Ticks between an answer and the device's pushing with it: 0 where it does so at once. From 2 on
-    /// the coupling is weakened to what is passive: `chaincell info --device` prints it. 1 by default
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u8).range(0..=i64::from(DELAY_MAX)))]
-    delay_ticks: Option<u8>,
+    /// Ticks between an answer and the device's pushing with it, 0 to 16: 0 where it does so at once. From
+    /// 2 on the coupling is weakened to what is passive: `chaincell info --device` prints it. auto:
+    /// measured by serve, from the send times of the poses; it begins with 1. 1 by default
+    #[arg(long, value_name = "N|auto", value_parser = delay, allow_hyphen_values = true)]
+    delay_ticks: Option<Delay>,
     /// Poses that the device sends in a second: a tick of the stage is one of them. 1000 by default
     #[arg(long, value_name = "HZ", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(10..=100_000))]
@@ -58,6 +59,13 @@ type Checked<T> = std::result::Result<T, String>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct OrNone<Part>(Option<Part>);
 
+/// The delay of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Delay {
+    Told(u8),
+    Measured,
+}
+
 /// The stage in force, for summaries; absent parts are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StageReport {
@@ -66,6 +74,7 @@ pub struct StageReport {
     coupling_n_s_per_m: Option<f32>,
     device_damping_n_s_per_m: Option<f32>,
     delay_ticks: Option<u8>,
+    delay_measured: bool,
     passive_n_per_m: Option<f32>,
     device_hz: u32,
     max_slew_n_per_s: Option<f32>,
@@ -97,9 +106,8 @@ impl StageArgs {
                     "`delay_ticks`: it is for passivity control; give `device` or `passivity` too",
                 ));
             }
-            (passivity, delay) => {
-                passivity.map(|of| Passivity { delay_ticks: delay.unwrap_or(of.delay_ticks), ..of })
-            }
+            (Some(of), Some(Delay::Told(delay_ticks))) => Some(Passivity { delay_ticks, ..of }),
+            (passivity, _) => passivity,
         };
         let settings = StageSettings {
             tick_s: 1.0 / hz as f32,
@@ -113,6 +121,26 @@ impl StageArgs {
         };
         settings.check().map_err(|why| Error::input(format!("output stage: {why}")))?;
         Ok(asked.then_some(settings))
+    }
+
+    /// A tick of the device, where the delay is measured \[ns\].
+    #[must_use]
+    pub fn delay_period_ns(&self) -> Option<u64> {
+        let period_ns = SECOND_NS / u64::from(self.device_hz.unwrap_or(DEVICE_HZ));
+        (self.delay_ticks == Some(Delay::Measured)).then_some(period_ns)
+    }
+
+    /// The settings of a run without a clock.
+    ///
+    /// # Errors
+    /// As [`Self::settings`], and a delay that is to be measured.
+    pub fn timeless(&self) -> Result<Option<StageSettings>> {
+        if self.delay_ticks == Some(Delay::Measured) {
+            return Err(Error::input(
+                "`delay_ticks` auto: it is measured by serve and cosim; here name the ticks",
+            ));
+        }
+        self.settings()
     }
 
     /// The same arguments for a child process.
@@ -129,7 +157,10 @@ impl StageArgs {
             None => "--passivity=none".to_owned(),
             Some(passivity) => format!("--passivity={}", passivity.device_damping_n_s_per_m),
         }));
-        args.extend(self.delay_ticks.map(|ticks| format!("--delay-ticks={ticks}")));
+        args.extend(self.delay_ticks.map(|delay| match delay {
+            Delay::Told(ticks) => format!("--delay-ticks={ticks}"),
+            Delay::Measured => "--delay-ticks=auto".to_owned(),
+        }));
         args.extend(self.device_hz.map(|hz| format!("--device-hz={hz}")));
         args.extend(self.max_slew_n_per_s.map(|value| format!("--max-slew-n-per-s={value}")));
         args.extend(self.max_device_force_n.map(|value| format!("--max-device-force-n={value}")));
@@ -155,6 +186,7 @@ impl StageArgs {
                 coupling_n_s_per_m: shown.map(|of| of.damping_n_s_per_m),
                 device_damping_n_s_per_m: settings.passivity.map(|of| of.device_damping_n_s_per_m),
                 delay_ticks: settings.passivity.map(|of| of.delay_ticks),
+                delay_measured: self.delay_ticks == Some(Delay::Measured),
                 passive_n_per_m: passive,
                 device_hz: self.device_hz.unwrap_or(DEVICE_HZ),
                 max_slew_n_per_s: finite(settings.max_slew_n_per_s),
@@ -163,6 +195,14 @@ impl StageArgs {
                     as u16,
             }
         }))
+    }
+}
+
+fn delay(text: &str) -> Checked<Delay> {
+    let told = text.parse().ok().filter(|ticks| *ticks <= DELAY_MAX).map(Delay::Told);
+    match text {
+        "auto" => Ok(Delay::Measured),
+        _ => told.ok_or_else(|| format!("must be 0 to {DELAY_MAX}, or auto")),
     }
 }
 

@@ -177,6 +177,12 @@ impl TissueEngine for Staged<'_> {
         }
     }
 
+    fn delayed(&mut self, ticks: u16) {
+        if let Some(stage) = &mut self.stage {
+            stage.delayed(ticks);
+        }
+    }
+
     fn state_hash(&mut self) -> u64 {
         self.engine.state_hash()
     }

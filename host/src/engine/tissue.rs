@@ -73,6 +73,10 @@ pub trait TissueEngine {
     /// The ramp of an output stage begins anew: the device had no force for a while.
     fn restart_ramp(&mut self) {}
 
+    /// An answer takes so many ticks of the device from its sample to the device's pushing with it: told
+    /// before the tick, where the delay is measured.
+    fn delayed(&mut self, _ticks: u16) {}
+
     /// Hash of the state after the last tick.
     fn state_hash(&mut self) -> u64;
 

@@ -31,6 +31,8 @@ use crate::number::kept::kept;
 const SHARE: f32 = 0.65;
 /// Ticks over which a measured delay is averaged.
 const MEMORY: f32 = 256.0;
+/// Largest delay that is taken from a measurement \[ticks\].
+pub const DELAY_TICKS_MAX: u16 = 1000;
 /// Delay up to which the coupling is what the settings say \[ticks\].
 const FREE: f32 = 1.0;
 /// Delay from which on it is bounded \[ticks\].

@@ -82,7 +82,7 @@ mod slew;
 mod tests;
 mod watchdog;
 
-pub use delay::passive_stiffness_n_per_m;
+pub use delay::{DELAY_TICKS_MAX, passive_stiffness_n_per_m};
 pub use ramp::{on_ramp, ramp_share};
 pub use settings::{
     COUPLING_MAX, COUPLING_MIN, Coupling, DELAY_MAX, Device, Passivity, StageError, StageSettings,
@@ -196,10 +196,10 @@ impl Stage {
     }
 
     /// An answer takes so many ticks from its sample to the device's pushing with it, as it was
-    /// measured: counts above 1,000 are taken as that. Called before [`Self::sample`]. What is shown
+    /// measured: counts above [`DELAY_TICKS_MAX`] are taken as that. Called before [`Self::sample`]. What is shown
     /// follows the mean of the last 256 or so.
     pub fn delayed(&mut self, ticks: u16) {
-        self.delay.hear(ticks.min(1000).into());
+        self.delay.hear(ticks.min(DELAY_TICKS_MAX).into());
     }
 
     /// The coupling in force: that of the settings, or what the delay admits of it.

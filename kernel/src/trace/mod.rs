@@ -48,9 +48,10 @@
 //!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go), whose bytes
 //!                from 0 to 24 stand at [`Command`]; in version 4 also 3 = part, 4 = pose, see below
 //!     34      2  bit 0: a hash was taken; bit 1: the sweeps were counted; bit 2: the output
-//!                stage's ramp began anew before the tick
+//!                stage's ramp began anew before the tick; bit 3: the delay was measured
 //!     36      2  sweeps of the tick where they were counted: 0 = it was late
-//!     38      6  zero
+//!     38      2  delay of the loop where it was measured, 0 to 1,000 [ticks of the stage]
+//!     40      4  zero
 //!     44      4  CRC-32 of: the header's CRC, r (u32), the 44 bytes before
 //! version 4, kind 3: a part of a tool, two records one behind the other, ahead of all other kinds
 //!      0     12  first: its middle [m] (f32 bits x 3)          second: 0, 16: its turn w, x, y, z

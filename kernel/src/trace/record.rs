@@ -12,6 +12,7 @@ use super::{
     KIND_TOOL_COMMAND, RECORD_BYTES, TraceError, put,
 };
 use crate::model::Model;
+use crate::stage::DELAY_TICKS_MAX;
 use crate::tick::sample::ToolSample;
 
 /// Words of a record but for its checksum.
@@ -22,6 +23,8 @@ const WITH_HASH: u16 = 1;
 const WITH_SWEEPS: u16 = 2;
 /// The output stage's ramp began anew.
 const RAMP_RESTARTED: u16 = 4;
+/// The delay was measured.
+const WITH_DELAY: u16 = 8;
 
 /// One executed tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +37,9 @@ pub struct Record {
     pub sweeps: Option<u16>,
     /// Whether the output stage's ramp began anew before it.
     pub ramp_restarted: bool,
+    /// What [`Stage::delayed`](crate::stage::Stage::delayed) was told before it, at most
+    /// [`DELAY_TICKS_MAX`]; `None` where the delay was not measured.
+    pub delay_ticks: Option<u16>,
     /// Hash of the state after it, where one was taken.
     pub state_hash: Option<u64>,
 }
@@ -42,7 +48,8 @@ impl Record {
     /// A tick with the sweeps of the settings, without a hash.
     #[must_use]
     pub const fn of(tick: u64, sample: ToolSample) -> Self {
-        Self { tick, sample, sweeps: None, ramp_restarted: false, state_hash: None }
+        let (sweeps, delay_ticks, state_hash) = (None, None, None);
+        Self { tick, sample, sweeps, ramp_restarted: false, delay_ticks, state_hash }
     }
 
     /// Compares with the hash of the state after the tick `here`; whether there was one to compare
@@ -96,11 +103,12 @@ impl Writer {
 
     /// The bytes of the next record.
     pub fn record(&mut self, record: &Record) -> [u8; RECORD_BYTES] {
-        let Record { tick, sample, sweeps, ramp_restarted, state_hash } = record;
+        let Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash } = record;
         let [x, y, z] = sample.position_m.data.0[0].map(f32::to_bits);
         let mut bits = if sweeps.is_some() { WITH_SWEEPS } else { 0 };
         bits |= if *ramp_restarted { RAMP_RESTARTED } else { 0 };
-        let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0)];
+        bits |= if delay_ticks.is_some() { WITH_DELAY } else { 0 };
+        let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0), delay_ticks.unwrap_or(0)];
         self.encode(*tick, [x, y, z, sample.engaged], *state_hash, of_kind)
     }
 
@@ -111,7 +119,7 @@ impl Writer {
             record.tick,
             [command, parameter, value, 0],
             record.state_hash,
-            [record.command.record_kind(), 0, 0],
+            [record.command.record_kind(), 0, 0, 0],
         )
     }
 
@@ -120,13 +128,14 @@ impl Writer {
         tick: u64,
         [a, b, c, d]: [u32; 4],
         state_hash: Option<u64>,
-        [kind, bits, sweeps]: [u16; 3],
+        [kind, bits, sweeps, delay]: [u16; 4],
     ) -> [u8; RECORD_BYTES] {
         let low_high = |value: u64| [value as u32, (value >> 32) as u32];
         let [tick, hash] = [low_high(tick), low_high(state_hash.unwrap_or(0))];
         let bits = bits | if state_hash.is_some() { WITH_HASH } else { 0 };
         let kind = u32::from(kind) | u32::from(bits) << 16;
-        self.seal([tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, sweeps.into(), 0])
+        let more = u32::from(sweeps) | u32::from(delay) << 16;
+        self.seal([tick[0], tick[1], a, b, c, d, hash[0], hash[1], kind, more, 0])
     }
 
     /// The bytes of a record with these words.
@@ -345,15 +354,16 @@ impl<'t> Reader<'t> {
         }
         let [.., kind, more, last] = words;
         let [kind, bits]: [u16; 2] = bytemuck::cast(kind);
-        let [sweeps, zero]: [u16; 2] = bytemuck::cast(more);
+        let [sweeps, delay]: [u16; 2] = bytemuck::cast(more);
         let known = match kind {
-            KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED,
+            KIND_SAMPLE => WITH_HASH | WITH_SWEEPS | RAMP_RESTARTED | WITH_DELAY,
             KIND_COMMAND | KIND_TOOL_COMMAND => WITH_HASH,
             KIND_PART | KIND_POSE if self.header.tools.is_some() => return Ok((kind, words)),
             _ => return Err(End::Kind(index, kind)),
         };
         let counted = sweeps == 0 || bits & WITH_SWEEPS != 0;
-        if bits & !known == 0 && counted && (zero, last) == (0, 0) {
+        let delayed = delay == 0 || (bits & WITH_DELAY != 0 && delay <= DELAY_TICKS_MAX);
+        if bits & !known == 0 && counted && delayed && last == 0 {
             Ok((kind, words))
         } else {
             Err(End::Kind(index, kind))
@@ -424,6 +434,7 @@ pub(super) fn sample(words: &[u32; WORDS]) -> Record {
         sample: ToolSample { position_m, engaged },
         sweeps: has(words, WITH_SWEEPS).then_some(sweeps as u16),
         ramp_restarted: has(words, RAMP_RESTARTED),
+        delay_ticks: has(words, WITH_DELAY).then_some((sweeps >> 16) as u16),
         state_hash: state_hash(words),
     }
 }

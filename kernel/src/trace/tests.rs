@@ -89,12 +89,12 @@ fn trace() -> Vec<u8> {
 }
 
 /// All bits of a record.
-type Bits = (u64, [u32; 3], u32, Option<u16>, bool, Option<u64>);
+type Bits = (u64, [u32; 3], u32, [Option<u16>; 2], bool, Option<u64>);
 
 fn bits(record: &Record) -> Bits {
     let position = record.sample.position_m.data.0[0].map(f32::to_bits);
-    let Record { tick, sample, sweeps, ramp_restarted, state_hash } = *record;
-    (tick, position, sample.engaged, sweeps, ramp_restarted, state_hash)
+    let Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash } = *record;
+    (tick, position, sample.engaged, [sweeps, delay_ticks], ramp_restarted, state_hash)
 }
 
 /// What a reader finds.
@@ -396,14 +396,14 @@ fn a_header_needs_its_room() {
 proptest! {
     #[test]
     fn every_bit_of_a_record_comes_back(
-        words in prop::collection::vec((any::<u64>(), any::<[u32; 4]>(), prop::option::of(prop_oneof![any::<u64>(), Just(0), Just(1 << 32)]), prop::option::of(any::<u16>()), any::<bool>()), 0..9),
+        words in prop::collection::vec((any::<u64>(), any::<[u32; 4]>(), prop::option::of(prop_oneof![any::<u64>(), Just(0), Just(1 << 32)]), prop::option::of(any::<u16>()), prop::option::of(0_u16..=1000), any::<bool>()), 0..9),
     ) {
         let records: Vec<Record> = words
             .iter()
-            .map(|&(tick, [x, y, z, engaged], state_hash, sweeps, ramp_restarted)| {
+            .map(|&(tick, [x, y, z, engaged], state_hash, sweeps, delay_ticks, ramp_restarted)| {
                 let position_m = Vector3::from([x, y, z].map(f32::from_bits));
                 let sample = ToolSample { position_m, engaged };
-                Record { tick, sample, sweeps, ramp_restarted, state_hash }
+                Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash }
             })
             .collect();
         let (found, end) = read(&written(&header(), &HELD, &records)).unwrap();

@@ -4,6 +4,7 @@ mod child_processes;
 mod commands;
 mod contacts;
 mod cosim;
+mod delay;
 mod faults;
 mod grip;
 mod hand;

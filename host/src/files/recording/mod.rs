@@ -203,6 +203,9 @@ pub fn play(
                     if record.ramp_restarted {
                         tissue.restart_ramp();
                     }
+                    if let Some(ticks) = record.delay_ticks {
+                        tissue.delayed(ticks);
+                    }
                     if tissue.tools() > 0 {
                         tissue.tick_tools(&poses, Sweeps::Counted(record.sweeps));
                     } else {

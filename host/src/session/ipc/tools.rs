@@ -12,7 +12,8 @@ use crate::engine::tools::{Felt, Poses, is_unit};
 /// What an answer repeats of a [`ToolPoses`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Asked {
-    send_ns: u64,
+    /// When its poses were sent \[ns\], by the clock of the sender.
+    pub send_ns: u64,
     tools: u32,
     numbers: [u32; TOOLS_MAX],
 }

@@ -22,13 +22,15 @@ pub struct Row {
     pub sweeps: Option<u16>,
     /// Whether the output stage's ramp began anew before the tick.
     pub ramp_restarted: bool,
+    /// The delay that the output stage was told of before the tick \[ticks\], where it is measured.
+    pub delay_ticks: Option<u16>,
 }
 
 impl Row {
     /// A tick with the settings' count of sweeps.
     #[must_use]
     pub fn of(pose: ToolPose, force: ToolForce) -> Self {
-        Self { pose, force, sweeps: None, ramp_restarted: false }
+        Self { pose, force, sweeps: None, ramp_restarted: false, delay_ticks: None }
     }
 }
 
@@ -127,10 +129,11 @@ impl Recorder {
     /// The tick into the trace, where there is one; false where it is full.
     fn trace(&mut self, row: &Row, poses: &[OneToolPose]) -> bool {
         let Some(trace) = &mut self.trace else { return true };
-        let &Row { pose, force, sweeps, ramp_restarted } = row;
+        let &Row { pose, force, sweeps, ramp_restarted, delay_ticks } = row;
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
         let sample = pose.into();
-        let record = Record { tick: pose.tick, sample, sweeps, ramp_restarted, state_hash };
+        let tick = pose.tick;
+        let record = Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash };
         trace.add_tools(&record, poses)
     }
 

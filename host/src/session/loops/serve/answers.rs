@@ -43,7 +43,7 @@ impl Run<'_> {
         }
         let sweeps = self.is_anytime().then_some(output.sweeps);
         // First, so that no answer is seen whose tick a kill could lose.
-        let row = Row { pose, force, sweeps, ramp_restarted };
+        let row = Row { pose, force, sweeps, ramp_restarted, delay_ticks: self.delay.told };
         self.recorder.record_tools(row, arrived.tools.each(), &felt);
         let (force_tick, sweeps) = (self.force_tick, output.sweeps.into());
         let chosen = self.chosen as u32;

@@ -18,10 +18,12 @@ impl Run<'_> {
         let start_ns = now_ns();
         (self.late_run, self.behind_gap) = (0, false);
         self.shared.begin_tick();
+        self.delay.told = None;
         let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
         self.shared.end_tick();
         let end_ns = now_ns();
         let step_ns = end_ns - start_ns;
+        self.delay.took(step_ns);
         self.executed += 1;
         let every = self.server.options.hash_every;
         let hashed = every != 0 && self.executed.is_multiple_of(every);
@@ -51,6 +53,7 @@ impl Run<'_> {
 
     /// The tissue's tick: as many sweeps as its time has room for.
     fn tick(&mut self, arrived: Arrived, start_ns: u64) -> TickOutput {
+        self.measure_delay(&arrived, start_ns);
         if arrived.restarts_ramp {
             self.engine.restart_ramp();
         }
@@ -83,6 +86,7 @@ impl Run<'_> {
     /// A tick without a sweep, for a pose that newer ones have overtaken.
     pub(super) fn execute_late(&mut self, arrived: Arrived) {
         let start_ns = now_ns();
+        self.measure_delay(&arrived, start_ns);
         if arrived.restarts_ramp {
             self.engine.restart_ramp();
         }

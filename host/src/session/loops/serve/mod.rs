@@ -14,6 +14,7 @@
 mod answers;
 mod beside;
 mod budget;
+mod delay;
 mod execute;
 mod intake;
 mod options;
@@ -47,6 +48,7 @@ use crate::terminal;
 
 use budget::Budget;
 pub use budget::SweepBudget;
+use delay::LoopDelay;
 use intake::{Arrived, InCharge};
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
 use rate::PoseRate;
@@ -227,6 +229,7 @@ struct Run<'a> {
     rate: PoseRate,
     alive_until_ns: u64,
     budget: Budget,
+    delay: LoopDelay,
     looked_ns: u64,
     end_ns: u64,
     publishers: u64,
@@ -290,6 +293,7 @@ impl<'a> Run<'a> {
             rate: server.rate,
             alive_until_ns: 0,
             budget: Budget::new(server.options.budget, server.options.max_pose_hz),
+            delay: LoopDelay::new(server.options.delay_period_ns),
             looked_ns: start_ns,
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,

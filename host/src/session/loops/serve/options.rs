@@ -31,6 +31,8 @@ pub struct ServeOptions {
     pub max_pose_hz: u32,
     /// How long the sweeps of a tick may take, for a tissue whose ticks may end after any.
     pub budget: SweepBudget,
+    /// A tick of the device, where the delay of the loop is measured \[ns\].
+    pub delay_period_ns: Option<u64>,
     /// Fault on purpose: a sweep takes at least so long, 0 for none \[ns\].
     pub sweep_ns: u64,
     /// Ticks before that.
@@ -59,6 +61,7 @@ impl Default for ServeOptions {
             hash_every: 1,
             max_pose_hz: POSE_HZ,
             budget: SweepBudget::default(),
+            delay_period_ns: None,
             sweep_ns: 0,
             sweep_after: 0,
             histogram: false,
