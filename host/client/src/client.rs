@@ -124,7 +124,7 @@ impl Client {
     }
 
     /// Sends the poses of tools 0, 1 and so on, and waits for the answer to them, at most so long.
-    /// Allocates 48 bytes; waits as [`Options::wait`] says.
+    /// Allocates 104 bytes; waits as [`Options::wait`] says.
     ///
     /// # Errors
     /// What is no pose, and nothing was sent; a viewer.
@@ -135,7 +135,7 @@ impl Client {
     }
 
     /// Sends the poses of tools 0, 1 and so on, and waits for nothing. Gives the number of the tick.
-    /// Allocates 48 bytes.
+    /// Allocates 104 bytes.
     ///
     /// # Errors
     /// What is no pose, and nothing was sent; a viewer.

@@ -16,6 +16,13 @@
 #include "chaincell.h"
 #endif
 
+static_assert(sizeof(chaincell_client_options) == 24, "options are six words");
+static_assert(sizeof(chaincell_client_pose) == 32, "a pose is eight words");
+static_assert(sizeof(chaincell_client_answer) == 336, "an answer is twenty words and eight tools");
+static_assert(sizeof(chaincell_client_node) == 16, "a node is four words");
+static_assert(sizeof(chaincell_client_contact) == 52, "a contact is thirteen words");
+static_assert(sizeof(chaincell_client_reply) == 32, "a reply is eight words");
+
 namespace {
 
 constexpr int TICKS = 1000;

@@ -719,7 +719,7 @@ chaincell_client_code chaincell_client_close(chaincell_client client);
  * gives what to show. Tools beyond `count` are not engaged. Where the poses are refused `shown` is
  * that of `chaincell_client_shown`; where the handle is, it is all 0.
  *
- * One allocation of 48 bytes; it sleeps or polls as the options say.
+ * One allocation of 104 bytes; it sleeps or polls as the options say.
  *
  * Safety
  * `poses` is null or, where aligned, `count` poses; `shown` is null or, where aligned, storage for one.
@@ -732,7 +732,7 @@ chaincell_client_code chaincell_client_step(chaincell_client client,
 
 /**
  * Sends the poses of tools and waits for nothing. `tick`, which may be null, gets the number of the tick.
- * One allocation of 48 bytes.
+ * One allocation of 104 bytes.
  *
  * Safety
  * `poses` is null or, where aligned, `count` poses; `tick` is null or, where aligned, storage for a

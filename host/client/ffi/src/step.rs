@@ -84,7 +84,7 @@ pub extern "C" fn chaincell_client_close(client: Handle) -> Code {
 /// gives what to show. Tools beyond `count` are not engaged. Where the poses are refused `shown` is
 /// that of `chaincell_client_shown`; where the handle is, it is all 0.
 ///
-/// One allocation of 48 bytes; it sleeps or polls as the options say.
+/// One allocation of 104 bytes; it sleeps or polls as the options say.
 ///
 /// # Safety
 /// `poses` is null or, where aligned, `count` poses; `shown` is null or, where aligned, storage for one.
@@ -106,7 +106,7 @@ pub unsafe extern "C" fn chaincell_client_step(
 }
 
 /// Sends the poses of tools and waits for nothing. `tick`, which may be null, gets the number of the tick.
-/// One allocation of 48 bytes.
+/// One allocation of 104 bytes.
 ///
 /// # Safety
 /// `poses` is null or, where aligned, `count` poses; `tick` is null or, where aligned, storage for a

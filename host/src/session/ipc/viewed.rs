@@ -15,7 +15,7 @@ use crate::session::timing::histogram::{Latencies, Summary};
 
 /// The server's side.
 #[derive(Debug)]
-pub struct Feed<T: Viewed> {
+pub(crate) struct Feed<T: Viewed> {
     topic: Topic<T>,
     publisher: Publisher<Ipc, [T], T::Header>,
     pace: Pace,
@@ -25,7 +25,7 @@ pub struct Feed<T: Viewed> {
 
 impl<T: Viewed> Feed<T> {
     /// Room for `most` elements, sent at most `hz` times a second.
-    pub fn open(scene: &SceneServices, most: usize, hz: u32) -> Result<Self> {
+    pub(crate) fn open(scene: &SceneServices, most: usize, hz: u32) -> Result<Self> {
         let pace = Pace::new(hz)?;
         let topic = topic::<T>(scene)?;
         let publisher = topic
@@ -40,17 +40,17 @@ impl<T: Viewed> Feed<T> {
     }
 
     /// There is something else than what was sent last.
-    pub fn changed(&mut self) {
+    pub(crate) fn changed(&mut self) {
         self.pace.changed();
     }
 
     /// Whether to send now, see [`Pace::is_due`].
-    pub fn is_due(&mut self, now_ns: u64, idle: bool) -> bool {
+    pub(crate) fn is_due(&mut self, now_ns: u64, idle: bool) -> bool {
         self.pace.is_due(&self.topic, now_ns, idle)
     }
 
     /// Sends so many elements; the work on them began at `start_ns`. Allocates nothing of its own.
-    pub fn send(
+    pub(crate) fn send(
         &mut self,
         start_ns: u64,
         header: T::Header,
@@ -74,7 +74,7 @@ impl<T: Viewed> Feed<T> {
     }
 
     /// Messages sent, and the time each took \[ns\].
-    pub fn cost(&self) -> (u64, Summary) {
+    pub(crate) fn cost(&self) -> (u64, Summary) {
         (self.cost.count(), self.cost.summary())
     }
 }

@@ -1,0 +1,78 @@
+//! What the client allocates in the loop of a device: what iceoryx2 takes for a message sent.
+
+#![allow(unsafe_code, reason = "counting allocations means being the allocator")]
+#![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use chaincell_client::{Client, Options, Outcome, Pose};
+use chaincell_tests::place::Place;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+    static BYTES: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts what each thread asks for.
+struct Counting;
+
+// SAFETY: every call is passed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        BYTES.set(BYTES.get() + layout.size() as u64);
+        // SAFETY: the caller's promises about the layout hold here too.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from the system's allocator with this layout.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Ticks before counting: the connections are made in the first ones.
+const WARM_UP_TICKS: u64 = 50;
+/// Ticks that are counted.
+const COUNTED_TICKS: u64 = 500;
+/// What iceoryx2 allocates for each message that is sent, in one piece.
+const BYTES_PER_SEND: u64 = 104;
+/// Longest wait for an answer \[ns\].
+const WAIT_NS: u64 = 20_000_000_000;
+
+/// Pieces and bytes that this thread asked for meanwhile.
+fn counted(work: impl FnOnce()) -> (u64, u64) {
+    let before = (COUNT.get(), BYTES.get());
+    work();
+    (COUNT.get() - before.0, BYTES.get() - before.1)
+}
+
+#[test]
+fn a_step_allocates_for_its_message_and_nothing_else() {
+    let place = Place::new("client-allocates");
+    let serve = place.serve(&[]);
+    let scene = Some(place.scene.clone());
+    let mut client = Client::open(&Options { scene, ..Options::default() }).unwrap();
+    let mut steps = |count: u64| {
+        for tick in 0..count {
+            let pose = Pose::at([0.0, 0.0, -1e-5 * tick as f32], tick > 0);
+            assert_eq!(client.step(&[pose], WAIT_NS).unwrap().0, Outcome::Answered);
+        }
+    };
+    steps(WARM_UP_TICKS);
+    let (pieces, bytes) = counted(|| steps(COUNTED_TICKS));
+    assert_eq!((pieces, bytes), (COUNTED_TICKS, COUNTED_TICKS * BYTES_PER_SEND));
+    let looked = counted(|| {
+        for _ in 0..COUNTED_TICKS {
+            client.try_receive().unwrap();
+            client.shown().unwrap();
+        }
+    });
+    assert_eq!(looked, (0, 0));
+    drop(client);
+    serve.interrupt().with(130);
+}
