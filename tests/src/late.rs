@@ -54,6 +54,21 @@ pub struct Seen {
     pub last_n: f64,
     /// Ticks in which the stage let the force go.
     pub withheld: u32,
+    /// Most that hand and handle have got out of nothing since the beginning \[J\].
+    pub got_j: f64,
+}
+
+/// A loop at the end of a tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// Time \[s\].
+    pub time_s: f64,
+    /// The force that acts \[N\].
+    pub force_n: f64,
+    /// From the handle to the tool in the tissue \[m\].
+    pub apart_m: f64,
+    /// What hand and handle have got out of nothing so far \[J\].
+    pub got_j: f64,
 }
 
 /// Repeatable chances.
@@ -115,10 +130,22 @@ impl Least {
 /// Runs a loop for `seconds`; the hand wants to be at `wish` of the time, where the handle begins.
 pub fn run(
     settings: StageSettings,
+    of: (&Held, &Way),
+    seconds: f64,
+    tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
+    wish: &dyn Fn(f64) -> V,
+) -> Seen {
+    run_looking(settings, of, seconds, tissue, wish, &mut |_| ())
+}
+
+/// As [`run`], telling of every tick.
+pub fn run_looking(
+    settings: StageSettings,
     ((handle, grip), way): (&Held, &Way),
     seconds: f64,
     tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
     wish: &dyn Fn(f64) -> V,
+    look: &mut dyn FnMut(Moment),
 ) -> Seen {
     let mut stage = Stage::new(settings).expect("settings within their ranges");
     let mut chance = Chance(0x9e37_79b9_7f4a_7c15);
@@ -168,7 +195,10 @@ pub fn run(
         let (stiffness_n_per_m, damping_n_s_per_m) = *grip;
         let hand = Hand { stiffness_n_per_m, damping_n_s_per_m, holds: true, at };
         moving.go(force, &hand, way.tick_s);
-        seen.made_j = seen.made_j.max(moving.got_j() - least.j());
+        let (got_j, apart_m) = (moving.got_j(), (tool - moving.position).norm());
+        seen.made_j = seen.made_j.max(got_j - least.j());
+        seen.got_j = seen.got_j.max(got_j);
+        look(Moment { time_s: tick as f64 * way.tick_s, force_n: force.norm(), apart_m, got_j });
     }
     seen
 }

@@ -14,7 +14,7 @@ pub struct Saved {
     pub settings: Settings,
     /// The tissue's snapshot.
     pub tissue: Vec<u8>,
-    /// The stage's; none without a stage.
+    /// Those of the stages, one behind the other; none without a stage.
     pub stage: Vec<u8>,
 }
 

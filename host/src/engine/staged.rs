@@ -2,7 +2,7 @@
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolPose, ToolSample};
+use chaincell_kernel::{ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolSample};
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
@@ -11,26 +11,29 @@ use crate::engine::tissue::{Node, Refusal, Sweeps, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
 use crate::error::{Error, Result};
 
-/// An engine with the stage between it and the device, or without one.
+/// An engine with a stage between it and the device, one for each of several tools, or without one.
+///
+/// Several stages have the same settings, and a ledger, a ramp and limits each: what one lets go is
+/// no matter of the others.
 ///
 /// Every sample is one tick of both, so what comes out is a function of the samples alone. A
 /// silence is no tick of either: what is published meanwhile is the loop's own.
 pub struct Staged<'m> {
     engine: Engine<'m>,
-    stage: Option<Stage>,
+    stages: Vec<Stage>,
     /// Largest torque of a tool \[N m\].
     max_torque_n_m: f32,
     /// Which tools were engaged in the last good poses.
     engaged: [bool; TOOLS_MAX],
-    /// The last answer, of the first tool.
-    last: TickOutput,
+    /// The last answer, of each tool; without stages that of the first alone.
+    last: [TickOutput; TOOLS_MAX],
 }
 
 impl<'m> Staged<'m> {
     /// An engine behind a stage of these settings, or as it is.
     ///
     /// # Errors
-    /// A setting out of range; a stage for several tools.
+    /// A setting out of range.
     pub fn new(engine: Engine<'m>, settings: Option<StageSettings>) -> Result<Self> {
         let goes_by_position =
             settings.is_some_and(|of| of.coupling.is_some() || of.passivity.is_some());
@@ -40,16 +43,15 @@ impl<'m> Staged<'m> {
                  positions; pass `coupling` none `passivity` none",
             ));
         }
-        if settings.is_some() && engine.contact().tools() > 1 {
-            return Err(Error::input(
-                "`tool`: the output stage (`device`, `coupling`, `passivity` and what belongs to \
-                 them) is for the force of one tool; leave its options out, or choose one `tool`",
-            ));
+        let mut stages = Vec::new();
+        if let Some(settings) = settings {
+            let stage = Stage::new(settings);
+            let stage = stage.map_err(|why| Error::input(format!("output stage: {why}")))?;
+            stages.resize(engine.contact().tools().max(1), stage);
         }
-        let stage = settings.map(Stage::new).transpose();
-        let stage = stage.map_err(|why| Error::input(format!("output stage: {why}")))?;
-        let (max_torque_n_m, engaged, last) = (f32::INFINITY, [false; TOOLS_MAX], TickOutput::NONE);
-        Ok(Self { engine, stage, max_torque_n_m, engaged, last })
+        let (max_torque_n_m, engaged) = (f32::INFINITY, [false; TOOLS_MAX]);
+        let last = [TickOutput::NONE; TOOLS_MAX];
+        Ok(Self { engine, stages, max_torque_n_m, engaged, last })
     }
 
     /// Torques of tools are shortened to this from here on \[N m\]. It changes no bit of the tissue.
@@ -79,11 +81,14 @@ impl<'m> Staged<'m> {
     /// # Errors
     /// What does not fit; nothing has changed then.
     pub fn restore(&mut self, saved: &Saved) -> Result<()> {
-        let mut stage = self.stage;
-        match &mut stage {
-            Some(stage) => stage.restore(&saved.stage).map_err(Error::input)?,
-            None if saved.stage.is_empty() => {}
-            None => return Err(Error::input("the snapshot has an output stage, here is none")),
+        let mut stages = self.stages.clone();
+        let bytes = stages.iter().map(Stage::snapshot_bytes).sum::<usize>();
+        if bytes != saved.stage.len() {
+            return Err(Error::input("the snapshot has other output stages"));
+        }
+        let each = saved.stage.chunks_exact((bytes / stages.len().max(1)).max(1));
+        for (stage, bytes) in stages.iter_mut().zip(each) {
+            stage.restore(bytes).map_err(Error::input)?;
         }
         let before = *self.engine.network().settings();
         self.engine.choose(saved.settings)?;
@@ -91,16 +96,16 @@ impl<'m> Staged<'m> {
             self.engine.choose(before)?;
             return Err(why);
         }
-        self.stage = stage;
+        self.stages = stages;
         self.engaged = std::array::from_fn(|tool| saved.engaged >> tool & 1 == 1);
-        self.last = TickOutput::NONE;
+        self.last = [TickOutput::NONE; TOOLS_MAX];
         Ok(())
     }
 
     /// The stage's settings, `None` without one.
     #[must_use]
     pub fn settings(&self) -> Option<&StageSettings> {
-        self.stage.as_ref().map(Stage::settings)
+        self.stages.first().map(Stage::settings)
     }
 }
 
@@ -114,13 +119,14 @@ impl TissueEngine for Staged<'_> {
     }
 
     fn tick_by(&mut self, device: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
-        match &mut self.stage {
-            None => self.engine.tick_by(device, sweeps),
-            Some(stage) => {
+        match self.stages.as_mut_slice() {
+            [] => self.engine.tick_by(device, sweeps),
+            [stage] => {
                 let tool = stage.sample(device);
                 let output = self.engine.tick_by(&tool, sweeps);
                 stage.output(&output)
             }
+            _ => self.tick_tools(&Poses::away(self.tools()).with_first_alone(device), sweeps),
         }
     }
 
@@ -134,53 +140,48 @@ impl TissueEngine for Staged<'_> {
                 *engaged = pose.engaged == 1;
             }
         }
-        let output = match (&mut self.stage, poses.each()) {
-            (Some(stage), [pose]) => {
-                let tool = stage.sample(&poses.sample());
-                let pose = ToolPose { position_m: tool.position_m, engaged: tool.engaged, ..*pose };
-                stage.output(&self.engine.tick_tools_by(&[pose], sweeps))
-            }
-            _ => self.engine.tick_tools_by(poses.each(), sweeps),
-        };
-        self.last = output;
-        if self.stage.is_none() && !self.feels(0) {
-            // Others may hold on: a late tick would repeat the force.
-            (self.last.force_n, self.last.contacts) = (Vector3::zeros(), 0);
+        if !self.stages.is_empty() {
+            return self.tick_staged(poses, sweeps);
         }
-        self.last
+        let [last, ..] = &mut self.last;
+        *last = self.engine.tick_tools_by(poses.each(), sweeps);
+        if !self.feels(0) {
+            // Others may hold on: a late tick would repeat the force.
+            let [last, ..] = &mut self.last;
+            (last.force_n, last.contacts) = (Vector3::zeros(), 0);
+        }
+        let [last, ..] = self.last;
+        last
     }
 
     fn felt(&mut self, tool: usize) -> Felt {
-        if !self.feels(tool) && (tool > 0 || self.stage.is_none()) {
+        let stage = self.stages.get(tool);
+        if !self.feels(tool) && stage.is_none() {
             return Felt::default();
         }
         let felt = self.engine.tool_output(tool);
-        let max_force_n = self.engine.network().settings().max_force_n;
-        let (force_n, is_clamped) = match tool {
-            0 => (self.last.force_n, self.last.flags.contains(Flags::FORCE_CLAMPED)),
-            // The kernel has shortened it to the limit, less what rounding may add.
-            _ => (felt.force_n, felt.force_n.norm() >= max_force_n * (1.0 - 1e-5)),
-        };
-        let torque_n_m = if self.feels(tool) { felt.torque_nm } else { Vector3::zeros() };
+        let own = if stage.is_some() { tool } else { 0 };
+        let last = self.last.get(own).copied().unwrap_or(TickOutput::NONE);
+        let mut flags = Flags(last.flags.0 & (Flags::FORCE_CLAMPED.0 | Flags::FORCE_WITHHELD.0));
+        let (mut force_n, mut contacts) = (last.force_n, last.contacts);
+        if stage.is_none() && tool > 0 {
+            (force_n, contacts, flags) = (felt.force_n, felt.contacts, self.clamped(felt.force_n));
+        }
+        let share = stage.map_or(1.0, Stage::share);
+        let torque_n_m = if self.feels(tool) { felt.torque_nm * share } else { Vector3::zeros() };
         let (torque_n_m, is_short) = shortened(torque_n_m, self.max_torque_n_m);
-        let mut flags = Flags::default();
-        if is_clamped || is_short {
+        if is_short {
             flags.insert(Flags::FORCE_CLAMPED);
         }
-        let contacts = if tool == 0 { self.last.contacts } else { felt.contacts };
         Felt { force_n: force_n.into(), torque_n_m: torque_n_m.into(), contacts, flags }
     }
 
     fn restart_ramp(&mut self) {
-        if let Some(stage) = &mut self.stage {
-            stage.restart_ramp();
-        }
+        self.stages.iter_mut().for_each(Stage::restart_ramp);
     }
 
     fn delayed(&mut self, ticks: u16) {
-        if let Some(stage) = &mut self.stage {
-            stage.delayed(ticks);
-        }
+        self.stages.iter_mut().for_each(|stage| stage.delayed(ticks));
     }
 
     fn state_hash(&mut self) -> u64 {
@@ -200,9 +201,10 @@ impl TissueEngine for Staged<'_> {
         let settings = *self.engine.network().settings();
         let tissue = self.engine.save().ok()?;
         let mut stage = Vec::new();
-        if let Some(of) = &self.stage {
-            stage.resize(of.snapshot_bytes(), 0);
-            of.save(&mut stage).ok()?;
+        for of in &self.stages {
+            let before = stage.len();
+            stage.resize(before + of.snapshot_bytes(), 0);
+            of.save(&mut stage[before..]).ok()?;
         }
         Some(Saved { engaged: bits, settings, tissue, stage })
     }
@@ -210,21 +212,71 @@ impl TissueEngine for Staged<'_> {
     fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {
         self.engine.obey(command)?;
         if *command == Command::Reset {
-            (self.engaged, self.last) = ([false; TOOLS_MAX], TickOutput::NONE);
-        }
-        if let (Command::Reset, Some(stage)) = (command, &mut self.stage) {
-            // Settings that made a stage once make it again.
-            *stage = Stage::new(*stage.settings()).map_err(|_| Refusal::Reset)?;
+            (self.engaged, self.last) = ([false; TOOLS_MAX], [TickOutput::NONE; TOOLS_MAX]);
+            for stage in &mut self.stages {
+                // Settings that made a stage once make it again.
+                *stage = Stage::new(*stage.settings()).map_err(|_| Refusal::Reset)?;
+            }
         }
         Ok(())
     }
 }
 
 impl Staged<'_> {
+    /// A tick with a stage for each tool; gives what the first one's device is given.
+    fn tick_staged(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
+        let are_good = poses.are_good();
+        let mut behind = *poses;
+        for (pose, stage) in behind.each_mut().iter_mut().zip(&mut self.stages) {
+            let engaged = if are_good { pose.engaged } else { u32::MAX };
+            let tool = stage.sample(&ToolSample { position_m: pose.position_m, engaged });
+            (pose.position_m, pose.engaged) = (tool.position_m, tool.engaged);
+        }
+        let is_bad = !behind.are_good();
+        let output = self.engine.tick_tools_by(behind.each(), sweeps);
+        let tools = self.stages.len();
+        for tool in 0..tools {
+            // Of one tool the tick's answer is the tool's.
+            let answer = if tools == 1 { output } else { self.answer_of(tool, &output) };
+            let places = (self.stages.get_mut(tool), self.last.get_mut(tool));
+            if let (Some(stage), Some(last)) = places {
+                let is_bad_alone = behind.each().get(tool).is_some_and(|pose| !pose.is_good());
+                // Another one's bad sample has cost this one its answer.
+                *last =
+                    if is_bad && !is_bad_alone { stage.missed() } else { stage.output(&answer) };
+            }
+        }
+        let [first, ..] = self.last;
+        first
+    }
+
+    /// What one of several tools has felt, as the answer to it alone.
+    fn answer_of(&mut self, tool: usize, output: &TickOutput) -> TickOutput {
+        let felt = self.engine.tool_output(tool);
+        let mut flags = Flags(output.flags.0 & !Flags::FORCE_CLAMPED.0);
+        flags.insert(self.clamped(felt.force_n));
+        TickOutput {
+            force_n: felt.force_n,
+            work_j: felt.work_j,
+            stiffness_n_per_m: felt.stiffness_n_per_m,
+            contacts: felt.contacts,
+            flags,
+            ..*output
+        }
+    }
+
+    /// Whether the kernel has shortened a force to its limit, less what rounding may add.
+    fn clamped(&self, force_n: Vector3<f32>) -> Flags {
+        let most = self.engine.network().settings().max_force_n * (1.0 - 1e-5);
+        if force_n.norm() >= most { Flags::FORCE_CLAMPED } else { Flags::default() }
+    }
+
     /// Whether a tool has a force of the tissue.
     fn feels(&self, tool: usize) -> bool {
         let is_engaged = self.engaged.get(tool).is_some_and(|engaged| *engaged);
-        is_engaged && !self.last.flags.contains(Flags::SAFE_STATE)
+        let own = if self.stages.is_empty() { 0 } else { tool };
+        let is_safe = self.last.get(own).is_none_or(|of| of.flags.contains(Flags::SAFE_STATE));
+        is_engaged && !is_safe
     }
 }
 

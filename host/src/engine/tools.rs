@@ -111,15 +111,16 @@ pub struct Felt {
     pub torque_n_m: [f32; 3],
     /// Triangles that it is in contact with, or whose samples it grips.
     pub contacts: u32,
-    /// What bit at this tool alone: [`Flags::FORCE_CLAMPED`] and [`Flags::RELEASE_FIRST`].
+    /// What bit at this tool alone: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`] and
+    /// [`Flags::RELEASE_FIRST`].
     pub flags: Flags,
 }
 
 impl Felt {
-    /// The flags of the tool in a tick: those of the tick, but for the two that each has of its own.
+    /// The flags of the tool in a tick: those of the tick, but for the three that each has of its own.
     #[must_use]
     pub fn all_flags(&self, of_tick: u32) -> u32 {
-        let own = Flags::FORCE_CLAMPED.0 | Flags::RELEASE_FIRST.0;
+        let own = Flags::FORCE_CLAMPED.0 | Flags::FORCE_WITHHELD.0 | Flags::RELEASE_FIRST.0;
         of_tick & !own | self.flags.0
     }
 }

@@ -210,6 +210,12 @@ impl Stage {
         Some(self.delay.admits(of, passivity.device_damping_n_s_per_m, self.settings.tick_s))
     }
 
+    /// The ramp's share of the force, 0 to 1: for a torque that belongs to it.
+    #[must_use]
+    pub fn share(&self) -> f32 {
+        self.ramp.share()
+    }
+
     /// What the tissue is given for what the device has measured: the tool behind the coupling.
     ///
     /// A sample that is bad here (not good, or a coordinate beyond 1 km) is bad for the tissue too.

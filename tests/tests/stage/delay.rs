@@ -37,12 +37,12 @@ const WAYS: [([usize; 2], f64); 9] = [
 /// Times of a tick [s].
 const TICKS_S: [f64; 3] = [1.0e-3, 2.0e-3, 2.5e-4];
 
-fn held(device: usize, grip: usize) -> Held {
+pub(crate) fn held(device: usize, grip: usize) -> Held {
     (handle(device, Rotation3::identity()), GRIPS[grip])
 }
 
 /// The profile of a device at a rate; told the largest age, lost poses counting as two ticks more.
-fn settings(device: usize, way: &Way) -> StageSettings {
+pub(crate) fn settings(device: usize, way: &Way) -> StageSettings {
     let mut settings = StageSettings::for_device(DEVICES[device].0);
     settings.tick_s = way.tick_s as f32;
     (settings.ramp_ticks, settings.watchdog_ticks) =
@@ -87,7 +87,7 @@ fn seconds() -> f64 {
 }
 
 /// Every way of poses and forces, at every rate.
-fn ways() -> impl Iterator<Item = Way> {
+pub(crate) fn ways() -> impl Iterator<Item = Way> {
     WAYS.into_iter().flat_map(|(ages, lost)| {
         TICKS_S.into_iter().flat_map(move |tick_s| {
             [false, true].map(|measures| Way { tick_s, ages, lost, measures })

@@ -1,8 +1,12 @@
 //! The output stage between tissue and hand, in closed loop and in sessions.
 
+mod bodies;
+mod deep;
 mod delay;
 mod holds;
+mod long;
 mod passivity;
 mod probe;
 mod softening;
+mod tools;
 mod walls;

@@ -1,0 +1,121 @@
+//! Bodies that a tool presses straight down, of links and of nodal shapes, each with three tools.
+
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPart, ToolSample, Unloading};
+use nalgebra::Vector3;
+
+/// A body, and what presses it.
+pub struct Body {
+    /// What it is.
+    pub name: &'static str,
+    image: ImageBytes,
+    /// Where it is highest \[m\].
+    top_m: Vector3<f64>,
+    /// From there to the lowest cell \[m\].
+    pub thickness_m: f64,
+    tools: [Shape; 3],
+}
+
+/// A tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A sphere among the cells, of this radius \[m\].
+    Among(f32),
+    /// A sphere on the surface, of this radius \[m\].
+    Sphere(f32),
+    /// A capsule on the surface, lying: half its length and its radius \[m\].
+    Capsule(f32, f32),
+}
+
+impl Shape {
+    /// From the tool's place to the surface that it touches \[m\].
+    fn radius_m(self) -> f64 {
+        let (Self::Among(radius_m) | Self::Sphere(radius_m) | Self::Capsule(_, radius_m)) = self;
+        radius_m.into()
+    }
+
+    fn contact(self) -> Contact {
+        let tool = |part| Contact::Tools { tools: vec![vec![part]], friction: 0.0 };
+        match self {
+            Self::Among(radius_m) => Contact::Probe { radius_m, capacity: 400 },
+            Self::Sphere(radius_m) => tool(ToolPart::sphere(radius_m)),
+            Self::Capsule(half_m, radius_m) => {
+                let lying = [half_m, 0.0, 0.0];
+                tool(ToolPart { half_m: lying, ..ToolPart::sphere(radius_m) })
+            }
+        }
+    }
+}
+
+impl Body {
+    fn new(name: &'static str, spec: &str, options: &BakeOptions, tools: [Shape; 3]) -> Self {
+        let mesh = load(spec, &MeshOptions::default()).unwrap();
+        let image = bake(&mesh, &mesh.default_fixed, options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let cells = (0..model.cells()).map(|cell| Vector3::from(rest_m(&model, cell)));
+        let mut by_height: Vec<Vector3<f64>> = cells.collect();
+        by_height.sort_by(|a, b| a.z.total_cmp(&b.z));
+        let (low, high) = (by_height[0].z, by_height[by_height.len() - 1].z);
+        let upper: Vec<_> = by_height.iter().filter(|cell| cell.z > high - 1.0e-6).collect();
+        let middle = upper.iter().copied().sum::<Vector3<f64>>() / upper.len() as f64;
+        // Over a cell, not between four.
+        let apart = |cell: &&&Vector3<f64>| (**cell - middle).norm();
+        let nearest = upper.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let top_m = **nearest.unwrap();
+        Self { name, image, top_m, thickness_m: high - low, tools }
+    }
+
+    /// Boxes of soft and of stiff links and an organ under a probe among their cells; a box and an
+    /// organ of nodal shapes under tools on their surface.
+    #[must_use]
+    pub fn all() -> [Self; 5] {
+        let links = |stiffness: f64| BakeOptions {
+            stiffness_n_per_m: PerCell::Uniform(stiffness),
+            coarse_basis: BasisSpacing::None,
+            ..BakeOptions::default()
+        };
+        let shapes = |pa: f64| BakeOptions {
+            tissue: Some(Tissue::new(PerCell::Uniform(pa), PerCell::Uniform(0.45))),
+            probe_contact: ProbeContact::Surface,
+            ..BakeOptions::default()
+        };
+        let among = [0.008, 0.012, 0.018].map(Shape::Among);
+        let on = [Shape::Sphere(0.008), Shape::Sphere(0.014), Shape::Capsule(0.012, 0.008)];
+        [
+            Self::new("soft links", "box:9x9x6x0.008", &BakeOptions::default(), among),
+            Self::new("stiff links", "box:9x9x4x0.005", &links(1000.0), among),
+            Self::new("organ of links", "organ:500", &links(300.0), among),
+            Self::new("box of 20 kPa", "box:7x7x6x0.008", &shapes(2.0e4), on),
+            Self::new("organ of 5 kPa", "organ:500", &shapes(5.0e3), on),
+        ]
+    }
+
+    /// One of its tools.
+    #[must_use]
+    pub fn tool(&self, tool: usize) -> Shape {
+        self.tools[tool]
+    }
+
+    /// Where one of its tools begins to touch \[m\].
+    #[must_use]
+    pub fn touch_m(&self, tool: usize) -> Vector3<f64> {
+        self.top_m + Vector3::new(0.0, 0.0, self.tools[tool].radius_m())
+    }
+
+    /// The body at rest under one of its tools: a tick for a sample.
+    pub fn tissue(&self, tool: usize) -> impl FnMut(&ToolSample) -> TickOutput {
+        let model = Model::from_bytes(self.image.as_bytes()).unwrap();
+        let settings =
+            Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };
+        let network = Network::new(model, settings).unwrap();
+        let shape = self.tools[tool];
+        let is_among = matches!(shape, Shape::Among(_));
+        let scheme = if is_among { Scheme::Track } else { Scheme::Predict };
+        let mut engine =
+            Engine::with_contact(network, scheme, Arithmetic::F32, shape.contact()).unwrap();
+        move |sample| engine.tick(sample)
+    }
+}
