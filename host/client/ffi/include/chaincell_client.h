@@ -710,7 +710,7 @@ chaincell_client_code chaincell_client_open(uint32_t version,
 
 /**
  * Leaves the scene: the server lets its force fall. What is held of states and contacts is gone with it.
- * A call of another thread that is under way ends first.
+ * A call of another thread that is under way keeps it to its end.
  */
 chaincell_client_code chaincell_client_close(chaincell_client client);
 

@@ -74,7 +74,7 @@ unsafe fn name(scene: *const c_char) -> Result<Option<String>, Code> {
 }
 
 /// Leaves the scene: the server lets its force fall. What is held of states and contacts is gone with it.
-/// A call of another thread that is under way ends first.
+/// A call of another thread that is under way keeps it to its end.
 #[unsafe(no_mangle)]
 pub extern "C" fn chaincell_client_close(client: Handle) -> Code {
     guarded(|| handles::remove(client))
