@@ -109,7 +109,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.json {
         terminal::say_json(&report)?;
     }
-    judge(path, &report, end, differs)?;
+    judge(path, &report, end, differs, start.behind.is_some())?;
     if args.json {
         return Ok(());
     }
@@ -151,6 +151,7 @@ fn judge(
     report: &ReplayReport,
     end: Option<End>,
     differs: Option<ReplayError>,
+    is_behind: bool,
 ) -> Result<()> {
     let path = trace.display();
     if let Some(why) = differs {
@@ -167,6 +168,11 @@ fn judge(
         terminal::note(format_args!("note: {path}: {end}; the whole records before it count"));
     }
     match (report.ticks, report.hashes_compared) {
+        (0, _) if is_behind => {
+            let why =
+                "no tick stands behind the snapshot: begin at an earlier one, or without --from";
+            Err(Error::file("replay", trace, why))
+        }
         (0, _) => Err(Error::file("replay", trace, "it holds no tick: record again")),
         (_, 0) => Err(Error::file(
             "replay",

@@ -228,11 +228,11 @@ fn recorded(
     if let Some((snapshot, checksum)) = from {
         let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
         if let Some(trace) = &trace {
-            write_whole(&snapshot::place(trace, tick), &snapshot.to_bytes())?;
+            write_whole(&snapshot::start_place(trace), &snapshot.to_bytes())?;
         }
         let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
         recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });
-        server = server.resuming(Resumed { publisher, released, is_paused });
+        server = server.resuming(Resumed { tick, publisher, released, is_paused });
     }
     if let Some(trace) = trace {
         server = server.with_snapshots(SnapshotPlace { trace, begun: header });

@@ -58,6 +58,14 @@ pub fn place(trace: &Path, tick: u64) -> PathBuf {
     name.into()
 }
 
+/// The copy of the snapshot that a trace begins from: under a name that no later one takes.
+#[must_use]
+pub fn start_place(trace: &Path) -> PathBuf {
+    let mut name = trace.as_os_str().to_owned();
+    name.push(".start.snapshot");
+    name.into()
+}
+
 /// The number of a snapshot in a trace.
 #[must_use]
 pub fn checksum(bytes: &[u8]) -> u32 {
@@ -125,6 +133,10 @@ impl SessionSnapshot {
     pub fn read(path: &Path) -> Result<(Self, u32)> {
         let failed = |why: std::io::Error| Error::file("read snapshot", path, why);
         let mut bytes = Vec::new();
+        // The open of a pipe would wait for its writer, whatever signal comes.
+        if !std::fs::metadata(path).map_err(failed)?.is_file() {
+            return Err(Error::file("read snapshot", path, "it is no file"));
+        }
         let file = File::open(path).map_err(failed)?;
         file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;
         let snapshot = Self::of(&bytes).map_err(|why| Error::file("read snapshot", path, why))?;
@@ -217,5 +229,6 @@ mod tests {
     #[test]
     fn it_stands_beside_its_trace() {
         assert_eq!(place(Path::new("a/left.trace"), 12), Path::new("a/left.trace.12.snapshot"));
+        assert_eq!(start_place(Path::new("a/b.trace")), Path::new("a/b.trace.start.snapshot"));
     }
 }

@@ -30,7 +30,8 @@ impl Stage {
     }
 
     /// Goes on from a snapshot, with the settings that this stage has: with those of the saved one to
-    /// the same forces.
+    /// the same forces. Whatever the snapshot says, the ramp is as long as the settings have it, and no
+    /// force is above their largest. The delay is the one that was saved.
     ///
     /// # Errors
     /// What is wrong with the bytes; the stage stays as it is.
@@ -42,7 +43,7 @@ impl Stage {
         if pass.end()? != words.len() {
             return Err(SnapshotError::Length);
         }
-        *self = copy;
+        self.go_on_as(copy);
         Ok(())
     }
 }

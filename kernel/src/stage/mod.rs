@@ -91,8 +91,9 @@ pub use settings::{
 pub use slew::slew_limited;
 
 use crate::number::cell::{add, dot, scale, sub};
-use crate::number::clamp::clamped;
+use crate::number::clamp::{clamped, finite as finite_number};
 use crate::number::kept::kept;
+use crate::number::sqrt::sqrt;
 use crate::tick::sample::{Flags, TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
@@ -187,6 +188,16 @@ impl Stage {
             energy_j: 0.0,
             contacts: 0,
         })
+    }
+
+    /// Goes on as another stage stood, within the limits of this one.
+    pub(crate) fn go_on_as(&mut self, other: Self) {
+        let most = self.settings.max_force_n;
+        let is_within = sqrt(dot(other.given, other.given)) <= finite_number(most);
+        let given = if is_within { other.given } else { clamped(other.given, most).0 };
+        let energy_j = finite_number(other.energy_j);
+        let (settings, ramp) = (self.settings, self.ramp.along(other.ramp));
+        *self = Self { settings, ramp, given, energy_j, ..other };
     }
 
     /// The settings.

@@ -32,6 +32,11 @@ impl Ramp {
         Self { taken: 0, of: if ticks == 0 { 1 } else { ticks } }
     }
 
+    /// As it stands, on a ramp of the length of this one.
+    pub(super) fn along(self, of: Self) -> Self {
+        Self { taken: of.taken.min(self.of), of: self.of }
+    }
+
     pub(super) fn fall(&mut self) {
         self.taken = 0;
     }

@@ -37,11 +37,18 @@ impl<'m> Twins<'m> {
         }
     }
 
-    /// Both go on from what the engine saves.
+    /// The twin goes on from what the engine saves, in memory of another life, while the engine just
+    /// goes on; without a twin the engine goes on from it.
     pub fn go_on_from_a_snapshot(&mut self) {
         let bytes = self.engine.save().unwrap();
-        self.both(|engine| engine.restore(&bytes).unwrap());
-        self.twin.iter_mut().for_each(plain);
+        assert_eq!(self.engine.save().unwrap(), bytes);
+        let Some(twin) = &mut self.twin else { return self.engine.restore(&bytes).unwrap() };
+        twin.reset().unwrap();
+        let far = vec![[-3.0, 0.5, 2.0]; twin.network().model().cells()];
+        twin.set_positions(&far).unwrap();
+        twin.restore(&bytes).unwrap();
+        assert_eq!(twin.save().unwrap(), bytes);
+        twin.go_scalar();
     }
 
     /// Every cell at once somewhere else, as far as 10^`decades` mean link lengths from the body.

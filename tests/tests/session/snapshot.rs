@@ -95,6 +95,47 @@ fn a_session_goes_on_from_a_snapshot_without_a_release() {
     assert_eq!((&whole["state_hash"], &whole["ticks"]), (&replayed["state_hash"], &140.into()));
 }
 
+/// The snapshot that a trace begins from is kept, whatever is saved behind it at the same tick.
+#[test]
+fn a_restored_session_is_saved_again_before_its_first_pose() {
+    let _turn = turn();
+    let place = Place::new("snapshot-again");
+    let [first, second, third] =
+        ["first", "second", "third"].map(|name| place.folder.path().join(name));
+    let served = serve(&place, &["--ticks", "80", "--out", text(&first)]);
+    // Ahead of all else: this trace begins at rest, whatever becomes of the file.
+    command(&place, &["snapshot"]).with(0);
+    command(&place, &["set", "sweeps=3"]).with(0);
+    command(&place, &["snapshot"]).with(0);
+    let outsider = Outsider::join(&place.scene, true);
+    answers(&outsider, 0..TICK);
+    let told = command(&place, &["snapshot"]).with(0).json();
+    assert_eq!(told["tick"], TICK - 1);
+    answers(&outsider, TICK..TICK + 1);
+    served.end(SOON).with(0);
+    run(["replay", text(&first)]).with(0);
+    let from = run(["replay", text(&first), "--from", "0"]).with(0);
+    assert!(from.out.contains("80 ticks"), "{}", from.out);
+    let file = beside(&first, TICK - 1);
+    let ticks = ["--ticks", "20", "--out", text(&second), "--restore", text(&file)];
+    let restored = serve(&place, &ticks);
+    command(&place, &["set", "sweeps=2"]).with(0);
+    let told = command(&place, &["snapshot"]).with(0).json();
+    assert_eq!(told["tick"], TICK - 1, "the last tick before it");
+    let wanted = answers(&outsider, TICK..TICK + 20);
+    assert_eq!(wanted[0].flags & RELEASE_FIRST, 0);
+    restored.end(SOON).with(0);
+    run(["replay", text(&second)]).with(0);
+    run(["replay", text(&second), "--from", "78"]).with(0);
+    // The controller in charge is still known.
+    let file = beside(&second, TICK - 1);
+    let ticks = ["--ticks", "20", "--out", text(&third), "--restore", text(&file)];
+    let restored = serve(&place, &ticks);
+    assert_eq!(done(&answers(&outsider, TICK..TICK + 20)), done(&wanted));
+    restored.end(SOON).with(0);
+    run(["replay", text(&third)]).with(0);
+}
+
 #[test]
 fn another_controller_releases_first() {
     let _turn = turn();

@@ -141,8 +141,10 @@ pub struct Mark {
     pub tick: u64,
     /// Number of the snapshot.
     pub checksum: u32,
-    /// Whether no tick stands before it: the trace begins from it.
+    /// Whether nothing stands before it: the trace may begin from it.
     pub is_start: bool,
+    /// State hash there, where one was taken.
+    pub state_hash: Option<u64>,
 }
 
 /// The snapshots that a trace tells of, in order.
@@ -151,13 +153,18 @@ pub fn marks(trace: &Reader<'_>) -> Vec<Mark> {
     let (mut marks, mut is_start) = (Vec::new(), true);
     // How the trace ends is told where it is played.
     let _ = trace.entries(|record, entry| {
-        match *entry {
-            Entry::Command(CommandRecord {
-                tick, command: Command::Snapshot { checksum }, ..
-            }) => marks.push(Mark { record, tick, checksum, is_start }),
-            Entry::Part(_) => {}
-            _ => is_start = false,
+        if let Entry::Part(_) = entry {
+            return Ok(());
         }
+        if let Entry::Command(CommandRecord {
+            tick,
+            command: Command::Snapshot { checksum },
+            state_hash,
+        }) = *entry
+        {
+            marks.push(Mark { record, tick, checksum, is_start, state_hash });
+        }
+        is_start = false;
         Ok::<(), std::convert::Infallible>(())
     });
     marks

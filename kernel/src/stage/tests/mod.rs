@@ -2,6 +2,7 @@
 
 mod control;
 mod missing;
+mod restored;
 
 use super::*;
 use nalgebra::Vector3;

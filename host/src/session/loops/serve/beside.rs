@@ -83,7 +83,7 @@ impl Run<'_> {
     fn carry_out(&mut self, message: &CommandMessage) -> ReplyMessage {
         let done = message.command().and_then(|command| self.obey(&command));
         let reply = ReplyMessage {
-            tick: self.answer().map_or(0, |last| last.tick),
+            tick: self.last_tick(),
             ticks_answered: self.executed,
             state_hash: self.engine.state_hash(),
             result: u32::from(done.is_err()),

@@ -22,6 +22,8 @@ pub struct SnapshotPlace {
 /// What a session that goes on from a snapshot knows of the one before.
 #[derive(Debug, Clone, Copy)]
 pub struct Resumed {
+    /// Last tick before the snapshot, 0 for none.
+    pub tick: u64,
     /// Id of the publisher that was in charge, 0 for none.
     pub publisher: u128,
     /// Bit t: it was seen to release tool t.
@@ -62,12 +64,18 @@ impl Run<'_> {
     pub(super) fn snapshot(&mut self) -> Result<u32, Refusal> {
         let Some(snapshots) = &self.snapshots else { return Err(Refusal::NoTrace) };
         let saved = self.engine.saved().ok_or(Refusal::Unsupported)?;
-        let tick = self.shared.voice().answer.map_or(0, |last| last.force.tick);
-        let released = self.has_released.iter().rev();
+        let tick = self.last_tick();
+        let seen = self.has_released.iter().rev().fold(0, |bits, &is| bits << 1 | u32::from(is));
+        // Nobody has taken charge since a snapshot: what that one said still holds.
+        let (publisher, released) = match (self.in_charge, self.resumed) {
+            (Some(known), _) => (known.id.value(), seen),
+            (None, Some(resumed)) => (resumed.publisher, resumed.released),
+            (None, None) => (0, seen),
+        };
         let snapshot = SessionSnapshot {
             tick,
-            publisher: self.in_charge.map_or(0, |known| known.id.value()),
-            released: released.fold(0, |bits, &is| bits << 1 | u32::from(is)),
+            publisher,
+            released,
             is_paused: self.paused,
             begun: snapshots.place.begun.clone(),
             saved,
@@ -77,6 +85,12 @@ impl Run<'_> {
         let path = snapshot::place(&snapshots.place.trace, tick);
         snapshots.files.try_send((path, bytes)).map_err(|_| Refusal::Busy)?;
         Ok(checksum)
+    }
+
+    /// The last tick, which may be one before the snapshot that the session goes on from; 0 for none.
+    pub(super) fn last_tick(&self) -> u64 {
+        let before = self.server.resumed.map_or(0, |resumed| resumed.tick);
+        self.shared.voice().answer.map_or(before, |last| last.force.tick)
     }
 
     /// A publisher takes charge: the one of the session before needs to release nothing again.
