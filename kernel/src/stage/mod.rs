@@ -37,16 +37,17 @@
 //!
 //! - In a soft hand on stiff tissue the force hums by up to two counts of the encoder, 0.02 to
 //!   0.08 N. A handle of 50 g in a loose hand hums with couplings above 1000 N/m.
-//! - A press begun within the ramp gives back up to 3 mJ that the hand did not put in. A handle let
-//!   loose as it engages, 20 mm deep in a wall of 5000 N/m, gets up to 13 mJ (0.3 m/s).
+//! - A press begun within the ramp and held gives back up to 3 mJ that the hand did not put in; one of
+//!   a stiff hand that comes back, 26 mJ on a wall of 5000 N/m. A handle let loose as it engages, 20 mm
+//!   deep in such a wall, gets up to 13 mJ (0.3 m/s), a stiff hand there 0.26 J.
 //! - A force at the clamp takes the 10 ms of the slew limit to go. Hard taps (sigma.7, 20 mm to and
 //!   fro at 4 Hz, 0.7 m/s) give the hand 30 mW.
 //! - Without a coupling, on a contact of 10 kN/m and more, the controller cannot make up for the
 //!   delay. With a ramp the force is let go (flag 8) and comes back, again and again: keep the
 //!   coupling.
 //! - A hand that lets go deep in the tissue gets back what it put in.
-//! - With [`Passivity::delay_ticks`] of 2 and more the coupling is a soft spring ([`passive_stiffness_n_per_m`]). Loops with
-//!   walls and with nodal shapes are tested so, links under a probe among cells are not.
+//! - With [`Passivity::delay_ticks`] of 2 and more the coupling is a soft spring ([`passive_stiffness_n_per_m`]).
+//! - Where the tissue lets a tool go no deeper (flag 1), the hand feels the coupling's spring alone.
 //!
 //! A firmware's tick:
 //!

@@ -169,7 +169,7 @@ fn holds_on_bodies_do_not_grow_however_late() {
     let mut faults = 0;
     for (of, body) in Body::all().iter().enumerate() {
         // A tick of nodal shapes takes ten times as long.
-        let (seconds, stride) = if of < 3 { length(67, 67) } else { length(179, 179) };
+        let (seconds, stride) = if of < 3 { length(179, 179) } else { length(397, 397) };
         let mut worst = Worst::default();
         for (at, case) in cases(stride).enumerate() {
             let tool = (at + of) % 3;
