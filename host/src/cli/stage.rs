@@ -33,7 +33,7 @@ pub struct StageArgs {
     passivity: Option<OrNone<Passivity>>,
     /// Ticks between an answer and the device's pushing with it, 0 to 16: 0 where it does so at once. From
     /// 2 on the coupling is weakened to what is passive: `chaincell info --device` prints it. auto:
-    /// measured by serve, from the send times of the poses; it begins with 1. 1 by default
+    /// measured by serve, from the send times of the poses; it begins with 16. 1 by default
     #[arg(long, value_name = "N|auto", value_parser = delay, allow_hyphen_values = true)]
     delay_ticks: Option<Delay>,
     /// Poses that the device sends in a second: a tick of the stage is one of them. 1000 by default
@@ -99,6 +99,7 @@ impl StageArgs {
         let profile = self.device.map_or(StageSettings::NONE, StageSettings::for_device);
         let hz = self.device_hz.unwrap_or(DEVICE_HZ);
         let ticks = |ms: u16| (u32::from(ms) * hz / 1000).min(TICKS_MAX.into()) as u16;
+        let coupling = self.coupling.map_or(profile.coupling, |part| part.0);
         let passivity = self.passivity.map_or(profile.passivity, |part| part.0);
         let passivity = match (passivity, self.delay_ticks) {
             (None, Some(_)) => {
@@ -107,11 +108,15 @@ impl StageArgs {
                 ));
             }
             (Some(of), Some(Delay::Told(delay_ticks))) => Some(Passivity { delay_ticks, ..of }),
+            // What is not known yet may be the longest.
+            (Some(of), Some(Delay::Measured)) if coupling.is_some() => {
+                Some(Passivity { delay_ticks: DELAY_MAX, ..of })
+            }
             (passivity, _) => passivity,
         };
         let settings = StageSettings {
             tick_s: 1.0 / hz as f32,
-            coupling: self.coupling.map_or(profile.coupling, |part| part.0),
+            coupling,
             passivity,
             max_slew_n_per_s: self.max_slew_n_per_s.unwrap_or(profile.max_slew_n_per_s),
             max_force_n: self.max_device_force_n.unwrap_or(profile.max_force_n),

@@ -21,7 +21,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use chaincell_kernel::{Choice, Drive, Settings, Unloading};
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 use crate::engine::snapshot::Saved;
 use crate::error::{Error, Result};
@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 const MAGIC: [u8; 8] = *b"CHAINSES";
 const VERSION: u32 = 1;
 const CRC_AT: usize = 12;
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 /// Largest snapshot that is read: far above that of the largest body.
 const BYTES_MAX: u64 = 1 << 28;
 

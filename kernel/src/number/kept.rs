@@ -100,6 +100,13 @@ impl<'a> Pass<'a> {
             self.lack = self.lack.or(Some(PassError::Room { needed, room }));
             return;
         };
+        if let (Way::Count, [first, ..]) = (&self.way, &*items) {
+            // All items have as many words.
+            let (before, mut copy) = (self.words, *first);
+            copy.keep(self);
+            self.words = before + (self.words - before) * needed;
+            return;
+        }
         for item in items {
             let mut copy = *item;
             copy.keep(self);
