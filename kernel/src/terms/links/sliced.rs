@@ -89,10 +89,12 @@ impl<'a, 'm> SlicedLinks<'a, 'm> {
     #[inline(never)]
     fn one_by_one(&self, slice: usize) -> [[f32; LANES]; 4] {
         let mut lanes = [[0.0_f32; LANES]; 4];
+        // As they are, also beyond K: a stage of a super-step may be there.
+        let at = |cell: usize| self.at.get(cell).map_or([0.0; 3], |v| v.xyz());
         for lane in 0..LANES {
             let cell = slice * LANES + lane;
             for (link, other) in self.links.model.neighbours(cell) {
-                let on: Option<LinkForce> = self.links.force_on(self.at, link, cell, other);
+                let on: Option<LinkForce> = self.links.force_at(at, link, cell, other);
                 let Some(LinkForce { force: [x, y, z], wd2 }) = on else { continue };
                 for (lanes, term) in lanes.iter_mut().zip([x, y, z, wd2]) {
                     if let Some(sum) = lanes.get_mut(lane) {

@@ -110,8 +110,19 @@ impl Links<'_, '_> {
         cell: usize,
         other: usize,
     ) -> Option<LinkForce> {
+        self.force_at(|cell| self.published(v, cell), link, cell, other)
+    }
+
+    /// The same with the cells where `at` says that they are.
+    pub fn force_at<N: LinkNumber>(
+        &self,
+        at: impl Fn(usize) -> [N; 3],
+        link: usize,
+        cell: usize,
+        other: usize,
+    ) -> Option<LinkForce> {
         let (i, j) = if cell < other { (cell, other) } else { (other, cell) };
-        let (yi, yj) = (self.published(v, i), self.published(v, j));
+        let (yi, yj) = (at(i), at(j));
         let l0 = self.model.rest_length.get(link).copied()?;
         let (w, band) = (self.model.link_weight(link), N::band(self.alpha(link)));
         let on_i = N::link_force_single(yi, yj, l0, w, band, || self.rest_difference(i, j))?;
