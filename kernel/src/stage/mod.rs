@@ -43,7 +43,7 @@
 //! - A force at the clamp takes the 10 ms of the slew limit to go. Hard taps (sigma.7, 20 mm to and
 //!   fro at 4 Hz, 0.7 m/s) give the hand 30 mW.
 //! - Without a coupling, on a contact of 10 kN/m and more, the controller cannot make up for the
-//!   delay. With a ramp the force is let go (flag 8) and comes back, again and again: keep the
+//!   delay. With a ramp the force is let go (flag 1024) and comes back, again and again: keep the
 //!   coupling.
 //! - A hand that lets go deep in the tissue gets back what it put in.
 //! - With [`Passivity::delay_ticks`] of 2 and more the coupling is a soft spring ([`passive_stiffness_n_per_m`]).
