@@ -6,8 +6,14 @@ use super::sqrt::sqrt;
 /// Room for rounding where a length is cut.
 pub(crate) const ROUND_DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
 
-/// `force` shortened to `most` \[N\], and whether that bit.
+/// Below this the squares of a force are beyond the numbers \[N\].
+const LEAST: f32 = 1.0e-15;
+
+/// `force` shortened to `most` \[N\], and whether that bit; less than [`LEAST`] admits none.
 pub(crate) fn clamped(force: [f32; 3], most: f32) -> ([f32; 3], bool) {
+    if most < LEAST {
+        return ([0.0; 3], force != [0.0; 3]);
+    }
     let magnitude = sqrt(dot(force, force));
     // A magnitude is rounded too.
     if magnitude <= ROUND_DOWN * most && magnitude <= f32::MAX {
@@ -57,6 +63,14 @@ mod tests {
             let (of, bit) = clamped([f32::INFINITY, f32::NAN, 1.0], most);
             assert!(bit && of.iter().all(|x| x.is_finite()), "{most}: {of:?}");
         }
+    }
+
+    #[test]
+    fn the_smallest_limits_admit_no_force() {
+        assert_eq!(clamped([1.0e-34, 0.0, 0.0], 9.1e-36), ([0.0; 3], true));
+        assert_eq!(clamped([0.0; 3], 9.1e-36), ([0.0; 3], false));
+        let (of, bit) = clamped([1.0, 0.0, 0.0], 2.0e-15);
+        assert!(bit && of[0] > 0.0 && of[0] <= 2.0e-15);
     }
 
     #[test]

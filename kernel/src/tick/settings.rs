@@ -21,6 +21,7 @@ pub struct Settings {
     /// When the bands close.
     pub unloading: Unloading,
     /// Largest magnitude of the force; infinite means no limit \[N\].
+    /// A limit below 1e-15 N admits no force.
     pub max_force_n: f32,
 }
 

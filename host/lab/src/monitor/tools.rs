@@ -187,12 +187,14 @@ impl<'m> ToolMonitor<'m> {
         let comes = farthest(&before.positions, positions) >= COMING * self.exact.radius_min();
         // Without a search the list stays as it is.
         self.is_full = is_full || (self.is_full && !moved);
-        // Nor does what came into reach unseen count before the next search.
+        // What came into reach unseen counts from the next search on: the level rises there.
+        let has_missed = self.misses;
         let still_misses = self.misses && output.flags.contains(Flags::LATE);
         self.misses = engaged && (self.is_full || comes || swings || still_misses);
         self.missing += u64::from(self.misses);
         let was_engaged = before.proxies.iter().any(Option::is_some);
-        let stays = engaged && !moved && !self.misses && !self.has_friction && !self.acted;
+        let finds = has_missed || self.misses;
+        let stays = engaged && !moved && !finds && !self.has_friction && !self.acted;
         self.acted = false;
         (engaged || was_engaged, stays.then_some(before.level_j))
     }
