@@ -63,7 +63,7 @@ impl Press {
 
     /// Most that is made on bodies [J]: the goal within the ramp is missed, A20 of SAFETY.md.
     fn most_j(self) -> f64 {
-        if self == Self::InRamp { 8.0e-3 } else { self.goal_j() }
+        if self == Self::InRamp { 12.0e-3 } else { self.goal_j() }
     }
 }
 
