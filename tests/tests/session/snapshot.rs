@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use chaincell_tests::files::text;
-use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply};
+use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply, Viewer};
 use chaincell_tests::place::Place;
 use chaincell_tests::{Ended, Running, run, turn};
 use rustix::process::Signal;
@@ -131,6 +131,8 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
     let file = beside(&second, TICK - 1);
     let ticks = ["--ticks", "20", "--out", text(&third), "--restore", text(&file)];
     let restored = serve(&place, &ticks);
+    let state = Viewer::join(&place.scene).after(0).0;
+    assert_eq!((state.tick, state.ticks_answered), (TICK - 1, 0));
     assert_eq!(done(&answers(&outsider, TICK..TICK + 20)), done(&wanted));
     restored.end(SOON).with(0);
     run(["replay", text(&third)]).with(0);

@@ -49,7 +49,7 @@ impl Run<'_> {
         }
         if self.state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, idle)) {
             let header = StateHeader {
-                tick: self.answer().map_or(0, |last| last.tick),
+                tick: self.last_tick(),
                 ticks_answered: self.executed,
                 state_hash: self.state_hash(),
                 nodes: 0,
@@ -61,7 +61,7 @@ impl Run<'_> {
         }
         if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
             let header = ContactsHeader {
-                tick: self.answer().map_or(0, |last| last.tick),
+                tick: self.last_tick(),
                 ticks_answered: self.executed,
                 contacts: 0,
                 flags: self.answer().map_or(0, |last| last.flags),
