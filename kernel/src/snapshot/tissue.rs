@@ -80,16 +80,17 @@ impl<D: Dynamics> TissueMut<'_, D> {
         D::Number::admits(model).map_err(|why| SnapshotError::Reset(ResetError::Range(why)))?;
         self.check_fit(model).map_err(SnapshotError::Reset)?;
         let words = open(bytes, layout::<D>(model), model.checksum())?;
+        let mut head = Head::NEW;
         for mut pass in [Pass::check(words), Pass::read(words)] {
-            let head = self.keep((Head::NEW, model), &mut pass);
+            head = self.keep((Head::NEW, model), &mut pass);
             if pass.end()? != words.len() {
                 return Err(SnapshotError::Length);
             }
             if head.model != Some(model.checksum()) {
                 return Err(SnapshotError::Model(head.model.unwrap_or(0)));
             }
-            *self.head = Head { vectors: VectorUnit::find(), ..head };
         }
+        *self.head = Head { vectors: VectorUnit::find(), ..head };
         Ok(())
     }
 
