@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::engine::staged::Staged;
 use crate::engine::tissue::TissueEngine;
 use crate::error::{Error, Result};
-use crate::files::recording::{Mark, Start, marks};
+use crate::files::recording::{Mark, Start, marks, start_mark};
 use crate::files::snapshot::{SessionSnapshot, place, start_place};
 use chaincell_kernel::trace::Reader;
 
@@ -42,15 +42,10 @@ pub fn start(
     from: Option<u64>,
     tissue: &mut Staged<'_>,
 ) -> Result<Start> {
-    let marks = marks(trace);
-    let mark = match from {
-        None => marks.iter().find(|mark| mark.is_start),
-        Some(tick) => Some(marks.iter().rev().find(|mark| mark.tick == tick).ok_or_else(|| {
-            Error::input(format!("--from {tick}: {} tells of {}", path.display(), told(&marks)))
-        })?),
-    };
-    let Some(mark) = mark else { return Ok(Start::default()) };
-    let (snapshot, file) = match found(path, mark) {
+    let first = start_mark(trace);
+    let named = from.map(|tick| after(trace, path, tick)).transpose()?;
+    let Some(mark) = named.or(first) else { return Ok(Start::default()) };
+    let (snapshot, file) = match found(path, &mark, first == Some(mark)) {
         // A session that stood at rest was asked for one ahead of all else.
         Err(_) if from.is_none() && mark.state_hash == Some(tissue.state_hash()) => {
             return Ok(Start::default());
@@ -65,9 +60,17 @@ pub fn start(
     Ok(Start { behind: Some(mark.record), is_paused: snapshot.is_paused })
 }
 
+/// The last snapshot after a tick.
+fn after(trace: &Reader<'_>, path: &Path, tick: u64) -> Result<Mark> {
+    let marks = marks(trace);
+    let mark = marks.iter().rev().find(|mark| mark.tick == tick);
+    let none = || format!("--from {tick}: {} tells of {}", path.display(), told(&marks));
+    mark.copied().ok_or_else(|| Error::input(none()))
+}
+
 /// The snapshot that a trace tells of, and its file: of the one that it begins from the copy first.
-fn found(trace: &Path, mark: &Mark) -> Result<(SessionSnapshot, PathBuf)> {
-    let copy = Some(start_place(trace)).filter(|file| mark.is_start && file.exists());
+fn found(trace: &Path, mark: &Mark, is_start: bool) -> Result<(SessionSnapshot, PathBuf)> {
+    let copy = Some(start_place(trace)).filter(|file| is_start && file.exists());
     let mut why = None;
     for file in copy.into_iter().chain([place(trace, mark.tick)]) {
         match SessionSnapshot::read(&file) {

@@ -141,33 +141,43 @@ pub struct Mark {
     pub tick: u64,
     /// Number of the snapshot.
     pub checksum: u32,
-    /// Whether nothing stands before it: the trace may begin from it.
-    pub is_start: bool,
     /// State hash there, where one was taken.
     pub state_hash: Option<u64>,
 }
 
-/// The snapshots that a trace tells of, in order.
+impl Mark {
+    fn of(record: u32, entry: &Entry) -> Option<Self> {
+        let Entry::Command(CommandRecord { tick, command, state_hash }) = *entry else {
+            return None;
+        };
+        let Command::Snapshot { checksum } = command else { return None };
+        Some(Self { record, tick, checksum, state_hash })
+    }
+}
+
+/// The snapshots that a trace tells of, in order; how the trace ends is told where it is played.
 #[must_use]
 pub fn marks(trace: &Reader<'_>) -> Vec<Mark> {
-    let (mut marks, mut is_start) = (Vec::new(), true);
-    // How the trace ends is told where it is played.
+    let mut marks = Vec::new();
     let _ = trace.entries(|record, entry| {
-        if let Entry::Part(_) = entry {
-            return Ok(());
-        }
-        if let Entry::Command(CommandRecord {
-            tick,
-            command: Command::Snapshot { checksum },
-            state_hash,
-        }) = *entry
-        {
-            marks.push(Mark { record, tick, checksum, is_start, state_hash });
-        }
-        is_start = false;
+        marks.extend(Mark::of(record, entry));
         Ok::<(), std::convert::Infallible>(())
     });
     marks
+}
+
+/// The snapshot ahead of all else in a trace: it may begin from it. Reads no further than that.
+#[must_use]
+pub fn start_mark(trace: &Reader<'_>) -> Option<Mark> {
+    let mut mark = None;
+    let _ = trace.entries(|record, entry| match entry {
+        Entry::Part(_) => Ok(()),
+        other => {
+            mark = Mark::of(record, other);
+            Err(())
+        }
+    });
+    mark
 }
 
 /// From where a trace is played.
