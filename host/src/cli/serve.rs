@@ -228,7 +228,7 @@ fn recorded(
     if let Some((snapshot, checksum)) = from {
         let SessionSnapshot { tick, publisher, released, is_paused, .. } = snapshot;
         if let Some(trace) = &trace {
-            write_whole(&snapshot::start_place(trace), &snapshot.to_bytes())?;
+            write_whole(&snapshot::start_place(trace), &snapshot.to_bytes().0)?;
         }
         let (command, hash) = (Command::Snapshot { checksum }, tissue.state_hash());
         recorder.command(CommandRecord { tick, command, state_hash: Some(hash) });

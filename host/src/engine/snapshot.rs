@@ -1,6 +1,6 @@
 //! Snapshots of a tissue on the heap, and of the output stage before it: the kernel's.
 
-use chaincell_kernel::{Dynamics, Network, Settings};
+use chaincell_kernel::{Dynamics, Network, Settings, TOOLS_MAX};
 
 use super::{Engine, Memory};
 use crate::error::{Error, Result};
@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 /// A tissue and its output stage between two ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
-    /// Bit t: tool t was engaged.
-    pub engaged: u32,
+    /// Which tools were engaged.
+    pub engaged: [bool; TOOLS_MAX],
     /// The tissue's settings.
     pub settings: Settings,
     /// The tissue's snapshot.

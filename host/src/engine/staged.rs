@@ -97,7 +97,7 @@ impl<'m> Staged<'m> {
             return Err(why);
         }
         self.stages = stages;
-        self.engaged = std::array::from_fn(|tool| saved.engaged >> tool & 1 == 1);
+        self.engaged = saved.engaged;
         self.last = [TickOutput::NONE; TOOLS_MAX];
         Ok(())
     }
@@ -197,7 +197,6 @@ impl TissueEngine for Staged<'_> {
     }
 
     fn saved(&mut self) -> Option<Saved> {
-        let bits = self.engaged.iter().rev().fold(0, |bits, &is| bits << 1 | u32::from(is));
         let settings = *self.engine.network().settings();
         let tissue = self.engine.save().ok()?;
         let mut stage = Vec::new();
@@ -206,7 +205,7 @@ impl TissueEngine for Staged<'_> {
             stage.resize(before + of.snapshot_bytes(), 0);
             of.save(&mut stage[before..]).ok()?;
         }
-        Some(Saved { engaged: bits, settings, tissue, stage })
+        Some(Saved { engaged: self.engaged, settings, tissue, stage })
     }
 
     fn command(&mut self, command: &Command) -> std::result::Result<(), Refusal> {

@@ -20,7 +20,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use chaincell_kernel::{Choice, Drive, Settings, Unloading};
+use chaincell_kernel::{Choice, Drive, Settings, TOOLS_MAX, Unloading};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 use crate::engine::snapshot::Saved;
@@ -40,8 +40,8 @@ pub struct SessionSnapshot {
     pub tick: u64,
     /// Id of the publisher in charge, 0 for none.
     pub publisher: u128,
-    /// Bit t: tool t was seen released.
-    pub released: u32,
+    /// Which tools were seen released.
+    pub released: [bool; TOOLS_MAX],
     /// Whether the session was paused.
     pub is_paused: bool,
     /// What a trace of the session begins with: all that it was started with.
@@ -67,8 +67,7 @@ pub fn start_place(trace: &Path) -> PathBuf {
 }
 
 /// The number of a snapshot in a trace.
-#[must_use]
-pub fn checksum(bytes: &[u8]) -> u32 {
+fn checksum(bytes: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(bytes.get(..CRC_AT).unwrap_or(bytes));
     digest.update(bytes.get(CRC_AT + 4..).unwrap_or(&[]));
@@ -76,9 +75,9 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 }
 
 impl SessionSnapshot {
-    /// The bytes of its file.
+    /// The bytes of its file, and its number in a trace.
     #[must_use]
-    pub fn to_bytes(&self) -> Vec<u8> {
+    pub fn to_bytes(&self) -> (Vec<u8>, u32) {
         let Saved { engaged, settings: of, tissue, stage } = &self.saved;
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
@@ -86,8 +85,8 @@ impl SessionSnapshot {
         bytes.extend(self.tick.to_le_bytes());
         bytes.extend(self.publisher.to_le_bytes());
         let words = [
-            self.released,
-            *engaged,
+            bits(&self.released),
+            bits(engaged),
             self.is_paused.into(),
             of.sweeps.into(),
             of.step.to_bits(),
@@ -102,16 +101,16 @@ impl SessionSnapshot {
             bytes.extend((part.len() as u32).to_le_bytes());
             bytes.extend(part);
         }
-        let sum = checksum(&bytes).to_le_bytes();
-        bytes[CRC_AT..CRC_AT + 4].copy_from_slice(&sum);
-        bytes
+        let sum = checksum(&bytes);
+        bytes[CRC_AT..CRC_AT + 4].copy_from_slice(&sum.to_le_bytes());
+        (bytes, sum)
     }
 
-    /// Reads the bytes of a file.
+    /// Reads the bytes of a file; its number in a trace stands beside it.
     ///
     /// # Errors
     /// What is wrong with them.
-    pub fn of(bytes: &[u8]) -> std::result::Result<Self, &'static str> {
+    pub fn of(bytes: &[u8]) -> std::result::Result<(Self, u32), &'static str> {
         let mut rest = Rest(bytes);
         if rest.take() != Some(MAGIC) {
             return Err("it is no snapshot of a session: take one with chaincell command snapshot");
@@ -120,13 +119,15 @@ impl SessionSnapshot {
         if rest.word().ok_or(damaged)? != VERSION {
             return Err("it has another version: restore it with the release that took it");
         }
-        if rest.word().ok_or(damaged)? != checksum(bytes) {
+        let sum = checksum(bytes);
+        if rest.word().ok_or(damaged)? != sum {
             return Err(damaged);
         }
-        rest.snapshot().filter(|_| rest.0.is_empty()).ok_or(damaged)
+        let snapshot = rest.snapshot().filter(|_| rest.0.is_empty()).ok_or(damaged)?;
+        Ok((snapshot, sum))
     }
 
-    /// Reads a file; its number in a trace stands beside it.
+    /// Reads a file, as [`Self::of`] its bytes.
     ///
     /// # Errors
     /// What the system says, or what is wrong with it, with the path.
@@ -139,9 +140,13 @@ impl SessionSnapshot {
         }
         let file = File::open(path).map_err(failed)?;
         file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;
-        let snapshot = Self::of(&bytes).map_err(|why| Error::file("read snapshot", path, why))?;
-        Ok((snapshot, checksum(&bytes)))
+        Self::of(&bytes).map_err(|why| Error::file("read snapshot", path, why))
     }
+}
+
+/// Bit t for tool t.
+fn bits(tools: &[bool; TOOLS_MAX]) -> u32 {
+    tools.iter().rev().fold(0, |bits, &is| bits << 1 | u32::from(is))
 }
 
 /// What is still to be read.
@@ -162,6 +167,11 @@ impl<'a> Rest<'a> {
         self.word().map(f32::from_bits)
     }
 
+    fn tools(&mut self) -> Option<[bool; TOOLS_MAX]> {
+        let bits = self.word()?;
+        Some(std::array::from_fn(|tool| bits >> tool & 1 == 1))
+    }
+
     fn part(&mut self) -> Option<Vec<u8>> {
         let length = self.word()? as usize;
         let (part, rest) = self.0.split_at_checked(length)?;
@@ -172,7 +182,7 @@ impl<'a> Rest<'a> {
     fn snapshot(&mut self) -> Option<SessionSnapshot> {
         let tick = u64::from_le_bytes(self.take()?);
         let publisher = u128::from_le_bytes(self.take()?);
-        let (released, engaged) = (self.word()?, self.word()?);
+        let (released, engaged) = (self.tools()?, self.tools()?);
         let is_paused = match self.word()? {
             0 => false,
             1 => true,
@@ -198,25 +208,29 @@ mod tests {
     use super::*;
     use crate::engine::fixture::{engine, plane};
 
+    fn only(tools: &[usize]) -> [bool; TOOLS_MAX] {
+        std::array::from_fn(|tool| tools.contains(&tool))
+    }
+
     fn snapshot() -> SessionSnapshot {
         let image = plane();
         let mut engine = engine(&image);
         let settings = Settings { sweeps: 7, ..*engine.network().settings() };
         let tissue = engine.save().unwrap();
-        let saved = Saved { engaged: 1, settings, tissue, stage: vec![1, 2, 3] };
-        let (tick, publisher, released) = (1234, 1 << 100, 0b101);
+        let saved = Saved { engaged: only(&[0]), settings, tissue, stage: vec![1, 2, 3] };
+        let (tick, publisher, released) = (1234, 1 << 100, only(&[0, 2]));
         SessionSnapshot { tick, publisher, released, is_paused: true, begun: vec![9; 80], saved }
     }
 
     #[test]
     fn what_is_written_is_read() {
-        let bytes = snapshot().to_bytes();
-        assert_eq!(SessionSnapshot::of(&bytes), Ok(snapshot()));
+        let (bytes, sum) = snapshot().to_bytes();
+        assert_eq!(SessionSnapshot::of(&bytes), Ok((snapshot(), sum)));
     }
 
     #[test]
     fn damage_is_seen() {
-        let bytes = snapshot().to_bytes();
+        let (bytes, _) = snapshot().to_bytes();
         for at in 0..bytes.len() {
             let mut flipped = bytes.clone();
             flipped[at] ^= 1 << (at % 8);

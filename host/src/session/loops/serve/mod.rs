@@ -102,12 +102,18 @@ impl Server {
         }
         let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
         let ports = ServePorts::open(&scene, options.wait == Wait::Event)?;
-        let options = options.clone();
-        let (state, contacts, commands) = (None, None, None);
-        let (snapshots, resumed) = (None, None);
-        #[rustfmt::skip]
-        let server = Self { options, scene, ports, length_ns, rate, state, contacts, commands, snapshots, resumed };
-        Ok(server)
+        Ok(Self {
+            options: options.clone(),
+            scene,
+            ports,
+            length_ns,
+            rate,
+            state: None,
+            contacts: None,
+            commands: None,
+            snapshots: None,
+            resumed: None,
+        })
     }
 
     /// Sends states of `nodes` nodes at most `hz` times a second, 0 for none.

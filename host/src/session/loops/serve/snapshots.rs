@@ -26,8 +26,8 @@ pub struct Resumed {
     pub tick: u64,
     /// Id of the publisher that was in charge, 0 for none.
     pub publisher: u128,
-    /// Bit t: it was seen to release tool t.
-    pub released: u32,
+    /// Which tools it was seen to release.
+    pub released: [bool; TOOLS_MAX],
     /// Whether it was paused.
     pub is_paused: bool,
 }
@@ -65,12 +65,11 @@ impl Run<'_> {
         let Some(snapshots) = &self.snapshots else { return Err(Refusal::NoTrace) };
         let saved = self.engine.saved().ok_or(Refusal::Unsupported)?;
         let tick = self.last_tick();
-        let seen = self.has_released.iter().rev().fold(0, |bits, &is| bits << 1 | u32::from(is));
         // Nobody has taken charge since a snapshot: what that one said still holds.
         let (publisher, released) = match (self.in_charge, self.resumed) {
-            (Some(known), _) => (known.id.value(), seen),
+            (Some(known), _) => (known.id.value(), self.has_released),
             (None, Some(resumed)) => (resumed.publisher, resumed.released),
-            (None, None) => (0, seen),
+            (None, None) => (0, self.has_released),
         };
         let snapshot = SessionSnapshot {
             tick,
@@ -80,8 +79,7 @@ impl Run<'_> {
             begun: snapshots.place.begun.clone(),
             saved,
         };
-        let bytes = snapshot.to_bytes();
-        let checksum = snapshot::checksum(&bytes);
+        let (bytes, checksum) = snapshot.to_bytes();
         let path = snapshot::place(&snapshots.place.trace, tick);
         snapshots.files.try_send((path, bytes)).map_err(|_| Refusal::Busy)?;
         Ok(checksum)
@@ -97,12 +95,7 @@ impl Run<'_> {
     pub(super) fn resume(&mut self, publisher: u128) {
         let Some(resumed) = self.resumed.take() else { return };
         if resumed.publisher == publisher {
-            self.has_released = bits(resumed.released);
+            self.has_released = resumed.released;
         }
     }
-}
-
-/// Bit t for tool t.
-fn bits(bits: u32) -> [bool; TOOLS_MAX] {
-    std::array::from_fn(|tool| bits >> tool & 1 == 1)
 }
