@@ -18,6 +18,12 @@ pub(crate) fn check_to(pointer: *const u8, align: usize) -> Result<(), Code> {
     }
 }
 
+/// [`check`], and that so many values are no longer than an object may be.
+fn check_many<T>(pointer: *const T, count: usize) -> Result<(), Code> {
+    check(pointer)?;
+    if count > isize::MAX as usize / size_of::<T>().max(1) { Err(Code::Range) } else { Ok(()) }
+}
+
 /// Reads one value.
 ///
 /// # Safety
@@ -59,10 +65,7 @@ pub(crate) unsafe fn slice<'a, T>(pointer: *const T, count: usize) -> Result<&'a
     if count == 0 {
         return Ok(&[]);
     }
-    check(pointer)?;
-    if count > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(Code::Range);
-    }
+    check_many(pointer, count)?;
     // SAFETY: not null, aligned, no longer than any object, and the caller says what stands there.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
@@ -75,10 +78,7 @@ pub(crate) unsafe fn slice_mut<'a, T>(pointer: *mut T, count: usize) -> Result<&
     if count == 0 {
         return Ok(&mut []);
     }
-    check(pointer)?;
-    if count > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(Code::Range);
-    }
+    check_many(pointer, count)?;
     // SAFETY: not null, aligned, no longer than any object, and the caller says what stands there.
     Ok(unsafe { core::slice::from_raw_parts_mut(pointer, count) })
 }
