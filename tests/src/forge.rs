@@ -1,11 +1,37 @@
 //! Model images that no bake writes: sections of a good one changed at will, sealed like another.
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+use std::ops::Range;
+
 use bytemuck::{AnyBitPattern, NoUninit, pod_collect_to_vec};
 use chaincell_host::bake::ImageBytes;
 use chaincell_kernel::image::{
     ALIGNMENT, CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, SECTION_VERSION, checksum,
 };
+
+/// An image with its checksum right, whatever stands in it.
+#[must_use]
+pub fn resealed(mut image: Vec<u8>) -> ImageBytes {
+    let sum = checksum(&image).to_le_bytes();
+    image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&sum);
+    ImageBytes::copy(&image)
+}
+
+/// Where a section of a good image stands.
+#[must_use]
+pub fn section(image: &[u8], kind: u32) -> Range<usize> {
+    table(image).find(|of| of.0 == kind).unwrap().1
+}
+
+/// Kinds and places of the sections of a good image.
+fn table(image: &[u8]) -> impl Iterator<Item = (u32, Range<usize>)> {
+    let word = |at: usize| u32::from_le_bytes(*image[at..].first_chunk().unwrap());
+    let entries = (0..word(16) as usize).map(|entry| HEADER_BYTES + ENTRY_BYTES * entry);
+    entries.map(move |at| {
+        let (start, bytes) = (word(at + 8) as usize, word(at + 12) as usize);
+        (word(at), start..start + bytes)
+    })
+}
 
 /// The sections of an image.
 #[derive(Debug, Clone)]
@@ -18,12 +44,7 @@ impl Forged {
     /// Those of a good image.
     #[must_use]
     pub fn of(image: &[u8]) -> Self {
-        let word = |at: usize| u32::from_le_bytes(*image[at..].first_chunk().unwrap());
-        let entries = (0..word(16) as usize).map(|entry| HEADER_BYTES + ENTRY_BYTES * entry);
-        let sections = entries.map(|at| {
-            let (start, bytes) = (word(at + 8) as usize, word(at + 12) as usize);
-            (word(at), image[start..start + bytes].to_vec())
-        });
+        let sections = table(image).map(|(kind, at)| (kind, image[at].to_vec()));
         Self { header: image[..HEADER_BYTES].to_vec(), sections: sections.collect() }
     }
 
@@ -64,8 +85,6 @@ impl Forged {
         image.resize(image.len().next_multiple_of(ALIGNMENT), 0);
         let length = (image.len() as u32).to_le_bytes();
         image[12..16].copy_from_slice(&length);
-        let sum = checksum(&image).to_le_bytes();
-        image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&sum);
-        ImageBytes::copy(&image)
+        resealed(image)
     }
 }

@@ -4,11 +4,11 @@ use chaincell_host::bake::{ImageBytes, Notes};
 use chaincell_host::engine::contact;
 use chaincell_host::engine::tissue::Node;
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum};
 use chaincell_kernel::{Choice, Model, Network};
 use chaincell_lab::monitor::Monitor;
 
 use super::{bodies, tick};
+use crate::forge::resealed;
 use crate::graph::sample;
 
 /// Bytes of the image's own length in its header.
@@ -22,9 +22,7 @@ pub fn model(data: &[u8]) {
     }
     let mut image = data.to_vec();
     image[LENGTH].copy_from_slice(&(data.len() as u32).to_le_bytes());
-    let right = checksum(&image);
-    image[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&right.to_le_bytes());
-    load(&image);
+    load(resealed(image).as_bytes());
 }
 
 fn load(bytes: &[u8]) {

@@ -7,14 +7,12 @@ use std::path::Path;
 use chaincell_host::bake::{BakeOptions, ImageBytes, bake as bake_mesh};
 use chaincell_host::engine::contact::held;
 use chaincell_host::mesh::{Mesh, load};
-use chaincell_kernel::image::{
-    CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind as section,
-};
+use chaincell_kernel::image::kind as section;
 use chaincell_kernel::{
     Model, ModelError, Network, Settings, Tissue, ToolSample, Track, coarse_room,
 };
 use chaincell_tests::files::{Table, bake, play, scratch, summary, text, write_path};
-use chaincell_tests::run;
+use chaincell_tests::{forge, run};
 
 /// Nodes of the box, its top ones have ids 5, 11, ..
 const NODES: usize = 9 * 7 * 6;
@@ -166,18 +164,11 @@ fn lean_images_and_old_ones_have_no_fine_nodes() {
 fn damaged_sections_are_refused() {
     let (_, image) = body();
     let bytes = image.as_bytes();
-    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    let entry = |kind: u32| {
-        let mut entries = (0..word(16) as usize).map(|i| HEADER_BYTES + i * ENTRY_BYTES);
-        entries.find(|&entry| word(entry) == kind).unwrap()
-    };
     let error = |kind: u32, offset: usize, value: &[u8]| {
         let mut changed = bytes.to_vec();
-        let at = word(entry(kind) + 8) as usize + offset;
+        let at = forge::section(bytes, kind).start + offset;
         changed[at..at + value.len()].copy_from_slice(value);
-        let sum = checksum(&changed).to_le_bytes();
-        changed[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&sum);
-        Model::from_bytes(ImageBytes::copy(&changed).as_bytes()).unwrap_err()
+        Model::from_bytes(forge::resealed(changed).as_bytes()).unwrap_err()
     };
     let nan = f32::NAN.to_le_bytes();
     assert_eq!(

@@ -1,17 +1,17 @@
 //! The model image: whatever its bytes, it is refused or it is safe to run.
 #![allow(clippy::unwrap_used)]
 
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
-use chaincell_kernel::image::{
-    CHECKSUM_OFFSET, ENTRY_BYTES, HEADER_BYTES, checksum, kind, nodal, params,
-};
+use chaincell_kernel::image::{HEADER_BYTES, kind, nodal, params};
 use chaincell_kernel::number::two_float::LANES;
 use chaincell_kernel::{Model, ModelError, Network, Settings, ToolSample};
+use chaincell_tests::forge::{resealed, section};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -52,22 +52,6 @@ fn shapes() -> &'static ImageBytes {
     })
 }
 
-fn resealed(mut bytes: Vec<u8>) -> ImageBytes {
-    let sum = checksum(&bytes).to_le_bytes();
-    bytes[CHECKSUM_OFFSET..CHECKSUM_OFFSET + 4].copy_from_slice(&sum);
-    ImageBytes::copy(&bytes)
-}
-
-/// Offset and size of a section.
-fn section(bytes: &[u8], wanted: u32) -> (usize, usize) {
-    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    let entry = (0..word(16) as usize)
-        .map(|i| HEADER_BYTES + i * ENTRY_BYTES)
-        .find(|&entry| word(entry) == wanted)
-        .unwrap();
-    (word(entry + 8) as usize, word(entry + 12) as usize)
-}
-
 fn error(bytes: Vec<u8>) -> ModelError {
     Model::from_bytes(resealed(bytes).as_bytes()).unwrap_err()
 }
@@ -93,7 +77,7 @@ fn errors_name_what_is_wrong() {
         changed[at..at + value.len()].copy_from_slice(value);
         changed
     };
-    let at = |kind: u32, offset: usize| section(&bytes, kind).0 + offset;
+    let at = |kind: u32, offset: usize| section(&bytes, kind).start + offset;
     let nan = f32::NAN.to_le_bytes();
     assert_eq!(Model::from_bytes(&image().as_bytes()[1..]).unwrap_err(), ModelError::Misaligned);
     assert_eq!(error(with(0, b"X")), ModelError::Magic);
@@ -121,12 +105,12 @@ fn errors_name_what_is_wrong() {
         error(with(at(kind::TETRAHEDRA, 0), &[255, 255])),
         ModelError::Index(kind::TETRAHEDRA, 0)
     );
-    let (cells, size) = section(&bytes, kind::COLOUR_CELLS);
+    let Range { start: cells, end } = section(&bytes, kind::COLOUR_CELLS);
     let colour = |cell: usize| &bytes[cells + 2 * cell..cells + 2 * cell + 2];
     let twice = error(with(cells + 2, colour(0)));
     assert_eq!(twice, ModelError::Index(kind::COLOUR_CELLS, 1));
     // The last cell of all in the first colour, where a linked one is.
-    let last = with(cells, colour(size / 2 - 1));
+    let last = with(cells, &bytes[end - 2..end]);
     assert!(matches!(error(last), ModelError::Index(kind::COLOUR_CELLS, _)));
     assert_eq!(
         error(with(at(kind::COLOUR_ROWS, 0), &[1, 0])),
@@ -139,7 +123,7 @@ fn errors_name_what_is_wrong() {
 fn errors_name_what_is_wrong_with_shapes() {
     let bytes = shapes().as_bytes().to_vec();
     let with = |kind: u32, number: usize, value: f32| {
-        let at = section(&bytes, kind).0 + 4 * number;
+        let at = section(&bytes, kind).start + 4 * number;
         let mut changed = bytes.clone();
         changed[at..at + 4].copy_from_slice(&value.to_le_bytes());
         error(changed)
@@ -231,8 +215,8 @@ proptest! {
         let mut bytes = shapes().as_bytes().to_vec();
         for (of_cell, index, value) in changes {
             let kind = if of_cell { kind::NODAL_CELLS } else { kind::NODAL_SLOTS };
-            let (start, size) = section(&bytes, kind);
-            let at = start + 4 * index.index(size / 4);
+            let numbers = section(&bytes, kind);
+            let at = numbers.start + 4 * index.index(numbers.len() / 4);
             bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         }
         let force_n = press(&resealed(bytes), &[Scheme::Track]);
