@@ -7,6 +7,7 @@
     reason = "a failing helper fails its test"
 )]
 
+pub mod allocations;
 pub mod bodies;
 pub mod closed_loop;
 pub mod files;

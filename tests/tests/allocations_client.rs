@@ -1,36 +1,10 @@
 //! What the client allocates in the loop of a device: what iceoryx2 takes for a message sent.
 
-#![allow(unsafe_code, reason = "counting allocations means being the allocator")]
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use chaincell_client::{Client, Options, Outcome, Pose};
+use chaincell_tests::allocations::{Counting, so_far};
 use chaincell_tests::place::Place;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-    static BYTES: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts what each thread asks for.
-struct Counting;
-
-// SAFETY: every call is passed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        BYTES.set(BYTES.get() + layout.size() as u64);
-        // SAFETY: the caller's promises about the layout hold here too.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from the system's allocator with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -46,9 +20,10 @@ const WAIT_NS: u64 = 20_000_000_000;
 
 /// Pieces and bytes that this thread asked for meanwhile.
 fn counted(work: impl FnOnce()) -> (u64, u64) {
-    let before = (COUNT.get(), BYTES.get());
+    let before = so_far();
     work();
-    (COUNT.get() - before.0, BYTES.get() - before.1)
+    let now = so_far();
+    (now.0 - before.0, now.1 - before.1)
 }
 
 #[test]

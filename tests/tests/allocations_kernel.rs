@@ -1,9 +1,7 @@
 //! The kernel as firmware uses it: a model linked into the program, a tissue in static memory, no
 //! allocation; the same bits as the host's engine.
-#![allow(clippy::unwrap_used, unsafe_code)]
+#![allow(clippy::unwrap_used)]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::sync::Mutex;
 
 use chaincell_host::bake::{BakeOptions, bake};
@@ -14,31 +12,11 @@ use chaincell_kernel::{
     Euler, GaussSeidel, Head, Model, Network, ResetError, Rkl1, Rkl2, Settings, TermState, Tissue,
     ToolSample, Track, include_model,
 };
+use chaincell_tests::allocations::{Counting, so_far};
 use nalgebra::Vector3;
 
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-/// Counts the allocations of each thread.
-struct Counting;
-
-// SAFETY: every call is handed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise is handed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is handed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
 #[global_allocator]
-static COUNTING: Counting = Counting;
+static ALLOCATOR: Counting = Counting;
 
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean -o tests/data/plane9.chaincell`
 static IMAGE: &[u8] = include_model!("../data/plane9.chaincell");
@@ -67,12 +45,13 @@ fn a_static_tissue_gives_the_bits_of_the_heap_and_allocates_nothing() {
     let mut tissue = TISSUE.lock().unwrap();
     tissue.reset(&network).unwrap();
     tissue.choose_contacts(&network, &contact).unwrap();
+    assert!(so_far().0 > 0, "nothing is counted");
     for tick in 0..500 {
-        let before = ALLOCATIONS.get();
+        let before = so_far();
         let own = tissue.tick(&network, &sample(tick));
         let hash = tissue.view().state_hash(network.model());
         let host = engine.tick(&sample(tick));
-        assert_eq!(ALLOCATIONS.get(), before, "tick {tick} allocates");
+        assert_eq!(so_far(), before, "tick {tick} allocates");
         assert_eq!((own, hash), (host, engine.state_hash()), "tick {tick}");
     }
 }

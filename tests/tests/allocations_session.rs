@@ -1,10 +1,6 @@
 //! The serving loop allocates nothing of its own; what iceoryx2 allocates is counted.
 
-#![allow(unsafe_code, reason = "counting allocations means being the allocator")]
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 
 use chaincell_host::bake::ImageBytes;
 use chaincell_host::engine::tissue::{Node, TissueEngine};
@@ -20,29 +16,7 @@ use chaincell_host::session::loops::serve::{ServeOptions, Server};
 use chaincell_kernel::trace::Header;
 use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
 use chaincell_kernel::{Model, Network, Settings, Track};
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-    static BYTES: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts what each thread asks for.
-struct Counting;
-
-// SAFETY: every call is passed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        BYTES.set(BYTES.get() + layout.size() as u64);
-        // SAFETY: the caller's promises about the layout hold here too.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from the system's allocator with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use chaincell_tests::allocations::{Counting, so_far};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -71,7 +45,7 @@ struct Counter {
 impl TissueEngine for Counter {
     fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
         self.ticks += 1;
-        let now = (COUNT.get(), BYTES.get());
+        let now = so_far();
         if self.ticks == WARM_UP_TICKS {
             self.start = now;
             self.counted_sent.0 = self.sent;
