@@ -109,7 +109,7 @@ pub fn execute(args: &Args) -> Result<()> {
     if args.json {
         terminal::say_json(&report)?;
     }
-    judge(path, &report, end, differs, start.behind.is_some())?;
+    judge(path, &report, end, differs, args.from.is_some())?;
     if args.json {
         return Ok(());
     }
@@ -145,13 +145,13 @@ fn model_path(args: &Args, trace: &Path) -> Result<PathBuf> {
     Err(Error::file("replay", trace, why))
 }
 
-/// What the outcome means.
+/// What the outcome means; `is_named`: a snapshot was named to begin from.
 fn judge(
     trace: &Path,
     report: &ReplayReport,
     end: Option<End>,
     differs: Option<ReplayError>,
-    is_behind: bool,
+    is_named: bool,
 ) -> Result<()> {
     let path = trace.display();
     if let Some(why) = differs {
@@ -168,7 +168,7 @@ fn judge(
         terminal::note(format_args!("note: {path}: {end}; the whole records before it count"));
     }
     match (report.ticks, report.hashes_compared) {
-        (0, _) if is_behind => {
+        (0, _) if is_named => {
             let why =
                 "no tick stands behind the snapshot: begin at an earlier one, or without --from";
             Err(Error::file("replay", trace, why))

@@ -207,3 +207,17 @@ fn what_cannot_go_on_is_told_and_nothing_is_lost() {
     std::fs::remove_file(&file).unwrap();
     assert!(from("5").contains("session.trace.5.snapshot"), "{}", from("5"));
 }
+
+#[test]
+fn a_session_without_a_tick_is_told_as_such() {
+    let _turn = turn();
+    let place = Place::new("snapshot-unused");
+    let out = place.folder.path().join("out");
+    let served = serve(&place, &["--out", text(&out)]);
+    command(&place, &["snapshot"]).with(0);
+    served.interrupt().with(130);
+    let replay = |more: &[&str]| run([&["replay", text(&out)], more].concat()).with(2).err;
+    assert!(replay(&[]).contains("it holds no tick"), "{}", replay(&[]));
+    let from = replay(&["--from", "0"]);
+    assert!(from.contains("no tick stands behind the snapshot"), "{from}");
+}
