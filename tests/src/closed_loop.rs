@@ -4,7 +4,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake}
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::{
-    Model, Network, Settings, TickOutput, Tissue, ToolSample, Track, Unloading,
+    Flags, Model, Network, Settings, TickOutput, Tissue, ToolSample, Track, Unloading,
 };
 use nalgebra::{Rotation3, Vector3};
 
@@ -140,6 +140,8 @@ pub struct Loop<'m> {
     start: Vector3<f64>,
     /// What the device was given last \[N\].
     pub force_n: Vector3<f64>,
+    /// Whether the stage says that it withholds force.
+    pub is_withheld: bool,
     /// Upper bound of what tissue and coupling store \[J\].
     pub stored_j: f64,
 }
@@ -186,6 +188,7 @@ impl<'m> Loop<'m> {
             moving: Moving::new(handle, Vector3::zeros()),
             start: Vector3::zeros(),
             force_n: Vector3::zeros(),
+            is_withheld: false,
             stored_j: 0.0,
         }
     }
@@ -199,7 +202,9 @@ impl<'m> Loop<'m> {
         let device = self.moving.sample(true);
         let tool = self.stage.sample(&device);
         let answer = self.tissue.tick(&self.network, &tool);
-        let force_n = self.stage.output(&answer).force_n;
+        let output = self.stage.output(&answer);
+        let force_n = output.force_n;
+        self.is_withheld = output.flags.contains(Flags::FORCE_WITHHELD);
         let apart_m = (tool.position_m - device.position_m).map(f64::from);
         self.stored_j = f64::from(answer.energy_j)
             + 0.5 * self.choice.coupling_n_per_m() * apart_m.norm_squared();

@@ -191,8 +191,8 @@
 #define CHAINCELL_FLAG_RELEASE_FIRST 512
 
 /**
- * The stage lets the force go along its ramp: passivity control cannot make up for the energy that
- * sampling and delay make.
+ * The stage lets the force go along its ramp or holds it back: passivity control cannot make up for the
+ * energy that sampling and delay make, or the hand has not paid for the force.
  */
 #define CHAINCELL_FLAG_FORCE_WITHHELD 1024
 

@@ -78,8 +78,8 @@ pub const FLAG_CONTACT_CAPACITY: u32 = 128;
 pub const FLAG_LATE: u32 = 256;
 /// The tool counts as not engaged until it has been released once; set by a process around.
 pub const FLAG_RELEASE_FIRST: u32 = 512;
-/// The stage lets the force go along its ramp: passivity control cannot make up for the energy that
-/// sampling and delay make.
+/// The stage lets the force go along its ramp or holds it back: passivity control cannot make up for the
+/// energy that sampling and delay make, or the hand has not paid for the force.
 pub const FLAG_FORCE_WITHHELD: u32 = 1024;
 
 const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);

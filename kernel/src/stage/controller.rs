@@ -29,7 +29,7 @@ use crate::stage::observer::Observer;
 /// Largest damping, for which a handle of 50 g stays in hand at 1 kHz [N s/m].
 const ALPHA_MAX: f32 = 20.0;
 /// Counts a tick from which on a velocity is more signal than noise.
-const SURE_COUNTS: f32 = 4.0;
+pub(super) const SURE_COUNTS: f32 = 4.0;
 /// Below this squared motion a tick a tool stands still \[m^2\].
 const STILL_M2: f32 = 1.0e-20;
 
@@ -38,12 +38,9 @@ const STILL_M2: f32 = 1.0e-20;
 pub(super) struct Controller {
     /// What the last tick has ordered \[J\].
     ordered: f32,
-    /// Whether the force is clamped, and damping takes off less than half of what the hand has no
-    /// claim to.
-    falls_short: bool,
 }
 
-kept!(Controller { ordered: f32, falls_short: bool });
+kept!(Controller { ordered: f32 });
 
 /// A force to be shown: clamped first, and then what the hand has no claim to is taken off \[N\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,13 +69,7 @@ fn alpha_max(delay: f32) -> f32 {
 }
 
 impl Controller {
-    pub(super) const NEW: Self = Self { ordered: 0.0, falls_short: false };
-
-    /// Whether the force is clamped, so that it does not fall on the way out, and damping takes off less
-    /// than half of what the hand has no claim to.
-    pub(super) fn falls_short(&self) -> bool {
-        self.falls_short
-    }
+    pub(super) const NEW: Self = Self { ordered: 0.0 };
 
     /// What to ask the device for in place of `force`, `stiffness` being shown and `most_n` the
     /// most that it is given.
@@ -92,7 +83,7 @@ impl Controller {
     ) -> Asked {
         let ticks = delay.ticks();
         let under_way = if ticks == 0.0 { 0.0 } else { self.ordered };
-        (self.ordered, self.falls_short) = (0.0, false);
+        self.ordered = 0.0;
         let rate = observer.rate();
         let squared = dot(rate, rate);
         if squared <= STILL_M2 {
@@ -114,10 +105,8 @@ impl Controller {
         let unsure = SURE_COUNTS * observer.count();
         let is_sure = squared / (squared + unsure * unsure);
         let most = most + is_sure * (alpha_max / tick_s - most);
-        let (given, is_clamped) = clamped(force, most_n);
-        let unpaid = dot(given, rate) - observer.reserve_j(delay);
-        let over = damp(unpaid, most - made);
-        self.falls_short = is_clamped && unpaid > 2.0 * over * squared;
+        let (given, _) = clamped(force, most_n);
+        let over = damp(dot(given, rate) - observer.reserve_j(delay), most - made);
         self.ordered = (made + over) * squared;
         Asked { force, off: scale(over, rate) }
     }

@@ -37,11 +37,11 @@
 //!
 //! - In a soft hand on stiff tissue the force hums by up to two counts of the encoder, 0.02 to
 //!   0.08 N. A handle of 50 g in a loose hand hums with couplings above 1000 N/m.
-//! - A press begun within the ramp and held gives back up to 3 mJ that the hand did not put in; one of
-//!   a stiff hand that comes back, 26 mJ on a wall of 5000 N/m. A handle let loose as it engages, 20 mm
-//!   deep in such a wall, gets up to 13 mJ (0.3 m/s), a stiff hand there 0.26 J.
-//! - A force at the clamp takes the 10 ms of the slew limit to go. Hard taps (sigma.7, 20 mm to and
-//!   fro at 4 Hz, 0.7 m/s) give the hand 30 mW.
+//! - A press begun within the ramp, or a tool that engages inside the tissue, gives the hand up to 3 and
+//!   8 mJ that it did not put in. Then the force is let go (flag 1024), and comes back as slowly as
+//!   0.2 mW allow: in a stiff hand on stiff links within half a minute. Outside of the tissue it is
+//!   forgotten within a second or two.
+//! - A force at the clamp takes the 10 ms of the slew limit to go.
 //! - Without a coupling, on a contact of 10 kN/m and more, the controller cannot make up for the
 //!   delay. With a ramp the force is let go (flag 1024) and comes back, again and again: keep the
 //!   coupling.
@@ -81,6 +81,7 @@ mod settings;
 mod slew;
 #[cfg(test)]
 mod tests;
+mod unpaid;
 mod watchdog;
 
 pub use delay::{DELAY_TICKS_MAX, passive_stiffness_n_per_m};
@@ -129,6 +130,8 @@ pub struct Stage {
     is_good: bool,
     /// Whether ticks are missing in the ledger.
     has_gap: bool,
+    /// Whether the tool has not been out of the tissue since the ramp was at its foot.
+    is_early: bool,
     /// Ticks since the last good sample, and those that its motion took.
     ticks: u16,
     took: u16,
@@ -153,6 +156,7 @@ kept!(Stage {
     begins: bool,
     is_good: bool,
     has_gap: bool,
+    is_early: bool,
     ticks: u16,
     took: u16,
     asked: Asked,
@@ -182,6 +186,7 @@ impl Stage {
             begins: false,
             is_good: false,
             has_gap: false,
+            is_early: false,
             ticks: 1,
             took: 1,
             asked: Asked::NONE,
@@ -316,8 +321,8 @@ impl Stage {
         goes_by_position && answer.contacts > 0 && !is_stiff && answer.force_n != Vector3::zeros()
     }
 
-    /// A step of the ramp: down where a ledger is overdrawn, or the delay too long for a stage without a
-    /// coupling; none where the hand would get more than it has put in.
+    /// A step of the ramp: down where L is overdrawn, the delay too long for a stage without a coupling,
+    /// or the hand has not paid; none where the hand would get more than it has put in.
     fn go_on_ramp(&mut self, answer: &mut TickOutput) {
         if self.settings.passivity.is_none() {
             return self.ramp.up();
@@ -328,9 +333,17 @@ impl Stage {
         } else {
             self.observer.is_overdrawn()
         };
-        let is_unpaid = self.controller.falls_short() && self.observer.is_overpaid();
-        if (cannot_hold || is_unpaid) && self.ramp.back_off() {
-            answer.flags.insert(Flags::FORCE_WITHHELD);
+        let most_n = self.settings.max_slew_n_per_s * self.settings.tick_s;
+        let ledger = (&self.observer, &self.delay);
+        let unpaid = unpaid::goes_down(ledger, self.is_early, (self.given, most_n));
+        let fast = if cannot_hold && unpaid < 0.5 { 0.5 } else { unpaid };
+        let is_less = fast > 0.0 && self.ramp.back_off(fast);
+        if is_less || unpaid::waits(&self.observer) {
+            if self.ramp.share() < unpaid::SHARE_SAID {
+                answer.flags.insert(Flags::FORCE_WITHHELD);
+            }
+        } else if unpaid::is_in_debt(&self.observer) {
+            self.ramp.creep_up();
         } else if push <= self.observer.reserve_j(&self.delay) {
             self.ramp.up();
         }
@@ -383,6 +396,8 @@ impl Stage {
     /// Books what the tool has done and what the coupling stores.
     fn observe(&mut self, answer: &TickOutput) {
         let Some(passivity) = &self.settings.passivity else { return };
+        let is_free = self.ramp.share() == 1.0 && answer.force_n == Vector3::zeros();
+        self.is_early = self.ramp.share() == 0.0 || (self.is_early && !is_free);
         let at = self.observer.at();
         let (shown, stored) = match &self.coupling() {
             Some(coupling) => {
@@ -399,7 +414,7 @@ impl Stage {
             self.observer.resume(shown);
         } else if self.engaged {
             let times = (self.settings.tick_s, &self.delay);
-            self.observer.book(passivity, times, shown, answer.energy_j + stored);
+            self.observer.book(passivity, times, shown, (answer.energy_j + stored, self.is_early));
         }
         self.has_gap &= !self.is_good;
     }

@@ -1,28 +1,31 @@
 //! Passivity observer: what the hand has put in, against what stands on the other side.
 //!
 //! The device holds a force F until the next one, so the hand's work on the port in a tick is
-//! -F . dx, whatever it does in between. Two sums are kept while the tool is engaged:
+//! -F . dx, whatever it does in between. Three sums are kept while the tool is engaged:
 //!
 //! ```text
 //! S = sum of -F . dx                                  F = what the device was given
-//! L = sum of (M - G) . dx + b |dx|^2 / h              G = the same, see below
+//! H = sum of -F . dx + b |dx|^2 / h                   less what the handle's damping has taken
+//! L = sum of (M - G) . dx + b |dx|^2 / h              G = the same as F, see below
 //! ```
 //!
 //! M = the mean of what is to be shown before and after dx, what a device without ticks would push
-//! with; b = the damping that the device has for sure. S < 0: the hand got back more than it ever
-//! gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
+//! with; b = the damping that the device has for sure. S < 0: the device gave more than it
+//! ever got. H < 0: the hand has got more than it ever gave. L < 0: sampling and holding have made energy out of nothing, k v^2 h^2 / 2 in each tick of
 //! a spring k, three times that with a tick of delay (Colgate's b > k h / 2). What the tissue does
 //! with its work counts neither way: one that gives way, or that takes up cells which the hand did not
 //! pay for, makes no debt. G is the force before ramp and clamp, whose doing is not sampling's, less the
 //! slew limit's lag, which makes energy too. L is for a delay of up to a tick; for a longer one see
 //! [`delay`](super::delay). L is kept within
-//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S at
+//! [-[`DEBT_MAX_J`], [`SURPLUS_MAX_J`]], so that a long quiet time pays for no later swing; S and H at
 //! most [`SURPLUS_MAX_J`] above what tissue and coupling store, so that what the tissue has lost is
-//! no credit. A debt of either fades within [`FADE_S`]: counts hide a little of every tick, which
-//! adds up in a long hold, and the controller would answer it with the encoder's noise.
+//! no credit. A debt fades within [`FADE_S`]: counts hide a little of every tick, which
+//! adds up in a long hold, and the controller would answer it with the encoder's noise. Of H, by which
+//! a force is withheld ([`unpaid`](super::unpaid)), at most [`FADES_W`] fade in a press that began
+//! within the ramp.
 //!
 //! Where ticks are missing in the ledger (an answer was lost, or a silence in which the force
-//! fell), L begins anew and S stays.
+//! fell), L begins anew, S and H stay.
 //!
 //! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
 //! a jump in the last one: the device has just crossed the border of two counts and is, at a motion
@@ -50,6 +53,8 @@ pub(super) const SURPLUS_MAX_J: f32 = 2.0e-6;
 pub(super) const DEBT_MAX_J: f32 = 1.0e-3;
 /// Time in which a debt fades to 1/e \[s\].
 const FADE_S: f32 = 1.0;
+/// Most of H's debt that fades in a press that began within the ramp \[W\].
+const FADES_W: f32 = 2.0e-4;
 /// Largest step that is taken for a count \[m\].
 const COUNT_MAX_M: f32 = 1.0e-4;
 
@@ -77,6 +82,7 @@ pub(super) struct Observer {
     given: Forces<WAY>,
     asked: Forces<2>,
     port: TwoFloat,
+    hand: TwoFloat,
     sampling: TwoFloat,
     shown: [f32; 3],
 }
@@ -92,6 +98,7 @@ kept!(Observer {
     given: Forces<WAY>,
     asked: Forces<2>,
     port: TwoFloat,
+    hand: TwoFloat,
     sampling: TwoFloat,
     shown: [f32; 3],
 });
@@ -108,6 +115,7 @@ impl Observer {
         given: [[0.0; 3]; WAY],
         asked: [[0.0; 3]; 2],
         port: TwoFloat::ZERO,
+        hand: TwoFloat::ZERO,
         sampling: TwoFloat::ZERO,
         shown: [0.0; 3],
     };
@@ -157,7 +165,8 @@ impl Observer {
 
     /// The tool takes hold: a ledger begins, `shown` being the spring's force \[N\].
     pub(super) fn begin(&mut self, shown: [f32; 3]) {
-        (self.port, self.sampling, self.shown) = (TwoFloat::ZERO, TwoFloat::ZERO, shown);
+        (self.port, self.hand) = (TwoFloat::ZERO, TwoFloat::ZERO);
+        (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
         // What was given still acts.
         self.asked = [[0.0; 3]; 2];
     }
@@ -168,21 +177,24 @@ impl Observer {
     }
 
     /// Books a tick after which the spring's force is `shown` \[N\], and tissue and coupling store at
-    /// most `level` \[J\]; `tick_s` is the time of a tick.
+    /// most `level` \[J\]; the press is `early` where it began within the ramp; `tick_s` is the time of a
+    /// tick.
     pub(super) fn book(
         &mut self,
         of: &Passivity,
         (tick_s, delay): (f32, &Delay),
         shown: [f32; 3],
-        level: f32,
+        (level, early): (f32, bool),
     ) {
         let under_way = delay.whole();
         let given = self.given.get(under_way).copied().unwrap_or_default();
         let asked = if under_way == 0 { self.asked[0] } else { self.asked[1] };
         let (dx, fade) = (self.dx, tick_s / FADE_S);
-        let port = self.port.plus((-dot(given, dx)).into());
-        self.port = kept(port, level + SURPLUS_MAX_J, fade);
+        let (paid, most) = (-dot(given, dx), level + SURPLUS_MAX_J);
+        self.port = kept(self.port.plus(paid.into()), most, fade);
         let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);
+        let fades_j = if early { FADES_W * tick_s } else { f32::INFINITY };
+        self.hand = owed(self.hand.plus((paid + lost).into()), most, (fade, fades_j));
         let ideal = scale(0.5, add(self.shown, shown));
         let gained = lost - dot(sub(asked, ideal), dx);
         self.sampling = kept(self.sampling.plus(gained.into()), SURPLUS_MAX_J, fade);
@@ -220,9 +232,9 @@ impl Observer {
         self.sampling.hi <= -DEBT_MAX_J
     }
 
-    /// Whether S is: the hand has got more back than damping could keep from it.
-    pub(super) fn is_overpaid(&self) -> bool {
-        self.port.hi <= -DEBT_MAX_J
+    /// H \[J\].
+    pub(super) fn hand_j(&self) -> f32 {
+        self.hand.hi
     }
 
     /// L \[J\].
@@ -233,11 +245,27 @@ impl Observer {
     /// What the hand may still get back, S less what is on its way at the present motion, at least
     /// 0 \[J\].
     pub(super) fn reserve_j(&self, delay: &Delay) -> f32 {
-        let under_way = self.given.iter().take(delay.whole());
-        let coming = under_way.fold(0.0, |sum, force| sum + dot(*force, self.rate));
-        let reserve = self.port.hi - coming;
+        let reserve = self.port.hi - self.coming_j(delay, self.rate);
         if reserve > 0.0 { reserve } else { 0.0 }
     }
+
+    /// The work on the hand of what is on its way, at a motion of `rate` a tick \[J\].
+    pub(super) fn coming_j(&self, delay: &Delay, rate: [f32; 3]) -> f32 {
+        let under_way = self.given.iter().take(delay.whole());
+        under_way.fold(0.0, |sum, force| sum + dot(*force, rate))
+    }
+}
+
+/// A sum at most `most`, its debt faded by the share `fade`, but by no more than `fades_j`.
+fn owed(sum: TwoFloat, most: f32, (fade, fades_j): (f32, f32)) -> TwoFloat {
+    if sum.hi > most {
+        return most.into();
+    }
+    if sum.hi >= 0.0 {
+        return sum;
+    }
+    let fades = -fade * sum.hi;
+    sum.plus((if fades < fades_j { fades } else { fades_j }).into())
 }
 
 /// A sum at most `most`, its debt faded by the share `fade` and at most [`DEBT_MAX_J`].

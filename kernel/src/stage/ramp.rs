@@ -22,19 +22,24 @@ pub(super) struct Ramp {
     /// Steps taken of `of`.
     taken: u16,
     of: u16,
+    /// Ticks until the next step of a slow rise.
+    rest: u16,
 }
 
-kept!(Ramp { taken: u16, of: u16 });
+kept!(Ramp { taken: u16, of: u16, rest: u16 });
+
+/// How much slower a slow rise is.
+const SLOWER: u16 = 12;
 
 impl Ramp {
     /// At the bottom of a ramp of so many ticks; 0 for one that goes up and down at once.
     pub(super) const fn new(ticks: u16) -> Self {
-        Self { taken: 0, of: if ticks == 0 { 1 } else { ticks } }
+        Self { taken: 0, of: if ticks == 0 { 1 } else { ticks }, rest: 0 }
     }
 
     /// As it stands, on a ramp of the length of this one.
     pub(super) fn along(self, of: Self) -> Self {
-        Self { taken: of.taken.min(self.of), of: self.of }
+        Self { taken: of.taken.min(self.of), ..self }
     }
 
     pub(super) fn fall(&mut self) {
@@ -45,15 +50,26 @@ impl Ramp {
         self.taken = self.taken.saturating_add(1).min(self.of);
     }
 
+    /// Up by a step in [`SLOWER`] calls: a hand's swing dies away meanwhile.
+    pub(super) fn creep_up(&mut self) {
+        if self.rest == 0 {
+            self.up();
+            self.rest = SLOWER;
+        }
+        self.rest -= 1;
+    }
+
     pub(super) fn down(&mut self) {
         self.taken = self.taken.saturating_sub(1);
     }
 
-    /// Down by a sixteenth; false without a ramp, which stays as it is.
-    pub(super) fn back_off(&mut self) -> bool {
+    /// Down by a step and the share `fast`, 0 to 1, of an eighth; false without a ramp, which stays as it
+    /// is.
+    pub(super) fn back_off(&mut self, fast: f32) -> bool {
         let is_ramp = self.of > 1;
         if is_ramp {
-            self.taken = self.taken.saturating_sub(self.of.div_ceil(16));
+            let steps = 1 + (fast * f32::from(self.of) / 8.0) as u16;
+            self.taken = self.taken.saturating_sub(steps);
         }
         is_ramp
     }

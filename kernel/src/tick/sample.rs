@@ -92,8 +92,8 @@ impl Flags {
     pub const LATE: Self = Self(256);
     /// The tool counts as not engaged until it has been released once (set by the process around).
     pub const RELEASE_FIRST: Self = Self(512);
-    /// The output stage lets the force go along its ramp: passivity control cannot make up for the
-    /// energy that sampling and delay make.
+    /// The output stage lets the force go along its ramp or holds it back: passivity control cannot
+    /// make up for the energy that sampling and delay make, or the hand has not paid for the force.
     pub const FORCE_WITHHELD: Self = Self(1024);
 
     /// Sets every bit of `other`.

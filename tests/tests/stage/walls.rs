@@ -1,9 +1,7 @@
 //! The output stage at its limits, in closed loop with a modelled handle against a lossless wall.
-//!
-//! What is not passive here is known: `kernel/SAFETY.md` names it, these tests bound and print it.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_kernel::stage::{Device, Stage, StageSettings};
+use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_tests::closed_loop::{DEVICES, Wall, handle};
 use chaincell_tests::handle::{Hand, Moving};
 use nalgebra::{Rotation3, Vector3};
@@ -46,7 +44,7 @@ fn run(
     Seen { port_j, got_j: moving.got_j(), speed_m_per_s }
 }
 
-/// 20 mm deep in a wall a coupling has some 0.1 J to push a handle out with.
+/// 20 mm deep in a wall a coupling has some 0.1 J to push a handle out with: nobody has paid for it.
 #[test]
 fn a_handle_that_engages_inside_is_not_thrown() {
     for (device, (profile, ..)) in DEVICES.iter().enumerate() {
@@ -54,14 +52,14 @@ fn a_handle_that_engages_inside_is_not_thrown() {
             let seen = run(device, 5000.0, (-0.02, 1000), grip, |_| -0.02);
             let Seen { port_j, speed_m_per_s, .. } = seen;
             println!("inside {profile:?}, hand {grip:?}: {port_j:.1e} J, {speed_m_per_s:.2} m/s");
-            assert!(port_j < 0.02 && speed_m_per_s < 0.35, "{profile:?}: {seen:?}");
+            assert!(port_j < 0.003 && speed_m_per_s < 0.2, "{profile:?}: {seen:?}");
         }
     }
 }
 
 /// Taps as hard as an arm can, in a stiff grip, for 15 s.
 #[test]
-fn hard_taps_get_no_more_than_the_slew_limit_keeps_up() {
+fn hard_taps_get_nothing() {
     for (device, &(profile, ..)) in DEVICES.iter().enumerate() {
         for (reach_m, hz) in [(0.02, 4.0), (0.02, 2.0), (0.01, 4.0), (0.005, 4.0)] {
             let wish =
@@ -69,10 +67,7 @@ fn hard_taps_get_no_more_than_the_slew_limit_keeps_up() {
             let seen = run(device, 2.0e4, (reach_m, 15_000), Some((1000.0, 5.0)), wish);
             let watts = seen.got_j / 15.0;
             println!("taps {profile:?}, {reach_m} m, {hz} Hz: {watts:.1e} W, {seen:?}");
-            // At its clamp, and faster than the slew limit.
-            let is_known = profile == Device::Sigma && reach_m * hz > 0.06;
-            let most = if is_known { 0.03 } else { 0.0 };
-            assert!(watts <= most, "{profile:?}, {reach_m} m, {hz} Hz: {watts} W");
+            assert!(watts <= 0.0, "{profile:?}, {reach_m} m, {hz} Hz: {watts} W");
         }
     }
 }
