@@ -27,7 +27,7 @@ const FREE_EARLY_J: f32 = 0.7e-3;
 /// Debt of H beyond that at which the ramp goes down as fast as it can \[J\].
 const WIDTH_J: f32 = 0.7e-3;
 /// Debt of H from which on the ramp does not go up \[J\].
-const WAIT_J: f32 = 0.3e-3;
+const WAIT_J: f32 = 0.2e-3;
 /// Share of the force below which it is said to be withheld.
 pub(super) const SHARE_SAID: f32 = 0.95;
 /// Ticks in which a force goes on before it falls.
