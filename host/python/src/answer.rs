@@ -48,10 +48,10 @@ impl Answer {
         vectors(py, each.map(|felt| felt.torque_n_m).collect(), self.is_several)
     }
 
-    /// Contacts of each tool.
+    /// Cells that the tool acts on, or triangles that tools are in contact with.
     #[getter]
-    fn contacts(&self) -> Vec<u32> {
-        self.of.tools.iter().take(self.tools).map(|felt| felt.contacts).collect()
+    fn contacts(&self) -> u32 {
+        self.of.tools.iter().take(self.tools).map(|felt| felt.contacts).sum()
     }
 
     /// What bit at each tool.

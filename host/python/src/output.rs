@@ -53,10 +53,10 @@ impl Output {
         self.of.stiffness_n_per_m
     }
 
-    /// Cells that the tool acts on, or triangles that all tools are in contact with.
+    /// Cells that the tool acts on, or triangles that tools are in contact with.
     #[getter]
-    fn contacts(&self) -> u32 {
-        self.of.contacts
+    pub(crate) fn contacts(&self) -> u32 {
+        self.felt.iter().map(|felt| felt.contacts).sum()
     }
 
     /// Sweeps made, 0 in a late tick.

@@ -85,7 +85,7 @@ impl Run {
     /// Contacts, as `Output.contacts`.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        self.column(py, |of| of.of.contacts)
+        self.column(py, Output::contacts)
     }
 
     /// Sweeps made.
