@@ -163,8 +163,11 @@ fn choice<T: Choice>(name: &str, word: &str) -> PyResult<T> {
 impl Session {
     /// Opens a scene, waiting for its server.
     #[new]
-    #[pyo3(signature = (scene=None, *, role="controller", wait="hybrid", server_wait_s=10.0,
-        watchdog_ms=20, ramp_ms=20, lost_s=Some(1.0)))]
+    #[pyo3(
+        signature = (scene=None, *, role="controller", wait="hybrid", server_wait_s=10.0,
+            watchdog_ms=20, ramp_ms=20, lost_s=Some(1.0)),
+        text_signature = "(scene=None, *, role='controller', wait='hybrid', server_wait_s=10.0, watchdog_ms=20, ramp_ms=20, lost_s=1.0)"
+    )]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments")]
     fn new(
         py: Python<'_>,

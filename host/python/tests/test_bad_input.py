@@ -20,7 +20,7 @@ TETS = np.array([[0, 1, 2, 3]])
 
 
 def bake(points: object = POINTS, tets: object = TETS, **options: object) -> Callable[[], object]:
-    return lambda: Model.bake(points, tets, **options)  # type: ignore[arg-type]
+    return lambda: Model.bake(points, tets, **options)
 
 
 def changed(values: np.ndarray, at: object, value: object) -> np.ndarray:
@@ -118,7 +118,7 @@ def test_bad_model_files(plane: Model, tmp_path: Path) -> None:
     with pytest.raises(ModelError):
         plane.save(tmp_path)
     with pytest.raises(TypeError):
-        Model.from_bytes("text")  # type: ignore[arg-type]
+        Model.from_bytes("text")
 
 
 TISSUES: list[tuple[dict[str, object], type[Exception], str]] = [
@@ -150,7 +150,7 @@ TISSUES: list[tuple[dict[str, object], type[Exception], str]] = [
 def test_bad_options(
     plane: Model, options: dict[str, object], error: type[Exception], text: str
 ) -> None:
-    for act in (lambda: Tissue(plane, **options), lambda: chaincell.run(plane, press(3), **options)):  # type: ignore[arg-type]
+    for act in (lambda: Tissue(plane, **options), lambda: chaincell.run(plane, press(3), **options)):
         with pytest.raises(error, match=text) as raised:
             act()
         assert type(raised.value) is error and "\n" not in str(raised.value)
@@ -183,7 +183,7 @@ def test_bad_poses_make_no_tick(
     tissue.tick([0, 0, -0.001])
     before = tissue.state_hash
     with pytest.raises(error, match=text) as raised:
-        tissue.tick(pose, engaged)  # type: ignore[arg-type]
+        tissue.tick(pose, engaged)
     assert type(raised.value) is error
     assert (tissue.ticks, tissue.state_hash) == (1, before)
 
@@ -205,7 +205,7 @@ def test_bad_paths(plane: Model) -> None:
     ]
     for given, error, text in wrongs:
         with pytest.raises(error, match=text):
-            chaincell.run(plane, **given)  # type: ignore[arg-type]
+            chaincell.run(plane, **given)
     assert len(chaincell.run(plane, np.zeros((0, 3)))) == 0
 
 
@@ -225,7 +225,7 @@ def test_bad_snapshots_leave_the_tissue_as_it_is(plane: Model, box: Model) -> No
     with pytest.raises(SnapshotError, match="another version"):
         tissue.restore(newer)
     with pytest.raises(TypeError):
-        tissue.restore("text")  # type: ignore[arg-type]
+        tissue.restore("text")
     others = [Tissue(box), Tissue(plane, contact=[41]), Tissue(plane, contact=[40], sweeps=5)]
     for other in [*others, Tissue(plane, contact=[40], device="touch")]:
         with pytest.raises(SnapshotError, match="another model, with other options"):

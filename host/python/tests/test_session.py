@@ -239,7 +239,7 @@ def test_scenes_that_cannot_be_opened() -> None:
     ]
     for given, text in wrongs:
         with pytest.raises(chaincell.ArgumentError, match=text):
-            Session(**given)  # type: ignore[arg-type]
+            Session(**given)
 
 
 def test_a_closed_session_says_so(serve: Serve) -> None:

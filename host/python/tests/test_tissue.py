@@ -52,10 +52,10 @@ def test_ticks_give_the_bits_of_the_command(
 ) -> None:
     path = press(300)
     expected = by_command(command, plane, path, tmp_path, *line)
-    tissue = Tissue(plane, **options)  # type: ignore[arg-type]
+    tissue = Tissue(plane, **options)
     outputs = [tissue.tick(pose) for pose in path]
     assert tissue.state_hash == expected and tissue.ticks == 300
-    ran = chaincell.run(plane, path, **options)  # type: ignore[arg-type]
+    ran = chaincell.run(plane, path, **options)
     assert ran.state_hash == expected and len(ran) == 300
     assert np.array_equal(ran.force_n, [of.force_n for of in outputs])
     assert np.abs(ran.force_n).max() > 0
@@ -131,7 +131,7 @@ def test_a_pose_may_be_written_in_many_ways(box: Model) -> None:
 @pytest.mark.parametrize("options", [{"contact": [40]}, {"contact": [40], "device": "omega"}])
 def test_a_snapshot_goes_on_to_the_same_bits(plane: Model, options: dict[str, object]) -> None:
     path = np.concatenate([press(500), press(500)[::-1], press(200)])
-    tissue = Tissue(plane, **options)  # type: ignore[arg-type]
+    tissue = Tissue(plane, **options)
     for pose in path[:200]:
         tissue.tick(pose)
     snapshot, at = tissue.snapshot(), tissue.state_hash
@@ -140,7 +140,7 @@ def test_a_snapshot_goes_on_to_the_same_bits(plane: Model, options: dict[str, ob
         tissue.tick(pose)
         expected.append(tissue.state_hash)
     assert len(expected) == 1000 and len(set(expected)) > 100
-    other = Tissue(plane, **options)  # type: ignore[arg-type]
+    other = Tissue(plane, **options)
     for again in (other, tissue):
         again.restore(snapshot)
         assert (again.state_hash, again.ticks) == (at, 200)
@@ -208,7 +208,7 @@ def test_threads_take_turns(plane: Model) -> None:
     def together() -> None:
         for _ in range(200):
             shared.tick(path[-1])
-            shared.state_hash  # noqa: B018
+            shared.state_hash
 
     threads = [threading.Thread(target=of) for of in (alone, alone, together, together)]
     for thread in threads:
