@@ -5,8 +5,8 @@
 //! - `errors`, `process`, `signals`: exceptions; forked children; Ctrl-C.
 //! - `arrays`, `given`: numpy arrays and keyword arguments in.
 //! - `mesh`, `bake`, `model`: from arrays, meshio objects and files to a model.
-//! - `poses`, `contacts`: where tools are, what they touch.
-//! - `tissue`, `output`, `run`: ticks without a server.
+//! - `poses`, `contacts`, `output`: where tools are, what they touch and feel.
+//! - `tissue`, `run`: ticks without a server.
 //! - `answer`, `state`, `session`: the client of `chaincell serve`.
 //! - `rate`: a loop at a fixed rate.
 

@@ -48,9 +48,9 @@ impl State {
         if count == 0 {
             return Ok(PyArray1::zeros(slf.py(), 0, false));
         }
-        // SAFETY: the rows are `repr(C)`, an id and three floats each, and lie in a message that its
-        // writer leaves alone while it is held: the object holds it until it is dropped, and the array
-        // holds the object.
+        // The rows are `repr(C)`, an id and three floats each.
+        // SAFETY: they lie in a message that its writer leaves alone while it is held: the object holds
+        // it until it is dropped, and the array holds the object.
         #[allow(unsafe_code, reason = "a view instead of a copy")]
         let array = unsafe {
             let ids = ArrayView1::from_shape_ptr(count.strides(ROW), rows.cast::<u32>());
