@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -239,6 +240,6 @@ except KeyboardInterrupt:
     print("interrupted", turns > 50)
 """
     ran = subprocess.run(
-        ["python", "-c", program], capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60
     )
     assert ran.stdout == "interrupted True\n", ran
