@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
+import meshio
 import numpy as np
 import pytest
 from conftest import press
@@ -119,6 +120,16 @@ def test_bad_model_files(plane: Model, tmp_path: Path) -> None:
         plane.save(tmp_path)
     with pytest.raises(TypeError):
         Model.from_bytes("text")
+
+
+def test_half_a_mesh_file(tmp_path: Path) -> None:
+    whole, half = tmp_path / "whole.msh", tmp_path / "half.msh"
+    box = Model.bake_mesh("box:3x3x3x0.01")
+    meshio.Mesh(box.rest_m, [("tetra", box.tetrahedra.astype(int))]).write(whole, file_format="gmsh")
+    Model.bake_mesh(whole)
+    half.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    with pytest.raises(ModelError, match="half.msh"):
+        Model.bake_mesh(half)
 
 
 TISSUES: list[tuple[dict[str, object], type[Exception], str]] = [

@@ -242,6 +242,36 @@ def test_scenes_that_cannot_be_opened() -> None:
             Session(**given)
 
 
+def test_a_scene_of_another_version_is_refused() -> None:
+    pytest.importorskip("iceoryx2")
+    # A process of its own: two copies of iceoryx2 in one take each other for dead.
+    scene = f"python-version-{os.getpid()}"
+    program = f"""
+import ctypes
+import iceoryx2
+class Pose(ctypes.Structure):
+    _fields_ = [("tick", ctypes.c_uint64)]
+    @staticmethod
+    def type_name():
+        return "chaincell.ToolPoses.v3"
+iceoryx2.set_log_level(iceoryx2.LogLevel.Fatal)
+node = iceoryx2.NodeBuilder.new().create(iceoryx2.ServiceType.Ipc)
+name = iceoryx2.ServiceName.new("chaincell/{scene}/tools")
+service = node.service_builder(name).publish_subscribe(Pose).open_or_create()
+print("ready", flush=True)
+input()
+"""
+    other = subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert other.stdout is not None and other.stdout.readline() == "ready\n"
+        with pytest.raises(chaincell.OtherVersion, match="chaincell.ToolPoses.v2 of 344 bytes"):
+            Session(scene, server_wait_s=0.1)
+    finally:
+        other.communicate("\n", timeout=SHORT_S)
+
+
 def test_a_closed_session_says_so(serve: Serve) -> None:
     session = Session(serve().scene)
     assert not session.is_closed
