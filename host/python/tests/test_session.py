@@ -51,6 +51,18 @@ def test_ten_seconds_at_1_khz_lose_no_tick_and_have_the_hash_of_the_run(
     assert np.abs(offline.force_n).max() > 0
 
 
+def test_a_controller_that_stood_still_loses_no_tick(serve: Serve) -> None:
+    server = serve("--ticks", "4500", *WHOLE)
+    with Session(server.scene) as session:
+        for tick in Rate(1000, ticks=4500):
+            if tick == 500:
+                time.sleep(2.5)
+            session.step([0, 0, -1e-6 * tick], tick > 0, timeout_s=SHORT_S)
+        assert session.answer is not None and session.answer.answers == 4500
+    said = server.end()
+    assert (said["ticks_executed"], said["poses_missing"], said["poses_throttled"]) == (4500, 0, 0)
+
+
 def test_the_example_is_short_and_answers_every_pose(serve: Serve) -> None:
     example = Path(__file__).parents[1] / "examples" / "controller.py"
     lines = example.read_text().splitlines()
@@ -108,6 +120,8 @@ def test_several_tools_feel_force_and_torque(serve: Serve, box: Model) -> None:
             viewer.contacts(0)
             session.step(pose, timeout_s=SHORT_S)
             found = viewer.contacts(SHORT_S)
+            while found is not None and found.tick < 61:
+                found = viewer.contacts(SHORT_S)
         offline.tick(pose)
         expected = offline.contacts()
         assert found is not None and len(found) == len(expected) > 0
