@@ -107,6 +107,14 @@ impl Client {
     /// # Errors
     /// No such scene, other messages, another controller, no place, no permission, no memory.
     pub fn open(options: &Options) -> Result<Self> {
+        Self::open_unless(options, || false)
+    }
+
+    /// As [`Self::open`], asking every millisecond of the wait whether to stop.
+    ///
+    /// # Errors
+    /// As there, and the wish to stop as [`Kind::Stopped`].
+    pub fn open_unless(options: &Options, stop: impl FnMut() -> bool) -> Result<Self> {
         for (name, ms) in [("watchdog_ms", options.watchdog_ms), ("ramp_ms", options.ramp_ms)] {
             if ms > MS_MAX {
                 let text = format!("`{name}` {ms}: must be from 0 to {MS_MAX}");
@@ -118,7 +126,7 @@ impl Client {
             Role::Viewer => None,
             Role::Controller => Some(scene.tools_control_ports(options.wait == Wait::Event)?),
         };
-        wait_for_server(&scene, options.server_wait_ns)?;
+        wait_for_server(&scene, options.server_wait_ns, stop)?;
         let control = ports.map(|ports| Control::new(ports, options)).transpose()?;
         Ok(Self { control, state: None, contacts: None, commands: None, scene })
     }
@@ -141,6 +149,15 @@ impl Client {
     /// What is no pose, and nothing was sent; a viewer.
     pub fn send(&mut self, poses: &[Pose]) -> Result<u64> {
         self.control()?.send(poses)
+    }
+
+    /// Waits for the answer to a tick that was sent, at most so long; as the second half of
+    /// [`Self::step`].
+    ///
+    /// # Errors
+    /// A viewer.
+    pub fn receive(&mut self, tick: u64, wait_ns: u64) -> Result<(Outcome, Answer)> {
+        Ok(self.control()?.receive(Some(tick), wait_ns))
     }
 
     /// Takes all answers that have come, and gives the newest. Waits for nothing and allocates nothing.
@@ -202,7 +219,21 @@ impl Client {
     /// No reply in time: whether the command was carried out is not known. A refusal, as
     /// [`Kind::Refused`] with the reason.
     pub fn command(&mut self, command: &Command, wait_ns: u64) -> Result<ReplyMessage> {
-        let reply = self.ask(CommandMessage::new(command), wait_ns)?;
+        self.command_unless(command, wait_ns, || false)
+    }
+
+    /// As [`Self::command`], asking every millisecond of the wait whether to stop.
+    ///
+    /// # Errors
+    /// As there, and the wish to stop as [`Kind::Stopped`]: the command may be carried out all the
+    /// same.
+    pub fn command_unless(
+        &mut self,
+        command: &Command,
+        wait_ns: u64,
+        stop: impl Fn() -> bool,
+    ) -> Result<ReplyMessage> {
+        let reply = self.ask_unless(CommandMessage::new(command), wait_ns, stop)?;
         match reply.result {
             0 => Ok(reply),
             _ => Err(Error::new(
@@ -221,8 +252,17 @@ impl Client {
     /// # Errors
     /// No reply in time.
     pub fn ask(&mut self, message: CommandMessage, wait_ns: u64) -> Result<ReplyMessage> {
+        self.ask_unless(message, wait_ns, || false)
+    }
+
+    fn ask_unless(
+        &mut self,
+        message: CommandMessage,
+        wait_ns: u64,
+        stop: impl Fn() -> bool,
+    ) -> Result<ReplyMessage> {
         let commands = joined(&mut self.commands, || CommandClient::open(&self.scene))?;
-        commands.send(message, wait_ns.min(WAIT_NS_MAX), || false)
+        commands.send(message, wait_ns.min(WAIT_NS_MAX), stop)
     }
 
     fn control(&mut self) -> Result<&mut Control> {
@@ -320,9 +360,16 @@ fn joined<T>(place: &mut Option<T>, open: impl FnOnce() -> Result<T>) -> Result<
     Ok(place.insert(opened))
 }
 
-fn wait_for_server(scene: &SceneServices, at_most_ns: u64) -> Result<()> {
+fn wait_for_server(
+    scene: &SceneServices,
+    at_most_ns: u64,
+    mut stop: impl FnMut() -> bool,
+) -> Result<()> {
     let end_ns = now_ns().saturating_add(at_most_ns.min(WAIT_NS_MAX));
     while !scene.is_served() {
+        if stop() {
+            return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
+        }
         if now_ns() >= end_ns {
             let text = format!(
                 "no server on {}: start `chaincell serve` with the same `scene`, or wait longer for it",

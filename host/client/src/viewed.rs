@@ -3,6 +3,7 @@
 
 use std::fmt::Debug;
 
+use iceoryx2::port::ReceiveError;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
@@ -91,7 +92,11 @@ impl<T: Viewed> Reader<T> {
     pub fn borrow(&self) -> Result<Option<View<T>>> {
         let sample = self.subscriber.receive();
         let sample = sample.map_err(|why| {
-            Error::new(Kind::Connection, format!("cannot read {}: {why:?}", T::WHAT))
+            let text = match why {
+                ReceiveError::ExceedsMaxBorrows => "two of them are held: let go of one".to_owned(),
+                other => format!("{other:?}"),
+            };
+            Error::new(Kind::Connection, format!("cannot read {}: {text}", T::WHAT))
         })?;
         Ok(sample.map(View))
     }

@@ -13,6 +13,7 @@ mod inject;
 pub mod lab;
 mod latency;
 pub mod model_file;
+pub mod offline;
 mod options;
 mod press;
 mod probe;
@@ -27,7 +28,7 @@ mod stage;
 mod state;
 pub mod tissue;
 mod tool;
-mod values;
+pub mod values;
 mod verdict;
 mod watch;
 

@@ -206,7 +206,7 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
 /// A network with its tissue.
 pub struct Engine<'m> {
     network: Network<'m>,
-    tissue: Box<dyn AnyTissue>,
+    tissue: Box<dyn AnyTissue + Send>,
     contact: Contact,
     scheme: Scheme,
     /// See [`shown`]; worked out where somebody asks.
@@ -247,7 +247,7 @@ impl<'m> Engine<'m> {
         contact: Contact,
     ) -> Result<Self> {
         let (model, held) = (network.model(), &contact);
-        let tissue: Box<dyn AnyTissue> = match (scheme, numbers) {
+        let tissue: Box<dyn AnyTissue + Send> = match (scheme, numbers) {
             (Scheme::Euler, Arithmetic::F32) => Box::new(Memory::<Euler>::new(model, held)),
             (Scheme::Euler, Arithmetic::Fixed) => {
                 Box::new(Memory::<Euler<I8F24>>::new(model, held))

@@ -1,7 +1,7 @@
 //! What a body must satisfy before it is baked; every refusal names the place and the remedy.
 
 use super::geometry::distance;
-use super::{Mesh, MeshOptions};
+use super::{Mesh, MeshOptions, RawMesh};
 use crate::error::{Error, Result};
 use crate::words::counted;
 
@@ -44,6 +44,40 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
     places(mesh, &cells).map_err(refuse)?;
     lengths(mesh).map_err(refuse)?;
     Ok(unused)
+}
+
+/// Refuses numbers that no reader of files lets through.
+pub(super) fn numbers(spec: &str, raw: &RawMesh) -> Result<()> {
+    let refuse = |why: String| Err(Error::input(format!("mesh {spec}: {why}")));
+    let nodes = raw.nodes_m.len();
+    let is_node = |id: &u32| (*id as usize) < nodes;
+    let is_place = |place: &[f64; 3]| place.iter().all(|x| (*x as f32).is_finite());
+    if let Some(node) = raw.nodes_m.iter().position(|place| !is_place(place)) {
+        return refuse(format!(
+            "node {node} is at {:?}; every coordinate must be a finite number of metres",
+            raw.nodes_m[node]
+        ));
+    }
+    for (at, corners) in raw.tetrahedra.iter().enumerate() {
+        if let Some(id) = corners.iter().find(|id| !is_node(id)) {
+            return refuse(format!(
+                "tetrahedron {at} has node {id}, and there are {}: ids count from 0",
+                counted(nodes, "node")
+            ));
+        }
+        if (0..3).any(|i| corners[i + 1..].contains(&corners[i])) {
+            return refuse(format!("tetrahedron {at} has a node twice: {corners:?}; leave it out"));
+        }
+    }
+    for (name, ids) in &raw.groups {
+        if let Some(id) = ids.iter().find(|id| !is_node(id)) {
+            return refuse(format!(
+                "group {name} has node {id}, and there are {}: ids count from 0",
+                counted(nodes, "node")
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn first(ids: &[u32]) -> String {
@@ -162,6 +196,27 @@ mod tests {
         assert!(refusal(&chain(&places, &links)).contains("65536 nodes, more than 65535 cells"));
         let fits = chain(&places[1..], &links[..CELLS_MAX - 1]);
         assert_eq!(check("a.msh", &fits, &MeshOptions::default()), Ok(vec![]));
+    }
+
+    #[test]
+    fn numbers_that_are_no_mesh_are_refused_by_their_place() {
+        let nodes_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let sound = RawMesh { nodes_m, tetrahedra: vec![[0, 1, 2, 3]], ..RawMesh::default() };
+        assert_eq!(numbers("arrays", &sound), Ok(()));
+        let refusal = |change: &dyn Fn(&mut RawMesh)| {
+            let mut raw = sound.clone();
+            change(&mut raw);
+            numbers("arrays", &raw).unwrap_err().to_string()
+        };
+        let text = refusal(&|raw| raw.nodes_m[2][1] = f64::NAN);
+        assert!(text.contains("node 2 is at [0.0, NaN, 0.0]"), "{text}");
+        assert!(refusal(&|raw| raw.nodes_m[2][1] = 1e39).contains("node 2"));
+        let text = refusal(&|raw| raw.tetrahedra.push([0, 1, 2, 4]));
+        assert!(text.contains("tetrahedron 1 has node 4, and there are 4 nodes"), "{text}");
+        let text = refusal(&|raw| raw.tetrahedra.push([0, 1, 2, 1]));
+        assert!(text.contains("tetrahedron 1 has a node twice"), "{text}");
+        let text = refusal(&|raw| _ = raw.groups.insert("top".into(), vec![3, 9]));
+        assert!(text.contains("group top has node 9"), "{text}");
     }
 
     #[test]

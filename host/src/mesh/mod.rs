@@ -181,6 +181,17 @@ pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mes
     finish(name, parse(Path::new(name), bytes, options.unit_m)?.into(), options)
 }
 
+/// The body of nodes and tetrahedra that a program has as numbers, checked; errors call it `name`.
+/// The unit of the options is not applied.
+///
+/// # Errors
+/// A coordinate that is not finite, a tetrahedron or a group with a node that is not there, a
+/// tetrahedron with a node twice; then as [`from_bytes`].
+pub fn from_raw(name: &str, raw: RawMesh, options: &MeshOptions) -> Result<Mesh> {
+    check::numbers(name, &raw)?;
+    finish(name, raw.into(), options)
+}
+
 fn check_unit(options: &MeshOptions) -> Result<()> {
     if options.unit_m.is_finite() && options.unit_m > 0.0 {
         return Ok(());

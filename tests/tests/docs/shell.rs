@@ -21,7 +21,8 @@ pub enum Purpose {
     Run,
     /// Shell lines that do not run here.
     NoRun,
-    /// Neither: text, or Rust, which the documentation tests compile.
+    /// Neither: text; Rust, which the documentation tests compile; Python, which the tests of the
+    /// package run.
     Other,
 }
 
@@ -29,7 +30,7 @@ pub enum Purpose {
 pub fn purpose(block: &Block) -> Option<Purpose> {
     match block.info.as_str() {
         "sh" => Some(Purpose::Run),
-        "text" | "rust" => Some(Purpose::Other),
+        "text" | "rust" | "python" => Some(Purpose::Other),
         info => {
             let reason = info.strip_prefix("sh,no-run: ")?;
             (!reason.trim().is_empty()).then_some(Purpose::NoRun)

@@ -1,0 +1,77 @@
+"""Keyword arguments of `Model.bake` and `Tissue`, for type checkers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypedDict, Union
+
+import numpy.typing as npt
+
+PerNode = Union[float, str, npt.ArrayLike]
+"""A number for all nodes, an array with one for each, or a text as the command line has it."""
+
+
+class BakeOptions(TypedDict, total=False):
+    """Those of `Model.bake` and `Model.bake_mesh`: the options of `chaincell bake`."""
+
+    young_pa: PerNode | None
+    """Young's modulus [Pa]; without it the body is made of links."""
+    poisson: PerNode | None
+    """Poisson's ratio, 0 to 0.495; 0.45 by default."""
+    fixed: npt.ArrayLike | str | None
+    """Nodes held for ever: ids, a mask of all nodes, a selector, or "none"."""
+    alpha: PerNode | None
+    """Half-width of a link's band in rest lengths, in [0, 1)."""
+    stiffness_n_per_m: PerNode | None
+    """Stiffness of a link [N/m]."""
+    law: Literal["det1", "trace"] | None
+    stretch_min: float | Literal["none"] | None
+    stiffening: Mapping[float, float] | None
+    """Half-widths of bands with the moduli [Pa] that they add."""
+    probe_contact: Literal["surface", "cells"] | None
+    cells: int | None
+    """Groups of nodes, each of them a cell."""
+    hats: float | Literal["auto", "none"] | None
+    unit_m: float | None
+    """Metres in one unit of the coordinates; of a generator it is 1."""
+    allow_parts: bool | None
+    drop_unused: bool | None
+    diagonals: bool | None
+    rings: int | None
+    colours: bool | None
+    lean: bool | None
+    k_m: float | None
+    r_x: float | None
+    capacitance: float | None
+    energy_max_j: float | None
+
+
+class TissueOptions(TypedDict, total=False):
+    """Those of `Tissue` and `run`: the options of `chaincell run`."""
+
+    contact: str | npt.ArrayLike | None
+    """"probe:RADIUS", "cells:SELECTOR", "auto", or ids of the nodes that the tool holds."""
+    tools: Sequence[str] | None
+    """Tools by their parts, as "sphere:0.01+capsule:0.02,0.004"; instead of a contact."""
+    friction: float | None
+    probe_capacity: int | None
+    dynamics: Literal["track", "predict", "euler", "rkl1", "rkl2", "gauss-seidel"] | None
+    number: Literal["f32", "f64", "fixed"] | None
+    sweeps: int | None
+    """Sweeps a tick, 4 by default."""
+    step: float | None
+    time_constant_s: float | None
+    threads: int | Literal["auto"] | None
+    drive: str | None
+    unloading: str | None
+    max_tool_step_m: float | None
+    max_force_n: float | None
+    max_torque_n_m: float | None
+    device: Literal["touch", "premium", "falcon", "omega", "sigma"] | None
+    coupling: float | str | None
+    passivity: float | str | None
+    delay_ticks: int | None
+    device_hz: int | None
+    max_slew_n_per_s: float | None
+    max_device_force_n: float | None
+    engage_ramp_ms: int | None

@@ -1,0 +1,139 @@
+//! `Answer`: all that a server said to a pose, and what the client says of it.
+
+use chaincell_client::{Answer as Heard, Outcome};
+use pyo3::prelude::*;
+
+use crate::output::{flags, notes, vectors};
+
+/// What to show after a step.
+#[pyclass(frozen, module = "chaincell")]
+#[derive(Debug, Clone)]
+pub(crate) struct Answer {
+    pub(crate) of: Heard,
+    pub(crate) outcome: Outcome,
+    /// Tools that the step moved, and whether it was given several.
+    pub(crate) tools: usize,
+    pub(crate) is_several: bool,
+}
+
+impl Answer {
+    pub(crate) fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let each = self.of.tools.iter().take(self.tools);
+        vectors(py, each.map(|felt| felt.force_n).collect(), self.is_several)
+    }
+}
+
+#[pymethods]
+impl Answer {
+    /// "answered", "no answer" (the last force counts) or "silent" (the force falls to 0, or is 0).
+    #[getter]
+    fn outcome(&self) -> &'static str {
+        match self.outcome {
+            Outcome::Answered => "answered",
+            Outcome::NoAnswer => "no answer",
+            Outcome::Silent => "silent",
+        }
+    }
+
+    /// Force to show, (3,), or on each of several tools, (tools, 3) [N].
+    #[getter]
+    fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.forces(py)
+    }
+
+    /// Torque on the tool about its position, or on each of several [N m].
+    #[getter]
+    fn torque_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let each = self.of.tools.iter().take(self.tools);
+        vectors(py, each.map(|felt| felt.torque_n_m).collect(), self.is_several)
+    }
+
+    /// Cells that the tool acts on, or triangles that tools are in contact with.
+    #[getter]
+    fn contacts(&self) -> u32 {
+        self.of.tools.iter().take(self.tools).map(|felt| felt.contacts).sum()
+    }
+
+    /// What bit at each tool.
+    #[getter]
+    fn tool_flags<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        self.of.tools.iter().take(self.tools).map(|felt| flags(py, felt.flags)).collect()
+    }
+
+    /// What bit during the tick.
+    #[getter]
+    fn flags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        flags(py, self.of.flags)
+    }
+
+    /// What the client says itself.
+    #[getter]
+    fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        notes(py, self.of.notes.0)
+    }
+
+    /// Number of the tick answered last, 0 before the first.
+    #[getter]
+    fn tick(&self) -> u64 {
+        self.of.tick
+    }
+
+    /// Number of the tick whose pose the force is of.
+    #[getter]
+    fn force_tick(&self) -> u64 {
+        self.of.force_tick
+    }
+
+    /// Answers that have come since the session was opened.
+    #[getter]
+    fn answers(&self) -> u64 {
+        self.of.answers
+    }
+
+    /// The server's session, another number for each.
+    #[getter]
+    fn session_id(&self) -> u64 {
+        self.of.session_id
+    }
+
+    /// Hash of the state after the tick, 16 hexadecimal digits; None where none was taken.
+    #[getter]
+    fn state_hash(&self) -> Option<String> {
+        (self.of.state_hash != 0).then(|| format!("{:016x}", self.of.state_hash))
+    }
+
+    /// Certified upper bound of the elastic energy [J].
+    #[getter]
+    fn energy_j(&self) -> f32 {
+        self.of.energy_j
+    }
+
+    /// Sweeps made in the tick, 0 in a late one.
+    #[getter]
+    fn sweeps(&self) -> u32 {
+        self.of.sweeps
+    }
+
+    /// Time that the tick took the server [ns].
+    #[getter]
+    fn step_ns(&self) -> u32 {
+        self.of.step_ns
+    }
+
+    /// From sending the pose to its answer [ns].
+    #[getter]
+    fn round_trip_ns(&self) -> u64 {
+        self.of.round_trip_ns
+    }
+
+    /// How long ago the answer came [ns].
+    #[getter]
+    fn age_ns(&self) -> u64 {
+        self.of.age_ns
+    }
+
+    fn __repr__(&self) -> String {
+        let force_n = self.of.tools.first().map(|felt| felt.force_n).unwrap_or_default();
+        format!("<chaincell.Answer: tick {}, {}, {force_n:?} N>", self.of.tick, self.outcome())
+    }
+}

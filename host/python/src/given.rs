@@ -1,0 +1,156 @@
+//! Keyword arguments: which there are, and options of the command made of them.
+
+use chaincell_host::cli::offline::Offline;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyString};
+
+use crate::arrays;
+use crate::errors::Class;
+
+/// Arguments of a bake beside the mesh.
+const BAKE: [&str; 22] = [
+    "allow_parts",
+    "alpha",
+    "capacitance",
+    "cells",
+    "colours",
+    "diagonals",
+    "drop_unused",
+    "energy_max_j",
+    "fixed",
+    "hats",
+    "k_m",
+    "law",
+    "lean",
+    "poisson",
+    "probe_contact",
+    "r_x",
+    "rings",
+    "stiffening",
+    "stiffness_n_per_m",
+    "stretch_min",
+    "unit_m",
+    "young_pa",
+];
+
+/// Names of the keyword arguments of `Model.bake`.
+#[pyfunction]
+pub(crate) fn bake_options() -> Vec<&'static str> {
+    BAKE.to_vec()
+}
+
+/// Names of the keyword arguments of `Tissue`: the options of `chaincell run`.
+#[pyfunction]
+pub(crate) fn tissue_options() -> Vec<String> {
+    let argument = |option: String| if option == "tool" { "tools".into() } else { option };
+    Offline::names().into_iter().map(|name| argument(name).replace('-', "_")).collect()
+}
+
+/// Keyword arguments of a call.
+pub(crate) struct Given<'a, 'py>(Option<&'a Bound<'py, PyDict>>);
+
+impl<'a, 'py> Given<'a, 'py> {
+    /// Those of a function that has only these.
+    pub(crate) fn new<N: AsRef<str>>(
+        function: &str,
+        given: Option<&'a Bound<'py, PyDict>>,
+        known: &[N],
+    ) -> PyResult<Self> {
+        for name in given.iter().flat_map(|given| given.keys()) {
+            let name: String = name.extract()?;
+            if !known.iter().any(|known| known.as_ref() == name) {
+                let known: Vec<&str> = known.iter().map(N::as_ref).collect();
+                return Err(PyTypeError::new_err(format!(
+                    "{function}() got an unexpected keyword argument '{name}'; there are {}",
+                    known.join(", ")
+                )));
+            }
+        }
+        Ok(Self(given))
+    }
+
+    /// Those of a bake.
+    pub(crate) fn of_bake(given: Option<&'a Bound<'py, PyDict>>) -> PyResult<Self> {
+        Self::new("bake", given, &BAKE)
+    }
+
+    /// An argument, if it was given and is not `None`.
+    pub(crate) fn any(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let value = self.0.map(|given| given.get_item(name)).transpose()?.flatten();
+        Ok(value.filter(|value| !value.is_none()))
+    }
+
+    /// An argument of a type that `wanted` says in words.
+    pub(crate) fn get<T>(&self, name: &str, wanted: &str) -> PyResult<Option<T>>
+    where
+        T: for<'b> FromPyObject<'b, 'py>,
+    {
+        let Some(value) = self.any(name)? else { return Ok(None) };
+        let found = value.extract::<T>();
+        found.map(Some).map_err(|_| wrong_type(name, wanted, &value))
+    }
+
+    /// A real number.
+    pub(crate) fn real(&self, name: &str) -> PyResult<Option<f64>> {
+        self.get(name, "a number")
+    }
+
+    /// True or False.
+    pub(crate) fn truth(&self, name: &str) -> PyResult<bool> {
+        Ok(self.get(name, "True or False")?.unwrap_or_default())
+    }
+}
+
+/// An argument of another type than the one wanted.
+pub(crate) fn wrong_type(name: &str, wanted: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    let found = value.get_type().name().map_or_else(|_| "this".into(), |name| name.to_string());
+    PyTypeError::new_err(format!("`{name}`: give {wanted}, not {found}"))
+}
+
+/// The tissue that keyword arguments ask for.
+pub(crate) fn offline(given: Option<&Bound<'_, PyDict>>) -> PyResult<Offline> {
+    let known = tissue_options();
+    let given = Given::new("Tissue", given, &known)?;
+    let mut options = Vec::new();
+    for name in &known {
+        let Some(value) = given.any(name)? else { continue };
+        match name.as_str() {
+            "tools" => options.extend(tools(&value)?.iter().map(|tool| format!("--tool={tool}"))),
+            "contact" => options.push(format!("--contact={}", contact(&value)?)),
+            _ => options.push(format!("--{}={}", name.replace('_', "-"), word(name, &value)?)),
+        }
+    }
+    Offline::parse(options).map_err(|why| Class::Argument.host(why))
+}
+
+/// A number or a word, as the command line has it.
+fn word(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    let is_number = value.extract::<f64>().is_ok() && !value.is_instance_of::<PyBool>();
+    if is_number || value.is_instance_of::<PyString>() {
+        return Ok(value.str()?.to_string());
+    }
+    Err(wrong_type(name, "a number or a word", value))
+}
+
+/// Tools by their parts.
+fn tools(value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    if value.is_instance_of::<PyString>() {
+        return Err(wrong_type("tools", "a list of texts, as [\"sphere:0.01\"]", value));
+    }
+    let texts = value.extract::<Vec<String>>();
+    texts.map_err(|_| wrong_type("tools", "a list of texts, as [\"sphere:0.01\"]", value))
+}
+
+/// A contact in words, or the nodes that are held.
+fn contact(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if value.is_instance_of::<PyString>() {
+        return value.extract();
+    }
+    let ids = arrays::ids("contact", value)?;
+    if ids.shape.len() > 1 || ids.values.is_empty() {
+        return Err(ids.wrong_shape("contact", "(n,): ids of the nodes that the tool holds"));
+    }
+    let ids: Vec<String> = ids.values.iter().map(u32::to_string).collect();
+    Ok(format!("cells:nodes:{}", ids.join(",")))
+}

@@ -1,0 +1,49 @@
+//! The Python package `chaincell`: its native part, which `python/chaincell` shows to users.
+//!
+//! Each module uses only those above it:
+//!
+//! - `errors`, `process`, `signals`: exceptions; forked children; Ctrl-C.
+//! - `arrays`, `given`: numpy arrays and keyword arguments in.
+//! - `mesh`, `bake`, `model`: from arrays, meshio objects and files to a model.
+//! - `poses`, `contacts`, `output`: where tools are, what they touch and feel.
+//! - `tissue`, `run`: ticks without a server.
+//! - `answer`, `state`, `session`: the client of `chaincell serve`.
+//! - `rate`: a loop at a fixed rate.
+
+mod answer;
+mod arrays;
+mod bake;
+mod contacts;
+mod errors;
+mod given;
+mod mesh;
+mod model;
+mod output;
+mod poses;
+mod process;
+mod rate;
+mod run;
+mod session;
+mod signals;
+mod state;
+mod tissue;
+
+use pyo3::prelude::*;
+
+#[pymodule(gil_used = true)]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<tissue::Tissue>()?;
+    module.add_class::<output::Output>()?;
+    module.add_class::<run::Run>()?;
+    module.add_class::<contacts::Contacts>()?;
+    module.add_class::<session::Session>()?;
+    module.add_class::<session::Reply>()?;
+    module.add_class::<answer::Answer>()?;
+    module.add_class::<state::State>()?;
+    module.add_class::<rate::Rate>()?;
+    module.add_function(wrap_pyfunction!(run::run, module)?)?;
+    module.add_function(wrap_pyfunction!(given::tissue_options, module)?)?;
+    module.add_function(wrap_pyfunction!(given::bake_options, module)?)
+}

@@ -1,0 +1,263 @@
+//! `Model`: a baked body, checked once and read in place.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use chaincell_host::bake::{ImageBytes, Notes};
+use chaincell_host::cli::model_file;
+use chaincell_host::engine::{rest_m, to_m};
+use chaincell_host::files::whole::write_whole;
+use chaincell_kernel::Model as Image;
+use numpy::ndarray::{Array2, ArrayView1};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBytes, PyDict};
+use self_cell::self_cell;
+
+use crate::bake::{bake, mesh_options};
+use crate::errors::Class;
+use crate::given::Given;
+use crate::mesh;
+
+self_cell!(
+    /// An image with the model that reads it.
+    pub(crate) struct Body {
+        owner: ImageBytes,
+        #[covariant]
+        dependent: Image,
+    }
+);
+
+impl Body {
+    /// Checks an image; `place` is where it came from, for errors.
+    fn read(image: ImageBytes, place: &str) -> PyResult<Arc<Self>> {
+        let read = Self::try_new(image, |image| model_file::parse(image, place.as_ref()));
+        read.map(Arc::new).map_err(|why| Class::Model.host(why))
+    }
+
+    /// The model.
+    pub(crate) fn model<'a>(&'a self) -> Image<'a> {
+        *self.borrow_dependent()
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.borrow_owner().as_bytes()
+    }
+}
+
+/// A baked body. It never changes; threads may share it.
+#[pyclass(frozen, module = "chaincell")]
+pub(crate) struct Model {
+    pub(crate) body: Arc<Body>,
+}
+
+#[pymethods]
+impl Model {
+    /// Bakes nodes [m] and tetrahedra (0-based ids of four nodes each).
+    #[staticmethod]
+    #[pyo3(signature = (points, tets, **options))]
+    fn bake(
+        py: Python<'_>,
+        points: &Bound<'_, PyAny>,
+        tets: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let given = Given::of_bake(options)?;
+        let mesh = mesh::of_arrays(points, tets, &mesh_options(&given)?)?;
+        Self::baked(bake(py, &mesh, &given)?)
+    }
+
+    /// Bakes a mesh file, a generator as "organ:1000", or an object with points and cells as meshio's.
+    #[staticmethod]
+    #[pyo3(signature = (mesh, **options))]
+    fn bake_mesh(
+        py: Python<'_>,
+        mesh: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let given = Given::of_bake(options)?;
+        let mesh = mesh::of_any(mesh, &mesh_options(&given)?)?;
+        Self::baked(bake(py, &mesh, &given)?)
+    }
+
+    /// Reads a model file.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let place = path.display().to_string();
+        py.detach(|| {
+            let image = model_file::read(&path).map_err(|why| Class::Model.host(why))?;
+            Ok(Self { body: Body::read(image, &place)? })
+        })
+    }
+
+    /// Reads the bytes of a model file.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, image: PyBackedBytes) -> PyResult<Self> {
+        py.detach(|| Ok(Self { body: Body::read(ImageBytes::copy(&image), "bytes")? }))
+    }
+
+    /// Writes the model file, whole or not at all.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_whole(&path, self.body.bytes())).map_err(|why| Class::Model.host(why))
+    }
+
+    /// The bytes of the model file, a copy.
+    fn __bytes__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, self.body.bytes())
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let from_bytes = py.get_type::<Self>().getattr("from_bytes")?;
+        Ok((from_bytes, (self.__bytes__(py),)))
+    }
+
+    /// The bytes of the model file, a view that cannot be written.
+    #[getter]
+    fn image<'py>(slf: &Bound<'py, Self>) -> Bound<'py, PyArray1<u8>> {
+        let bytes = ArrayView1::from(slf.get().body.bytes());
+        // SAFETY: the image lies on the heap, is never changed, and is dropped with the object that
+        // the array holds.
+        #[allow(unsafe_code, reason = "a view instead of a copy")]
+        let array = unsafe { PyArray1::borrow_from_array(&bytes, slf.clone().into_any()) };
+        array.readwrite().make_nonwriteable();
+        array
+    }
+
+    /// Number of cells.
+    #[getter]
+    fn cells(&self) -> usize {
+        self.body.model().cells()
+    }
+
+    /// Number of links.
+    #[getter]
+    fn links(&self) -> usize {
+        self.body.model().links()
+    }
+
+    /// Number of nodes that results show.
+    #[getter]
+    fn nodes(&self) -> usize {
+        self.rest().0.len()
+    }
+
+    /// Mean link length [m].
+    #[getter]
+    fn unit_m(&self) -> f32 {
+        self.body.model().unit_m()
+    }
+
+    /// Checksum of the image, 8 hexadecimal digits.
+    #[getter]
+    fn checksum(&self) -> String {
+        format!("{:08x}", self.body.model().checksum())
+    }
+
+    /// Whether tools meet the triangles of a surface.
+    #[getter]
+    fn has_contact_surface(&self) -> bool {
+        self.body.model().has_contact_surface()
+    }
+
+    /// Ids of the nodes that results show, ascending, a copy.
+    #[getter]
+    fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        self.rest().0.into_pyarray(py)
+    }
+
+    /// Their positions at rest [m], in the order of the ids, a copy.
+    #[getter]
+    fn rest_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        rows(self.rest().1).into_pyarray(py)
+    }
+
+    /// Ids of the nodes at which fixed cells stand, ascending, a copy.
+    #[getter]
+    fn fixed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        let model = self.body.model();
+        let mut ids: Vec<u32> = model.fixed().iter().map(|&cell| id(&model, cell)).collect();
+        ids.sort_unstable();
+        ids.into_pyarray(py)
+    }
+
+    /// Ids of the corners of the surface's triangles, counter-clockwise from outside, a copy.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
+        let model = self.body.model();
+        let corners = |of: &[u16; 3]| of.map(|cell| id(&model, cell));
+        let found = match model.fine_nodes() {
+            0 => model.triangles().iter().map(corners).collect(),
+            _ => model.fine_triangles().to_vec(),
+        };
+        rows(found).into_pyarray(py)
+    }
+
+    /// Ids of the corners of the tetrahedra, a copy.
+    #[getter]
+    fn tetrahedra<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
+        let model = self.body.model();
+        let corners = |of: &[u16; 4]| of.map(|cell| id(&model, cell));
+        let found = match model.fine_nodes() {
+            0 => model.tetrahedra().iter().map(corners).collect(),
+            _ => model.fine_tetrahedra().to_vec(),
+        };
+        rows(found).into_pyarray(py)
+    }
+
+    /// Ids of the nodes of each named group, copies.
+    #[getter]
+    fn groups<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let groups = PyDict::new(py);
+        for (name, ids) in Notes::read(&self.body.model()).groups {
+            groups.set_item(name, ids.into_pyarray(py))?;
+        }
+        Ok(groups)
+    }
+
+    fn __repr__(&self) -> String {
+        let model = self.body.model();
+        format!(
+            "<chaincell.Model: {} cells, {} links, checksum {}>",
+            model.cells(),
+            model.links(),
+            self.checksum()
+        )
+    }
+}
+
+impl Model {
+    fn baked(image: ImageBytes) -> PyResult<Self> {
+        Ok(Self { body: Body::read(image, "baked")? })
+    }
+
+    /// Ids and positions at rest \[m\] of what results show, by ascending id.
+    fn rest(&self) -> (Vec<u32>, Vec<[f64; 3]>) {
+        let model = self.body.model();
+        if model.fine_nodes() > 0 {
+            let fine = (0..model.fine_nodes()).filter_map(|node| {
+                let rest = model.fine_rest(node)?;
+                Some((node as u32, to_m(&model, rest.map(f64::from))))
+            });
+            return fine.unzip();
+        }
+        let cell = |cell: usize| (id(&model, cell as u16), rest_m(&model, cell));
+        let mut all: Vec<(u32, [f64; 3])> = (0..model.cells()).map(cell).collect();
+        all.sort_unstable_by_key(|(id, _)| *id);
+        all.into_iter().unzip()
+    }
+}
+
+/// Input id of a cell.
+fn id(model: &Image<'_>, cell: u16) -> u32 {
+    model.input_id().get(usize::from(cell)).copied().unwrap_or(u32::MAX)
+}
+
+/// Rows as an array of two dimensions.
+pub(crate) fn rows<T: Copy + Default, const N: usize>(rows: Vec<[T; N]>) -> Array2<T> {
+    let shape = (rows.len(), N);
+    Array2::from_shape_vec(shape, rows.into_flattened()).unwrap_or_default()
+}

@@ -1,0 +1,104 @@
+//! `Output`: what a tick answers.
+
+use chaincell_host::engine::tools::Felt;
+use chaincell_kernel::TickOutput;
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+
+use crate::model::rows;
+
+/// What a tick answers.
+#[pyclass(frozen, module = "chaincell")]
+#[derive(Debug, Clone)]
+pub(crate) struct Output {
+    pub(crate) of: TickOutput,
+    /// What each tool felt.
+    pub(crate) felt: Vec<Felt>,
+    pub(crate) is_several: bool,
+    /// Number of the tick, from 1.
+    #[pyo3(get)]
+    pub(crate) tick: u64,
+}
+
+#[pymethods]
+impl Output {
+    /// Force of the tissue on the tool, (3,), or on each of several, (tools, 3) [N].
+    #[getter]
+    fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(py, self.felt.iter().map(|of| of.force_n).collect(), self.is_several)
+    }
+
+    /// Torque on the tool about its position, or on each of several [N m].
+    #[getter]
+    fn torque_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(py, self.felt.iter().map(|of| of.torque_n_m).collect(), self.is_several)
+    }
+
+    /// Certified upper bound of the elastic energy [J].
+    #[getter]
+    fn energy_j(&self) -> f32 {
+        self.of.energy_j
+    }
+
+    /// What the tool's motion did to the tissue [J].
+    #[getter]
+    fn work_j(&self) -> f32 {
+        self.of.work_j
+    }
+
+    /// Upper bound of the stiffness that the tool meets within a tick [N/m].
+    #[getter]
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.of.stiffness_n_per_m
+    }
+
+    /// Cells that the tool acts on, or triangles that tools are in contact with.
+    #[getter]
+    pub(crate) fn contacts(&self) -> u32 {
+        self.felt.iter().map(|felt| felt.contacts).sum()
+    }
+
+    /// Sweeps made, 0 in a late tick.
+    #[getter]
+    fn sweeps(&self) -> u16 {
+        self.of.sweeps
+    }
+
+    /// What bit during the tick.
+    #[getter]
+    fn flags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        flags(py, self.of.flags.0)
+    }
+
+    fn __repr__(&self) -> String {
+        let force_n = self.felt.first().map(|of| of.force_n).unwrap_or_default();
+        format!("<chaincell.Output: tick {}, force {force_n:?} N>", self.tick)
+    }
+}
+
+/// One vector for each tool, of one tool alone the vector itself.
+pub(crate) fn vectors<'py>(
+    py: Python<'py>,
+    each: Vec<[f32; 3]>,
+    is_several: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    if is_several {
+        return Ok(rows(each).into_pyarray(py).into_any());
+    }
+    let first = each.first().copied().unwrap_or_default();
+    let array: Bound<'py, PyArray1<f32>> = PyArray1::from_slice(py, &first);
+    array.reshape([3]).map(Bound::into_any)
+}
+
+/// A number as `chaincell.Flags`.
+pub(crate) fn flags(py: Python<'_>, bits: u32) -> PyResult<Bound<'_, PyAny>> {
+    static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    CLASS.import(py, "chaincell.flags", "Flags")?.call1((bits,))
+}
+
+/// A number as `chaincell.Notes`.
+pub(crate) fn notes(py: Python<'_>, bits: u32) -> PyResult<Bound<'_, PyAny>> {
+    static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    CLASS.import(py, "chaincell.flags", "Notes")?.call1((bits,))
+}

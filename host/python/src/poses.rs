@@ -1,0 +1,176 @@
+//! Poses in: of one tool or of several, in a tick or in all ticks of a run.
+
+use chaincell_client::Pose;
+use chaincell_client::tools::TOOLS_MAX;
+use chaincell_host::engine::tools::{Poses, is_unit};
+use chaincell_kernel::{ToolPose, ToolSample};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::arrays::{self, Values};
+use crate::errors::Class;
+
+/// A place, and a place with a turn x, y, z, w.
+const PLACE: usize = 3;
+const TURNED: usize = 7;
+/// What a pose may be, for errors.
+const FORMS: &str =
+    "(3,): x, y, z [m]; (7,): with a quaternion x, y, z, w; (tools, 3) or (tools, 7)";
+
+/// Whether tools act on the tissue.
+#[derive(FromPyObject)]
+pub(crate) enum Engaged<'py> {
+    /// All or none.
+    All(bool),
+    /// One truth value for each.
+    Each(Bound<'py, PyAny>),
+}
+
+/// The poses of a tick, tool 0 first.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tick {
+    pub(crate) poses: Vec<Pose>,
+    /// Whether the tick was given several tools, be it one of them.
+    pub(crate) is_several: bool,
+}
+
+impl Tick {
+    /// Of a pose, or an array of them, and whether each is engaged.
+    pub(crate) fn of(pose: &Bound<'_, PyAny>, engaged: &Engaged<'_>) -> PyResult<Self> {
+        if let (Ok(position_m), &Engaged::All(engaged)) = (pose.extract::<[f32; 3]>(), engaged) {
+            let poses = vec![checked(Pose::at(position_m, engaged), &|| "the pose".into())?];
+            return Ok(Self { poses, is_several: false });
+        }
+        let given = parts(pose)?;
+        let (count, width, is_several) = match given.shape[..] {
+            [width] => (1, width, false),
+            [count, width] => (count, width, true),
+            _ => return Err(given.wrong_shape("pose", FORMS)),
+        };
+        if !matches!(width, PLACE | TURNED) || !(1..=TOOLS_MAX).contains(&count) {
+            return Err(given.wrong_shape("pose", FORMS));
+        }
+        let engaged = match engaged {
+            Engaged::All(all) => vec![*all; count],
+            Engaged::Each(each) => {
+                arrays::flags("engaged", each)?.one_each("engaged", count, "tool")?
+            }
+        };
+        let each = given.values.chunks_exact(width).zip(engaged).enumerate();
+        let poses = each.map(|(tool, (numbers, engaged))| {
+            checked(pose_of(numbers, engaged), &|| format!("the pose of tool {tool}"))
+        });
+        Ok(Self { poses: poses.collect::<PyResult<_>>()?, is_several })
+    }
+
+    /// The same for the ticks of a run.
+    pub(crate) fn path(
+        path: &Bound<'_, PyAny>,
+        engaged: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<Self>> {
+        let wanted = "(ticks, 3), (ticks, 7), (ticks, tools, 3) or (ticks, tools, 7)";
+        let given = arrays::reals("path", path)?;
+        let (ticks, count, width, is_several) = match given.shape[..] {
+            [ticks, width] => (ticks, 1, width, false),
+            [ticks, count, width] => (ticks, count, width, true),
+            _ => return Err(given.wrong_shape("path", wanted)),
+        };
+        if !matches!(width, PLACE | TURNED) || !(1..=TOOLS_MAX).contains(&count) {
+            return Err(given.wrong_shape("path", wanted));
+        }
+        let engaged = engaged_on(engaged, ticks, count)?;
+        let of_tick = given.values.chunks_exact(count * width).zip(engaged.chunks_exact(count));
+        let tick = |(tick, (numbers, engaged)): (usize, (&[f64], &[bool]))| {
+            let each = numbers.chunks_exact(width).zip(engaged).enumerate();
+            let poses = each.map(|(tool, (numbers, engaged))| {
+                checked(pose_of(numbers, *engaged), &|| {
+                    let tool = if is_several { format!(", tool {tool}") } else { String::new() };
+                    format!("`path`, tick {tick}{tool}")
+                })
+            });
+            Ok(Self { poses: poses.collect::<PyResult<_>>()?, is_several })
+        };
+        of_tick.enumerate().map(tick).collect()
+    }
+
+    /// The first tool's sample.
+    pub(crate) fn sample(&self) -> ToolSample {
+        let pose = self.poses.first().copied().unwrap_or(Pose::AWAY);
+        ToolSample { position_m: pose.position_m.into(), engaged: pose.engaged.into() }
+    }
+
+    /// The poses of so many tools: those that were not given are not engaged.
+    pub(crate) fn of_tools(&self, count: usize) -> Poses {
+        let mut all = Poses::away(count);
+        for (place, pose) in all.each_mut().iter_mut().zip(&self.poses) {
+            let [x, y, z, w] = pose.orientation;
+            *place = ToolPose {
+                position_m: pose.position_m.into(),
+                turn: [w, x, y, z],
+                engaged: pose.engaged.into(),
+            };
+        }
+        all
+    }
+}
+
+/// The numbers of a pose, or of a place and a quaternion apart.
+fn parts(pose: &Bound<'_, PyAny>) -> PyResult<Values<f64>> {
+    let pair = pose.cast::<PyTuple>().ok().filter(|pair| pair.len() == 2);
+    let Some(pair) = pair else { return arrays::reals("pose", pose) };
+    let place = arrays::reals("pose", &pair.get_item(0)?)?;
+    let turn = arrays::reals("pose", &pair.get_item(1)?)?;
+    if place.shape == [PLACE] && turn.shape == [TURNED - PLACE] {
+        let values = [place.values, turn.values].concat();
+        return Ok(Values { values, shape: vec![TURNED] });
+    }
+    arrays::reals("pose", pose)
+}
+
+/// Of 3 numbers or 7.
+fn pose_of(numbers: &[f64], engaged: bool) -> Pose {
+    let at = |index: usize| numbers.get(index).map(|x| *x as f32);
+    let place = [0, 1, 2].map(|axis| at(axis).unwrap_or(f32::NAN));
+    let none = Pose::at(place, engaged);
+    let [x, y, z, w] = none.orientation;
+    Pose {
+        orientation: [(3, x), (4, y), (5, z), (6, w)].map(|(i, of)| at(i).unwrap_or(of)),
+        ..none
+    }
+}
+
+/// A pose, or why it is none.
+fn checked(pose: Pose, name: &dyn Fn() -> String) -> PyResult<Pose> {
+    if !pose.position_m.iter().all(|x| x.is_finite()) {
+        let text = format!(
+            "{}: its position {:?} is not finite; give three numbers in metres",
+            name(),
+            pose.position_m
+        );
+        return Err(Class::Pose.error(text));
+    }
+    if is_unit(pose.orientation) {
+        return Ok(pose);
+    }
+    let text = format!(
+        "{}: its orientation {:?} is no unit quaternion x, y, z, w; 0, 0, 0, 1 is not turned",
+        name(),
+        pose.orientation
+    );
+    Err(Class::Pose.error(text))
+}
+
+/// Whether each tool is engaged on each tick; a value of a tick is that of all its tools.
+fn engaged_on(
+    engaged: Option<&Bound<'_, PyAny>>,
+    ticks: usize,
+    count: usize,
+) -> PyResult<Vec<bool>> {
+    let Some(given) = engaged else { return Ok(vec![true; ticks * count]) };
+    let flags = arrays::flags("engaged", given)?;
+    match flags.shape[..] {
+        [one] if one == ticks => Ok(flags.values.iter().flat_map(|&is| vec![is; count]).collect()),
+        [first, second] if [first, second] == [ticks, count] => Ok(flags.values),
+        _ => Err(flags.wrong_shape("engaged", &format!("({ticks},) or ({ticks}, {count})"))),
+    }
+}

@@ -1,0 +1,368 @@
+//! `Session`: the client of `chaincell serve`.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use chaincell_client::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
+use chaincell_client::command::SWEEPS_MAX;
+use chaincell_client::payload::ReplyMessage;
+use chaincell_client::services::Domain;
+use chaincell_client::wait::Wait;
+use chaincell_client::{Client, Command, Options, Outcome, Role};
+use chaincell_kernel::{Choice, Unloading};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::answer::Answer;
+use crate::contacts::Contacts;
+use crate::errors::{self, Class};
+use crate::poses::{Engaged, Tick};
+use crate::process::Owned;
+use crate::signals::{LOOK, Signals, span_ns};
+use crate::state::State;
+
+/// A handle on a running scene: its controller, or a viewer. Threads may share it: each call waits for
+/// its turn.
+#[pyclass(frozen, weakref, module = "chaincell")]
+pub(crate) struct Session {
+    held: Mutex<Held>,
+    /// Name of the scene, None for the unnamed one.
+    #[pyo3(get)]
+    scene: Option<String>,
+    /// Time without an answer after which a step raises \[ns\].
+    lost_ns: Option<u64>,
+}
+
+struct Held {
+    client: Owned<Client>,
+    answer: Option<Answer>,
+}
+
+/// The reply to a command.
+#[pyclass(frozen, module = "chaincell")]
+pub(crate) struct Reply(ReplyMessage);
+
+#[pymethods]
+impl Reply {
+    /// Number of the last tick answered before the command, 0 before the first.
+    #[getter]
+    fn tick(&self) -> u64 {
+        self.0.tick
+    }
+
+    /// Ticks answered before the command since the server began.
+    #[getter]
+    fn ticks_answered(&self) -> u64 {
+        self.0.ticks_answered
+    }
+
+    /// Hash of the state after the command, 16 hexadecimal digits.
+    #[getter]
+    fn state_hash(&self) -> String {
+        format!("{:016x}", self.0.state_hash)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<chaincell.Reply: after tick {}, state hash {}>", self.0.tick, self.state_hash())
+    }
+}
+
+impl Session {
+    /// The handle, for this thread alone; not while attached to Python.
+    fn held(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for something new to look at, at most so long.
+    fn look<T: Send>(
+        &self,
+        py: Python<'_>,
+        timeout_s: f64,
+        look: impl Fn(&mut Client) -> chaincell_client::Result<Option<T>> + Sync,
+    ) -> PyResult<Option<T>> {
+        let wait_ns = span_ns("timeout_s", timeout_s)?;
+        py.detach(|| {
+            let end_ns = now_ns().saturating_add(wait_ns);
+            let signals = Signals::new();
+            loop {
+                // Others may step between two looks.
+                let found = look(self.held().client.get()?).map_err(errors::client)?;
+                let now_ns = now_ns();
+                if found.is_some() || now_ns >= end_ns {
+                    return Ok(found);
+                }
+                if signals.stop() {
+                    signals.raised()?;
+                }
+                sleep_until_ns(end_ns.min(now_ns + MILLISECOND_NS));
+            }
+        })
+    }
+
+    fn command(&self, py: Python<'_>, command: &Command, timeout_s: f64) -> PyResult<Reply> {
+        let wait_ns = span_ns("timeout_s", timeout_s)?;
+        py.detach(|| {
+            let signals = Signals::new();
+            let mut held = self.held();
+            let client = held.client.get()?;
+            let reply = client.command_unless(command, wait_ns, || signals.stop());
+            signals.raised()?;
+            reply.map(Reply).map_err(errors::client)
+        })
+    }
+
+    /// Where no answer has come for long the server is gone.
+    fn check_lost(&self, answer: &Answer) -> PyResult<()> {
+        let age_ns = answer.of.age_ns;
+        if answer.outcome == Outcome::Answered || self.lost_ns.is_none_or(|most| age_ns < most) {
+            return Ok(());
+        }
+        let scene =
+            self.scene.as_ref().map_or("the unnamed scene".into(), |of| format!("scene {of}"));
+        Err(Class::NoServer.error(format!(
+            "no answer on {scene} for {:.1} s, the force is 0: the server has ended or stands still; \
+             start chaincell serve again, steps then go on",
+            age_ns as f64 * 1e-9
+        )))
+    }
+}
+
+impl Held {
+    /// Sends the poses and waits for their answer, at most so long.
+    fn step(&mut self, tick: &Tick, wait_ns: u64) -> PyResult<Answer> {
+        let client = self.client.get()?;
+        let number = client.send(&tick.poses).map_err(errors::client)?;
+        let end_ns = now_ns().saturating_add(wait_ns);
+        let signals = Signals::new();
+        let (outcome, of) = loop {
+            let look_ns = LOOK.as_nanos() as u64;
+            let wait_ns = end_ns.saturating_sub(now_ns()).min(look_ns);
+            let (outcome, of) = client.receive(number, wait_ns).map_err(errors::client)?;
+            if outcome == Outcome::Answered || now_ns() >= end_ns {
+                break (outcome, of);
+            }
+            if signals.stop() {
+                signals.raised()?;
+            }
+        };
+        let (tools, is_several) = (tick.poses.len(), tick.is_several);
+        let answer = Answer { of, outcome, tools, is_several };
+        self.answer = Some(answer.clone());
+        Ok(answer)
+    }
+}
+
+/// A word that names one of the choices.
+fn choice<T: Choice>(name: &str, word: &str) -> PyResult<T> {
+    T::from_name(word).ok_or_else(|| {
+        let words: Vec<&str> = T::ALL.iter().map(|of| of.name()).collect();
+        Class::Argument.error(format!("`{name}` \"{word}\": give {}", words.join(", ")))
+    })
+}
+
+#[pymethods]
+impl Session {
+    /// Opens a scene, waiting for its server.
+    #[new]
+    #[pyo3(
+        signature = (scene=None, *, role="controller", wait="hybrid", server_wait_s=10.0,
+            watchdog_ms=20, ramp_ms=20, lost_s=Some(1.0)),
+        text_signature = "(scene=None, *, role='controller', wait='hybrid', server_wait_s=10.0, watchdog_ms=20, ramp_ms=20, lost_s=1.0)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "keyword arguments")]
+    fn new(
+        py: Python<'_>,
+        scene: Option<String>,
+        role: &str,
+        wait: &str,
+        server_wait_s: f64,
+        watchdog_ms: u32,
+        ramp_ms: u32,
+        lost_s: Option<f64>,
+    ) -> PyResult<Self> {
+        let role = match role {
+            "controller" => Role::Controller,
+            "viewer" => Role::Viewer,
+            _ => {
+                let text = format!("`role` \"{role}\": give controller or viewer");
+                return Err(Class::Argument.error(text));
+            }
+        };
+        let options = Options {
+            scene: scene.clone(),
+            domain: Domain::default(),
+            role,
+            wait: choice::<Wait>("wait", wait)?,
+            server_wait_ns: span_ns("server_wait_s", server_wait_s)?,
+            watchdog_ms,
+            ramp_ms,
+        };
+        let lost_ns = lost_s.map(|seconds| span_ns("lost_s", seconds)).transpose()?;
+        let client = py.detach(|| {
+            let signals = Signals::new();
+            let client = Client::open_unless(&options, || signals.stop());
+            signals.raised()?;
+            client.map_err(errors::client)
+        })?;
+        let held = Held { client: Owned::new(client), answer: None };
+        Ok(Self { held: Mutex::new(held), scene, lost_ns })
+    }
+
+    /// Sends the pose of the tool, or of several, and gives the force to show.
+    #[pyo3(
+        signature = (pose, engaged=Engaged::All(true), *, timeout_s=0.02),
+        text_signature = "($self, pose, engaged=True, *, timeout_s=0.02)"
+    )]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        pose: &Bound<'py, PyAny>,
+        engaged: Engaged<'py>,
+        timeout_s: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let tick = Tick::of(pose, &engaged)?;
+        let wait_ns = span_ns("timeout_s", timeout_s)?;
+        let answer = py.detach(|| self.held().step(&tick, wait_ns))?;
+        self.check_lost(&answer)?;
+        answer.forces(py)
+    }
+
+    /// What the last step heard; None before the first.
+    #[getter]
+    fn answer(&self, py: Python<'_>) -> Option<Answer> {
+        py.detach(|| self.held().answer.clone())
+    }
+
+    /// The newest state not yet taken, None where none comes in time.
+    #[pyo3(signature = (timeout_s=1.0))]
+    fn state(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Option<State>> {
+        Ok(self.look(py, timeout_s, Client::state)?.map(State::new))
+    }
+
+    /// The newest contacts not yet taken, copied; None where none come in time.
+    #[pyo3(signature = (timeout_s=1.0))]
+    fn contacts(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Option<Contacts>> {
+        let found = self.look(py, timeout_s, |client| {
+            let view = client.contacts()?;
+            Ok(view.map(|view| (view.header().tick, view.rows().to_vec())))
+        })?;
+        Ok(found.map(|(tick, contacts)| Contacts { contacts, tick }))
+    }
+
+    /// Poses are answered with force 0 from here on, and no cell moves.
+    #[pyo3(signature = (*, timeout_s=5.0))]
+    fn pause(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+        self.command(py, &Command::Pause, timeout_s)
+    }
+
+    /// Goes on after a pause.
+    #[pyo3(signature = (*, timeout_s=5.0))]
+    fn resume(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+        self.command(py, &Command::Resume, timeout_s)
+    }
+
+    /// Back to rest, the tool released.
+    #[pyo3(signature = (*, timeout_s=5.0))]
+    fn reset(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+        self.command(py, &Command::Reset, timeout_s)
+    }
+
+    /// Saves the session beside its trace, as TRACE.TICK.snapshot.
+    #[pyo3(signature = (*, timeout_s=5.0))]
+    fn snapshot(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+        self.command(py, &Command::Snapshot { checksum: 0 }, timeout_s)
+    }
+
+    /// A tool holds what it touches.
+    #[pyo3(signature = (tool=0, *, timeout_s=5.0))]
+    fn grip(&self, py: Python<'_>, tool: u32, timeout_s: f64) -> PyResult<Reply> {
+        self.command(py, &Command::Grip { tool }, timeout_s)
+    }
+
+    /// A tool lets go; the pull falls to 0 in so many ticks.
+    #[pyo3(signature = (tool=0, ticks=20, *, timeout_s=5.0))]
+    fn let_go(&self, py: Python<'_>, tool: u32, ticks: u16, timeout_s: f64) -> PyResult<Reply> {
+        self.command(py, &Command::LetGo { tool, ticks }, timeout_s)
+    }
+
+    /// Sets one parameter: sweeps, max_force_n (inf for no limit), max_tool_step_m or unloading.
+    #[pyo3(signature = (*, sweeps=None, max_force_n=None, max_tool_step_m=None, unloading=None,
+        timeout_s=5.0))]
+    fn set(
+        &self,
+        py: Python<'_>,
+        sweeps: Option<u16>,
+        max_force_n: Option<f32>,
+        max_tool_step_m: Option<f32>,
+        unloading: Option<&str>,
+        timeout_s: f64,
+    ) -> PyResult<Reply> {
+        let unloading = unloading.map(|word| choice::<Unloading>("unloading", word)).transpose()?;
+        let above_0 = |name: &str, value: Option<f32>, most: f32| match value {
+            Some(value) if !(value > 0.0 && value <= most) => {
+                Err(Class::Argument.error(format!("`{name}` {value}: must be above 0 and finite")))
+            }
+            value => Ok(value),
+        };
+        if let Some(sweeps) = sweeps.filter(|count| !(1..=SWEEPS_MAX).contains(count)) {
+            let text = format!("`sweeps` {sweeps}: must be from 1 to {SWEEPS_MAX}");
+            return Err(Class::Argument.error(text));
+        }
+        let force = above_0("max_force_n", max_force_n, f32::INFINITY)?;
+        let step = above_0("max_tool_step_m", max_tool_step_m, f32::MAX)?;
+        let given = [
+            sweeps.map(Command::Sweeps),
+            force.map(Command::MaxForceN),
+            step.map(Command::MaxToolStepM),
+            unloading.map(Command::Unloading),
+        ];
+        let mut given = given.into_iter().flatten();
+        match (given.next(), given.next()) {
+            (Some(command), None) => self.command(py, &command, timeout_s),
+            _ => Err(PyTypeError::new_err(
+                "set() takes one of sweeps, max_force_n, max_tool_step_m and unloading",
+            )),
+        }
+    }
+
+    /// Whether a server is registered on the scene; one that was killed may be for a while.
+    #[getter]
+    fn is_served(&self, py: Python<'_>) -> PyResult<bool> {
+        py.detach(|| Ok(self.held().client.get()?.is_served()))
+    }
+
+    /// Times that no answer came for the watchdog's time, and answers to somebody else.
+    #[getter]
+    fn silences(&self, py: Python<'_>) -> PyResult<(u64, u64)> {
+        py.detach(|| {
+            let counts = self.held().client.get()?.counts().map_err(errors::client)?;
+            Ok((counts.0, counts.1))
+        })
+    }
+
+    /// Whether it was closed.
+    #[getter]
+    fn is_closed(&self, py: Python<'_>) -> bool {
+        py.detach(|| self.held().client.is_closed())
+    }
+
+    /// Leaves the scene; a second time it does nothing.
+    fn close(&self, py: Python<'_>) {
+        py.detach(|| self.held().client.close());
+    }
+
+    fn __enter__(slf: Py<Self>, py: Python<'_>) -> PyResult<Py<Self>> {
+        py.detach(|| slf.get().held().client.get().map(|_| ()))?;
+        Ok(slf)
+    }
+
+    #[pyo3(signature = (*_why))]
+    fn __exit__(&self, py: Python<'_>, _why: &Bound<'_, pyo3::types::PyTuple>) {
+        self.close(py);
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let scene = self.scene.as_deref().unwrap_or("unnamed");
+        let is = if self.is_closed(py) { "closed" } else { "open" };
+        format!("<chaincell.Session: scene {scene}, {is}>")
+    }
+}

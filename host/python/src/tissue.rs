@@ -1,0 +1,277 @@
+//! `Tissue`: a body that is advanced one tick at a time, without a server.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use chaincell_client::command::refusal_text;
+use chaincell_client::contacts::Contact;
+use chaincell_host::cli::offline::Offline;
+use chaincell_host::engine::staged::Staged;
+use chaincell_host::engine::tissue::{Node, Sweeps, TissueEngine};
+use chaincell_host::engine::tools::Felt;
+use chaincell_host::files::recording::Recording;
+use chaincell_host::files::snapshot::SessionSnapshot;
+use chaincell_kernel::TOOLS_MAX;
+use chaincell_kernel::trace::Command;
+use numpy::{IntoPyArray, PyArray2};
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBytes, PyDict};
+use self_cell::self_cell;
+
+use crate::contacts::Contacts;
+use crate::errors::Class;
+use crate::given::offline;
+use crate::model::{Body, Model, rows};
+use crate::output::Output;
+use crate::poses::{Engaged, Tick};
+
+self_cell!(
+    /// A tissue with the body that it reads.
+    struct Cell {
+        owner: Arc<Body>,
+        #[not_covariant]
+        dependent: Staged,
+    }
+);
+
+/// A tissue between two ticks.
+pub(crate) struct Live {
+    cell: Cell,
+    ticks: u64,
+}
+
+impl Live {
+    /// At rest, as `run` would begin.
+    pub(crate) fn new(body: &Arc<Body>, options: &Offline) -> PyResult<Self> {
+        let cell = Cell::try_new(Arc::clone(body), |body| options.staged(body.model()));
+        Ok(Self { cell: cell.map_err(|why| Class::Argument.host(why))?, ticks: 0 })
+    }
+
+    fn with<R>(&mut self, act: impl FnOnce(&mut Staged<'_>) -> R) -> R {
+        self.cell.with_dependent_mut(|_, staged| act(staged))
+    }
+
+    /// Tools that were chosen by their parts.
+    pub(crate) fn tools(&mut self) -> usize {
+        self.with(|staged| staged.tools())
+    }
+
+    /// Whether these poses and sweeps can be ticked.
+    pub(crate) fn check(&mut self, tick: &Tick, sweeps: Option<u16>) -> PyResult<()> {
+        let (given, tools) = (tick.poses.len(), self.tools());
+        if given > tools.max(1) {
+            let text = format!("poses of {given} tools: `tools` chose {}", tools.max(1));
+            return Err(Class::Pose.error(text));
+        }
+        let (is_anytime, most) =
+            self.with(|of| (of.is_anytime(), of.engine().network().settings().sweeps));
+        match sweeps {
+            Some(_) if !is_anytime => Err(Class::Argument.error(
+                "`sweeps` of a tick: under this `dynamics` the sweeps are the tissue's time; leave \
+                 it out, or take `dynamics` track",
+            )),
+            Some(sweeps) if sweeps > most => Err(Class::Argument.error(format!(
+                "`sweeps` {sweeps} of a tick: the tissue makes at most {most}; give it more `sweeps`"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// One tick, as `run` makes it.
+    pub(crate) fn tick(&mut self, tick: &Tick, sweeps: Option<u16>) -> Output {
+        self.ticks += 1;
+        let number = self.ticks;
+        self.with(|staged| {
+            let tools = staged.tools();
+            if tools == 0 {
+                let of = staged.tick_again(&tick.sample(), sweeps);
+                let (force_n, contacts) = (of.force_n.into(), of.contacts);
+                let felt = Felt { force_n, torque_n_m: [0.0; 3], contacts, flags: of.flags };
+                return Output { of, felt: vec![felt], is_several: false, tick: number };
+            }
+            let of = staged.tick_tools(&tick.of_tools(tools), Sweeps::Counted(sweeps));
+            let felt = (0..tools).map(|tool| staged.felt(tool)).collect();
+            Output { of, felt, is_several: tools > 1 || tick.is_several, tick: number }
+        })
+    }
+
+    /// The hash of the state, 16 hexadecimal digits.
+    pub(crate) fn state_hash(&mut self) -> String {
+        format!("{:016x}", self.with(|staged| staged.state_hash()))
+    }
+
+    fn command(&mut self, command: &Command) -> PyResult<()> {
+        let done = self.with(|staged| staged.command(command));
+        done.map_err(|why| Class::Refused.error(refusal_text(why as u32)))
+    }
+
+    fn snapshot(&mut self, begun: &[u8]) -> PyResult<Vec<u8>> {
+        let saved = self.with(|staged| staged.saved());
+        let saved = saved.ok_or_else(|| Class::Base.error("this tissue cannot be saved"))?;
+        let snapshot = SessionSnapshot {
+            tick: self.ticks,
+            publisher: 0,
+            released: [false; TOOLS_MAX],
+            is_paused: false,
+            begun: begun.to_vec(),
+            saved,
+        };
+        Ok(snapshot.to_bytes().0)
+    }
+
+    fn restore(&mut self, bytes: &[u8], begun: &[u8]) -> PyResult<()> {
+        let (snapshot, _) = SessionSnapshot::of(bytes).map_err(|why| Class::Snapshot.error(why))?;
+        if snapshot.begun != begun {
+            return Err(Class::Snapshot.error(
+                "it was taken of another model, with other options or by another release: take those",
+            ));
+        }
+        let done = self.with(|staged| staged.restore(&snapshot.saved));
+        done.map_err(|why| Class::Snapshot.host(why))?;
+        self.ticks = snapshot.tick;
+        Ok(())
+    }
+}
+
+/// A body at rest with a tool, advanced by `tick`. Threads may share it: each call waits for its turn.
+#[pyclass(frozen, module = "chaincell")]
+pub(crate) struct Tissue {
+    live: Mutex<Live>,
+    /// What a trace of it begins with: a snapshot belongs to it.
+    begun: Vec<u8>,
+    #[pyo3(get)]
+    model: Py<Model>,
+}
+
+impl Tissue {
+    /// The tissue, for this thread alone. Not while attached to Python: another thread may have it and
+    /// wait for Python.
+    pub(crate) fn live(&self) -> MutexGuard<'_, Live> {
+        self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl Tissue {
+    /// A tissue of a model; the arguments are the options of `chaincell run`.
+    #[new]
+    #[pyo3(signature = (model, **options))]
+    fn new(
+        py: Python<'_>,
+        model: Py<Model>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let options = offline(options)?;
+        let body = Arc::clone(&model.get().body);
+        let (live, begun) = py.detach(|| {
+            let mut live = Live::new(&body, &options)?;
+            let begun = live.with(|staged| {
+                let (engine, stage) = (staged.engine(), staged.settings());
+                Recording::begin(engine, engine.scheme(), options.numbers(), stage)
+            });
+            PyResult::Ok((live, begun.map_err(|why| Class::Argument.host(why))?))
+        })?;
+        Ok(Self { live: Mutex::new(live), begun: begun.bytes().to_vec(), model })
+    }
+
+    /// Advances the tissue by a millisecond.
+    #[pyo3(
+        signature = (pose, engaged=Engaged::All(true), *, sweeps=None),
+        text_signature = "($self, pose, engaged=True, *, sweeps=None)"
+    )]
+    fn tick(
+        &self,
+        py: Python<'_>,
+        pose: &Bound<'_, PyAny>,
+        engaged: Engaged<'_>,
+        sweeps: Option<u16>,
+    ) -> PyResult<Output> {
+        let tick = Tick::of(pose, &engaged)?;
+        py.detach(|| {
+            let mut live = self.live();
+            live.check(&tick, sweeps)?;
+            Ok(live.tick(&tick, sweeps))
+        })
+    }
+
+    /// Back to rest, the tool released.
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| {
+            let mut live = self.live();
+            live.command(&Command::Reset)?;
+            live.ticks = 0;
+            Ok(())
+        })
+    }
+
+    /// A tool holds what it touches, until it lets go or is not engaged.
+    #[pyo3(signature = (tool=0))]
+    fn grip(&self, py: Python<'_>, tool: u32) -> PyResult<()> {
+        py.detach(|| self.live().command(&Command::Grip { tool }))
+    }
+
+    /// A tool lets go; the pull falls to 0 in so many ticks.
+    #[pyo3(signature = (tool=0, ticks=20))]
+    fn let_go(&self, py: Python<'_>, tool: u32, ticks: u16) -> PyResult<()> {
+        let ticks = ticks.max(1);
+        py.detach(|| self.live().command(&Command::LetGo { tool, ticks }))
+    }
+
+    /// All that the tissue knows, for `restore`.
+    fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| self.live().snapshot(&self.begun))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Goes on from a snapshot of a tissue with the same model and options.
+    fn restore(&self, py: Python<'_>, snapshot: PyBackedBytes) -> PyResult<()> {
+        py.detach(|| self.live().restore(&snapshot, &self.begun))
+    }
+
+    /// Ticks since it was at rest.
+    #[getter]
+    fn ticks(&self, py: Python<'_>) -> u64 {
+        py.detach(|| self.live().ticks)
+    }
+
+    /// Hash of the state, 16 hexadecimal digits: of equal states alone it is equal.
+    #[getter]
+    fn state_hash(&self, py: Python<'_>) -> String {
+        py.detach(|| self.live().state_hash())
+    }
+
+    /// Positions of the nodes [m], (nodes, 3), in the order of `Model.node_ids`, a copy.
+    #[getter]
+    fn positions_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        let nodes = py.detach(|| {
+            self.live().with(|staged| {
+                let mut nodes = vec![Node::default(); staged.engine().node_count()];
+                staged.read_nodes(&mut nodes);
+                nodes
+            })
+        });
+        rows(nodes.iter().map(|node| node.position_m).collect()).into_pyarray(py)
+    }
+
+    /// What tools on a contact surface touch; none for held cells and a probe among cells.
+    fn contacts(&self, py: Python<'_>) -> Contacts {
+        py.detach(|| {
+            let mut live = self.live();
+            let mut contacts = Vec::new();
+            live.with(|staged| {
+                staged.read_contacts(&mut |node, of| {
+                    contacts.push(Contact {
+                        tool: of.tool.into(),
+                        part: of.part.into(),
+                        node,
+                        position_m: of.position_m,
+                        normal_n: of.normal_n,
+                        tangential_n: of.tangential_n,
+                        area_m2: of.area_m2,
+                    });
+                });
+            });
+            Contacts { contacts, tick: live.ticks }
+        })
+    }
+}

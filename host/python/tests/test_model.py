@@ -1,0 +1,160 @@
+"""Models: from arrays, files and meshio, and back."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+
+import meshio
+import numpy as np
+import pytest
+
+import chaincell
+from chaincell import Model
+
+
+def cube() -> tuple[np.ndarray, np.ndarray]:
+    """The nodes and tetrahedra of a box."""
+    model = Model.bake_mesh("box:4x4x3x0.01")
+    return np.asarray(model.rest_m), np.asarray(model.tetrahedra)
+
+
+def test_arrays_and_the_command_bake_the_same_bytes(command: Path, tmp_path: Path) -> None:
+    points, tets = cube()
+    fixed = np.flatnonzero(points[:, 2] == points[:, 2].min())
+    mesh = tmp_path / "box.msh"
+    meshio.Mesh(points, [("tetra", tets.astype(int))]).write(mesh, file_format="gmsh")
+    ids = ",".join(str(id) for id in fixed)
+    out = tmp_path / "box.chaincell"
+    options = ["--young-pa", "5000", "--poisson", "0.4", "--fix", ids, "-o", str(out)]
+    subprocess.run([command, "bake", mesh, *options], check=True, capture_output=True)
+    model = Model.bake(points, tets, young_pa=5000, poisson=0.4, fixed=fixed)
+    assert bytes(model) == out.read_bytes() == bytes(Model.load(out))
+    assert np.array_equal(model.fixed, fixed)
+    mask = np.zeros(len(points), bool)
+    mask[fixed] = True
+    assert bytes(Model.bake(points, tets, young_pa=5000, poisson=0.4, fixed=mask)) == bytes(model)
+    text = "nodes:" + ids
+    assert bytes(Model.bake(points, tets, young_pa=5000, poisson=0.4, fixed=text)) == bytes(model)
+
+
+def test_every_argument_reaches_the_bake() -> None:
+    points, tets = cube()
+    plain = Model.bake(points, tets)
+    soft = Model.bake(points, tets, young_pa=5000)
+    assert plain.has_contact_surface is False and soft.has_contact_surface is True
+    changes: list[tuple[Model, dict[str, object]]] = [
+        (plain, of)
+        for of in (
+            {"alpha": 0.02},
+            {"alpha": np.linspace(0, 0.1, len(points))},
+            {"stiffness_n_per_m": 7.0},
+            {"fixed": [0, 1, 2]},
+            {"k_m": 1.0},
+            {"r_x": 2.0},
+            {"capacitance": 2.0},
+            {"energy_max_j": 0.5},
+            {"hats": "none"},
+            {"hats": 1.0},
+            {"colours": True},
+            {"lean": True},
+            {"cells": 20},
+            {"rings": 2},
+            {"unit_m": 0.001},
+            {"probe_contact": "surface"},
+        )
+    ] + [
+        (soft, of)
+        for of in (
+            {"poisson": 0.3},
+            {"poisson": np.linspace(0.3, 0.4, len(points))},
+            {"law": "trace"},
+            {"stretch_min": 0.5},
+            {"stretch_min": "none"},
+            {"stiffening": {0.15: 1700.0, 0.3: 5000.0}},
+            {"probe_contact": "cells"},
+        )
+    ]
+    seen = {plain.checksum, soft.checksum}
+    for base, change in changes:
+        more = {"young_pa": 5000} if base is soft else {}
+        found = Model.bake(points, tets, **more, **change).checksum
+        if not (base is plain and change == {"hats": "none"}):
+            assert found not in seen, change
+        seen.add(found)
+    default = Model.bake(points, tets, poisson=None, young_pa=None, hats="auto", law=None)
+    assert default.checksum == plain.checksum
+
+
+def test_a_mesh_of_meshio_has_its_groups(tmp_path: Path) -> None:
+    points, tets = cube()
+    bottom = np.flatnonzero(points[:, 2] == points[:, 2].min())
+    half = len(tets) // 2
+    blocks = [("tetra", tets[:half]), ("tetra", tets[half:]), ("triangle", tets[:1, :3])]
+    mesh = meshio.Mesh(
+        points,
+        blocks,
+        point_sets={"bottom": bottom},
+        cell_sets={"first": [np.array([0]), np.array([], int), np.array([], int)]},
+    )
+    model = Model.bake_mesh(mesh, fixed="group:bottom")
+    assert np.array_equal(model.fixed, bottom)
+    assert np.array_equal(model.groups["first"], np.unique(tets[0]))
+    by_group = Model.bake_mesh(mesh, young_pa="5000,group:first=20000", fixed="group:bottom")
+    values = np.full(len(points), 5000.0)
+    values[tets[0]] = 20000
+    assert Model.bake_mesh(mesh, young_pa=values, fixed=bottom).checksum == by_group.checksum
+    # Through a file, and objects that only look alike.
+    file = tmp_path / "box.vtk"
+    meshio.Mesh(points, [("tetra", tets)]).write(file, file_format="vtk42", binary=True)
+    from_path = Model.bake_mesh(file)
+    assert from_path.checksum == Model.bake_mesh(str(file)).checksum
+    assert from_path.checksum == Model.bake_mesh(meshio.read(file)).checksum
+    for cells in ({"cells": [("tetra", tets)]}, {"cells_dict": {"tetra": tets}}):
+        assert Model.bake_mesh(SimpleNamespace(points=points, **cells)).checksum == from_path.checksum
+
+
+def test_groups_of_gmsh_are_those_of_the_reader(tmp_path: Path) -> None:
+    points, tets = cube()
+    tags = np.where(np.arange(len(tets)) < 5, 7, 8)
+    mesh = meshio.Mesh(
+        points,
+        [("tetra", tets.astype(int))],
+        cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
+        field_data={"hard": np.array([7, 3])},
+    )
+    file = tmp_path / "box.msh"
+    mesh.write(file, file_format="gmsh22", binary=False)
+    expected = Model.bake_mesh(file).groups
+    found = Model.bake_mesh(mesh).groups
+    assert sorted(found) == sorted(expected) == ["8", "hard"]
+    for name, ids in expected.items():
+        assert np.array_equal(found[name], ids)
+
+
+def test_a_model_is_saved_read_and_sent(plane: Model, tmp_path: Path) -> None:
+    file = tmp_path / "plane.chaincell"
+    plane.save(file)
+    assert bytes(Model.load(file)) == bytes(plane) == bytes(Model.from_bytes(bytes(plane)))
+    assert bytes(pickle.loads(pickle.dumps(plane))) == bytes(plane)
+    assert (plane.cells, plane.nodes, len(plane.node_ids)) == (81, 81, 81)
+    assert plane.unit_m == pytest.approx(0.01) and plane.links == 144
+    assert plane.rest_m.shape == (81, 3) and plane.triangles.shape == (128, 3)
+
+
+def test_the_image_is_a_view_that_outlives_its_model() -> None:
+    model = Model.bake_mesh("plane:9x9x0.01")
+    image, content = model.image, bytes(model)
+    assert image.base is model and not image.flags.writeable and not image.flags.owndata
+    with pytest.raises(ValueError):
+        image.flags.writeable = True
+    del model
+    assert image.tobytes() == content
+
+
+def test_groups_of_nodes_become_cells() -> None:
+    model = Model.bake_mesh("box:9x9x7x0.01", cells=60)
+    assert model.cells < 80 and model.nodes == 9 * 9 * 7
+    assert chaincell.Tissue(model).positions_m.shape == (model.nodes, 3)

@@ -1,0 +1,245 @@
+"""Ticks, runs and snapshots without a server."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import press
+
+import chaincell
+from chaincell import Flags, Model, Tissue
+
+PROBE = {"contact": "probe:0.008"}
+
+
+def write_path(file: Path, path: np.ndarray) -> None:
+    """As the command reads one; all engaged."""
+    rows = [f"{tick},{x!r},{y!r},{z!r},1" for tick, (x, y, z) in enumerate(path.tolist())]
+    file.write_text("\n".join(["tick,x_m,y_m,z_m,engaged", *rows, ""]))
+
+
+def by_command(command: Path, model: Model, path: np.ndarray, folder: Path, *options: str) -> str:
+    """The hash of `chaincell run`."""
+    model.save(folder / "model.chaincell")
+    write_path(folder / "path.csv", path)
+    files = ["--path", str(folder / "path.csv"), "--out", str(folder / "out"), "--json"]
+    ran = subprocess.run(
+        [command, "run", folder / "model.chaincell", *files, *options],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    return json.loads(ran.stdout)["state_hash"]
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"contact": [40]}, ["--contact", "40"]),
+        ({"contact": "cells:nodes:40,41", "sweeps": 2}, ["--contact", "40,41", "--sweeps", "2"]),
+        ({"contact": "40", "dynamics": "euler"}, ["--contact", "40", "--dynamics", "euler"]),
+        ({"contact": "probe:0.01"}, ["--contact", "probe:0.01"]),
+        ({"contact": [40], "device": "touch"}, ["--contact", "40", "--device", "touch"]),
+    ],
+)
+def test_ticks_give_the_bits_of_the_command(
+    command: Path, plane: Model, tmp_path: Path, options: dict[str, object], line: list[str]
+) -> None:
+    path = press(300)
+    expected = by_command(command, plane, path, tmp_path, *line)
+    tissue = Tissue(plane, **options)
+    outputs = [tissue.tick(pose) for pose in path]
+    assert tissue.state_hash == expected and tissue.ticks == 300
+    ran = chaincell.run(plane, path, **options)
+    assert ran.state_hash == expected and len(ran) == 300
+    assert np.array_equal(ran.force_n, [of.force_n for of in outputs])
+    assert np.abs(ran.force_n).max() > 0
+    assert ran.flags.tolist() == [of.flags for of in outputs]
+    assert ran.energy_j.tolist() == [of.energy_j for of in outputs]
+    written = np.genfromtxt(tmp_path / "out" / "force.csv", delimiter=",", names=True)
+    forces = np.stack([written[f"f{axis}_n"] for axis in "xyz"], axis=1).astype(np.float32)
+    assert np.array_equal(forces, ran.force_n)
+
+
+def test_several_tools_give_the_bits_of_the_command(
+    command: Path, box: Model, tmp_path: Path
+) -> None:
+    box.save(tmp_path / "box.chaincell")
+    rows, path = [], np.zeros((60, 2, 7))
+    for tick in range(60):
+        for tool, x in enumerate((-0.015, 0.015)):
+            pose = [x, 0.0, 0.05 - 0.0003 * tick, 0.0, 0.6, 0.0, 0.8]
+            path[tick, tool] = pose
+            rows.append(",".join([str(tick), str(tool), *map(repr, pose), "1"]))
+    header = "tick,tool,x_m,y_m,z_m,qx,qy,qz,qw,engaged"
+    (tmp_path / "path.csv").write_text("\n".join([header, *rows, ""]))
+    tools = ["sphere:0.006", "capsule:0.01,0.004"]
+    line = [f"--tool={tool}" for tool in tools]
+    files = ["--path", str(tmp_path / "path.csv"), "--out", str(tmp_path / "out"), "--json"]
+    ran = subprocess.run(
+        [command, "run", tmp_path / "box.chaincell", *files, *line],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    offline = chaincell.run(box, path, tools=tools)
+    assert offline.state_hash == json.loads(ran.stdout)["state_hash"]
+    assert offline.force_n.shape == offline.torque_n_m.shape == (60, 2, 3)
+    assert np.abs(offline.force_n[-1]).max(axis=1).min() > 0
+    assert np.abs(offline.torque_n_m[-1, 1]).max() > 0
+    tissue = Tissue(box, tools=tools)
+    for poses in path:
+        output = tissue.tick(poses, [True, True])
+    assert tissue.state_hash == offline.state_hash
+    contacts = tissue.contacts()
+    assert len(contacts) == output.contacts > 0
+    assert set(contacts.tools.tolist()) == {0, 1} and contacts.area_m2.min() > 0
+    normal = np.array([contacts.normal_n[contacts.tools == tool].sum(axis=0) for tool in (0, 1)])
+    assert np.allclose(normal, output.force_n, atol=1e-5)
+
+
+def test_a_pose_may_be_written_in_many_ways(box: Model) -> None:
+    place, turn = [0.0, 0.0, 0.044], [0.0, 0.0, 0.0, 1.0]
+    ways = [
+        place,
+        tuple(place),
+        np.array(place),
+        np.array(place, np.float32),
+        [*place, *turn],
+        (place, turn),
+        (np.array(place), np.array(turn)),
+        [place],
+    ]
+    hashes = set()
+    for pose in ways:
+        tissue = Tissue(box, tools=["sphere:0.006"])
+        output = tissue.tick(pose)
+        assert output.force_n.shape == ((1, 3) if pose is ways[-1] else (3,)), pose
+        hashes.add(tissue.state_hash)
+    assert len(hashes) == 1
+    away = Tissue(box, tools=["sphere:0.006"])
+    away.tick(place, False)
+    away.tick(place, engaged=np.False_)
+    assert away.state_hash == Tissue(box, tools=["sphere:0.006"]).state_hash
+
+
+@pytest.mark.parametrize("options", [{"contact": [40]}, {"contact": [40], "device": "omega"}])
+def test_a_snapshot_goes_on_to_the_same_bits(plane: Model, options: dict[str, object]) -> None:
+    path = np.concatenate([press(500), press(500)[::-1], press(200)])
+    tissue = Tissue(plane, **options)
+    for pose in path[:200]:
+        tissue.tick(pose)
+    snapshot, at = tissue.snapshot(), tissue.state_hash
+    expected = []
+    for pose in path[200:]:
+        tissue.tick(pose)
+        expected.append(tissue.state_hash)
+    assert len(expected) == 1000 and len(set(expected)) > 100
+    other = Tissue(plane, **options)
+    for again in (other, tissue):
+        again.restore(snapshot)
+        assert (again.state_hash, again.ticks) == (at, 200)
+        found = []
+        for pose in path[200:]:
+            again.tick(pose)
+            found.append(again.state_hash)
+        assert found == expected
+
+
+def test_a_reset_is_rest(plane: Model) -> None:
+    tissue = Tissue(plane, contact=[40])
+    rest, hash_at_rest = tissue.positions_m, tissue.state_hash
+    assert np.allclose(rest, plane.rest_m, atol=1e-6)
+    for pose in press(40):
+        tissue.tick(pose)
+    moved = tissue.positions_m
+    assert moved[40, 2] < -0.005 and np.array_equal(rest, Tissue(plane).positions_m), "a copy"
+    tissue.reset()
+    assert (tissue.state_hash, tissue.ticks) == (hash_at_rest, 0)
+
+
+def test_a_grip_holds_until_it_is_let_go(box: Model) -> None:
+    tissue = Tissue(box, tools=["sphere:0.006"])
+    with pytest.raises(chaincell.Refused, match="nothing to grip"):
+        tissue.grip()
+    for depth in np.arange(0.050, 0.040, -0.0002):
+        tissue.tick([0, 0, depth])
+    tissue.grip()
+    for height in np.arange(0.040, 0.052, 0.0002):
+        output = tissue.tick([0, 0, height])
+    assert output.force_n[2] < 0, "it pulls back"
+    tissue.let_go(ticks=5)
+    for _ in range(10):
+        output = tissue.tick([0, 0, 0.052])
+    assert output.force_n[2] == 0
+    with pytest.raises(chaincell.Refused, match="no tool of this number"):
+        tissue.grip(7)
+
+
+def test_sweeps_of_a_tick_can_be_told(plane: Model) -> None:
+    made = np.arange(100) % 4
+    whole = chaincell.run(plane, press(100), contact=[40], sweeps=4, sweeps_made=made)
+    assert np.array_equal(whole.sweeps, made)
+    assert (whole.flags[made == 0] & Flags.LATE).all()
+    tissue = Tissue(plane, contact=[40], sweeps=4)
+    for pose, sweeps in zip(press(100), made):
+        tissue.tick(pose, sweeps=int(sweeps))
+    assert tissue.state_hash == whole.state_hash
+
+
+def test_threads_take_turns(plane: Model) -> None:
+    path = press(400)
+    expected = chaincell.run(plane, path, contact=[40]).state_hash
+    found: list[str] = []
+
+    def alone() -> None:
+        tissue = Tissue(plane, contact=[40])
+        for pose in path:
+            tissue.tick(pose)
+        found.append(tissue.state_hash)
+
+    shared = Tissue(plane, contact=[40])
+
+    def together() -> None:
+        for _ in range(200):
+            shared.tick(path[-1])
+            shared.state_hash
+
+    threads = [threading.Thread(target=of) for of in (alone, alone, together, together)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [expected, expected] and shared.ticks == 400
+
+
+def test_a_long_run_lets_other_threads_and_ctrl_c_through(plane: Model) -> None:
+    program = """
+import signal, threading, time
+import numpy as np
+import chaincell
+model = chaincell.Model.bake_mesh("organ:1000")
+turns = 0
+def count():
+    global turns
+    while True:
+        turns += 1
+        time.sleep(0.001)
+threading.Thread(target=count, daemon=True).start()
+threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
+begun = time.monotonic()
+try:
+    chaincell.run(model, np.zeros((2_000_000, 3)) + [0, 0, 0.001], sweeps=64)
+except KeyboardInterrupt:
+    print("interrupted", turns > 50)
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60
+    )
+    assert ran.stdout == "interrupted True\n", ran
