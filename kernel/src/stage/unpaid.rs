@@ -23,9 +23,9 @@ use crate::stage::observer::Observer;
 /// Debt of H down to which the ramp stays, in a press that began outside the ramp \[J\].
 const FREE_J: f32 = 1.2e-3;
 /// And in one that began within it \[J\].
-const FREE_EARLY_J: f32 = 0.7e-3;
+const FREE_EARLY_J: f32 = 0.8e-3;
 /// Debt of H beyond that at which the ramp goes down as fast as it can \[J\].
-const WIDTH_J: f32 = 0.7e-3;
+const WIDTH_J: f32 = 0.6e-3;
 /// Debt of H from which on the ramp does not go up \[J\].
 const WAIT_J: f32 = 0.2e-3;
 /// Share of the force below which it is said to be withheld.
