@@ -5,17 +5,21 @@
 //! spacing in metres; a cube of a box has five tetrahedra. A new format is one file with a
 //! `MeshReader` and one row in `READERS`.
 
+mod abaqus;
 mod bytes;
 mod check;
 mod cuboid;
 pub(crate) mod geometry;
 mod gmsh;
+mod groups;
+mod medit;
 mod organ;
 mod plane;
 mod rings;
 mod selector;
 mod size;
 mod surface;
+mod tetgen;
 mod vtk;
 
 use std::collections::BTreeMap;
@@ -151,7 +155,8 @@ trait MeshReader: Sync {
 }
 
 /// The formats, tried in this order.
-const READERS: &[&dyn MeshReader] = &[&gmsh::Gmsh, &vtk::Vtk];
+const READERS: &[&dyn MeshReader] =
+    &[&gmsh::Gmsh, &vtk::Vtk, &vtk::Vtu, &abaqus::Abaqus, &tetgen::TetGen, &medit::Medit];
 
 /// Reads or generates the body of `spec` and checks it.
 pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
@@ -199,13 +204,14 @@ fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
 }
 
 fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
-    let file = File::open(path).map_err(|why| {
-        Error::file(
-            "open mesh",
-            path,
-            format!("{why}; a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]"),
-        )
-    })?;
+    let what = "a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]";
+    parse(path, &content(path, what)?, unit_m)
+}
+
+/// The bytes of a file that belongs to a mesh; `what` it is, for errors.
+fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
+    let file =
+        File::open(path).map_err(|why| Error::file("open mesh", path, format!("{why}; {what}")))?;
     let mut bytes = Vec::new();
     let taken = file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes);
     let length = taken.map_err(|why| Error::file("read mesh", path, why))?;
@@ -216,7 +222,24 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
             format!("it has more than {} MiB, the limit", FILE_BYTES_MAX >> 20),
         ));
     }
-    parse(path, &bytes, unit_m)
+    Ok(bytes)
+}
+
+/// A file's bytes without a byte order mark; what is empty or packed is refused.
+fn without_mark<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8]> {
+    if let Some(why) = gzip(bytes) {
+        return Err(Error::file("read mesh", path, why));
+    }
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
+    if bytes.is_empty() {
+        return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));
+    }
+    Ok(bytes)
+}
+
+/// Whether a file's name ends in this extension, in letters of either case.
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
 /// The nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is metres
@@ -225,14 +248,8 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
 /// # Errors
 /// Place and remedy of the first thing that cannot be read.
 pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
-    if let Some(why) = gzip(bytes) {
-        return Err(Error::file("read mesh", path, why));
-    }
-    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
+    let bytes = without_mark(path, bytes)?;
     let head = &bytes[..bytes.len().min(256)];
-    if bytes.is_empty() {
-        return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));
-    }
     match READERS.iter().find(|reader| reader.recognises(path, head)) {
         Some(reader) => reader.read(path, bytes, unit_m),
         None => {
