@@ -18,6 +18,7 @@ mod plane;
 mod rings;
 mod selector;
 mod size;
+mod stuffing;
 mod surface;
 mod tetgen;
 mod vtk;
