@@ -18,6 +18,7 @@ mod plane;
 mod rings;
 mod selector;
 mod size;
+mod solid;
 mod stuffing;
 mod surface;
 mod tetgen;
@@ -32,6 +33,7 @@ use crate::error::{Error, Result};
 use crate::text::{BYTE_ORDER_MARK, gzip};
 
 pub use selector::{select, select_among};
+pub use solid::Filled;
 pub use surface::{boundary, vertex_normals};
 
 /// Most cells a body may have: a cell's number has 16 bits and one value is kept back.
@@ -66,6 +68,8 @@ pub struct Mesh {
     pub default_fixed: Vec<u32>,
     /// Nodes without a link, sorted.
     pub unused: Vec<u32>,
+    /// How a closed surface was filled, of a body that was made of one.
+    pub filled: Option<Filled>,
 }
 
 impl Mesh {
@@ -113,6 +117,8 @@ pub struct MeshOptions {
     pub rings: u32,
     /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] where groups of them become cells.
     pub nodes_max: usize,
+    /// Fill a closed surface with tetrahedra of this mean edge \[m\].
+    pub fill_m: Option<f64>,
 }
 
 impl Default for MeshOptions {
@@ -124,6 +130,7 @@ impl Default for MeshOptions {
             allow_parts: false,
             rings: 1,
             nodes_max: CELLS_MAX,
+            fill_m: None,
         }
     }
 }
@@ -169,10 +176,20 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
         )));
     }
     let mesh = match (kind, size) {
+        ("plane" | "box" | "organ", _) if options.fill_m.is_some() => {
+            return Err(Error::input(format!(
+                "`fill_m` fills the closed surface of a file; {spec} has tetrahedra or squares of its \
+                 own: leave it out"
+            )));
+        }
         ("plane", size) => plane::generate(size.unwrap_or(""), options)?,
         ("box", size) => cuboid::generate(size.unwrap_or(""), options.nodes_max)?,
         ("organ", size) => organ::generate(size)?,
-        _ => read(Path::new(spec), options.unit_m)?.into(),
+        _ => {
+            let path = Path::new(spec);
+            let what = "a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]";
+            body(path, &content(path, what)?, options)?
+        }
     };
     finish(spec, mesh, options)
 }
@@ -184,7 +201,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
 /// Place and remedy of the first thing that is not a sound body.
 pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
     check_unit(options)?;
-    finish(name, parse(Path::new(name), bytes, options.unit_m)?.into(), options)
+    finish(name, body(Path::new(name), bytes, options)?, options)
 }
 
 fn check_unit(options: &MeshOptions) -> Result<()> {
@@ -204,9 +221,31 @@ fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
     Ok(mesh)
 }
 
-fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
-    let what = "a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]";
-    parse(path, &content(path, what)?, unit_m)
+/// The body of a mesh file, or of a closed surface that is filled.
+fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
+    let Some(size_m) = options.fill_m else {
+        return Ok(parse(path, bytes, options.unit_m)?.into());
+    };
+    let bytes = without_mark(path, bytes)?;
+    let head = head(bytes);
+    if solid::recognises(path, head) && !READERS.iter().any(|reader| reader.recognises(path, head))
+    {
+        return solid::fill(path, bytes, options.unit_m, size_m, options.nodes_max);
+    }
+    let names: Vec<_> = solid::names().collect();
+    Err(Error::file(
+        "fill",
+        path,
+        format!(
+            "`fill_m` fills closed surfaces ({}); leave it out where a file has tetrahedra",
+            names.join(", ")
+        ),
+    ))
+}
+
+/// The first bytes of a file, which tell its format.
+fn head(bytes: &[u8]) -> &[u8] {
+    &bytes[..bytes.len().min(256)]
 }
 
 /// The bytes of a file that belongs to a mesh; `what` it is, for errors.
@@ -250,11 +289,17 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 /// Place and remedy of the first thing that cannot be read.
 pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     let bytes = without_mark(path, bytes)?;
-    let head = &bytes[..bytes.len().min(256)];
+    let head = head(bytes);
     match READERS.iter().find(|reader| reader.recognises(path, head)) {
         Some(reader) => reader.read(path, bytes, unit_m),
+        None if solid::recognises(path, head) => Err(Error::file(
+            "read mesh",
+            path,
+            "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres",
+        )),
         None => {
-            let names: Vec<_> = READERS.iter().map(|reader| reader.name()).collect();
+            let names: Vec<_> =
+                READERS.iter().map(|reader| reader.name()).chain(solid::names()).collect();
             Err(Error::file(
                 "read mesh",
                 path,
