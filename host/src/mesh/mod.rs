@@ -23,6 +23,7 @@ mod stuffing;
 mod surface;
 mod tetgen;
 mod vtk;
+mod write;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -35,6 +36,7 @@ use crate::text::{BYTE_ORDER_MARK, gzip};
 pub use selector::{select, select_among};
 pub use solid::Filled;
 pub use surface::{boundary, vertex_normals};
+pub use write::{Written, write};
 
 /// Most cells a body may have: a cell's number has 16 bits and one value is kept back.
 pub const CELLS_MAX: usize = 65_535;

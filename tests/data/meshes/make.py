@@ -40,7 +40,11 @@ def by_gmsh():
     gmsh.option.setNumber("Mesh.MeshSizeMin", 10)
     gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
     gmsh.model.mesh.generate(3)
-    for ending in ["mesh", "inp", "stl", "obj"]:
+    for ending in ["mesh", "inp"]:
+        gmsh.write(path(f"mm.gmsh.{ending}"))
+    # The whole surface, whatever has a group.
+    gmsh.option.setNumber("Mesh.SaveAll", 1)
+    for ending in ["stl", "obj"]:
         gmsh.write(path(f"mm.gmsh.{ending}"))
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.write(path("mm.gmsh.binary.stl"))

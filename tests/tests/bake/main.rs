@@ -8,3 +8,4 @@ mod mesh_options;
 mod readers;
 mod scenes;
 mod selectors;
+mod surfaces;

@@ -40,6 +40,16 @@ impl<'a> Solid<'a> {
         Self { closed, faces, points }
     }
 
+    /// Unit normal of a triangle.
+    pub(super) fn normal(&self, triangle: u32) -> [f64; 3] {
+        self.faces[triangle as usize]
+    }
+
+    /// Unit normal of the triangle that is nearest to a place.
+    pub(super) fn normal_at(&self, place_m: [f64; 3]) -> [f64; 3] {
+        self.normal(self.closed.tree.nearest(place_m).triangle)
+    }
+
     /// Distance of a place from the surface: positive inside.
     pub(super) fn distance_m(&self, place_m: [f64; 3]) -> f64 {
         let near = self.closed.tree.nearest(place_m);

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::closed::{Closed, shown};
+use super::creases::Creases;
 use super::distance::Solid;
 use super::tree::Tree;
 use crate::error::{Error, Result};
 use crate::mesh::geometry::{corners, cross, distance, dot, minus, volume6};
 use crate::mesh::stuffing::smooth::{roundness, smooth};
-use crate::mesh::stuffing::{TetMesh, counts, fill as stuff};
+use crate::mesh::stuffing::{Shape, fill as stuff, points};
 use crate::mesh::{Mesh, too_many};
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
@@ -17,6 +18,8 @@ use crate::mesh::{Mesh, too_many};
 const CUBE: f64 = 7.0 / (3.0 + 2.0 * 1.732_050_807_568_877_2);
 /// Most points of the lattice, which covers the box around the body.
 const LATTICE_MAX: f64 = 2.4e7;
+/// Rounds of moving nodes onto creases and smoothing.
+const ROUNDS: usize = 3;
 /// Largest error of the volume.
 const VOLUME_ERROR_MAX: f64 = 0.1;
 /// Largest distance between the surfaces, in sizes.
@@ -77,7 +80,11 @@ pub(in crate::mesh) fn fill(
         let remedy = format!("take `fill_m` {fits_m:.2e} or more");
         return Err(refuse(too_many(more, nodes_max, &remedy)));
     }
-    smooth(&solid, &mut body);
+    let (creases, mut held) = (Creases::new(&closed, &solid), vec![false; body.nodes_m.len()]);
+    for _ in 0..if creases.is_empty() { 1 } else { ROUNDS } {
+        creases.align(&solid, &mut body, &mut held, size_m);
+        smooth(&solid, &mut body, &held);
+    }
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     let (away_m, place_m) = farthest(&closed, &mesh);
     let filled = measure(&closed, &mesh, away_m);
@@ -100,7 +107,7 @@ fn check_size(
     let cube_m = CUBE * size_m;
     // A cube has a corner and a centre.
     let nodes = 2.0 * volume_m3 / (cube_m * cube_m * cube_m);
-    let points: f64 = counts(solid, cube_m).iter().map(|count| *count as f64).product();
+    let points = points(solid.bounds_m(), cube_m);
     let fits_m = size_m * (nodes / nodes_max as f64).max(points / LATTICE_MAX).cbrt() * 1.05;
     if nodes > nodes_max as f64 {
         let more = format!("about {nodes:.0} nodes of `fill_m` {size_m}, more");

@@ -91,3 +91,50 @@ fn boxes_meet([a, b]: [Place; 2], [c, d]: [Place; 2]) -> bool {
         a[axis].min(b[axis]) <= c[axis].max(d[axis]) && c[axis].min(d[axis]) <= a[axis].max(b[axis])
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FLAT: [Place; 3] = [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.]];
+
+    /// With corners of their own.
+    fn meets(other: [Place; 3]) -> bool {
+        let met = meet([FLAT, other], [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(met, meet([other, FLAT], [[3, 4, 5], [0, 1, 2]]));
+        let [a, b, c] = other;
+        assert_eq!(met, meet([FLAT, [c, b, a]], [[0, 1, 2], [5, 4, 3]]));
+        met
+    }
+
+    #[test]
+    fn triangles_apart_touching_and_through_each_other() {
+        assert!(meets([[1., 1., -1.], [1., 1., 1.], [9., 9., 1.]]));
+        assert!(meets([[1., 1., 0.], [1., 1., 1.], [9., 9., 1.]]), "a corner touches");
+        assert!(meets([[0., 2., 0.], [0., 2., 1.], [-9., 2., 1.]]), "a corner touches an edge");
+        assert!(!meets([[1., 1., 1e-300], [1., 1., 1.], [9., 9., 1.]]));
+        assert!(!meets([[3., 3., -1.], [3., 3., 1.], [9., 9., 1.]]), "past the long edge");
+        // A large one around the other: its edges pass by.
+        assert!(meets([[-9., 1., -1.], [9., 1., -1.], [1., 1., 9.]]));
+        // In one plane.
+        assert!(meets([[1., 1., 0.], [9., 1., 0.], [9., 9., 0.]]));
+        assert!(meets([[-9., -9., 0.], [30., -9., 0.], [-9., 30., 0.]]), "around it");
+        assert!(!meets([[5., 0., 0.], [9., 0., 0.], [5., 4., 0.]]), "in line with an edge");
+        assert!(!meets([[3., 3., 0.], [9., 3., 0.], [9., 9., 0.]]));
+    }
+
+    #[test]
+    fn neighbours_meet_only_beyond_what_they_share() {
+        let share = |other, ids| meet([FLAT, other], [[0, 1, 2], ids]);
+        // A corner.
+        assert!(!share([FLAT[0], [-4., 0., 0.], [0., -4., 0.]], [0, 3, 4]));
+        assert!(share([FLAT[0], [3., 1., -1.], [1., 1., 1.]], [0, 3, 4]));
+        assert!(share([[3., 1., -1.], [1., 1., 1.], FLAT[0]], [3, 4, 0]));
+        assert!(share([FLAT[0], [9., 1., 0.], [9., 2., 0.]], [0, 3, 4]), "in one plane");
+        // An edge.
+        assert!(!share([FLAT[1], FLAT[0], [1., 1., 1e-9]], [1, 0, 3]));
+        assert!(!share([FLAT[1], FLAT[0], [1., -1., 0.]], [1, 0, 3]), "flat on");
+        assert!(share([FLAT[1], FLAT[0], [1., 1., 0.]], [1, 0, 3]), "folded back");
+        assert!(share(FLAT, [0, 1, 2]));
+    }
+}

@@ -3,6 +3,7 @@
 //! A new format is one file with a `SurfaceReader` and one row in `READERS`.
 
 mod closed;
+mod creases;
 mod distance;
 mod fill;
 mod meet;

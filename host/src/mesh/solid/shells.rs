@@ -15,10 +15,6 @@ pub(super) struct Shells {
     pub(super) cavities: usize,
     /// Triangles that were turned round.
     pub(super) turned: usize,
-    /// The shell of each triangle.
-    pub(super) of_triangle: Vec<u32>,
-    /// Whether a shell has a body inside.
-    pub(super) is_body: Vec<bool>,
     /// Volume between them \[m^3\].
     pub(super) volume_m3: f64,
 }
@@ -84,7 +80,7 @@ impl Shells {
         let signed = |shell: usize| volumes[shell].abs() * if is_body[shell] { 1.0 } else { -1.0 };
         let bodies = is_body.iter().filter(|is_body| **is_body).count();
         let volume_m3 = (0..count).map(signed).sum();
-        Ok(Self { bodies, cavities: count - bodies, turned, of_triangle, is_body, volume_m3 })
+        Ok(Self { bodies, cavities: count - bodies, turned, volume_m3 })
     }
 }
 

@@ -199,3 +199,55 @@ fn nearest_of([a, b, c]: [[f64; 3]; 3], place: [f64; 3]) -> ([f64; 3], Part) {
 pub(super) fn area2([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     cross(minus(b, a), minus(c, a))
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn corners() -> impl Strategy<Value = Vec<[[f64; 3]; 3]>> {
+        let place = prop::array::uniform3(-1.0..1.0);
+        prop::collection::vec(prop::array::uniform3(place), 1..60)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+
+        /// As near as the nearest of all triangles, which many points of each do not beat.
+        #[test]
+        fn nearest_is_that_of_all(all in corners(), place in prop::array::uniform3(-2.0..2.0)) {
+            let tree = Tree::new(all.clone());
+            let near = tree.nearest(place);
+            let squares = all.iter().map(|own| {
+                let way = minus(place, nearest_of(*own, place).0);
+                dot(way, way)
+            });
+            prop_assert_eq!(near.square, squares.fold(f64::INFINITY, f64::min));
+            for [a, b, c] in all {
+                for (s, t) in (0..6).flat_map(|i| (0..6 - i).map(move |j| (i as f64 / 5.0, j as f64 / 5.0))) {
+                    let point = [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]) + t * (c[k] - a[k]));
+                    let way = minus(place, point);
+                    prop_assert!(dot(way, way) >= near.square * (1.0 - 1e-9));
+                }
+            }
+        }
+
+        #[test]
+        fn meeting_boxes_are_those_of_all(all in corners()) {
+            let tree = Tree::new(all.clone());
+            for (own, corners) in (0..).zip(&all) {
+                let mut found = Vec::new();
+                tree.meeting(own, |other| found.push(other));
+                found.sort_unstable();
+                let [low, high] = bounds(*corners);
+                let meets = |other: &u32| {
+                    let [from, to] = bounds(all[*other as usize]);
+                    (0..3).all(|k| from[k] <= high[k] && to[k] >= low[k])
+                };
+                let wanted: Vec<u32> = (own + 1..all.len() as u32).filter(meets).collect();
+                prop_assert_eq!(found, wanted);
+            }
+        }
+    }
+}

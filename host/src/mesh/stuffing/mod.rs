@@ -49,11 +49,9 @@ struct Lattice<'a, S> {
 /// Where cut edges leave the shape, by the indices of their ends inside and outside.
 type Crossings = BTreeMap<[u32; 2], [f64; 3]>;
 
-/// Points of the lattice along each axis, as [`fill`] makes it.
-pub(super) fn counts(shape: &impl Shape, spacing_m: f64) -> [usize; 3] {
-    let [low_m, high_m] = shape.bounds_m();
-    // Room for the place within the first cube, the shift and a layer outside.
-    [0, 1, 2].map(|axis| 2 * (((high_m[axis] - low_m[axis]) / spacing_m) as usize + 5) + 1)
+/// About so many points has the lattice of [`fill`] around a box.
+pub(super) fn points([low_m, high_m]: [[f64; 3]; 2], spacing_m: f64) -> f64 {
+    (0..3).map(|axis| 2.0 * ((high_m[axis] - low_m[axis]) / spacing_m + 5.0) + 1.0).product()
 }
 
 /// Fills the shape with a lattice of cubes of `spacing_m`, moved down by `shift` cubes (0 to 2).
@@ -80,8 +78,10 @@ pub(super) fn fill(shape: &impl Shape, spacing_m: f64, shift: f64) -> TetMesh {
 impl<'a, S: Shape> Lattice<'a, S> {
     fn new(shape: &'a S, spacing_m: f64, shift: f64) -> Self {
         let offset = [OFFSET[0], OFFSET[1], OFFSET[2] + shift];
-        let [low_m, _] = shape.bounds_m();
-        let counts = counts(shape, spacing_m);
+        let [low_m, high_m] = shape.bounds_m();
+        let extents_m = [0, 1, 2].map(|axis| high_m[axis] - low_m[axis]);
+        // Room for the place within the first cube, the shift and a layer outside.
+        let counts = extents_m.map(|extent_m| 2 * ((extent_m / spacing_m) as usize + 5) + 1);
         let total = counts[0] * counts[1] * counts[2];
         let (places_m, values) = (Vec::with_capacity(total), Vec::with_capacity(total));
         let mut lattice = Self { shape, counts, places_m, values };

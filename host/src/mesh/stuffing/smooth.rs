@@ -19,8 +19,8 @@ const GOOD: f64 = 0.6;
 /// Edges shorter than this share of the mean edge lower the quality.
 const SHORT: f64 = 0.6;
 
-/// Smooths the body in place; surface nodes stay on the surface.
-pub(in crate::mesh) fn smooth(shape: &impl Shape, body: &mut TetMesh) {
+/// Smooths the body in place; surface nodes stay on the surface, `held` nodes where they are.
+pub(in crate::mesh) fn smooth(shape: &impl Shape, body: &mut TetMesh, held: &[bool]) {
     let count = body.nodes_m.len();
     let mut skin: Vec<[u32; 2]> = boundary(&body.tetrahedra)
         .iter()
@@ -40,6 +40,9 @@ pub(in crate::mesh) fn smooth(shape: &impl Shape, body: &mut TetMesh) {
     }
     for _ in 0..PASSES {
         for node in 0..count {
+            if held.get(node) == Some(&true) {
+                continue;
+            }
             let surface = !on_skin[node].is_empty();
             let site = Site { shape, node, surface, around: &around[node], mean_m };
             let nodes_m = &mut body.nodes_m;

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::read::ZlibDecoder;
 use roxmltree::Node;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
 
 /// How a file codes its arrays.
