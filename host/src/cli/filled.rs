@@ -22,6 +22,7 @@ pub(super) struct FilledReport {
     volume_m3: f64,
     volume_error: f64,
     surface_distance_m: f64,
+    handles: [i64; 2],
 }
 
 impl FilledReport {
@@ -43,6 +44,7 @@ impl FilledReport {
             volume_m3: filled.volume_m3,
             volume_error: filled.volume_error,
             surface_distance_m: filled.distance_m,
+            handles: filled.handles,
         })
     }
 
@@ -86,6 +88,13 @@ impl FilledReport {
                 100.0 * self.volume_error
             ),
         )?;
+        if self.handles[0] != self.handles[1] {
+            let [of_surface, of_filled] = self.handles;
+            terminal::note(format_args!(
+                "note: the surface has handles: {of_surface}, the tetrahedra: {of_filled}; holes or bridges \
+                 thinner than they are are lost"
+            ));
+        }
         row("distance", format!("{:.2e} m between the surfaces at most", self.surface_distance_m))
     }
 }

@@ -122,7 +122,7 @@ fn a_ball_is_filled_and_a_finer_size_is_nearer() {
             && fine.volume_error.abs() < 0.3 * coarse.volume_error.abs()
     );
     assert!(fine.distance_m < coarse.distance_m && fine.roundness > 0.4, "{coarse:?} {fine:?}");
-    assert_eq!((fine.bodies, fine.cavities, fine.turned), (1, 0, 0));
+    assert_eq!((fine.bodies, fine.cavities, fine.turned, fine.handles), (1, 0, 0, [0, 0]));
 }
 
 #[test]
@@ -160,6 +160,33 @@ fn triangles_that_disagree_are_turned() {
     assert_eq!(figures(&mesh).turned, 3);
     assert_eq!(mesh.nodes_m.len(), sound.nodes_m.len());
     assert!((volume_m3(&mesh) / volume_m3(&sound) - 1.0).abs() < 1e-3);
+}
+
+/// A frame, which has one handle; at a size as wide as its opening the tetrahedra may have none.
+#[test]
+fn handles_are_counted() {
+    let mut frame = Triangles::new();
+    let at = [-0.02, -0.006, 0.006, 0.02];
+    for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).filter(|cell| *cell != (1, 1)) {
+        let part = cuboid([at[i], at[j], -0.007], [at[i + 1], at[j + 1], 0.007]);
+        // Walls between parts are left out: those of x below and above, then those of y.
+        let is_part = |i: usize, j: usize| i < 3 && j < 3 && (i, j) != (1, 1);
+        let walls = [
+            is_part(i.wrapping_sub(1), j),
+            is_part(i + 1, j),
+            is_part(i, j.wrapping_sub(1)),
+            is_part(i, j + 1),
+        ];
+        // `cuboid` gives the faces of x, then of y, then of z.
+        frame.extend(
+            part.into_iter()
+                .enumerate()
+                .filter(|(k, _)| !walls.get(k / 2).unwrap_or(&false))
+                .map(|(_, t)| t),
+        );
+    }
+    let filled = figures(&fill(&frame, 0.003).unwrap());
+    assert_eq!((filled.handles, filled.parts), ([1, 1], 1), "{filled:?}");
 }
 
 #[test]
@@ -204,7 +231,10 @@ fn what_runs_through_itself_is_named() {
     refused(&lying, 0.003, &["run through each other"]);
     let far =
         [cuboid([0.0; 3], [0.02; 3]), cuboid([0.005, 0.005, 0.021], [0.01, 0.01, 0.03])].concat();
-    let why = fill(&far, 0.002).unwrap_err().to_string();
+    refused(&far, 0.002, &["the surface has 2 parts", "a gap", "smaller size"]);
+    let near =
+        [cuboid([0.0; 3], [0.02; 3]), cuboid([0.005, 0.005, 0.023], [0.01, 0.01, 0.03])].concat();
+    let why = fill(&near, 0.0012).unwrap_err().to_string();
     assert!(why.contains("2 unconnected parts"), "{why}");
 }
 

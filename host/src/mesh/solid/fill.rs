@@ -8,10 +8,12 @@ use super::creases::Creases;
 use super::distance::Solid;
 use super::tree::Tree;
 use crate::error::{Error, Result};
+use crate::mesh::check::parts;
 use crate::mesh::geometry::{corners, cross, distance, dot, minus, volume6};
 use crate::mesh::stuffing::smooth::{roundness, smooth};
 use crate::mesh::stuffing::{Shape, fill as stuff, points};
 use crate::mesh::{Mesh, too_many};
+use crate::words::counted;
 
 /// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
 /// as long as a cube's, four are half of its diagonal.
@@ -48,6 +50,10 @@ pub struct Filled {
     pub roundness: f64,
     /// Mean edge \[m\].
     pub edge_m: f64,
+    /// Unconnected parts of the tetrahedra.
+    pub parts: usize,
+    /// Handles, as a ring has one: of the surface, and of the tetrahedra.
+    pub handles: [i64; 2],
 }
 
 /// Fills the surface of a file with tetrahedra of a mean edge of `size_m`, at most `nodes_max` nodes.
@@ -144,6 +150,8 @@ fn measure(closed: &Closed, mesh: &Mesh, distance_m: f64) -> Filled {
         dihedral_deg: [least, most],
         roundness: all().map(roundness).fold(1.0, f64::min),
         edge_m: lengths.sum::<f64>() / mesh.links.len() as f64,
+        parts: parts(mesh.nodes_m.len(), mesh.nodes_m.len(), &mesh.links),
+        handles: [&closed.triangles, &mesh.triangles].map(|triangles| handles(triangles)),
     }
 }
 
@@ -163,6 +171,18 @@ fn farthest(closed: &Closed, mesh: &Mesh) -> (f64, [f64; 3]) {
         .fold((0.0, [0.0; 3]), |most, next| if next.0 > most.0 { next } else { most })
 }
 
+/// Handles of closed triangles, by Euler's formula.
+fn handles(triangles: &[[u32; 3]]) -> i64 {
+    let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let edges: Vec<[u32; 2]> = edges.filter(|[i, j]| i < j).collect();
+    let mut points = triangles.as_flattened().to_vec();
+    points.sort_unstable();
+    points.dedup();
+    let nodes = points.last().map_or(0, |last| *last as usize + 1);
+    let shells = parts(nodes, points.len(), &edges);
+    shells as i64 - (points.len() as i64 - triangles.len() as i64 / 2) / 2
+}
+
 fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
@@ -174,6 +194,14 @@ fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), S
             "around {place} the tetrahedra of `fill_m` {size_m} are {:.2e} m from the surface: what is \
              thinner than they are is lost; take a smaller size, or thicken it",
             filled.distance_m
+        ));
+    }
+    if filled.parts != filled.bodies {
+        return Err(format!(
+            "the surface has {} and the tetrahedra of `fill_m` {size_m} {}: what is thinner than they are \
+             is lost, a neck or a gap; take a smaller size",
+            counted(filled.bodies, "part"),
+            filled.parts
         ));
     }
     if filled.volume_error.abs() > VOLUME_ERROR_MAX {
