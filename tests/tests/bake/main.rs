@@ -2,6 +2,7 @@
 
 mod bad_mesh;
 mod cells;
+mod convert;
 mod crafted_models;
 mod mesh_formats;
 mod mesh_options;
