@@ -28,7 +28,7 @@ pub fn meshes(data: &[u8]) {
 pub fn surface(data: &[u8]) {
     let [which, data @ ..] = data else { return };
     let name = ["fuzz.stl", "fuzz.obj", "fuzz.ply"][usize::from(which % 3)];
-    let options = MeshOptions { fill_m: Some(0.2), nodes_max: 2_000, ..MeshOptions::default() };
+    let options = MeshOptions { fill_m: Some(0.08), nodes_max: 2_000, ..MeshOptions::default() };
     match from_bytes(name, data, &options) {
         Ok(mesh) => sound(&mesh),
         Err(why) => assert!(why.exit_code() == 2 && why.to_string().contains(name), "{why}"),

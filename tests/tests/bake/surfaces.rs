@@ -276,7 +276,7 @@ fn a_thin_part_that_would_be_lost_is_named() {
     // A body with a fin much thinner than the tetrahedra, beside it and joined by nothing.
     let mut surface = cuboid([0.0; 3], [0.02; 3]);
     surface.extend(cuboid([0.03, 0.0, 0.0], [0.0302, 0.02, 0.02]));
-    refused(&surface, 0.004, &["around (0.03", "is lost", "smaller size"]);
+    refused(&surface, 0.003, &["around (0.03", "is lost", "smaller size"]);
 }
 
 #[test]

@@ -24,8 +24,8 @@ const LATTICE_MAX: f64 = 2.4e7;
 const ROUNDS: usize = 3;
 /// Largest error of the volume.
 const VOLUME_ERROR_MAX: f64 = 0.1;
-/// Largest distance between the surfaces, in sizes.
-const DISTANCE_MAX: f64 = 1.0;
+/// Largest distance between the surfaces, in sizes: the tip of a spike is always lost.
+const DISTANCE_MAX: f64 = 3.0;
 
 /// How a surface was filled, and how near the tetrahedra come to it.
 #[derive(Debug, Clone, PartialEq)]

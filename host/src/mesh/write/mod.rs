@@ -68,7 +68,7 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<Written> {
             "the body has no tetrahedra; write it as .stl or .obj",
         ));
     }
-    if mesh.triangles.is_empty() {
+    if writer.needs == Needs::Triangles && mesh.triangles.is_empty() {
         return Err(Error::file("write", path, "the body has no surface"));
     }
     (writer.write)(mesh).map_err(|why| Error::file("write", path, why))

@@ -7,6 +7,7 @@ mod damaged;
 mod gmsh;
 mod gmsh_binary;
 mod medit;
+mod surface;
 mod tetgen;
 mod vtk;
 mod xml;
