@@ -45,7 +45,10 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
 }
 
 fn set(text: &mut String, keyword: &str, name: &str, members: &[u32]) {
-    let _ = writeln!(text, "*{keyword}, {keyword}=\"{name}\"");
+    // Some programs take quotation marks for a part of the name.
+    let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
+    let mark = if is_plain { "" } else { "\"" };
+    let _ = writeln!(text, "*{keyword}, {keyword}={mark}{name}{mark}");
     for members in members.chunks(A_LINE) {
         let numbers: Vec<String> = members.iter().map(|member| (member + 1).to_string()).collect();
         let _ = writeln!(text, "{}", numbers.join(", "));

@@ -34,7 +34,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
             ));
         }
     }
-    let mut text = String::from("MeshVersionFormatted 2\nDimension 3\n");
+    let mut text = String::from("MeshVersionFormatted 2\nDimension\n3\n");
     let _ = writeln!(text, "Vertices\n{}", mesh.nodes_m.len());
     for (place, reference) in mesh.nodes_m.iter().zip(&vertices) {
         let [x, y, z] = place.map(digits);
