@@ -11,6 +11,9 @@ use crate::words::counted;
 /// Twice a triangle's area below this share of its squared longest edge counts as none.
 const FLAT: f64 = 1e-12;
 
+/// Pairs of triangles that meet, after which no more are looked for.
+const PAIRS_MAX: usize = 10_000;
+
 /// Why a surface is refused.
 pub(super) type Refusal = String;
 
@@ -49,10 +52,9 @@ impl Closed {
                 ));
             }
         }
-        let tree = Tree::new(triangles.iter().map(|t| t.map(|id| points_m[id as usize])).collect());
-        crossings(&triangles, &tree, unit_m)?;
         let shells = Shells::new(&points_m, &mut triangles, &mut across, &at)?;
         let tree = Tree::new(triangles.iter().map(|t| t.map(|id| points_m[id as usize])).collect());
+        crossings(&triangles, &tree, unit_m)?;
         Ok(Self { points_m, triangles, across, tree, shells })
     }
 }
@@ -181,6 +183,9 @@ fn fans(
 fn crossings(triangles: &[[u32; 3]], tree: &Tree, unit_m: f64) -> Result<(), Refusal> {
     let (mut count, mut first) = (0usize, None);
     for triangle in 0..triangles.len() as u32 {
+        if count >= PAIRS_MAX {
+            break;
+        }
         tree.meeting(triangle, |other| {
             let ids = [triangles[triangle as usize], triangles[other as usize]];
             if meet([tree.corners(triangle), tree.corners(other)], ids) {
@@ -194,8 +199,9 @@ fn crossings(triangles: &[[u32; 3]], tree: &Tree, unit_m: f64) -> Result<(), Ref
         let [a, b, c] = tree.corners(triangle);
         shown([0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0), unit_m)
     };
+    let more = if count >= PAIRS_MAX { "at least " } else { "" };
     Err(format!(
-        "{} of triangles that run through each other, the first around {} and {}; mend them (in MeshLab: \
+        "{more}{} of triangles that run through each other, the first around {} and {}; mend them (in MeshLab: \
          Select Self Intersecting Faces, delete and Close Holes)",
         counted(count, "pair"),
         middle(one),
