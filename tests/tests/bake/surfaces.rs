@@ -27,7 +27,7 @@ fn ball(middle: [f64; 3], radius: f64, rings: usize) -> Triangles {
     let at = |i: usize, j: usize| {
         let (down, round) =
             (PI * i as f64 / rings as f64, TAU * (j % (2 * rings)) as f64 / (2 * rings) as f64);
-        let across = if i % rings == 0 { 0.0 } else { radius * down.sin() };
+        let across = if i.is_multiple_of(rings) { 0.0 } else { radius * down.sin() };
         [
             middle[0] + across * round.cos(),
             middle[1] + across * round.sin(),
