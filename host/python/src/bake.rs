@@ -19,6 +19,7 @@ pub(crate) fn mesh_options(given: &Given<'_, '_>) -> PyResult<MeshOptions> {
     let cells: Option<usize> = given.get("cells", "a whole number")?;
     Ok(MeshOptions {
         unit_m: given.real("unit_m")?.unwrap_or(1.0),
+        fill_m: given.real("fill_m")?,
         diagonals: given.truth("diagonals")?,
         drop_unused: given.truth("drop_unused")?,
         allow_parts: given.truth("allow_parts")?,

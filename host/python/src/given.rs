@@ -9,7 +9,7 @@ use crate::arrays;
 use crate::errors::Class;
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 22] = [
+const BAKE: [&str; 23] = [
     "allow_parts",
     "alpha",
     "capacitance",
@@ -18,6 +18,7 @@ const BAKE: [&str; 22] = [
     "diagonals",
     "drop_unused",
     "energy_max_j",
+    "fill_m",
     "fixed",
     "hats",
     "k_m",

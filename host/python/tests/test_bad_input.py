@@ -81,6 +81,8 @@ BAKES: list[tuple[Callable[[], object], type[Exception], str]] = [
     (bake(young=1), TypeError, "unexpected keyword argument 'young'; there are .*young_pa"),
     (lambda: Model.bake_mesh(7), TypeError, "`mesh`: give a path, a generator .*not int"),
     (lambda: Model.bake_mesh("nowhere.msh"), ModelError, "cannot open mesh nowhere.msh"),
+    (lambda: Model.bake_mesh("nowhere.stl", fill_m=0.01), ModelError, "nowhere.stl"),
+    (lambda: Model.bake_mesh("organ:500", fill_m=0.01), ModelError, "`fill_m` fills the closed surface"),
     (lambda: Model.bake_mesh("organ:3"), ModelError, "organ"),
     (mesh(), TypeError, "`mesh`: give a path"),
     (mesh(cells=[]), ModelError, "no links"),

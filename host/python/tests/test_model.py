@@ -158,3 +158,14 @@ def test_groups_of_nodes_become_cells() -> None:
     model = Model.bake_mesh("box:9x9x7x0.01", cells=60)
     assert model.cells < 80 and model.nodes == 9 * 9 * 7
     assert chaincell.Tissue(model).positions_m.shape == (model.nodes, 3)
+
+
+def test_a_closed_surface_is_filled_as_by_the_command(command: Path, tmp_path: Path) -> None:
+    points, tets = cube()
+    model = Model.bake(points, tets)
+    stl, out = tmp_path / "cube.stl", tmp_path / "cube.chaincell"
+    meshio.Mesh(points, [("triangle", np.asarray(model.triangles).astype(int))]).write(stl)
+    options = ["--fill", "0.008", "--young-pa", "5000", "--fix", "none", "-o", str(out)]
+    subprocess.run([command, "bake", stl, *options], check=True, capture_output=True)
+    filled = Model.bake_mesh(str(stl), fill_m=0.008, young_pa=5000, fixed="none")
+    assert bytes(filled) == out.read_bytes()

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use serde::Serialize;
 
+use super::filled::FilledReport;
 use super::model_file;
 use super::reports::ModelReport;
 use super::values::{Material, per_cell, with_materials};
@@ -25,9 +27,10 @@ const POISSON: &str = "0.45";
 #[command(after_help = "Example:\n  chaincell bake liver.msh -o liver.chaincell \
     --fix file:liver.sets.json#fixed --alpha 0.05")]
 pub struct Args {
-    /// A Gmsh .msh file (2.2 or 4.1) or a legacy VTK .vtk file (unstructured grid), ASCII or
-    /// binary, first-order tetrahedra; plane:NXxNYxD (nodes along x and y, spacing in m),
-    /// box:NXxNYxNZxD, or organ[:NODES], a generated liver-like body
+    /// A file of first-order tetrahedra: Gmsh .msh (2.2 or 4.1), legacy VTK .vtk or VTK XML .vtu
+    /// (unstructured grid), Abaqus .inp, TetGen .node or .ele (both are read), Medit .mesh (ASCII);
+    /// a closed surface, .stl, .obj or .ply, with --fill; plane:NXxNYxD (nodes along x and y,
+    /// spacing in m), box:NXxNYxNZxD, or organ[:NODES], a generated liver-like body
     mesh: String,
     /// Model file to write
     #[arg(short, long, value_name = "MODEL")]
@@ -96,6 +99,9 @@ pub struct BodyArgs {
     /// Unit of a mesh file's coordinates
     #[arg(id = "unit_m", long = "units", value_name = "UNITS", value_enum, default_value_t = Units::M)]
     units: Units,
+    /// Fill a closed surface (.stl, .obj, .ply) with tetrahedra of this mean edge [m]
+    #[arg(id = "fill_m", long = "fill", value_name = "SIZE", allow_negative_numbers = true)]
+    fill_m: Option<f64>,
     /// Leave nodes without a link out; the others keep their numbers
     #[arg(long)]
     drop_unused: bool,
@@ -151,10 +157,30 @@ pub struct BodyArgs {
     cells: Option<usize>,
 }
 
+/// Unit of a file's coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Units {
+pub(super) enum Units {
     M,
     Mm,
+}
+
+impl Units {
+    /// Metres in one.
+    pub(super) fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Mm => 0.001,
+        }
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Printed {
+    #[serde(flatten)]
+    model: ModelReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    filled: Option<FilledReport>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -176,7 +202,10 @@ pub fn execute(args: &Args) -> Result<()> {
     let (mesh, image) = args.body.bake(&args.mesh)?;
     write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;
-    let report = ModelReport::new(&model, image.as_bytes().len());
+    let report = Printed {
+        model: ModelReport::new(&model, image.as_bytes().len()),
+        filled: FilledReport::of(&mesh),
+    };
     if args.json {
         return terminal::say_json(&report);
     }
@@ -197,10 +226,12 @@ pub fn execute(args: &Args) -> Result<()> {
             model.cells()
         ))?;
     }
-    if !mesh.tetrahedra.is_empty() {
+    if let Some(filled) = &report.filled {
+        filled.print()?;
+    } else if !mesh.tetrahedra.is_empty() {
         terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
     }
-    report.print()
+    report.model.print()
 }
 
 impl BodyArgs {
@@ -221,7 +252,8 @@ impl BodyArgs {
 
     fn load(&self, spec: &str) -> Result<Mesh> {
         let options = MeshOptions {
-            unit_m: if self.units == Units::Mm { 0.001 } else { 1.0 },
+            unit_m: self.units.metres(),
+            fill_m: self.fill_m,
             diagonals: self.diagonals,
             drop_unused: self.drop_unused,
             allow_parts: self.allow_parts,

@@ -7,7 +7,9 @@ pub mod choice;
 mod command;
 mod contacts;
 mod control;
+mod convert;
 mod cosim;
+mod filled;
 mod info;
 mod inject;
 pub mod lab;
@@ -78,6 +80,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Work {
     Bake(bake::Args),
+    Convert(convert::Args),
     Info(info::Args),
     Run(run::Args),
     Replay(replay::Args),
@@ -107,6 +110,7 @@ impl Cli {
     fn execute(self) -> Result<()> {
         match self.command {
             Work::Bake(args) => bake::execute(&args),
+            Work::Convert(args) => convert::execute(&args),
             Work::Info(args) => info::execute(&args),
             Work::Run(args) => run::execute(&args),
             Work::Replay(args) => replay::execute(&args),

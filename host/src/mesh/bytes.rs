@@ -136,6 +136,59 @@ impl<'a> Bytes<'a> {
         Some(&rest[..end])
     }
 
+    /// The next line of text that is neither blank nor begins with `comment`, trimmed; none at the end of
+    /// the file.
+    pub(super) fn text_line(&mut self, comment: &str) -> Result<Option<&'a str>> {
+        while let Some(line) = self.line() {
+            let text = std::str::from_utf8(line).map_err(|why| {
+                self.error(format!(
+                    "byte {} of the line is no UTF-8 text; the file is binary or damaged: save the mesh \
+                     again as text",
+                    why.valid_up_to() + 1
+                ))
+            })?;
+            let text = text.trim();
+            if !text.is_empty() && !text.starts_with(comment) {
+                return Ok(Some(text));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Where the item read last begins, for [`Bytes::return_to`].
+    pub(super) fn item(&self) -> usize {
+        self.item
+    }
+
+    /// Errors name this item from now on.
+    pub(super) fn return_to(&mut self, item: usize) {
+        self.item = item;
+    }
+
+    /// A word as a whole number from 0; `what` it is, for errors.
+    pub(super) fn whole_of(&self, word: &str, what: &str) -> Result<u64> {
+        word.parse().map_err(|_| self.no_number(what, word, "a whole number from 0"))
+    }
+
+    /// A word as a whole number of either sign.
+    pub(super) fn signed_of(&self, word: &str, what: &str) -> Result<i64> {
+        word.parse().map_err(|_| self.no_number(what, word, "a whole number"))
+    }
+
+    /// A word as a coordinate in the file's unit, returned in metres; `name` is its axis.
+    pub(super) fn metres_of(&self, word: &str, unit_m: f64, name: &str) -> Result<f64> {
+        let value = word.parse().map_err(|_| self.no_number(name, word, "a number"))?;
+        self.metres(value, unit_m, name)
+    }
+
+    /// What should be a number is none.
+    pub(super) fn no_number(&self, what: &str, word: &str, wanted: &str) -> Error {
+        self.error(format!(
+            "{what} is '{}'; it must be {wanted}: save or copy the mesh again",
+            shown(word)
+        ))
+    }
+
     /// The next word of text; none at the end of the file.
     pub(super) fn word(&mut self) -> Option<&'a str> {
         self.skip_blank();

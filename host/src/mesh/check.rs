@@ -35,7 +35,7 @@ pub(super) fn check(spec: &str, mesh: &Mesh, options: &MeshOptions) -> Result<Ve
         let nodes = format!("{}, more", counted(cells.len(), "node"));
         return Err(refuse(super::too_many(nodes, options.nodes_max, "mesh it coarser")));
     }
-    let parts = parts(mesh, &cells);
+    let parts = parts(mesh.nodes_m.len(), cells.len(), &mesh.links);
     if parts > 1 && !options.allow_parts {
         return Err(refuse(format!(
             "{parts} unconnected parts; join them or pass `allow_parts` if that is meant"
@@ -123,11 +123,11 @@ fn lengths(mesh: &Mesh) -> std::result::Result<(), String> {
     }
 }
 
-/// Number of connected parts among the cells.
-fn parts(mesh: &Mesh, cells: &[u32]) -> usize {
-    let mut parent: Vec<u32> = (0..mesh.nodes_m.len() as u32).collect();
-    let mut count = cells.len();
-    for &[i, j] in &mesh.links {
+/// Number of connected parts among so many of the nodes, those that have links.
+pub(super) fn parts(nodes: usize, linked: usize, links: &[[u32; 2]]) -> usize {
+    let mut parent: Vec<u32> = (0..nodes as u32).collect();
+    let mut count = linked;
+    for &[i, j] in links {
         let (a, b) = (root(&mut parent, i), root(&mut parent, j));
         if a != b {
             parent[a.max(b) as usize] = a.min(b);

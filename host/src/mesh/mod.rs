@@ -5,18 +5,25 @@
 //! spacing in metres; a cube of a box has five tetrahedra. A new format is one file with a
 //! `MeshReader` and one row in `READERS`.
 
+mod abaqus;
 mod bytes;
 mod check;
 mod cuboid;
 pub(crate) mod geometry;
 mod gmsh;
+mod groups;
+mod medit;
 mod organ;
 mod plane;
 mod rings;
 mod selector;
 mod size;
+mod solid;
+mod stuffing;
 mod surface;
+mod tetgen;
 mod vtk;
+mod write;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -27,7 +34,9 @@ use crate::error::{Error, Result};
 use crate::text::{BYTE_ORDER_MARK, gzip};
 
 pub use selector::{select, select_among};
+pub use solid::Filled;
 pub use surface::{boundary, vertex_normals};
+pub use write::{Written, write};
 
 /// Most cells a body may have: a cell's number has 16 bits and one value is kept back.
 pub const CELLS_MAX: usize = 65_535;
@@ -61,6 +70,8 @@ pub struct Mesh {
     pub default_fixed: Vec<u32>,
     /// Nodes without a link, sorted.
     pub unused: Vec<u32>,
+    /// How a closed surface was filled, of a body that was made of one.
+    pub filled: Option<Filled>,
 }
 
 impl Mesh {
@@ -108,6 +119,8 @@ pub struct MeshOptions {
     pub rings: u32,
     /// Most nodes: [`CELLS_MAX`], or [`NODES_MAX`] where groups of them become cells.
     pub nodes_max: usize,
+    /// Fill a closed surface with tetrahedra of this mean edge \[m\].
+    pub fill_m: Option<f64>,
 }
 
 impl Default for MeshOptions {
@@ -119,6 +132,7 @@ impl Default for MeshOptions {
             allow_parts: false,
             rings: 1,
             nodes_max: CELLS_MAX,
+            fill_m: None,
         }
     }
 }
@@ -151,7 +165,8 @@ trait MeshReader: Sync {
 }
 
 /// The formats, tried in this order.
-const READERS: &[&dyn MeshReader] = &[&gmsh::Gmsh, &vtk::Vtk];
+const READERS: &[&dyn MeshReader] =
+    &[&gmsh::Gmsh, &vtk::Vtk, &vtk::Vtu, &abaqus::Abaqus, &tetgen::TetGen, &medit::Medit];
 
 /// Reads or generates the body of `spec` and checks it.
 pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
@@ -163,10 +178,20 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
         )));
     }
     let mesh = match (kind, size) {
+        ("plane" | "box" | "organ", _) if options.fill_m.is_some() => {
+            return Err(Error::input(format!(
+                "`fill_m` fills the closed surface of a file; {spec} has tetrahedra or squares of its \
+                 own: leave it out"
+            )));
+        }
         ("plane", size) => plane::generate(size.unwrap_or(""), options)?,
         ("box", size) => cuboid::generate(size.unwrap_or(""), options.nodes_max)?,
         ("organ", size) => organ::generate(size)?,
-        _ => read(Path::new(spec), options.unit_m)?.into(),
+        _ => {
+            let path = Path::new(spec);
+            let what = "a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]";
+            body(path, &content(path, what)?, options)?
+        }
     };
     finish(spec, mesh, options)
 }
@@ -178,7 +203,7 @@ pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
 /// Place and remedy of the first thing that is not a sound body.
 pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
     check_unit(options)?;
-    finish(name, parse(Path::new(name), bytes, options.unit_m)?.into(), options)
+    finish(name, body(Path::new(name), bytes, options)?, options)
 }
 
 /// The body of nodes and tetrahedra that a program has as numbers, checked; errors call it `name`.
@@ -188,6 +213,11 @@ pub fn from_bytes(name: &str, bytes: &[u8], options: &MeshOptions) -> Result<Mes
 /// A coordinate that is not finite, a tetrahedron or a group with a node that is not there, a
 /// tetrahedron with a node twice; then as [`from_bytes`].
 pub fn from_raw(name: &str, raw: RawMesh, options: &MeshOptions) -> Result<Mesh> {
+    if options.fill_m.is_some() {
+        return Err(Error::input(format!(
+            "`fill_m` fills the closed surface of a file; {name} has tetrahedra of its own: leave it out"
+        )));
+    }
     check::numbers(name, &raw)?;
     finish(name, raw.into(), options)
 }
@@ -209,14 +239,37 @@ fn finish(spec: &str, mut mesh: Mesh, options: &MeshOptions) -> Result<Mesh> {
     Ok(mesh)
 }
 
-fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
-    let file = File::open(path).map_err(|why| {
-        Error::file(
-            "open mesh",
-            path,
-            format!("{why}; a mesh is a file, plane:NXxNYxD, box:NXxNYxNZxD or organ[:NODES]"),
-        )
-    })?;
+/// The body of a mesh file, or of a closed surface that is filled.
+fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
+    let Some(size_m) = options.fill_m else {
+        return Ok(parse(path, bytes, options.unit_m)?.into());
+    };
+    let bytes = without_mark(path, bytes)?;
+    let head = head(bytes);
+    if solid::recognises(path, head) && !READERS.iter().any(|reader| reader.recognises(path, head))
+    {
+        return solid::fill(path, bytes, options.unit_m, size_m, options.nodes_max);
+    }
+    let names: Vec<_> = solid::names().collect();
+    Err(Error::file(
+        "fill",
+        path,
+        format!(
+            "`fill_m` fills closed surfaces ({}); leave it out where a file has tetrahedra",
+            names.join(", ")
+        ),
+    ))
+}
+
+/// The first bytes of a file, which tell its format.
+fn head(bytes: &[u8]) -> &[u8] {
+    &bytes[..bytes.len().min(256)]
+}
+
+/// The bytes of a file that belongs to a mesh; `what` it is, for errors.
+fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
+    let file =
+        File::open(path).map_err(|why| Error::file("open mesh", path, format!("{why}; {what}")))?;
     let mut bytes = Vec::new();
     let taken = file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes);
     let length = taken.map_err(|why| Error::file("read mesh", path, why))?;
@@ -227,7 +280,24 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
             format!("it has more than {} MiB, the limit", FILE_BYTES_MAX >> 20),
         ));
     }
-    parse(path, &bytes, unit_m)
+    Ok(bytes)
+}
+
+/// A file's bytes without a byte order mark; what is empty or packed is refused.
+fn without_mark<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8]> {
+    if let Some(why) = gzip(bytes) {
+        return Err(Error::file("read mesh", path, why));
+    }
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
+    if bytes.is_empty() {
+        return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));
+    }
+    Ok(bytes)
+}
+
+/// Whether a file's name ends in this extension, in letters of either case.
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
 /// The nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is metres
@@ -236,18 +306,18 @@ fn read(path: &Path, unit_m: f64) -> Result<RawMesh> {
 /// # Errors
 /// Place and remedy of the first thing that cannot be read.
 pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
-    if let Some(why) = gzip(bytes) {
-        return Err(Error::file("read mesh", path, why));
-    }
-    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(bytes);
-    let head = &bytes[..bytes.len().min(256)];
-    if bytes.is_empty() {
-        return Err(Error::file("read mesh", path, "the file is empty; save the mesh again"));
-    }
+    let bytes = without_mark(path, bytes)?;
+    let head = head(bytes);
     match READERS.iter().find(|reader| reader.recognises(path, head)) {
         Some(reader) => reader.read(path, bytes, unit_m),
+        None if solid::recognises(path, head) => Err(Error::file(
+            "read mesh",
+            path,
+            "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres",
+        )),
         None => {
-            let names: Vec<_> = READERS.iter().map(|reader| reader.name()).collect();
+            let names: Vec<_> =
+                READERS.iter().map(|reader| reader.name()).chain(solid::names()).collect();
             Err(Error::file(
                 "read mesh",
                 path,

@@ -18,6 +18,23 @@ pub fn vtk(data: &[u8]) {
     mesh("fuzz.vtk", data);
 }
 
+/// A VTK XML, an Abaqus or a Medit file; the first byte says which.
+pub fn meshes(data: &[u8]) {
+    let [which, data @ ..] = data else { return };
+    mesh(["fuzz.vtu", "fuzz.inp", "fuzz.mesh"][usize::from(which % 3)], data);
+}
+
+/// A closed surface in STL, OBJ or PLY, filled coarsely; the first byte says which.
+pub fn surface(data: &[u8]) {
+    let [which, data @ ..] = data else { return };
+    let name = ["fuzz.stl", "fuzz.obj", "fuzz.ply"][usize::from(which % 3)];
+    let options = MeshOptions { fill_m: Some(0.08), nodes_max: 2_000, ..MeshOptions::default() };
+    match from_bytes(name, data, &options) {
+        Ok(mesh) => sound(&mesh),
+        Err(why) => assert!(why.exit_code() == 2 && why.to_string().contains(name), "{why}"),
+    }
+}
+
 fn mesh(name: &str, data: &[u8]) {
     let strict = from_bytes(name, data, &MeshOptions::default());
     let lenient = MeshOptions { drop_unused: true, allow_parts: true, ..MeshOptions::default() };

@@ -20,7 +20,7 @@ use chaincell_kernel::{TickOutput, ToolSample};
 use chaincell_lab::monitor::Monitor;
 
 pub use canary::canary;
-pub use mesh::{gmsh, vtk};
+pub use mesh::{gmsh, meshes, surface, vtk};
 pub use model::model;
 pub use path::path;
 pub use payload::payload;
@@ -45,10 +45,12 @@ fn tick<'m>(
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets but the canary, whose body is broken on purpose.
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 11] = [
     ("model", model),
     ("gmsh", gmsh),
     ("vtk", vtk),
+    ("meshes", meshes),
+    ("surface", surface),
     ("path", path),
     ("words", words),
     ("trace", trace),

@@ -101,7 +101,10 @@ fn formats_that_are_not_read_name_the_way_out() {
     let folder = scratch();
     let file = folder.path().join("body.stl");
     std::fs::write(&file, "solid body\nendsolid\n").unwrap();
-    refused(folder.path(), &file, &[], &["unknown format", "Gmsh"]);
+    refused(folder.path(), &file, &[], &["a surface", "--fill SIZE"]);
+    let file = folder.path().join("body.step");
+    std::fs::write(&file, "ISO-10303-21;\n").unwrap();
+    refused(folder.path(), &file, &[], &["unknown format", "Gmsh", "Abaqus", "STL"]);
     for name in ["body.msh", "body.vtk", "body.msh.gz"] {
         let packed = folder.path().join(name);
         std::fs::write(&packed, b"\x1f\x8b\x08\0\0").unwrap();

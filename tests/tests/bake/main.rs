@@ -2,9 +2,11 @@
 
 mod bad_mesh;
 mod cells;
+mod convert;
 mod crafted_models;
 mod mesh_formats;
 mod mesh_options;
 mod readers;
 mod scenes;
 mod selectors;
+mod surfaces;

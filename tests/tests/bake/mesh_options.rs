@@ -25,7 +25,7 @@ fn files_that_cannot_be_read_are_named() {
     assert!(refusal("organs", &options).contains("cannot open mesh organs"));
     let folder = tempfile::tempdir().unwrap();
     assert!(refusal(folder.path().to_str().unwrap(), &options).contains("cannot read mesh"));
-    for (name, text, part) in [("a.stl", "solid", "Gmsh"), ("b.msh", "", "empty")] {
+    for (name, text, part) in [("a.step", "ISO", "Gmsh"), ("b.msh", "", "empty")] {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
         assert!(refusal(path.to_str().unwrap(), &options).contains(part));

@@ -34,6 +34,8 @@ class BakeOptions(TypedDict, total=False):
     hats: float | Literal["auto", "none"] | None
     unit_m: float | None
     """Metres in one unit of the coordinates; of a generator it is 1."""
+    fill_m: float | None
+    """Size of the tetrahedra that fill a closed surface, a file of STL, OBJ or PLY [m]."""
     allow_parts: bool | None
     drop_unused: bool | None
     diagonals: bool | None

@@ -86,6 +86,7 @@ fn wheel(count: u32) -> Mesh {
         border: Vec::new(),
         default_fixed: vec![1],
         unused: Vec::new(),
+        filled: None,
     }
 }
 

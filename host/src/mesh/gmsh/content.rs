@@ -6,6 +6,7 @@ use super::lines::Lines;
 use super::source::{Place, Source};
 use crate::error::{Error, Result};
 use crate::mesh::RawMesh;
+use crate::mesh::groups::Groups;
 
 /// Nodes, tetrahedra and groups as far as the file has been read.
 pub(super) struct Content {
@@ -152,7 +153,7 @@ impl Content {
     }
 
     fn body(mut self) -> RawMesh {
-        let mut groups: BTreeMap<String, Vec<u32>> = BTreeMap::new();
+        let mut groups = Groups::default();
         for ((dimension, number), ids) in self.members {
             let own = [number];
             let physicals = match &self.physicals {
@@ -163,13 +164,9 @@ impl Content {
                 // The sign tells the orientation alone.
                 let key = (dimension, physical.saturating_abs());
                 let name = self.names.entry(key).or_insert_with(|| key.1.to_string());
-                groups.entry(name.clone()).or_default().extend(&ids);
+                groups.add(&name, ids.iter().copied());
             }
         }
-        for ids in groups.values_mut() {
-            ids.sort_unstable();
-            ids.dedup();
-        }
-        RawMesh { nodes_m: self.nodes_m, tetrahedra: self.tetrahedra, groups }
+        RawMesh { nodes_m: self.nodes_m, tetrahedra: self.tetrahedra, groups: groups.finish() }
     }
 }

@@ -21,7 +21,7 @@ use content::Content;
 use lines::Lines;
 
 use super::bytes::Bytes;
-use super::{MeshReader, RawMesh};
+use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
 
 /// Reader of `.msh` files.
@@ -33,8 +33,7 @@ impl MeshReader for Gmsh {
     }
 
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("msh"))
-            || head.starts_with(b"$MeshFormat")
+        has_extension(path, "msh") || head.starts_with(b"$MeshFormat")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {

@@ -2,17 +2,16 @@
 //!
 //! The same bits on every machine: only + - * / and square roots, in a fixed order.
 
-mod cut;
 mod shape;
-mod smooth;
-mod stuffing;
 
 use std::collections::BTreeMap;
 
 use super::Mesh;
 use super::geometry::distance;
+use super::stuffing::smooth::smooth;
+use super::stuffing::{TetMesh, fill};
 use crate::error::{Error, Result};
-use stuffing::TetMesh;
+use shape::Liver;
 
 /// Nodes unless a size is given.
 const SIZE: usize = 5_762;
@@ -46,7 +45,7 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
         }
     };
     let mut body = sized(size)?;
-    smooth::smooth(&mut body);
+    smooth(&Liver, &mut body, &[]);
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     Ok(Mesh { default_fixed: back(&mesh), ..mesh })
 }
@@ -55,12 +54,12 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
 fn sized(size: usize) -> Result<TetMesh> {
     let off = |body: &TetMesh| body.nodes_m.len().abs_diff(size);
     let mut spacing_m = 0.02;
-    let (mut best, mut best_m) = (stuffing::fill(spacing_m, 0.0), spacing_m);
+    let (mut best, mut best_m) = (fill(&Liver, spacing_m, 0.0), spacing_m);
     let mut latest = best.nodes_m.len();
     // Newton's steps find the spacing roughly: nodes go with its inverse cube ..
     for _ in 0..12 {
         spacing_m *= (1.0 + (latest as f64 / size as f64 - 1.0) / 3.0).clamp(0.7, 1.3);
-        let body = stuffing::fill(spacing_m, 0.0);
+        let body = fill(&Liver, spacing_m, 0.0);
         latest = body.nodes_m.len();
         if off(&body) < off(&best) {
             (best, best_m) = (body, spacing_m);
@@ -73,7 +72,7 @@ fn sized(size: usize) -> Result<TetMesh> {
     let middle_m = best_m;
     for step in (1..=200).map(f64::from) {
         for sign in [-1.0, 1.0] {
-            let body = stuffing::fill(middle_m * (1.0 + sign * 0.0005 * step), 0.01 * step);
+            let body = fill(&Liver, middle_m * (1.0 + sign * 0.0005 * step), 0.01 * step);
             if off(&body) < off(&best) {
                 best = body;
             }
@@ -105,6 +104,7 @@ fn back(mesh: &Mesh) -> Vec<u32> {
 mod tests {
     use super::super::geometry::{corners, volume6};
     use super::*;
+    use crate::mesh::stuffing::smooth::roundness;
     use crate::mesh::{MeshOptions, boundary, check};
 
     /// Checks what every size promises; returns the body.
@@ -114,7 +114,7 @@ mod tests {
         assert!(nodes.abs_diff(size) * 50 <= size, "{size}: {nodes} nodes");
         assert_eq!(check::check("organ", &mesh, &MeshOptions::default()), Ok(vec![]));
         for tetrahedron in &mesh.tetrahedra {
-            let roundness = smooth::roundness(corners(&mesh.nodes_m, *tetrahedron));
+            let roundness = roundness(corners(&mesh.nodes_m, *tetrahedron));
             assert!(roundness > 0.4, "{size}: roundness {roundness}");
         }
         let place = |id: u32| mesh.nodes_m[id as usize];

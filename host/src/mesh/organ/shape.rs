@@ -3,10 +3,33 @@
 //! x runs from right (negative) to left, y from front to back, z upwards, all in metres. Only
 //! + - * / and square roots, so that every machine gets the same bits.
 
+use crate::mesh::stuffing::{Shape, between};
+
+/// The liver.
+pub(super) struct Liver;
+
+impl Shape for Liver {
+    fn bounds_m(&self) -> [[f64; 3]; 2] {
+        [LOW_M, HIGH_M]
+    }
+
+    fn value(&self, place_m: [f64; 3]) -> f64 {
+        value(place_m)
+    }
+
+    fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
+        crossing(inside, outside)
+    }
+
+    fn project(&self, place_m: [f64; 3]) -> [f64; 3] {
+        project(place_m)
+    }
+}
+
 /// A box around the body, in metres.
-pub(super) const LOW_M: [f64; 3] = [-0.102, -0.08, -0.04];
+const LOW_M: [f64; 3] = [-0.102, -0.08, -0.04];
 /// See [`LOW_M`].
-pub(super) const HIGH_M: [f64; 3] = [0.102, 0.08, 0.075];
+const HIGH_M: [f64; 3] = [0.102, 0.08, 0.075];
 
 /// Half the length from the right end to the left tip.
 const HALF_LENGTH_M: f64 = 0.1;
@@ -43,7 +66,7 @@ pub(super) fn value([x, y, z]: [f64; 3]) -> f64 {
 }
 
 /// Where the line from a point inside to a point outside leaves the body.
-pub(super) fn crossing(inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
+fn crossing(inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..BISECTIONS {
         let middle = (low + high) / 2.0;
@@ -56,13 +79,8 @@ pub(super) fn crossing(inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
     between(inside, outside, (low + high) / 2.0)
 }
 
-/// The point at share `t` of the way from a to b.
-pub(super) fn between(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
-    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])]
-}
-
 /// A point of the surface near `point`, which must be near it.
-pub(super) fn project(mut point: [f64; 3]) -> [f64; 3] {
+fn project(mut point: [f64; 3]) -> [f64; 3] {
     for _ in 0..PROJECTIONS {
         let mut slope = [0.0; 3];
         for axis in 0..3 {

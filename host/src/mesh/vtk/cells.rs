@@ -10,7 +10,7 @@ use crate::words::counted;
 pub(super) struct Cells {
     /// Where each cell's nodes begin in `nodes`, and behind them the end of the last.
     pub(super) starts: Vec<usize>,
-    nodes: Vec<u64>,
+    pub(super) nodes: Vec<u64>,
     pub(super) types: Vec<u64>,
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::cells::Cells;
 use super::values::{Number, Values};
 use crate::error::Result;
+use crate::mesh::groups::Groups;
 
 /// Names that programs give the numbers of physical groups, materials and regions: Gmsh's own export,
 /// meshio's from Gmsh and from Medit, and what others write.
@@ -30,19 +31,20 @@ pub(super) fn read(
     let Some(number) = find(values, cells.count(), begun) else { return Ok(BTreeMap::new()) };
     values.bytes.enter("the groups of the cells");
     values.begin_data(cells.count(), 1, number, "groups of the cells")?;
-    let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
+    let mut groups = Groups::default();
     for cell in 0..cells.count() {
-        let group = values.whole(number, "the group of a cell")?;
-        if group > 0 {
-            groups.entry(group).or_default().extend(cells.nodes_of(cell as usize));
+        groups.of_cell(cells, cell as usize, values.whole(number, "the group of a cell")?);
+    }
+    Ok(groups.finish())
+}
+
+impl Groups {
+    /// Adds a cell's nodes to the group of a number, unless that is 0.
+    pub(super) fn of_cell(&mut self, cells: &Cells, cell: usize, number: u64) {
+        if number > 0 {
+            self.add(number, cells.nodes_of(cell));
         }
     }
-    let named = groups.into_iter().map(|(group, mut nodes)| {
-        nodes.sort_unstable();
-        nodes.dedup();
-        (group.to_string(), nodes)
-    });
-    Ok(named.collect())
 }
 
 /// Goes to the first array of groups; the type of its numbers.
@@ -101,6 +103,10 @@ fn find(values: &mut Values, cells: u64, begun: &str) -> Option<Number> {
 }
 
 fn is_group(name: &str, number: Number, components: u64) -> bool {
-    let is_named = NAMES.iter().any(|known| known.eq_ignore_ascii_case(name));
-    is_named && components == 1 && matches!(number, Number::I32 | Number::I64)
+    is_known(name) && components == 1 && matches!(number, Number::I32 | Number::I64)
+}
+
+/// Whether an array of whole numbers of this name holds groups.
+pub(super) fn is_known(name: &str) -> bool {
+    NAMES.iter().any(|known| known.eq_ignore_ascii_case(name))
 }

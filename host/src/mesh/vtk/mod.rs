@@ -8,6 +8,7 @@
 mod cells;
 mod groups;
 mod values;
+mod xml;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,8 +17,10 @@ use cells::Cells;
 use values::{Number, Values};
 
 use super::bytes::{Bytes, shown};
-use super::{MeshReader, RawMesh};
+use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
+
+pub(super) use xml::Vtu;
 
 /// Reader of `.vtk` files.
 pub(super) struct Vtk;
@@ -33,8 +36,7 @@ impl MeshReader for Vtk {
     }
 
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vtk"))
-            || head.starts_with(MAGIC)
+        has_extension(path, "vtk") || head.starts_with(MAGIC)
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {

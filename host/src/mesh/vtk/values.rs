@@ -75,14 +75,7 @@ impl<'a> Values<'a> {
     /// A count in text.
     pub(super) fn count(&mut self, what: &str) -> Result<u64> {
         let word = self.text(what)?;
-        word.parse().map_err(|_| self.no_number(what, word, "a whole number from 0"))
-    }
-
-    fn no_number(&self, what: &str, word: &str, wanted: &str) -> crate::error::Error {
-        self.bytes.error(format!(
-            "{what} is '{}'; it must be {wanted}: save or copy the mesh again",
-            shown(word)
-        ))
+        self.bytes.whole_of(word, what)
     }
 
     /// Begins an array of `count` times `each` numbers, which the file must have room for.
@@ -111,7 +104,7 @@ impl<'a> Values<'a> {
             };
         }
         let word = self.text(what)?;
-        word.parse().map_err(|_| self.no_number(what, word, "a number"))
+        word.parse().map_err(|_| self.bytes.no_number(what, word, "a number"))
     }
 
     /// The next number of an array, as a whole one.
@@ -123,10 +116,10 @@ impl<'a> Values<'a> {
             }
         } else {
             let word = self.text(what)?;
-            word.parse().map_err(|_| self.no_number(what, word, "a whole number from 0"))?
+            word.parse().map_err(|_| self.bytes.no_number(what, word, "a whole number from 0"))?
         };
         u64::try_from(value)
-            .map_err(|_| self.no_number(what, &value.to_string(), "a whole number from 0"))
+            .map_err(|_| self.bytes.no_number(what, &value.to_string(), "a whole number from 0"))
     }
 
     /// Passes over `FIELD name n` and its arrays.

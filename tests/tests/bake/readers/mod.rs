@@ -2,9 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
+mod abaqus;
+mod damaged;
 mod gmsh;
 mod gmsh_binary;
+mod medit;
+mod surface;
+mod tetgen;
 mod vtk;
+mod xml;
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,6 @@
 //! Keeps the part of one tetrahedron that lies inside the shape.
 
-use super::super::geometry::distance;
-use super::shape;
+use crate::mesh::geometry::distance;
 
 /// A corner of a lattice tetrahedron.
 #[derive(Clone, Copy)]
@@ -19,7 +18,12 @@ type Key = [u32; 2];
 /// Appends the tetrahedra that fill the inside part; none for a part without volume.
 ///
 /// Quadrangles on common faces are cut by a rule of the face alone, so that neighbours conform.
-pub(super) fn cut(corners: [Corner; 4], pieces: &mut Vec<[Key; 4]>) {
+/// `place_m` is where the edge from a corner inside to one outside leaves the shape.
+pub(super) fn cut(
+    corners: [Corner; 4],
+    place_m: &mut impl FnMut(&Corner, &Corner) -> [f64; 3],
+    pieces: &mut Vec<[Key; 4]>,
+) {
     let inside: Vec<Corner> = corners.into_iter().filter(|c| c.value > 0.0).collect();
     let outside: Vec<Corner> = corners.into_iter().filter(|c| c.value < 0.0).collect();
     let on = corners.iter().find(|c| c.value == 0.0).map(own);
@@ -31,22 +35,24 @@ pub(super) fn cut(corners: [Corner; 4], pieces: &mut Vec<[Key; 4]>) {
         }
         ([a, b], [n], Some(top)) => {
             // A pyramid over the quadrangle a, b and their crossings.
-            let (a, b) = if first(a, b, n) { (a, b) } else { (b, a) };
+            let (a, b) = if first(place_m, a, b, n) { (a, b) } else { (b, a) };
             pieces.push([top, own(a), crossing(b, n), own(b)]);
             pieces.push([top, own(a), crossing(b, n), crossing(a, n)]);
         }
         ([a, b, c], [n], _) => {
             let upper = [crossing(a, n), crossing(b, n), crossing(c, n)];
-            let diagonals = [first(a, b, n), first(b, c, n), first(c, a, n)];
+            let diagonals =
+                [first(place_m, a, b, n), first(place_m, b, c, n), first(place_m, c, a, n)];
             prism([own(a), own(b), own(c)], upper, diagonals, pieces);
         }
         ([a, b], [m, n], _) => {
             let left = [own(a), crossing(a, m), crossing(a, n)];
             let right = [own(b), crossing(b, m), crossing(b, n)];
-            let (base, back) = (first(a, b, m), first(b, a, n));
+            let (base, back) = (first(place_m, a, b, m), first(place_m, b, a, n));
             // The quadrangle on the surface is no neighbour's: its shorter diagonal, unless the
             // three diagonals would then run in a circle, which no tetrahedra fill.
-            let shorter = span(a, m, b, n) <= span(b, m, a, n);
+            let mut span = |[a, m, b, n]: [&Corner; 4]| distance(place_m(a, m), place_m(b, n));
+            let shorter = span([a, m, b, n]) <= span([b, m, a, n]);
             let free = if base == back { !base } else { shorter };
             prism(left, right, [base, free, back], pieces);
         }
@@ -62,19 +68,16 @@ fn crossing(inside: &Corner, outside: &Corner) -> Key {
     [inside.index, outside.index]
 }
 
-fn length(inside: &Corner, outside: &Corner) -> f64 {
-    distance(inside.place_m, shape::crossing(inside.place_m, outside.place_m))
-}
-
-/// Distance of the crossings a-m and b-n.
-fn span(a: &Corner, m: &Corner, b: &Corner, n: &Corner) -> f64 {
-    distance(shape::crossing(a.place_m, m.place_m), shape::crossing(b.place_m, n.place_m))
-}
-
 /// Whether the diagonal of the quadrangle a, b and their crossings towards n starts at a: at the
 /// corner with the shorter edge left, which gives the shorter diagonal.
-fn first(a: &Corner, b: &Corner, n: &Corner) -> bool {
-    let (own, other) = (length(a, n), length(b, n));
+fn first(
+    place_m: &mut impl FnMut(&Corner, &Corner) -> [f64; 3],
+    a: &Corner,
+    b: &Corner,
+    n: &Corner,
+) -> bool {
+    let own = distance(a.place_m, place_m(a, n));
+    let other = distance(b.place_m, place_m(b, n));
     own < other || (own == other && a.index < b.index)
 }
 
@@ -104,20 +107,36 @@ mod tests {
 
     use super::*;
 
+    /// A ball of radius 1 around the origin.
+    fn leaves_ball(inside: &Corner, outside: &Corner) -> [f64; 3] {
+        let (mut low, mut high) = (0.0, 1.0);
+        let at = |t: f64| {
+            [0, 1, 2].map(|i| inside.place_m[i] + t * (outside.place_m[i] - inside.place_m[i]))
+        };
+        for _ in 0..40 {
+            let middle = (low + high) / 2.0;
+            *(if ball(at(middle)) > 0.0 { &mut low } else { &mut high }) = middle;
+        }
+        at(low)
+    }
+
+    fn ball(place_m: [f64; 3]) -> f64 {
+        1.0 - distance(place_m, [0.0; 3])
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(400))]
 
         /// Also where the shorter diagonals would run in a circle.
         #[test]
-        fn halves_are_filled(offsets in prop::array::uniform4(prop::array::uniform3(-0.02..0.02))) {
-            let top = shape::crossing([0.0; 3], [0.0, 0.0, 0.1]);
+        fn halves_are_filled(offsets in prop::array::uniform4(prop::array::uniform3(-0.2..0.2))) {
             let corners = [0, 1, 2, 3].map(|index: usize| {
-                let place_m = [0, 1, 2].map(|axis| top[axis] + offsets[index][axis]);
-                Corner { index: index as u32, place_m, value: shape::value(place_m) }
+                let place_m = [0, 1, 2].map(|axis| f64::from(axis == 2) + offsets[index][axis]);
+                Corner { index: index as u32, place_m, value: ball(place_m) }
             });
             prop_assume!(corners.iter().filter(|corner| corner.value > 0.0).count() == 2);
             let mut pieces = Vec::new();
-            cut(corners, &mut pieces);
+            cut(corners, &mut leaves_ball, &mut pieces);
             prop_assert_eq!(pieces.len(), 3);
         }
     }

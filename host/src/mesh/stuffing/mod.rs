@@ -3,9 +3,13 @@
 //! A body-centred cubic lattice covers the shape. Lattice points very near the surface are moved
 //! onto it, tetrahedra that still cross it are cut, and what lies inside is kept.
 
-use super::super::geometry::{corners, distance, volume6};
-use super::cut::{Corner, cut};
-use super::shape;
+mod cut;
+pub(super) mod smooth;
+
+use std::collections::BTreeMap;
+
+use super::geometry::{corners, distance, volume6};
+use cut::{Corner, cut};
 
 /// A point moves onto the surface when an edge along an axis crosses it within this share.
 const NEAR_LONG: f64 = 0.24999;
@@ -15,6 +19,18 @@ const NEAR_SHORT: f64 = 0.41189;
 /// Place of the lattice within its first cube, uneven so that no layer is the shape's own plane.
 const OFFSET: [f64; 3] = [0.137, 0.291, 0.413];
 
+/// A body that can be filled.
+pub(super) trait Shape {
+    /// Opposite corners of a box around it, in metres.
+    fn bounds_m(&self) -> [[f64; 3]; 2];
+    /// Positive inside, negative outside.
+    fn value(&self, place_m: [f64; 3]) -> f64;
+    /// Where the line from a point inside to a point outside leaves it.
+    fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3];
+    /// A point of its surface near a point that is near it.
+    fn project(&self, place_m: [f64; 3]) -> [f64; 3];
+}
+
 /// Nodes `[node][axis]` in metres and tetrahedra of positive volume.
 pub(super) struct TetMesh {
     pub(super) nodes_m: Vec<[f64; 3]>,
@@ -22,46 +38,63 @@ pub(super) struct TetMesh {
 }
 
 /// Lattice points at even coordinates (corners of cubes) and odd ones (their centres).
-struct Lattice {
+struct Lattice<'a, S> {
+    shape: &'a S,
     counts: [usize; 3],
     places_m: Vec<[f64; 3]>,
-    /// Of [`shape::value`], 0 for points on the surface.
+    /// Of [`Shape::value`], 0 for points on the surface.
     values: Vec<f64>,
 }
 
+/// Where cut edges leave the shape, by the indices of their ends inside and outside.
+type Crossings = BTreeMap<[u32; 2], [f64; 3]>;
+
+/// About so many points has the lattice of [`fill`] around a box.
+pub(super) fn points([low_m, high_m]: [[f64; 3]; 2], spacing_m: f64) -> f64 {
+    (0..3).map(|axis| 2.0 * ((high_m[axis] - low_m[axis]) / spacing_m + 5.0) + 1.0).product()
+}
+
 /// Fills the shape with a lattice of cubes of `spacing_m`, moved down by `shift` cubes (0 to 2).
-pub(super) fn fill(spacing_m: f64, shift: f64) -> TetMesh {
-    let mut lattice = Lattice::new(spacing_m, shift);
+pub(super) fn fill(shape: &impl Shape, spacing_m: f64, shift: f64) -> TetMesh {
+    let mut lattice = Lattice::new(shape, spacing_m, shift);
     lattice.warp();
-    let mut pieces = Vec::new();
+    let (mut pieces, mut crossings) = (Vec::new(), Crossings::new());
     lattice.each_tetrahedron(|indices| {
         let corners = indices.map(|index| Corner {
             index: index as u32,
             place_m: lattice.places_m[index],
             value: lattice.values[index],
         });
-        cut(corners, &mut pieces);
+        let mut crossing = |inside: &Corner, outside: &Corner| {
+            *crossings
+                .entry([inside.index, outside.index])
+                .or_insert_with(|| shape.crossing(inside.place_m, outside.place_m))
+        };
+        cut(corners, &mut crossing, &mut pieces);
     });
-    lattice.number(&pieces)
+    lattice.number(&pieces, &crossings)
 }
 
-impl Lattice {
-    fn new(spacing_m: f64, shift: f64) -> Self {
+impl<'a, S: Shape> Lattice<'a, S> {
+    fn new(shape: &'a S, spacing_m: f64, shift: f64) -> Self {
         let offset = [OFFSET[0], OFFSET[1], OFFSET[2] + shift];
-        let extents_m = [0, 1, 2].map(|axis| shape::HIGH_M[axis] - shape::LOW_M[axis]);
+        let [low_m, high_m] = shape.bounds_m();
+        let extents_m = [0, 1, 2].map(|axis| high_m[axis] - low_m[axis]);
         // Room for the place within the first cube, the shift and a layer outside.
         let counts = extents_m.map(|extent_m| 2 * ((extent_m / spacing_m) as usize + 5) + 1);
         let total = counts[0] * counts[1] * counts[2];
-        let mut lattice = Self { counts, places_m: Vec::with_capacity(total), values: Vec::new() };
+        let (places_m, values) = (Vec::with_capacity(total), Vec::with_capacity(total));
+        let mut lattice = Self { shape, counts, places_m, values };
         for index in 0..total {
             let mut place_m = [0.0; 3];
-            for (axis, at) in lattice.at(index).into_iter().enumerate() {
+            let at = lattice.at(index);
+            for (axis, at) in at.into_iter().enumerate() {
                 let cubes = at as f64 / 2.0 - 1.0 - offset[axis];
-                place_m[axis] = shape::LOW_M[axis] + cubes * spacing_m;
+                place_m[axis] = low_m[axis] + cubes * spacing_m;
             }
             lattice.places_m.push(place_m);
+            lattice.values.push(if is_point(at) { shape.value(place_m) } else { 0.0 });
         }
-        lattice.values = lattice.places_m.iter().map(|place_m| shape::value(*place_m)).collect();
         lattice
     }
 
@@ -87,7 +120,7 @@ impl Lattice {
     fn warp(&mut self) {
         for index in 0..self.values.len() {
             let at = self.at(index);
-            if at[0] % 2 != at[1] % 2 || at[1] % 2 != at[2] % 2 {
+            if !is_point(at) {
                 continue;
             }
             let own = self.places_m[index];
@@ -99,9 +132,9 @@ impl Lattice {
                 }
                 let far = self.places_m[other];
                 let crossing = if self.values[index] > 0.0 {
-                    shape::crossing(own, far)
+                    self.shape.crossing(own, far)
                 } else {
-                    shape::crossing(far, own)
+                    self.shape.crossing(far, own)
                 };
                 let away = distance(own, crossing);
                 if away < near * distance(own, far) && nearest.is_none_or(|(best, _)| away < best) {
@@ -143,16 +176,18 @@ impl Lattice {
     }
 
     /// Numbers the nodes in lattice order and turns every tetrahedron to positive volume.
-    fn number(&self, pieces: &[[[u32; 2]; 4]]) -> TetMesh {
+    fn number(&self, pieces: &[[[u32; 2]; 4]], crossings: &Crossings) -> TetMesh {
         let mut keys: Vec<[u32; 2]> = pieces.iter().flatten().copied().collect();
         keys.sort_unstable();
         keys.dedup();
-        let place = |[a, b]: [u32; 2]| match (self.places_m[a as usize], self.places_m[b as usize])
-        {
-            (on, _) if a == b => on,
-            (inside, outside) => shape::crossing(inside, outside),
+        let place = |key: &[u32; 2]| match crossings.get(key) {
+            Some(crossing) => *crossing,
+            None if key[0] == key[1] => self.places_m[key[0] as usize],
+            None => {
+                self.shape.crossing(self.places_m[key[0] as usize], self.places_m[key[1] as usize])
+            }
         };
-        let nodes_m: Vec<[f64; 3]> = keys.iter().map(|key| place(*key)).collect();
+        let nodes_m: Vec<[f64; 3]> = keys.iter().map(place).collect();
         let id = |key: [u32; 2]| keys.partition_point(|known| *known < key) as u32;
         let turned = |mut ids: [u32; 4]| {
             if volume6(corners(&nodes_m, ids)) < 0.0 {
@@ -163,6 +198,16 @@ impl Lattice {
         let tetrahedra = pieces.iter().map(|piece| turned(piece.map(id))).collect();
         TetMesh { nodes_m, tetrahedra }
     }
+}
+
+/// Whether the lattice has a point at these coordinates: all even or all odd.
+fn is_point(at: [usize; 3]) -> bool {
+    at[0] % 2 == at[1] % 2 && at[1] % 2 == at[2] % 2
+}
+
+/// The point at share `t` of the way from a to b.
+pub(super) fn between(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
+    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])]
 }
 
 /// Offsets of the 14 neighbours of a lattice point, with the share within which it moves.

@@ -1,9 +1,8 @@
 //! Moves nodes towards the middle of their neighbours where that makes tetrahedra rounder.
 
-use super::super::geometry::{EDGES, corners, distance, edges, volume6};
-use super::super::surface::boundary;
-use super::shape::{between, project};
-use super::stuffing::TetMesh;
+use super::{Shape, TetMesh, between};
+use crate::mesh::geometry::{EDGES, corners, distance, edges, volume6};
+use crate::mesh::surface::boundary;
 
 /// Rounds over all nodes.
 const PASSES: usize = 10;
@@ -20,8 +19,8 @@ const GOOD: f64 = 0.6;
 /// Edges shorter than this share of the mean edge lower the quality.
 const SHORT: f64 = 0.6;
 
-/// Smooths the body in place; surface nodes stay on the surface.
-pub(super) fn smooth(body: &mut TetMesh) {
+/// Smooths the body in place; surface nodes stay on the surface, `held` nodes where they are.
+pub(in crate::mesh) fn smooth(shape: &impl Shape, body: &mut TetMesh, held: &[bool]) {
     let count = body.nodes_m.len();
     let mut skin: Vec<[u32; 2]> = boundary(&body.tetrahedra)
         .iter()
@@ -41,8 +40,11 @@ pub(super) fn smooth(body: &mut TetMesh) {
     }
     for _ in 0..PASSES {
         for node in 0..count {
+            if held.get(node) == Some(&true) {
+                continue;
+            }
             let surface = !on_skin[node].is_empty();
-            let site = Site { node, surface, around: &around[node], mean_m };
+            let site = Site { shape, node, surface, around: &around[node], mean_m };
             let nodes_m = &mut body.nodes_m;
             if surface || site.quality(nodes_m) < GOOD {
                 let ids = if surface { &on_skin[node] } else { &inside[node] };
@@ -55,7 +57,8 @@ pub(super) fn smooth(body: &mut TetMesh) {
 }
 
 /// A node that may move.
-struct Site<'a> {
+struct Site<'a, S> {
+    shape: &'a S,
     node: usize,
     surface: bool,
     /// Tetrahedra that have the node.
@@ -64,7 +67,7 @@ struct Site<'a> {
     mean_m: f64,
 }
 
-impl Site<'_> {
+impl<S: Shape> Site<'_, S> {
     /// Moves the node to the largest share of the way to `target` that leaves all tetrahedra good
     /// or no worse.
     fn relax(&self, nodes_m: &mut [[f64; 3]], target: [f64; 3]) {
@@ -102,7 +105,7 @@ impl Site<'_> {
     }
 
     fn put(&self, nodes_m: &mut [[f64; 3]], place_m: [f64; 3]) {
-        nodes_m[self.node] = if self.surface { project(place_m) } else { place_m };
+        nodes_m[self.node] = if self.surface { self.shape.project(place_m) } else { place_m };
     }
 
     /// The least roundness around the node, less still where edges are short.
@@ -139,7 +142,7 @@ fn middle(nodes_m: &[[f64; 3]], ids: &[u32]) -> [f64; 3] {
 
 /// Volume over the cubed root mean square edge: 1 for a regular tetrahedron, 0 for a flat one,
 /// negative inside out.
-pub(super) fn roundness(points: [[f64; 3]; 4]) -> f64 {
+pub(in crate::mesh) fn roundness(points: [[f64; 3]; 4]) -> f64 {
     let squares = EDGES.iter().map(|&[i, j]| {
         let length = distance(points[i], points[j]);
         length * length

@@ -1,0 +1,303 @@
+//! Abaqus input files, `.inp`: nodes, elements C3D4 and sets of one part.
+//!
+//! Groups are the sets by name, in letters of either case: of `*NSET` the nodes, of `*ELSET` the nodes of
+//! the elements. Elements that are no solids count for their sets alone. Keywords that the body does not
+//! need are passed over with their data. Layout: Abaqus Analysis User's Guide, "Input Syntax Rules".
+
+mod keyword;
+mod sets;
+mod solid;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use keyword::{Keyword, fields};
+use sets::Sets;
+use solid::{Kind, kind};
+
+use super::bytes::{Bytes, shown};
+use super::{MeshReader, RawMesh, has_extension};
+use crate::error::Result;
+
+/// Reader of `.inp` files.
+pub(super) struct Abaqus;
+
+/// Keywords that make or move nodes and elements in ways that are not read.
+const REFUSED: [&str; 12] = [
+    "INCLUDE",
+    "SYSTEM",
+    "NGEN",
+    "NFILL",
+    "NCOPY",
+    "NMAP",
+    "ELGEN",
+    "ELCOPY",
+    "IMPORT",
+    "TRANSFORM",
+    "SUBMODEL",
+    "SYMMETRIC MODEL GENERATION",
+];
+const COMMENT: &str = "**";
+
+impl MeshReader for Abaqus {
+    fn name(&self) -> &'static str {
+        "Abaqus .inp"
+    }
+
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        let begins = |word: &[u8]| {
+            head.get(..word.len()).is_some_and(|front| front.eq_ignore_ascii_case(word))
+        };
+        has_extension(path, "inp") || begins(b"*heading") || begins(b"*node")
+    }
+
+    fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+        let mut bytes = Bytes::new(path, bytes, 0);
+        bytes.lines = true;
+        bytes.enter("the file");
+        Content::new(bytes, unit_m).read()
+    }
+}
+
+/// What has been read.
+struct Content<'a> {
+    bytes: Bytes<'a>,
+    unit_m: f64,
+    nodes_m: Vec<[f64; 3]>,
+    /// Position of each node number.
+    places: HashMap<u64, u32>,
+    tetrahedra: Vec<[u32; 4]>,
+    /// Where each element's nodes begin and end in `corners`.
+    elements: HashMap<u64, [usize; 2]>,
+    corners: Vec<u32>,
+    sets: Sets,
+    /// Parts that have nodes, and instances.
+    parts: usize,
+    instances: usize,
+}
+
+/// What the data lines behind a keyword are.
+enum Data {
+    Nodes {
+        set: Option<String>,
+    },
+    Elements {
+        kind: Kind,
+        set: Option<String>,
+    },
+    Set {
+        name: String,
+        of_elements: bool,
+        generate: bool,
+    },
+    /// The place of an instance.
+    Place,
+    PassedOver,
+}
+
+impl<'a> Content<'a> {
+    fn new(bytes: Bytes<'a>, unit_m: f64) -> Self {
+        Self {
+            bytes,
+            unit_m,
+            nodes_m: Vec::new(),
+            places: HashMap::new(),
+            tetrahedra: Vec::new(),
+            elements: HashMap::new(),
+            corners: Vec::new(),
+            sets: Sets::default(),
+            parts: 0,
+            instances: 0,
+        }
+    }
+
+    fn read(mut self) -> Result<RawMesh> {
+        let (mut data, mut any) = (Data::PassedOver, false);
+        while let Some(line) = self.bytes.text_line(COMMENT)? {
+            if line.starts_with('*') {
+                let keyword = Keyword::read(line, &mut self.bytes)?;
+                data = self.begin(&keyword)?;
+                any = true;
+            } else if any {
+                self.take(&data, line)?;
+            } else {
+                return Err(self.bytes.error(format!(
+                    "'{}' in front of the first keyword, which begins with *; this is no Abaqus input \
+                     file: save the mesh again",
+                    shown(line)
+                )));
+            }
+        }
+        self.finish()
+    }
+
+    /// What a keyword begins.
+    fn begin(&mut self, keyword: &Keyword) -> Result<Data> {
+        if REFUSED.contains(&keyword.name.as_str()) || keyword.has("INPUT") {
+            return Err(self.bytes.error(format!(
+                "*{} makes or moves nodes and elements in a way that is not read; write the mesh out in \
+                 full: *NODE, *ELEMENT and sets in this file",
+                shown(&keyword.name)
+            )));
+        }
+        Ok(match keyword.name.as_str() {
+            "NODE" => {
+                if keyword.has("SYSTEM") || keyword.has("NBLOCK") {
+                    return Err(self.bytes.error(
+                        "*NODE in a system of its own; save the mesh with rectangular coordinates",
+                    ));
+                }
+                Data::Nodes { set: keyword.value("NSET") }
+            }
+            "ELEMENT" => {
+                let name = keyword.needed("TYPE", &self.bytes)?;
+                Data::Elements { kind: kind(&name, &self.bytes)?, set: keyword.value("ELSET") }
+            }
+            "NSET" | "ELSET" => {
+                let of_elements = keyword.name == "ELSET";
+                let name = keyword.needed(&keyword.name, &self.bytes)?;
+                if let Some(elements) = keyword.value("ELSET").filter(|_| !of_elements) {
+                    self.sets.copy(&self.bytes, &name, &elements);
+                }
+                self.sets.begin(&name);
+                Data::Set { name, of_elements, generate: keyword.has("GENERATE") }
+            }
+            "PART" => {
+                if !self.nodes_m.is_empty() {
+                    return Err(self.bytes.error(
+                        "a second part with nodes; one is read: merge the parts and save the mesh",
+                    ));
+                }
+                self.parts += 1;
+                Data::PassedOver
+            }
+            "INSTANCE" => {
+                self.instances += 1;
+                if self.instances > 1 {
+                    return Err(self.bytes.error(
+                        "a second instance of a part; one is read: merge the instances into one part",
+                    ));
+                }
+                Data::Place
+            }
+            _ => Data::PassedOver,
+        })
+    }
+
+    /// Takes a line of data.
+    fn take(&mut self, data: &Data, line: &str) -> Result<()> {
+        match data {
+            Data::PassedOver => Ok(()),
+            Data::Place => Err(self.bytes.error(
+                "the instance moves its part; one in its place is read: move the nodes and save the mesh",
+            )),
+            Data::Nodes { set } => self.node(line, set.as_deref()),
+            Data::Elements { kind, set } => self.element(line, kind, set.as_deref()),
+            Data::Set { name, of_elements: true, generate } => {
+                self.sets.line::<true>(&self.bytes, name, line, *generate)
+            }
+            Data::Set { name, generate, .. } => {
+                self.sets.line::<false>(&self.bytes, name, line, *generate)
+            }
+        }
+    }
+
+    /// `number, x, y, z`; coordinates that are left out are 0.
+    fn node(&mut self, line: &str, set: Option<&str>) -> Result<()> {
+        let mut words = fields(line);
+        let number = self.bytes.whole_of(words.next().unwrap_or(""), "the node number")?;
+        let mut position = [0.0; 3];
+        for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
+            if let Some(word) = words.next().filter(|word| !word.is_empty()) {
+                *value = self.bytes.metres_of(word, self.unit_m, name)?;
+            }
+        }
+        let place = self.nodes_m.len() as u32;
+        if self.places.insert(number, place).is_some() {
+            return Err(self.bytes.error(format!(
+                "node number {number} is given twice; give each node a number of its own and save the \
+                 mesh again"
+            )));
+        }
+        self.nodes_m.push(position);
+        if let Some(set) = set {
+            self.sets.node(set, number, &self.bytes);
+        }
+        Ok(())
+    }
+
+    /// `number, node, node, ..`; a line that ends in a comma goes on.
+    fn element(&mut self, line: &str, kind: &Kind, set: Option<&str>) -> Result<()> {
+        let mut words = fields(line);
+        let number = self.bytes.whole_of(words.next().unwrap_or(""), "the element number")?;
+        let start = self.corners.len();
+        let item = self.bytes.item();
+        let mut line = line;
+        loop {
+            for word in words.by_ref().filter(|word| !word.is_empty()) {
+                let node = self.bytes.whole_of(word, "a node of the element")?;
+                let place = self.places.get(&node).ok_or_else(|| {
+                    self.bytes.error(format!(
+                        "element {number} refers to node {node}, which no *NODE in front has; save the \
+                         mesh again"
+                    ))
+                })?;
+                self.corners.push(*place);
+            }
+            if !line.ends_with(',') {
+                break;
+            }
+            line = match self.bytes.text_line(COMMENT)? {
+                Some(next) if !next.starts_with('*') => next,
+                _ => return Err(self.bytes.truncated("the rest of an element")),
+            };
+            words = fields(line);
+        }
+        self.bytes.return_to(item);
+        let ids = self.corners.get(start..).unwrap_or_default();
+        if matches!(kind, Kind::Tetrahedron) {
+            let corners = <[u32; 4]>::try_from(ids).map_err(|_| {
+                self.bytes.error(format!(
+                    "element {number} has {} nodes, a tetrahedron has 4; the line is cut off: save the \
+                     mesh again",
+                    ids.len()
+                ))
+            })?;
+            if (1..4).any(|corner| corners[..corner].contains(&corners[corner])) {
+                return Err(self.bytes.error(format!(
+                    "element {number} is a tetrahedron that has a node twice; delete it or mesh again"
+                )));
+            }
+            self.tetrahedra.push(corners);
+        }
+        if self.elements.insert(number, [start, self.corners.len()]).is_some() {
+            return Err(self.bytes.error(format!(
+                "element number {number} is given twice; give each element a number of its own and save \
+                 the mesh again"
+            )));
+        }
+        if let Some(set) = set {
+            self.sets.element(set, number, &self.bytes);
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<RawMesh> {
+        if self.nodes_m.is_empty() {
+            return Err(self.bytes.error_of_file("it has no *NODE; save the mesh with its nodes"));
+        }
+        if self.tetrahedra.is_empty() {
+            return Err(self.bytes.error_of_file(format!(
+                "it has {} elements but none of type C3D4; a volume mesh is needed: mesh the volume \
+                 inside with linear tetrahedra",
+                self.elements.len()
+            )));
+        }
+        let nodes = |number: u64| self.places.get(&number).map(std::slice::from_ref);
+        let elements = |number: u64| {
+            self.elements.get(&number).and_then(|&[start, end]| self.corners.get(start..end))
+        };
+        let groups = self.sets.groups(&mut self.bytes, nodes, elements)?;
+        Ok(RawMesh { nodes_m: self.nodes_m, tetrahedra: self.tetrahedra, groups })
+    }
+}

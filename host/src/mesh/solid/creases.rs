@@ -1,0 +1,154 @@
+//! Sharp edges and corners of a surface: nodes of the filled body are moved onto them, so that they are
+//! not cut off. What would spoil the tetrahedra around a node is left out.
+
+use super::closed::Closed;
+use super::distance::Solid;
+use super::tree::Tree;
+use crate::mesh::geometry::{corners, distance, dot, minus};
+use crate::mesh::stuffing::TetMesh;
+use crate::mesh::stuffing::smooth::roundness;
+use crate::mesh::surface::boundary;
+
+/// Cosine of the angle between normals, and between edges in line, beyond which they are sharp: of 40
+/// degrees.
+const SHARP: f64 = 0.766;
+/// How far a node is moved at most, in sizes.
+const REACH: f64 = 0.8;
+/// Nodes on creases are at least so far apart, in sizes.
+const APART: f64 = 0.25;
+/// Least roundness that a move may leave.
+const ROUND: f64 = 0.3;
+
+/// The creases of a surface.
+pub(super) struct Creases {
+    /// Sharp edges as triangles of two corners; none where there is no sharp edge.
+    edges: Option<Tree>,
+    /// Places in which creases end, meet or turn sharply.
+    corners_m: Vec<[f64; 3]>,
+}
+
+impl Creases {
+    /// Finds them.
+    pub(super) fn new(closed: &Closed, solid: &Solid) -> Self {
+        let mut edges = Vec::new();
+        let mut ends: Vec<Vec<u32>> = vec![Vec::new(); closed.points_m.len()];
+        for (triangle, (ids, across)) in (0..).zip(closed.triangles.iter().zip(&closed.across)) {
+            for k in 0..3 {
+                let normals = [triangle, across[k]].map(|triangle| solid.normal(triangle));
+                let [i, j] = [ids[k], ids[(k + 1) % 3]];
+                if triangle < across[k] && dot(normals[0], normals[1]) < SHARP {
+                    edges.push([i, j, j].map(|id| closed.points_m[id as usize]));
+                    ends[i as usize].push(j);
+                    ends[j as usize].push(i);
+                }
+            }
+        }
+        let place = |id: u32| closed.points_m[id as usize];
+        let is_corner = |(own, others): (u32, &Vec<u32>)| match others[..] {
+            [] => false,
+            [i, j] => {
+                let (to, from) = (minus(place(j), place(own)), minus(place(own), place(i)));
+                dot(to, from) < SHARP * (dot(to, to) * dot(from, from)).sqrt()
+            }
+            _ => true,
+        };
+        let found = (0..).zip(&ends).filter(|entry| is_corner(*entry));
+        let corners_m = found.map(|(own, _)| place(own)).collect();
+        Self { edges: (!edges.is_empty()).then(|| Tree::new(edges)), corners_m }
+    }
+
+    /// Whether the surface is round everywhere.
+    pub(super) fn is_empty(&self) -> bool {
+        self.edges.is_none()
+    }
+
+    /// Moves surface nodes of a body of tetrahedra of `size_m` onto the creases and marks them as held.
+    pub(super) fn align(&self, solid: &Solid, body: &mut TetMesh, held: &mut [bool], size_m: f64) {
+        let Some(edges) = &self.edges else { return };
+        let skin = Skin::new(body);
+        let mut taken_m: Vec<[f64; 3]> = skin
+            .nodes
+            .iter()
+            .filter(|&&node| held[node as usize])
+            .map(|&node| body.nodes_m[node as usize])
+            .collect();
+        let mut put = |body: &mut TetMesh, node: u32, place_m: [f64; 3]| {
+            let is_free =
+                taken_m.iter().all(|other_m| distance(place_m, *other_m) >= APART * size_m);
+            let is_put = is_free && skin.put(body, node, place_m);
+            if is_put {
+                taken_m.push(place_m);
+            }
+            is_put
+        };
+        for corner_m in &self.corners_m {
+            let away = |node: u32| distance(body.nodes_m[node as usize], *corner_m);
+            let free = skin.nodes.iter().copied().filter(|&node| !held[node as usize]);
+            let nearest = free.min_by(|&a, &b| away(a).total_cmp(&away(b)));
+            if let Some(node) = nearest.filter(|&node| away(node) < REACH * size_m) {
+                held[node as usize] = put(body, node, *corner_m);
+            }
+        }
+        let mut order: Vec<(f64, u32, [f64; 3])> = Vec::new();
+        for &node in skin.nodes.iter().filter(|&&node| !held[node as usize]) {
+            let near = edges.nearest(body.nodes_m[node as usize]);
+            if near.square < (REACH * size_m) * (REACH * size_m) {
+                order.push((near.square, node, near.place));
+            }
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let normals: Vec<Option<[f64; 3]>> = (0..body.nodes_m.len() as u32)
+            .map(|node| {
+                (!skin.beside[node as usize].is_empty())
+                    .then(|| solid.normal_at(body.nodes_m[node as usize]))
+            })
+            .collect();
+        for (_, node, place_m) in order {
+            let cuts = |other: &u32| match (normals[node as usize], normals[*other as usize]) {
+                (Some(own), Some(other_normal)) => {
+                    !held[*other as usize] && dot(own, other_normal) < SHARP
+                }
+                _ => false,
+            };
+            if skin.beside[node as usize].iter().any(cuts) {
+                held[node as usize] = put(body, node, place_m);
+            }
+        }
+    }
+}
+
+/// The surface nodes of a body with their neighbours on it and the tetrahedra around.
+struct Skin {
+    nodes: Vec<u32>,
+    beside: Vec<Vec<u32>>,
+    around: Vec<Vec<[u32; 4]>>,
+}
+
+impl Skin {
+    fn new(body: &TetMesh) -> Self {
+        let count = body.nodes_m.len();
+        let (mut beside, mut around) = (vec![Vec::new(); count], vec![Vec::new(); count]);
+        for [a, b, c] in boundary(&body.tetrahedra) {
+            // The triangle beyond an edge adds it the other way round.
+            for [i, j] in [[a, b], [b, c], [c, a]] {
+                beside[i as usize].push(j);
+            }
+        }
+        for ids in &body.tetrahedra {
+            ids.iter().for_each(|id| around[*id as usize].push(*ids));
+        }
+        let nodes = (0..count as u32).filter(|&node| !beside[node as usize].is_empty()).collect();
+        Self { nodes, beside, around }
+    }
+
+    /// Moves a node unless a tetrahedron around it would suffer; whether it was moved.
+    fn put(&self, body: &mut TetMesh, node: u32, place_m: [f64; 3]) -> bool {
+        let old = std::mem::replace(&mut body.nodes_m[node as usize], place_m);
+        let around = self.around[node as usize].iter();
+        let is_sound = { around }.all(|ids| roundness(corners(&body.nodes_m, *ids)) >= ROUND);
+        if !is_sound {
+            body.nodes_m[node as usize] = old;
+        }
+        is_sound
+    }
+}

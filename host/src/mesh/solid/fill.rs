@@ -1,0 +1,229 @@
+//! From a closed surface to tetrahedra of a size, and how good they are.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::closed::{Closed, shown};
+use super::creases::Creases;
+use super::distance::Solid;
+use super::tree::Tree;
+use crate::error::{Error, Result};
+use crate::mesh::check::parts;
+use crate::mesh::geometry::{corners, cross, distance, dot, minus, volume6};
+use crate::mesh::stuffing::smooth::{roundness, smooth};
+use crate::mesh::stuffing::{Shape, fill as stuff, points};
+use crate::mesh::{Mesh, too_many};
+use crate::words::counted;
+
+/// Edge of a lattice cube over the mean edge of the tetrahedra: three of seven edges of the lattice are
+/// as long as a cube's, four are half of its diagonal.
+const CUBE: f64 = 7.0 / (3.0 + 2.0 * 1.732_050_807_568_877_2);
+/// Most points of the lattice, which covers the box around the body.
+const LATTICE_MAX: f64 = 2.4e7;
+/// Rounds of moving nodes onto creases and smoothing.
+const ROUNDS: usize = 3;
+/// Largest error of the volume.
+const VOLUME_ERROR_MAX: f64 = 0.1;
+/// Largest distance between the surfaces, in sizes: the tip of a spike is always lost.
+const DISTANCE_MAX: f64 = 3.0;
+
+/// How a surface was filled, and how near the tetrahedra come to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filled {
+    /// Triangles of the surface.
+    pub triangles: usize,
+    /// Triangles that were turned round, so that all turn left seen from outside.
+    pub turned: usize,
+    /// Closed parts of the surface with a body inside.
+    pub bodies: usize,
+    /// Closed parts around a cavity.
+    pub cavities: usize,
+    /// Volume inside the surface \[m^3\].
+    pub volume_m3: f64,
+    /// What the volume of the tetrahedra is more, as a share of that.
+    pub volume_error: f64,
+    /// Largest distance of the two surfaces \[m\]: from corners and middles of one to the other.
+    pub distance_m: f64,
+    /// Smallest and largest angle between two faces of a tetrahedron \[degrees\].
+    pub dihedral_deg: [f64; 2],
+    /// Least volume over the cubed root mean square edge: 1 for a regular tetrahedron.
+    pub roundness: f64,
+    /// Mean edge \[m\].
+    pub edge_m: f64,
+    /// Unconnected parts of the tetrahedra.
+    pub parts: usize,
+    /// Handles, as a ring has one: of the surface, and of the tetrahedra.
+    pub handles: [i64; 2],
+}
+
+/// Fills the surface of a file with tetrahedra of a mean edge of `size_m`, at most `nodes_max` nodes.
+pub(in crate::mesh) fn fill(
+    path: &Path,
+    bytes: &[u8],
+    unit_m: f64,
+    size_m: f64,
+    nodes_max: usize,
+) -> Result<Mesh> {
+    let refuse = |why: String| Error::input(format!("{}: {why}", path.display()));
+    if !(size_m.is_finite() && size_m > 0.0) {
+        return Err(refuse(format!(
+            "`fill_m` {size_m}: give the edge of the tetrahedra in metres"
+        )));
+    }
+    let closed = Closed::new(super::read(path, bytes, unit_m)?, unit_m).map_err(refuse)?;
+    let solid = Solid::new(&closed);
+    check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
+    let mut body = stuff(&solid, CUBE * size_m, 0.0);
+    if body.tetrahedra.is_empty() {
+        return Err(refuse(format!(
+            "no tetrahedron of `fill_m` {size_m} fits into the surface; take {:.1e} or less",
+            largest_m(&closed)
+        )));
+    }
+    if body.nodes_m.len() > nodes_max {
+        let more = format!("{} nodes of `fill_m` {size_m}, more", body.nodes_m.len());
+        let fits_m = size_m * (1.05 * body.nodes_m.len() as f64 / nodes_max as f64).cbrt();
+        let remedy = format!("take `fill_m` {fits_m:.2e} or more");
+        return Err(refuse(too_many(more, nodes_max, &remedy)));
+    }
+    let (creases, mut held) = (Creases::new(&closed, &solid), vec![false; body.nodes_m.len()]);
+    for _ in 0..if creases.is_empty() { 1 } else { ROUNDS } {
+        creases.align(&solid, &mut body, &mut held, size_m);
+        smooth(&solid, &mut body, &held);
+    }
+    let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
+    let (away_m, place_m) = farthest(&closed, &mesh);
+    let filled = measure(&closed, &mesh, away_m);
+    check(&filled, size_m, &shown(place_m, unit_m)).map_err(refuse)?;
+    Ok(Mesh { filled: Some(filled), ..mesh })
+}
+
+/// A size of which some tetrahedra fit into the body.
+fn largest_m(closed: &Closed) -> f64 {
+    (closed.shells.volume_m3 / 30.0).cbrt()
+}
+
+/// Refuses sizes of which there would be too many tetrahedra, before any is made.
+fn check_size(
+    solid: &Solid,
+    volume_m3: f64,
+    size_m: f64,
+    nodes_max: usize,
+) -> std::result::Result<(), String> {
+    let cube_m = CUBE * size_m;
+    // A cube has a corner and a centre.
+    let nodes = 2.0 * volume_m3 / (cube_m * cube_m * cube_m);
+    let points = points(solid.bounds_m(), cube_m);
+    let fits_m = size_m * (nodes / nodes_max as f64).max(points / LATTICE_MAX).cbrt() * 1.05;
+    if nodes > nodes_max as f64 {
+        let more = format!("about {nodes:.0} nodes of `fill_m` {size_m}, more");
+        return Err(too_many(more, nodes_max, &format!("take `fill_m` {fits_m:.2e} or more")));
+    }
+    if points > LATTICE_MAX {
+        return Err(format!(
+            "a lattice of {points:.1e} points for `fill_m` {size_m}, the limit is {LATTICE_MAX:.1e}; take \
+             `fill_m` {fits_m:.2e} or more"
+        ));
+    }
+    Ok(())
+}
+
+fn measure(closed: &Closed, mesh: &Mesh, distance_m: f64) -> Filled {
+    let all = || mesh.tetrahedra.iter().map(|ids| corners(&mesh.nodes_m, *ids));
+    let volume_m3 = closed.shells.volume_m3;
+    let (mut least, mut most) = (180.0f64, 0.0f64);
+    for angle in all().flat_map(dihedral_deg) {
+        (least, most) = (least.min(angle), most.max(angle));
+    }
+    let lengths = mesh
+        .links
+        .iter()
+        .map(|[i, j]| distance(mesh.nodes_m[*i as usize], mesh.nodes_m[*j as usize]));
+    Filled {
+        triangles: closed.triangles.len(),
+        turned: closed.shells.turned,
+        bodies: closed.shells.bodies,
+        cavities: closed.shells.cavities,
+        volume_m3,
+        volume_error: all().map(|points| volume6(points) / 6.0).sum::<f64>() / volume_m3 - 1.0,
+        distance_m,
+        dihedral_deg: [least, most],
+        roundness: all().map(roundness).fold(1.0, f64::min),
+        edge_m: lengths.sum::<f64>() / mesh.links.len() as f64,
+        parts: parts(mesh.nodes_m.len(), mesh.nodes_m.len(), &mesh.links),
+        handles: [&closed.triangles, &mesh.triangles].map(|triangles| handles(triangles)),
+    }
+}
+
+/// The largest distance of the two surfaces, and a place of it on the surface of the file.
+fn farthest(closed: &Closed, mesh: &Mesh) -> (f64, [f64; 3]) {
+    let own = |ids: &[u32; 3]| ids.map(|id| mesh.nodes_m[id as usize]);
+    let skin = Tree::new(mesh.triangles.iter().map(own).collect());
+    let of_skin = mesh.triangles.iter().map(|ids| middle(own(ids)));
+    let of_file =
+        closed.triangles.iter().map(|ids| middle(ids.map(|id| closed.points_m[id as usize])));
+    let from_skin = of_skin.map(|place| (closed.tree.nearest(place).square.sqrt(), place));
+    let from_file = of_file
+        .chain(closed.points_m.iter().copied())
+        .map(|place| (skin.nearest(place).square.sqrt(), place));
+    from_skin
+        .chain(from_file)
+        .fold((0.0, [0.0; 3]), |most, next| if next.0 > most.0 { next } else { most })
+}
+
+/// Handles of closed triangles, by Euler's formula.
+fn handles(triangles: &[[u32; 3]]) -> i64 {
+    let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let edges: Vec<[u32; 2]> = edges.filter(|[i, j]| i < j).collect();
+    let mut points = triangles.as_flattened().to_vec();
+    points.sort_unstable();
+    points.dedup();
+    let nodes = points.last().map_or(0, |last| *last as usize + 1);
+    let shells = parts(nodes, points.len(), &edges);
+    shells as i64 - (points.len() as i64 - triangles.len() as i64 / 2) / 2
+}
+
+fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
+}
+
+/// Refuses a body that has lost a part, which is farthest around `place`, or too much of its shape.
+fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), String> {
+    if filled.distance_m > DISTANCE_MAX * size_m {
+        return Err(format!(
+            "around {place} the tetrahedra of `fill_m` {size_m} are {:.2e} m from the surface: what is \
+             thinner than they are is lost; take a smaller size, or thicken it",
+            filled.distance_m
+        ));
+    }
+    if filled.parts != filled.bodies {
+        return Err(format!(
+            "the surface has {} and the tetrahedra of `fill_m` {size_m} {}: what is thinner than they are \
+             is lost, a neck or a gap; take a smaller size",
+            counted(filled.bodies, "part"),
+            filled.parts
+        ));
+    }
+    if filled.volume_error.abs() > VOLUME_ERROR_MAX {
+        return Err(format!(
+            "the volume of the tetrahedra of `fill_m` {size_m} is off by {:.1} %, the limit is {:.0} %; \
+             take a smaller size",
+            100.0 * filled.volume_error,
+            100.0 * VOLUME_ERROR_MAX
+        ));
+    }
+    Ok(())
+}
+
+/// Angles between the faces of a tetrahedron at its six edges \[degrees\].
+fn dihedral_deg(points: [[f64; 3]; 4]) -> [f64; 6] {
+    const ENDS: [[usize; 4]; 6] =
+        [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 0, 2], [2, 3, 0, 1]];
+    ENDS.map(|[i, j, k, l]| {
+        let edge = minus(points[j], points[i]);
+        let normals = [k, l].map(|other| cross(edge, minus(points[other], points[i])));
+        let [a, b] = normals;
+        let cosine = dot(a, b) / (dot(a, a) * dot(b, b)).sqrt();
+        libm::acos(cosine.clamp(-1.0, 1.0)).to_degrees()
+    })
+}

@@ -1,0 +1,97 @@
+//! Closed surfaces: read, checked, and filled with tetrahedra by the stuffing of the organ.
+//!
+//! A new format is one file with a `SurfaceReader` and one row in `READERS`.
+
+mod closed;
+mod creases;
+mod distance;
+mod fill;
+mod meet;
+mod obj;
+mod ply;
+mod shells;
+mod stl;
+mod tree;
+
+use std::path::Path;
+
+use super::bytes::Bytes;
+use crate::error::{Error, Result};
+
+pub use fill::Filled;
+pub(super) use fill::fill;
+
+/// Most triangles of a surface.
+const TRIANGLES_MAX: usize = 5_000_000;
+
+/// Triangles as a file gives them.
+#[derive(Debug, Default)]
+struct Faces {
+    /// `[point][axis]` in metres.
+    points_m: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Faces {
+    /// Adds a triangle with points of its own.
+    fn triangle(&mut self, corners_m: [[f64; 3]; 3]) {
+        let first = self.points_m.len() as u32;
+        self.points_m.extend(corners_m);
+        self.triangles.push([first, first + 1, first + 2]);
+    }
+
+    /// Adds a polygon, cut into triangles from its first corner.
+    fn polygon(&mut self, corners: &[u32], bytes: &Bytes) -> Result<()> {
+        let [first, rest @ ..] = corners else {
+            return Err(bytes.error("a face without corners; save it again"));
+        };
+        if rest.len() < 2 {
+            return Err(bytes.error(format!(
+                "a face of {} corners; it needs 3 or more: save it again",
+                corners.len()
+            )));
+        }
+        self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        Ok(())
+    }
+}
+
+/// One format of surfaces.
+trait SurfaceReader: Sync {
+    /// The format in words, for error texts.
+    fn name(&self) -> &'static str;
+    /// Whether a file of this path that begins with `head` is of the format.
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool;
+    /// Reads the whole file; `unit_m` is metres per unit of its coordinates.
+    fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces>;
+}
+
+/// The formats, tried in this order.
+const READERS: &[&dyn SurfaceReader] = &[&stl::Stl, &ply::Ply, &obj::Obj];
+
+/// The formats in words.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    READERS.iter().map(|reader| reader.name())
+}
+
+/// Whether a file is one of the surfaces that are read.
+pub(super) fn recognises(path: &Path, head: &[u8]) -> bool {
+    READERS.iter().any(|reader| reader.recognises(path, head))
+}
+
+/// The triangles of a surface file.
+fn read(path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
+    let found = READERS.iter().find(|reader| reader.recognises(path, bytes));
+    let faces = match found {
+        Some(reader) => reader.read(path, bytes, unit_m)?,
+        None => return Err(Error::file("read mesh", path, "this is no surface file")),
+    };
+    let refuse = |why: String| Err(Error::input(format!("{}: {why}", path.display())));
+    match faces.triangles.len() {
+        0 => refuse("it has no triangles; save the surface of the body".into()),
+        count if count > TRIANGLES_MAX => refuse(format!(
+            "{count} triangles, the limit is {TRIANGLES_MAX}; save a coarser surface"
+        )),
+        _ => Ok(faces),
+    }
+}

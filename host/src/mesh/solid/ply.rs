@@ -1,0 +1,241 @@
+//! PLY surfaces, ASCII and binary of either byte order: vertices and faces; other elements and
+//! properties are passed over.
+
+use std::path::Path;
+
+use super::{Faces, SurfaceReader};
+use crate::error::Result;
+use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::has_extension;
+
+/// Reader of `.ply` files.
+pub(super) struct Ply;
+
+impl SurfaceReader for Ply {
+    fn name(&self) -> &'static str {
+        "PLY .ply"
+    }
+
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        has_extension(path, "ply") || head.starts_with(b"ply\n") || head.starts_with(b"ply\r\n")
+    }
+
+    fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
+        let mut bytes = Bytes::new(path, bytes, 0);
+        bytes.lines = true;
+        let (elements, text) = head(&mut bytes)?;
+        bytes.lines = text;
+        let mut faces = Faces::default();
+        for element in &elements {
+            bytes.enter(if element.name == "vertex" { "the vertices" } else { "the faces" });
+            let least = element.properties.iter().map(|property| property.least_bytes(text));
+            bytes.fits(element.count, least.sum::<u64>().max(1), "rows")?;
+            for _ in 0..element.count {
+                row(&mut bytes, element, text, unit_m, &mut faces)?;
+            }
+        }
+        Ok(faces)
+    }
+}
+
+/// A kind of rows.
+struct Element {
+    name: String,
+    count: u64,
+    properties: Vec<Property>,
+}
+
+struct Property {
+    name: String,
+    number: Number,
+    /// Type of the length of a list.
+    length: Option<Number>,
+}
+
+impl Property {
+    fn least_bytes(&self, text: bool) -> u64 {
+        match (text, self.length) {
+            (true, _) => 2,
+            (false, Some(length)) => length.size(),
+            (false, None) => self.number.size(),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Number {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> u64 {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    fn read(self, bytes: &mut Bytes, text: bool, what: &str) -> Result<f64> {
+        if text {
+            let word = bytes.word().ok_or_else(|| bytes.truncated(what))?;
+            return word.parse().map_err(|_| bytes.no_number(what, word, "a number"));
+        }
+        Ok(match self {
+            Self::I8 => i8::from_le_bytes(bytes.take(what)?).into(),
+            Self::U8 => u8::from_le_bytes(bytes.take(what)?).into(),
+            Self::I16 => i16::from_le_bytes(bytes.take(what)?).into(),
+            Self::U16 => u16::from_le_bytes(bytes.take(what)?).into(),
+            Self::I32 => i32::from_le_bytes(bytes.take(what)?).into(),
+            Self::U32 => u32::from_le_bytes(bytes.take(what)?).into(),
+            Self::F32 => bytes.f32(what)?.into(),
+            Self::F64 => bytes.f64(what)?,
+        })
+    }
+
+    /// A whole number from 0 that 32 bits hold.
+    fn whole(self, bytes: &mut Bytes, text: bool, what: &str) -> Result<u32> {
+        let value = self.read(bytes, text, what)?;
+        let is_whole = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
+        is_whole
+            .then_some(value as u32)
+            .ok_or_else(|| bytes.no_number(what, &value.to_string(), "a whole number from 0"))
+    }
+}
+
+/// The head: the elements in their order, and whether the rows are text.
+fn head(bytes: &mut Bytes) -> Result<(Vec<Element>, bool)> {
+    bytes.enter("its head");
+    let (mut elements, mut text, mut first) = (Vec::<Element>::new(), None, true);
+    loop {
+        let Some(line) = bytes.text_line("comment")? else {
+            return Err(bytes.truncated("end_header"));
+        };
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        match (words.as_slice(), std::mem::take(&mut first)) {
+            (["ply"], true) => {}
+            (_, true) => {
+                return Err(
+                    bytes.error("its first line is not 'ply'; this is no PLY file: save it again")
+                );
+            }
+            (["format", coding, "1.0"], _) => {
+                bytes.little = *coding != "binary_big_endian";
+                text = match *coding {
+                    "ascii" => Some(true),
+                    "binary_little_endian" | "binary_big_endian" => Some(false),
+                    _ => return Err(unknown(bytes, line)),
+                };
+            }
+            (["element", name, count], _) => elements.push(Element {
+                name: (*name).into(),
+                count: bytes.whole_of(count, "the number of rows")?,
+                properties: Vec::new(),
+            }),
+            (["property", "list", length, number, name], _) => {
+                let (length, number) = Number::named(length)
+                    .zip(Number::named(number))
+                    .ok_or_else(|| unknown(bytes, line))?;
+                let Some(element) = elements.last_mut() else { return Err(unknown(bytes, line)) };
+                element.properties.push(Property {
+                    name: (*name).into(),
+                    number,
+                    length: Some(length),
+                });
+            }
+            (["property", number, name], _) => {
+                let number = Number::named(number).ok_or_else(|| unknown(bytes, line))?;
+                let Some(element) = elements.last_mut() else { return Err(unknown(bytes, line)) };
+                element.properties.push(Property { name: (*name).into(), number, length: None });
+            }
+            (["obj_info", ..], _) => {}
+            (["end_header"], _) => break,
+            _ => return Err(unknown(bytes, line)),
+        }
+    }
+    let text = text.ok_or_else(|| bytes.error("there is no format in the head; save it again"))?;
+    if elements.iter().any(|element| element.name == "tristrips" && element.count > 0) {
+        return Err(bytes.error("strips of triangles; save it with faces"));
+    }
+    Ok((elements, text))
+}
+
+fn unknown(bytes: &Bytes, line: &str) -> crate::error::Error {
+    bytes.error(format!(
+        "'{}' in the head; read are format, element and property: save it again",
+        shown(line)
+    ))
+}
+
+/// One row of an element.
+fn row(
+    bytes: &mut Bytes,
+    element: &Element,
+    text: bool,
+    unit_m: f64,
+    faces: &mut Faces,
+) -> Result<()> {
+    let mut place_m = [None; 3];
+    for property in &element.properties {
+        let Some(length) = property.length else {
+            let axis = ["x", "y", "z"].iter().position(|axis| *axis == property.name);
+            let value = property.number.read(bytes, text, &property.name)?;
+            if let Some(axis) = axis.filter(|_| element.name == "vertex") {
+                place_m[axis] = Some(bytes.metres(value, unit_m, &property.name)?);
+            }
+            continue;
+        };
+        let count = length.whole(bytes, text, "the length of a list")?;
+        let each = if text { 1 } else { property.number.size() };
+        bytes.fits(count.into(), each, "numbers of a list")?;
+        let is_face = element.name == "face"
+            && matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
+        let mut corners = Vec::new();
+        for _ in 0..count {
+            if is_face {
+                let corner = property.number.whole(bytes, text, "a vertex of a face")?;
+                if corner as usize >= faces.points_m.len() {
+                    return Err(bytes.error(format!(
+                        "vertex {corner} of a face; the vertices in front are 0 to {}: save it again",
+                        faces.points_m.len().saturating_sub(1)
+                    )));
+                }
+                corners.push(corner);
+            } else {
+                property.number.read(bytes, text, "a number of a list")?;
+            }
+        }
+        if is_face {
+            faces.polygon(&corners, bytes)?;
+        }
+    }
+    if element.name == "vertex" {
+        match place_m {
+            [Some(x), Some(y), Some(z)] => faces.points_m.push([x, y, z]),
+            _ => return Err(bytes.error("vertices without x, y or z; save it with coordinates")),
+        }
+    }
+    Ok(())
+}

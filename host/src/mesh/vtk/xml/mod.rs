@@ -1,0 +1,229 @@
+//! VTK XML files of unstructured grids, `.vtu`: one piece; ASCII, base64 or appended data, plain or
+//! compressed by zlib, either byte order.
+//!
+//! What is read of the grid is what is read of a legacy file. Layout: Kitware, The VTK User's Guide,
+//! "XML File Formats".
+
+mod array;
+mod coding;
+
+use std::path::Path;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::cells::Cells;
+use super::groups::is_known;
+use crate::error::Result;
+use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::groups::Groups;
+use crate::mesh::{MeshReader, RawMesh, has_extension};
+use array::Array;
+use coding::Coding;
+
+/// Reader of `.vtu` files.
+pub(in crate::mesh) struct Vtu;
+
+/// Most elements and texts of a file: a grid has some dozens.
+const XML_NODES_MAX: u32 = 100_000;
+/// Deepest nesting of elements: a grid has six.
+const XML_DEPTH_MAX: usize = 32;
+/// Where data behind the XML begins.
+const APPENDED: &[u8] = b"<AppendedData";
+
+impl MeshReader for Vtu {
+    fn name(&self) -> &'static str {
+        "VTK XML .vtu unstructured grid"
+    }
+
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        let holds = |text: &[u8]| head.windows(text.len()).any(|window| window == text);
+        has_extension(path, "vtu") || holds(b"<VTKFile")
+    }
+
+    fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
+        let mut place = Bytes::new(path, bytes, 0);
+        place.lines = true;
+        let (text, appended) = split(bytes, &mut place)?;
+        check_depth(&text, &mut place)?;
+        let options = ParsingOptions { nodes_limit: XML_NODES_MAX, ..ParsingOptions::default() };
+        let document = Document::parse_with_options(&text, options).map_err(|why| {
+            place.error_of_file(format!(
+                "it is no sound XML ({why}); it is cut off or damaged: save or copy it again"
+            ))
+        })?;
+        let root = document.root_element();
+        let kind = root.attribute("type").unwrap_or("");
+        if root.tag_name().name() != "VTKFile" || kind != "UnstructuredGrid" {
+            return Err(place.error_of_file(format!(
+                "it is <{} type=\"{}\">; a volume mesh is needed: save the tetrahedra as one file of \
+                 type UnstructuredGrid",
+                shown(root.tag_name().name()),
+                shown(kind)
+            )));
+        }
+        let coding = Coding::of(root, appended, &mut place)?;
+        grid(piece(root, &mut place)?, &coding, &mut place, unit_m)
+    }
+}
+
+/// The XML, which ends before appended data, and what follows the tag of that data.
+fn split<'a>(bytes: &'a [u8], place: &mut Bytes) -> Result<(String, Option<&'a [u8]>)> {
+    let at = bytes.windows(APPENDED.len()).position(|window| window == APPENDED);
+    let (head, tag, data) = match at {
+        None => (bytes, None, None),
+        Some(at) => {
+            let (head, rest) = bytes.split_at(at);
+            let Some(end) = rest.iter().position(|byte| *byte == b'>') else {
+                place.enter("the tag AppendedData");
+                return Err(place.truncated("its end"));
+            };
+            (head, rest.get(..end), rest.get(end + 1..))
+        }
+    };
+    let mut text = String::new();
+    for part in [Some(head), tag].into_iter().flatten() {
+        let part = std::str::from_utf8(part).map_err(|why| {
+            place.return_to(why.valid_up_to());
+            place.error("no UTF-8 text; the file is damaged: save or copy it again")
+        })?;
+        text.push_str(part);
+    }
+    if tag.is_some() {
+        text.truncate(text.trim_end_matches('/').len());
+        text.push_str("/></VTKFile>");
+    }
+    Ok((text, data))
+}
+
+/// Refuses elements that are nested deeper than any grid's, which a parser of XML recurses into.
+fn check_depth(text: &str, place: &mut Bytes) -> Result<()> {
+    let mut depth = 0usize;
+    for (at, _) in text.match_indices('<') {
+        let rest = &text.as_bytes()[at + 1..];
+        match rest.first() {
+            Some(b'/') => depth = depth.saturating_sub(1),
+            Some(b'?' | b'!') => {}
+            _ => {
+                let end = rest.iter().position(|byte| *byte == b'>').unwrap_or(0);
+                let is_empty = end > 0 && rest[end - 1] == b'/';
+                depth += usize::from(!is_empty);
+            }
+        }
+        if depth > XML_DEPTH_MAX {
+            place.return_to(at);
+            return Err(place.error(format!(
+                "elements nested {depth} deep; a grid has 6: save the mesh again"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn child<'a, 'input>(of: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
+    of.children().find(|node| node.has_tag_name(name))
+}
+
+/// The one piece of the grid.
+fn piece<'a, 'input>(root: Node<'a, 'input>, place: &mut Bytes) -> Result<Node<'a, 'input>> {
+    let grid = child(root, "UnstructuredGrid");
+    let mut pieces =
+        grid.iter().flat_map(|grid| grid.children()).filter(|node| node.has_tag_name("Piece"));
+    let Some(first) = pieces.next() else {
+        return Err(place.error_of_file("it has no Piece with points; save the mesh again"));
+    };
+    if let Some(second) = pieces.next() {
+        place.return_to(second.range().start);
+        return Err(place.error(
+            "a second Piece; one is read: merge them (in ParaView: Merge Blocks) and save the mesh",
+        ));
+    }
+    Ok(first)
+}
+
+/// Points, cells and groups of a piece.
+fn grid(piece: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<RawMesh> {
+    let points = count(piece, "NumberOfPoints", place)?;
+    let cell_count = count(piece, "NumberOfCells", place)?;
+    let nodes_m = points_m(piece, points, coding, place, unit_m)?;
+    let mut cells = Cells { starts: vec![0], ..Cells::default() };
+    for end in array(piece, "Cells", "offsets", place)?.whole(cell_count, coding, place)? {
+        let last = cells.starts.last().copied().unwrap_or(0);
+        match usize::try_from(end) {
+            Ok(end) if end >= last => cells.starts.push(end),
+            _ => {
+                return Err(place.error(format!(
+                    "the offset {end} behind {last}; offsets ascend: save or copy the mesh again"
+                )));
+            }
+        }
+    }
+    let size = cells.starts.last().copied().unwrap_or(0) as u64;
+    cells.nodes = array(piece, "Cells", "connectivity", place)?.whole(size, coding, place)?;
+    cells.types = array(piece, "Cells", "types", place)?.whole(cell_count, coding, place)?;
+    let tetrahedra = cells.tetrahedra(place, nodes_m.len())?;
+    let mut groups = Groups::default();
+    if let Some(array) = groups_array(piece, place) {
+        for (cell, number) in (0..).zip(array.whole(cell_count, coding, place)?) {
+            groups.of_cell(&cells, cell, number);
+        }
+    }
+    Ok(RawMesh { nodes_m, tetrahedra, groups: groups.finish() })
+}
+
+fn points_m(
+    piece: Node,
+    count: u64,
+    coding: &Coding,
+    place: &mut Bytes,
+    unit_m: f64,
+) -> Result<Vec<[f64; 3]>> {
+    let node = child(piece, "Points").and_then(|points| child(points, "DataArray"));
+    let Some(node) = node.filter(|_| count > 0) else {
+        return Err(place.error_of_file("it has no points; save the mesh with its nodes"));
+    };
+    let array = Array::of(node, place)?;
+    let components = array.components();
+    if components != "3" {
+        return Err(place.error(format!(
+            "points of {} components; they have 3: save the mesh again",
+            shown(components)
+        )));
+    }
+    let values = array.real(count.saturating_mul(3), coding, place)?;
+    let mut nodes_m = Vec::with_capacity(values.len() / 3);
+    for xyz in values.chunks_exact(3) {
+        let mut position = [0.0; 3];
+        for ((metres, value), name) in position.iter_mut().zip(xyz).zip(["x", "y", "z"]) {
+            *metres = place.metres(*value, unit_m, name)?;
+        }
+        nodes_m.push(position);
+    }
+    Ok(nodes_m)
+}
+
+fn count(piece: Node, name: &str, place: &mut Bytes) -> Result<u64> {
+    place.return_to(piece.range().start);
+    place.whole_of(piece.attribute(name).unwrap_or("").trim(), name)
+}
+
+/// An array that a grid must have.
+fn array<'a>(piece: Node<'a, 'a>, of: &str, name: &str, place: &mut Bytes) -> Result<Array<'a>> {
+    let mut arrays = child(piece, of).into_iter().flat_map(|of| of.children());
+    match arrays.find(|node| node.attribute("Name").is_some_and(|own| own == name)) {
+        Some(node) => Array::of(node, place),
+        None => {
+            Err(place.error_of_file(format!("it has no array '{name}' in {of}; save it again")))
+        }
+    }
+}
+
+/// The first array of groups, which are whole numbers of a known name, one a cell.
+fn groups_array<'a>(piece: Node<'a, 'a>, place: &mut Bytes) -> Option<Array<'a>> {
+    let data = child(piece, "CellData")?;
+    let named = data.children().filter(|node| node.attribute("Name").is_some_and(is_known));
+    let arrays = named.filter_map(|node| Array::of(node, place).ok());
+    let found = { arrays }.find(|array| array.is_whole() && array.components() == "1");
+    let found = found?;
+    found.mark(place);
+    Some(found)
+}

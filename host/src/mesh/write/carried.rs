@@ -1,0 +1,65 @@
+//! What carries a group in a file: elements whose nodes together are those of the group.
+
+use crate::mesh::Mesh;
+
+/// Elements of a group.
+pub(super) enum Elements {
+    /// Positions of tetrahedra.
+    Tetrahedra(Vec<u32>),
+    /// Positions of triangles of the surface.
+    Triangles(Vec<u32>),
+    /// The nodes themselves.
+    Points(Vec<u32>),
+}
+
+/// A group, and the elements that carry it.
+pub(super) struct Carried<'a> {
+    pub(super) name: &'a str,
+    pub(super) elements: Elements,
+}
+
+/// All groups: by tetrahedra where those that lie inside have all of its nodes, else by triangles of the
+/// surface, else by points.
+pub(super) fn carried(mesh: &Mesh) -> Vec<Carried<'_>> {
+    let groups = mesh.groups.iter().filter(|(_, nodes)| !nodes.is_empty());
+    groups.map(|(name, nodes)| Carried { name, elements: elements(mesh, nodes) }).collect()
+}
+
+fn elements(mesh: &Mesh, nodes: &[u32]) -> Elements {
+    let mut is_own = vec![false; mesh.nodes_m.len()];
+    nodes.iter().for_each(|node| is_own[*node as usize] = true);
+    if let Some(all) = cover(&mesh.tetrahedra, &is_own, nodes.len()) {
+        return Elements::Tetrahedra(all);
+    }
+    match cover(&mesh.triangles, &is_own, nodes.len()) {
+        Some(all) => Elements::Triangles(all),
+        None => Elements::Points(nodes.to_vec()),
+    }
+}
+
+/// The elements inside the group, where they have all of its nodes.
+fn cover<const N: usize>(all: &[[u32; N]], is_own: &[bool], nodes: usize) -> Option<Vec<u32>> {
+    let is_inside = |ids: &[u32; N]| ids.iter().all(|id| is_own[*id as usize]);
+    let inside: Vec<u32> =
+        (0..).zip(all).filter(|(_, ids)| is_inside(ids)).map(|(place, _)| place).collect();
+    let mut covered: Vec<u32> = inside.iter().flat_map(|place| all[*place as usize]).collect();
+    covered.sort_unstable();
+    covered.dedup();
+    (covered.len() == nodes).then_some(inside)
+}
+
+/// Numbers for groups in formats that know no names: a name that is one keeps it, the others get the
+/// lowest that are left.
+pub(super) fn numbers(groups: &[Carried]) -> Vec<u32> {
+    let own = |group: &Carried| {
+        group.name.parse::<u32>().ok().filter(|&number| number > 0 && number <= i32::MAX as u32)
+    };
+    let taken: Vec<u32> = groups.iter().filter_map(own).collect();
+    let mut free = (1..).filter(|number| !taken.contains(number));
+    groups.iter().map(|group| own(group).or_else(|| free.next()).unwrap_or(u32::MAX)).collect()
+}
+
+/// What to say of a group that has another name in the file.
+pub(super) fn renamed(name: &str, there: &str) -> Option<String> {
+    (name != there).then(|| format!("group '{name}' is '{there}' in this file"))
+}

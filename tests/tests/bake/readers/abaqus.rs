@@ -1,0 +1,118 @@
+//! Abaqus input files, `.inp`.
+
+use super::*;
+
+const TEXT: &str = "** made by hand
+*Heading
+ any text, *no keyword
+*Part, name=\"PART one\"
+*NODE, nset=ALL
+10, 0., 0., 0.
+20, 1., 0, 0
+30, 0, 1
+40, 0, 0, 1.E0
+ 7, 1, 1, 1
+*Element, Type=S3, elset=Skin
+1, 10, 20, 40
+*ELEMENT, type=c3d4,
+ elset=Body
+2, 10, 20,
+ 30, 40
+5, 20, 30, 40, 7
+*Nset, nset=Tip
+7,
+*nset, NSET=Row, generate
+10, 40, 10
+*Elset, elset=both, generate
+2, 5, 3
+*ELSET, ELSET=\"skin and more\"
+Skin, 5
+*Nset, nset=tip
+part-1.10
+*Nset, nset=of skin, elset=Skin
+*Elset, elset=none
+*Solid Section, elset=Body, material=M
+,
+*End Part
+*Material, name=M
+*Elastic
+ 5000., 0.45
+";
+
+fn read(text: &str) -> Result<RawMesh> {
+    parse(Path::new("a.inp"), text.as_bytes(), 1.0)
+}
+
+#[track_caller]
+fn refused(from: &str, to: &str, parts: &[&str]) {
+    assert!(TEXT.contains(from), "{from} is not in the text");
+    assert_refused(read(&TEXT.replacen(from, to, 1)), parts);
+}
+
+#[test]
+fn nodes_elements_and_sets_are_read() {
+    let body = read(TEXT).unwrap();
+    assert_eq!(body.nodes_m[2], [0.0, 1.0, 0.0]);
+    assert_eq!(body.tetrahedra, [[0, 1, 2, 3], [1, 2, 3, 4]]);
+    let wanted = [
+        ("ALL", vec![0, 1, 2, 3, 4]),
+        ("Body", vec![0, 1, 2, 3, 4]),
+        ("Row", vec![0, 1, 2, 3]),
+        ("Skin", vec![0, 1, 3]),
+        ("Tip", vec![0, 4]),
+        ("both", vec![0, 1, 2, 3, 4]),
+        ("none", vec![]),
+        ("of skin", vec![0, 1, 3]),
+        ("skin and more", vec![0, 1, 2, 3, 4]),
+    ];
+    assert_eq!(body.groups, wanted.map(|(name, nodes)| (name.to_owned(), nodes)).into());
+    assert_eq!(read(&TEXT.replace('\n', "\r\n")).unwrap(), body);
+    let mm = parse(Path::new("a.inp"), TEXT.as_bytes(), 0.001).unwrap();
+    assert_eq!(mm.nodes_m[4], [0.001; 3]);
+}
+
+#[test]
+fn what_other_programs_write() {
+    let gmsh = load("box.msh41.ascii.msh");
+    let meshio = load("box.meshio.inp");
+    assert_eq!((&meshio.nodes_m, &meshio.tetrahedra), (&gmsh.nodes_m, &gmsh.tetrahedra));
+    assert_eq!(meshio.groups, gmsh.groups);
+    let inp = load("box.gmsh.inp");
+    assert_eq!(inp.tetrahedra, gmsh.tetrahedra);
+    assert_eq!(inp.groups["held_below"], gmsh.groups["held below"]);
+    assert_eq!(inp.groups["body"], gmsh.groups["body"]);
+}
+
+#[test]
+fn what_is_not_read_names_line_and_remedy() {
+    refused("** made by hand\n*Heading\n any", "any", &["a.inp:1:", "no Abaqus input file"]);
+    refused("20, 1., 0, 0", "20, nan, 0, 0", &["a.inp:7: the x is NaN", "`unit_m`"]);
+    refused("20, 1., 0, 0", "20, 1., zero, 0", &["a.inp:7: y is 'zero'"]);
+    refused("20, 1., 0, 0", "10, 1., 0, 0", &["a.inp:7: node number 10 is given twice"]);
+    refused("20, 1., 0, 0", ", 1., 0, 0", &["a.inp:7: the node number is ''"]);
+    refused("5, 20, 30, 40, 7", "5, 20, 30, 40, 8", &["a.inp:17:", "node 8"]);
+    refused("5, 20, 30, 40, 7", "2, 20, 30, 40, 7", &["a.inp:17: element number 2", "twice"]);
+    refused("5, 20, 30, 40, 7", "5, 20, 30, 40", &["a.inp:17: element 5 has 3 nodes"]);
+    refused("5, 20, 30, 40, 7", "5, 20, 30, 40, 40", &["a.inp:17:", "a node twice"]);
+    refused("type=c3d4", "type=C3D10", &["a.inp:13:", "C3D10", "first-order", "C3D4"]);
+    refused("type=c3d4", "type=C3D8R", &["a.inp:13:", "C3D8R", "tetrahedra"]);
+    refused("type=c3d4", "type=COH3D6", &["a.inp:13:", "COH3D6"]);
+    refused("type=c3d4,", "elset=A,", &["a.inp:13: *ELEMENT without TYPE="]);
+    refused("type=c3d4,", "type=S3,", &["3 elements but none of type C3D4"]);
+    refused("10, 40, 10\n", "10, 40, 0\n", &["a.inp:21:", "generates no set"]);
+    refused("10, 40, 10\n", "40, 10, 1\n", &["a.inp:21:", "generates no set"]);
+    refused("10, 40, 10\n", "10, 18446744073709551615\n", &["a.inp:21:", "node 11"]);
+    refused("10, 40, 10\n", "a, 40, 10\n", &["a.inp:21:", "is 'a'"]);
+    refused("7,\n", "8,\n", &["a.inp:19:", "node 8"]);
+    refused("Skin, 5", "Skins, 5", &["a.inp:25: 'Skins'"]);
+    refused("*End Part", "*Part, name=B", &["a.inp:32: a second part", "merge"]);
+    refused("*End Part", "*Instance, name=A\n1, 0, 0", &["a.inp:33:", "moves its part"]);
+    refused("*End Part", "*Instance, name=A\n*Instance, name=B", &["a.inp:33: a second instance"]);
+    refused("*End Part", "*INCLUDE, INPUT=b.inp", &["a.inp:32: *INCLUDE", "in full"]);
+    refused("*NODE, nset", "*NODE, SYSTEM=C, nset", &["a.inp:5:", "rectangular"]);
+    refused("*NODE, nset", "*NODE, INPUT=n.txt, nset", &["a.inp:5: *NODE", "in full"]);
+    assert_refused(read("*Heading\n"), &["a.inp: it has no *NODE"]);
+    assert_refused(read("*NODE,"), &["a.inp:1: the file ends", "comma"]);
+    let binary = [TEXT.as_bytes(), b"\xff\xfe\n"].concat();
+    assert_refused(parse(Path::new("a.inp"), &binary, 1.0), &["a.inp:36: byte 1 of the line"]);
+}

@@ -1,0 +1,162 @@
+//! VTK XML files, `.vtu`.
+
+use super::*;
+
+/// Two tetrahedra over one face and a triangle, with groups.
+const TEXT: &str = r#"<?xml version="1.0"?>
+<!-- a comment -->
+<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
+<UnstructuredGrid>
+<Piece NumberOfPoints="5" NumberOfCells="3">
+<Points>
+<DataArray type="Float64" NumberOfComponents="3" format="ascii">
+0 0 0 1 0 0 0 1 0
+0 0 1
+1 1 1
+</DataArray>
+</Points>
+<Cells>
+<DataArray type="Int32" Name="connectivity" format="ascii">0 1 3 0 1 2 3 1 2 3 4</DataArray>
+<DataArray type="Int32" Name="offsets" format="ascii">3 7 11</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">5 10 10</DataArray>
+</Cells>
+<CellData>
+<DataArray type="Float64" Name="heat" format="ascii">1 2 3</DataArray>
+<DataArray type="Int32" Name="material" format="ascii">4 0 2</DataArray>
+</CellData>
+</Piece>
+</UnstructuredGrid>
+</VTKFile>
+"#;
+
+fn read(text: &str) -> Result<RawMesh> {
+    parse(Path::new("a.vtu"), text.as_bytes(), 1.0)
+}
+
+#[track_caller]
+fn with(from: &str, to: &str) -> String {
+    assert!(TEXT.contains(from), "{from} is not in the text");
+    TEXT.replacen(from, to, 1)
+}
+
+#[track_caller]
+fn refused(text: &str, parts: &[&str]) {
+    assert_refused(read(text), parts);
+}
+
+#[test]
+fn a_text_is_read_with_its_groups() {
+    let body = read(TEXT).unwrap();
+    assert_eq!(body.nodes_m[4], [1.0; 3]);
+    assert_eq!(body.tetrahedra, [[0, 1, 2, 3], [1, 2, 3, 4]]);
+    let wanted = [("2", vec![1, 2, 3, 4]), ("4", vec![0, 1, 3])];
+    assert_eq!(body.groups, wanted.map(|(name, nodes)| (name.to_owned(), nodes)).into());
+    assert_eq!(read(&TEXT.replace('\n', "\r\n")).unwrap(), body);
+    assert_eq!(read(&with("material", "Material")).unwrap(), body);
+    assert!(read(&with("material", "other")).unwrap().groups.is_empty());
+    let mm = parse(Path::new("a"), TEXT.as_bytes(), 0.001).unwrap();
+    assert_eq!(mm.nodes_m[4], [0.001; 3]);
+}
+
+#[test]
+fn what_other_programs_write() {
+    let gmsh = load("box.msh41.ascii.msh");
+    for name in [
+        "meshio.ascii",
+        "meshio.zlib",
+        "vtk.raw",
+        "vtk.raw_zlib",
+        "vtk.base64_zlib",
+        "vtk.inline",
+        "vtk.big",
+    ] {
+        let vtu = load(&format!("box.{name}.vtu"));
+        assert_eq!(vtu.tetrahedra, gmsh.tetrahedra, "{name}");
+        // Of the text twelve digits are written.
+        let places = vtu.nodes_m.iter().flatten().zip(gmsh.nodes_m.iter().flatten());
+        assert!({ places }.all(|(a, b)| a == b || name == "meshio.ascii" && (a - b).abs() < 1e-13));
+        assert_eq!(vtu.groups["7"], gmsh.groups["held below"], "{name}");
+        assert_eq!(vtu.groups["1"], gmsh.groups["body"], "{name}");
+    }
+}
+
+#[test]
+fn heads_that_are_not_read() {
+    refused("no XML at all", &["a.vtu", "no sound XML"]);
+    refused(&with("</Piece>", ""), &["a.vtu", "no sound XML", "save or copy"]);
+    refused(&with("type=\"UnstructuredGrid\"", "type=\"PolyData\""), &["PolyData", "volume mesh"]);
+    refused(&with("VTKFile type", "VTKFile byte type"), &["no sound XML"]);
+    refused(&with("LittleEndian", "Middle"), &["a.vtu:3:", "byte_order 'Middle'"]);
+    refused(&with(" byte_order", " header_type=\"UInt8\" byte_order"), &["header_type 'UInt8'"]);
+    refused(
+        &with(" byte_order", " compressor=\"vtkLZ4DataCompressor\" byte_order"),
+        &["a.vtu:3:", "vtkLZ4DataCompressor", "vtkZLibDataCompressor and none"],
+    );
+    refused(&with("<Piece N", "<Piece/><Piece N"), &["a.vtu:5: a second Piece", "Merge Blocks"]);
+    refused(&with("NumberOfPoints=\"5\"", ""), &["a.vtu:5: NumberOfPoints is ''"]);
+    refused(&with("<Cells>", "<Cell>").replace("</Cells>", "</Cell>"), &["'offsets' in Cells"]);
+    let nested = "<VTKFile>".repeat(1_000_000);
+    refused(&nested, &["a.vtu:1: elements nested 33 deep"]);
+    let bytes = [TEXT.as_bytes(), b"\xff"].concat();
+    assert_refused(parse(Path::new("a.vtu"), &bytes, 1.0), &["a.vtu:25: no UTF-8"]);
+}
+
+#[test]
+fn counts_and_values_that_are_wrong() {
+    for (from, to, parts) in [
+        ("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\"", ["a.vtu:7:", "15 numbers where 18"]),
+        ("NumberOfPoints=\"5\"", "NumberOfPoints=\"-5\"", ["a.vtu:5:", "is '-5'"]),
+        ("Points=\"5\"", "Points=\"18446744073709551615\"", ["a.vtu:7:", "15 numbers where"]),
+        ("Cells=\"3\"", "Cells=\"18446744073709551615\"", ["a.vtu:15:", "3 numbers where"]),
+        ("3 7 11", "3 7 12", ["a.vtu:14:", "11 numbers where 12"]),
+        ("3 7 11", "3 8 7", ["a.vtu:15:", "the offset 7 behind 8"]),
+        ("3 7 11", "3 7 18446744073709551615", ["a.vtu:14:", "numbers where"]),
+        ("0 1 2 3 1", "0 1 2 x 1", ["a.vtu:14:", "is 'x'"]),
+        ("0 1 2 3 1", "0 1 2 -3 1", ["a.vtu:14:", "is '-3'"]),
+        ("0 1 2 3 1", "0 1 2 9 1", ["cell 1 refers to point 9", "save"]),
+        ("1 1 1\n", "1 1 NaN\n", ["a.vtu:7: the z is NaN", "`unit_m`"]),
+        ("1 1 1\n", "1 1 1e39\n", ["a.vtu:7: the z is 1e39", "`unit_m`"]),
+        ("5 10 10", "5 24 10", ["10-node tetrahedron", "first-order"]),
+        ("5 10 10", "5 12 10", ["hexahedron", "split"]),
+        ("Components=\"3\"", "Components=\"2\"", ["a.vtu:7:", "2 components"]),
+        ("type=\"Float64\" Num", "type=\"String\" Num", ["a.vtu:7:", "'String'"]),
+        ("\"Int32\" Name=\"off", "\"Float32\" Name=\"off", ["a.vtu:15:", "whole"]),
+        ("4 0 2", "4 -1 2", ["a.vtu:20:", "'-1'"]),
+        ("types\" format=\"ascii\"", "types\" format=\"hex\"", ["a.vtu:16:", "format 'hex'"]),
+        ("types\" format=\"ascii\"", "types\" format=\"appended\"", ["a.vtu:16:", "AppendedData"]),
+        (
+            "types\" format=\"ascii\">5",
+            "types\" format=\"binary\">AA@AAAA=",
+            ["a.vtu:16:", "base64"],
+        ),
+        ("types\" format=\"ascii\"", "types\" format=\"binary\"", ["a.vtu:16:", "cut off"]),
+    ] {
+        refused(&with(from, to), &parts);
+    }
+}
+
+/// Lengths of binary data that lie are refused before anything is made of them.
+#[test]
+fn lengths_of_binary_data_that_lie() {
+    let path = data("box.vtk.raw.vtu");
+    let file = std::fs::read(&path).unwrap();
+    let start = behind(&file, "<AppendedData encoding=\"raw\">");
+    let data_at = start + file[start..].iter().position(|byte| *byte == b'_').unwrap() + 1;
+    for (at, value) in [(0, 0xff), (3, 0x7f), (7, 0x7f)] {
+        let mut file = file.clone();
+        file[data_at + 344 + at] = value;
+        assert_refused(parse(&path, &file, 1.0), &["box.vtk.raw.vtu:", "'Points'", "bytes where"]);
+    }
+    assert_refused(parse(&path, &file[..data_at + 400], 1.0), &["'Points'", "cut off"]);
+    let path = data("box.vtk.raw_zlib.vtu");
+    let file = std::fs::read(&path).unwrap();
+    let start = behind(&file, "<AppendedData encoding=\"raw\">");
+    let data_at = start + file[start..].iter().position(|byte| *byte == b'_').unwrap() + 1;
+    let mut sizes = file.clone();
+    sizes[data_at..data_at + 4].fill(0xff);
+    // The groups come first.
+    assert_refused(parse(&path, &sizes, 1.0), &["'CellEntityIds'", "cut off"]);
+    let mut zlib = file.clone();
+    zlib[data_at + 17] ^= 0x55;
+    assert_refused(parse(&path, &zlib, 1.0), &["'CellEntityIds'", "zlib", "damaged"]);
+}
