@@ -1,4 +1,8 @@
 //! The controller's side: poses on an absolute 1 kHz schedule, answers timed as they arrive.
+//!
+//! It stands on the client's ports, messages, waiting, watchdog and ramp. [`chaincell_client::Client`]
+//! itself answers one pose after the other; here many are under way, some of them late, twice or out of
+//! order on purpose, and each is timed by itself.
 
 use serde::{Deserialize, Serialize};
 
