@@ -23,8 +23,9 @@ use crate::terms::state::{TermState, words};
 /// Revision of the arithmetic. Two releases of one revision give the same state hashes for the same
 /// model, settings and samples; a change that alters any raises it. Traces name it. In revision 2
 /// the guard's allowance is that of [`Rounding`](crate::Rounding), a clamped force is rounded down,
-/// and large bodies are summed in [`parts`](crate::parts).
-pub const REVISION: u32 = 2;
+/// and large bodies are summed in [`parts`](crate::parts). In revision 3 a tool that the tissue stops
+/// turns where it cannot go.
+pub const REVISION: u32 = 3;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;
 const PRIME: u64 = 0x9E37_79B1_85EB_CA87;

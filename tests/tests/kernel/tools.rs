@@ -6,7 +6,9 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading};
+use chaincell_kernel::{
+    Flags, Model, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading,
+};
 use nalgebra::Vector3;
 
 /// Height of the top of the block \[m\].
@@ -310,4 +312,29 @@ fn tools_that_cannot_be_are_refused_by_name() {
     assert!(why(vec![ball()], -0.1).contains("friction must be 0 to 10"));
     assert!(why(vec![ball()], f32::NAN).contains("friction must be"));
     assert!(why(vec![vec![ToolPart::sphere(1.0e-5)]], 0.0).contains("radius"));
+}
+
+/// An upright capsule that the tissue has stopped, turned out of it until it lies above the surface.
+#[test]
+fn a_tool_that_turns_out_of_the_tissue_is_free() {
+    for (body, image) in blocks() {
+        for aside_m in [0.0, 0.003] {
+            let mut engine = engine(&image, vec![vec![ToolPart::capsule(0.01, 0.004)]], 0.0, 4);
+            let mut tick = |z_m: f32, angle: f32| {
+                engine.tick_tools(&[tilted([aside_m, 0.001, TOP_M + z_m], angle)])
+            };
+            let mut stopped = 0;
+            for step in 0..500_u16 {
+                let output = tick(0.019 - 0.012 * f32::from(step) / 500.0, 0.0);
+                stopped += u32::from(output.flags.contains(Flags::MOTION_CLAMPED));
+            }
+            assert!(stopped > 0, "{body}: never stopped");
+            for step in 0..500_u16 {
+                tick(0.007, 1.6 * f32::from(step) / 500.0);
+            }
+            let last = (0..300).map(|_| tick(0.007, 1.6)).last().unwrap();
+            assert!(!last.flags.contains(Flags::MOTION_CLAMPED), "{body}, {aside_m}: {last:?}");
+            assert!(last.force_n == Vector3::zeros(), "{body}, {aside_m}: {last:?}");
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
+use crate::number::turn::Turn;
 use crate::terms::surface::{Meeting, NearTriangle, Proxy, ToolState};
 
 /// Where a sample comes nearer to a core than this share of the part's radius the tool gives way, and
@@ -39,23 +40,39 @@ impl Go<'_> {
 
     /// The proxy where it goes to, and the contact that it meets there.
     pub fn go(&self, at: &impl Fn(usize) -> [f32; 3]) -> (Proxy, Meeting) {
-        let (from, target) = (&self.tool.proxy, self.tool.target);
+        let from = &self.tool.proxy;
         let here = self.met(from, at);
         if self.is_new {
             return self.begin(&here, at);
         }
         let share = grown(from.share, here.nearest);
-        let way = sub(target, from.pivot);
+        let way = sub(self.tool.target, from.pivot);
         if let Some(found) = self.retreat(&here, way, at) {
             return found;
         }
-        let length = self.length(way);
+        let (target, turn) = (self.tool.target, self.tool.target_turn);
+        let found = self.towards((target, turn), (share, &here), at);
+        // What is in the way of going may not be in that of turning out of it.
+        let alone = || self.towards((from.pivot, turn), (share, &here), at);
+        found.or_else(|| if turn == from.turn { None } else { alone() }).unwrap_or((*from, here))
+    }
+
+    /// The proxy as far on its way to a place and a turn as it may go from where it meets `here`, with a
+    /// share of its radii; none where a first step is too far.
+    fn towards(
+        &self,
+        to: ([f32; 3], Turn),
+        (share, here): (f32, &Meeting),
+        at: &impl Fn(usize) -> [f32; 3],
+    ) -> Option<(Proxy, Meeting)> {
+        let from = &self.tool.proxy;
+        let length = self.length(to);
         let radius = from.radius_min();
         let free = self.distance - from.radius_max();
         let stride = if free > HALF * radius { free } else { HALF * radius };
         let mut part = if length > stride { stride / length } else { 1.0 };
         for _ in 0..LOOKS {
-            let next = self.between(part, share);
+            let next = self.between(to, part, share);
             let meeting = self.met(&next, at);
             let is_pressed = meeting.energy.hi > here.energy.hi;
             let least = share * if is_pressed { FLOOR } else { HALF };
@@ -63,7 +80,7 @@ impl Go<'_> {
             let is_deep = meeting.nearest < floor;
             let is_loaded = is_pressed && meeting.energy.hi > self.room;
             if !is_deep && !is_loaded {
-                return (next, meeting);
+                return Some((next, meeting));
             }
             // A secant between here and there, a little less than it says; half the way for the
             // energy.
@@ -81,26 +98,27 @@ impl Go<'_> {
                 break;
             }
         }
-        (*from, here)
+        None
     }
 
     /// At most the way of a point of its cores; of a half space, of those that the surface may be at.
-    fn length(&self, way: [f32; 3]) -> f32 {
+    fn length(&self, (target, turn): ([f32; 3], Turn)) -> f32 {
         let from = &self.tool.proxy;
-        let spin = self.tool.target_turn.after(from.turn.back()).small();
+        let way = sub(target, from.pivot);
+        let spin = turn.after(from.turn.back()).small();
         let arm = from.arm();
         let arm = if self.extent > arm { self.extent } else { arm };
         sqrt(dot(way, way)) + arm * sqrt(dot(spin, spin))
     }
 
-    /// The tool at a part of its way, with a share of its radii.
-    fn between(&self, part: f32, share: f32) -> Proxy {
-        let (from, tool) = (&self.tool.proxy, self.tool);
+    /// The tool at a part of a way, with a share of its radii.
+    fn between(&self, (target, turn): ([f32; 3], Turn), part: f32, share: f32) -> Proxy {
+        let from = &self.tool.proxy;
         if part >= 1.0 {
-            return from.at(tool.target, tool.target_turn, share);
+            return from.at(target, turn, share);
         }
-        let pivot = add(from.pivot, scale(part, sub(tool.target, from.pivot)));
-        from.at(pivot, from.turn.towards(tool.target_turn, part), share)
+        let pivot = add(from.pivot, scale(part, sub(target, from.pivot)));
+        from.at(pivot, from.turn.towards(turn, part), share)
     }
 
     /// A tool that was engaged: as large as it has room for.

@@ -6,7 +6,8 @@
 //!
 //! - **Never through.** It goes only so far that no sample comes nearer to a part's core than 0.6 of its
 //!   radius; where the tissue comes nearer than half by itself, it gives way. A tool that goes deeper
-//!   leaves it behind, and the force stays.
+//!   leaves it behind, and the force stays. Where it cannot go it may still turn: a tool that turns out of
+//!   the tissue is free.
 //! - It goes by half a radius a tick at most while the surface is near; far from it by as much as
 //!   the surface is away, so that it never jumps over it.
 //! - It goes only so far as the model's largest energy allows. A move that lowers the energy is
@@ -23,7 +24,7 @@
 //! **Late ticks** move nothing: the proxies go on in the next tick with a sweep.
 //!
 //! Cost a tick while engaged: one look at each triangle of the surface for each part of a tool, up to
-//! eight looks at the samples of those in reach, and one a sweep; with friction or grips two more.
+//! twelve looks at the samples of those in reach, and one a sweep; with friction or grips two more.
 //!
 //! - `going`: how far a proxy goes.
 //! - `bounds`: the bounds of the cells under tools.
