@@ -11,15 +11,8 @@ use std::{env, fs};
 /// Digits of a commit that are shown.
 const DIGITS: usize = 12;
 /// What decides, beside the sources here, whether a build has changes that are not committed.
-const SOURCES: [&str; 7] = [
-    "src",
-    "Cargo.toml",
-    "../Cargo.toml",
-    "../Cargo.lock",
-    "../kernel/src",
-    "client/src",
-    "lab/src",
-];
+const SOURCES: [&str; 6] =
+    ["src", "Cargo.toml", "../Cargo.toml", "../Cargo.lock", "../kernel/src", "client/src"];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

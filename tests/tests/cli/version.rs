@@ -112,6 +112,7 @@ fn the_build_script_finds_the_commit() {
     let tree = Tree::new();
     assert_eq!(tree.commit("release", &[]), "unknown");
     tree.git(&["init", "--quiet", ".."]);
+    tree.git(&["commit", "--quiet", "--allow-empty", "--message", "none"]);
     assert_eq!(tree.commit("release", &[]), "unknown", "a folder that git does not track");
     tree.git(&["add", "--all"]);
     tree.git(&["commit", "--quiet", "--message", "one"]);
