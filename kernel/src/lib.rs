@@ -65,6 +65,14 @@ pub mod terms;
 pub mod tick;
 pub mod trace;
 
+/// The cargo features that this build has.
+pub const FEATURES: &[&str] = &[
+    #[cfg(feature = "nodal")]
+    "nodal",
+    #[cfg(feature = "surface")]
+    "surface",
+];
+
 pub use backend::VectorUnit;
 pub use backend::team::{Job, Team, Workers};
 pub use fixed::types::I8F24;

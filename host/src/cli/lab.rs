@@ -37,6 +37,9 @@ pub const COMMANDS: [(&str, &str); 5] = [
     ),
 ];
 
+/// Commands of `chaincell` that tell more where the laboratory carries them out: about its commands too.
+const TOLD_BETTER: [&str; 2] = ["completions", "man"];
+
 /// Whether a word names a command of the laboratory.
 fn is_known(word: &OsString) -> bool {
     COMMANDS.iter().any(|(name, _)| word == name)
@@ -49,8 +52,8 @@ pub(super) fn listed(command: Command) -> Command {
     })
 }
 
-/// Hands the process over where its arguments name a command of the laboratory, or ask for the help
-/// of one. Returns where they do not.
+/// Hands the process over where its arguments name a command of the laboratory or one that it tells
+/// better, or ask for the help of one. Returns where they do not.
 ///
 /// # Errors
 /// No `chaincell-lab`, with how to build it.
@@ -63,11 +66,15 @@ pub(super) fn hand_over() -> Result<()> {
         [word, ..] => word,
         [] => return Ok(()),
     };
-    if !is_known(word) {
+    let is_told_better = TOLD_BETTER.iter().any(|name| word == name);
+    if !is_known(word) && !is_told_better {
         return Ok(());
     }
     let refused = |why: String| Err(Error::input(format!("{}: {why}", word.display())));
     let Some(program) = program::find(PROGRAM) else {
+        if is_told_better {
+            return Ok(());
+        }
         return refused(format!(
             "this command is part of {PROGRAM}, which is neither beside chaincell nor in PATH; \
              build it in the source tree with cargo build --release -p {PROGRAM}, or install it \

@@ -5,6 +5,7 @@ mod bake;
 mod budget;
 pub mod choice;
 mod command;
+pub mod completions;
 mod contacts;
 mod control;
 mod convert;
@@ -14,6 +15,7 @@ mod info;
 mod inject;
 pub mod lab;
 mod latency;
+pub mod man;
 pub mod model_file;
 pub mod offline;
 mod options;
@@ -32,6 +34,7 @@ pub mod tissue;
 mod tool;
 pub mod values;
 mod verdict;
+pub mod version;
 mod watch;
 
 pub use bake::BodyArgs;
@@ -71,7 +74,7 @@ fn own_name() -> String {
 
 /// Soft tissue that a haptic device can feel: bake a mesh, run it offline, serve it at 1 kHz.
 #[derive(Debug, Parser)]
-#[command(name = "chaincell", version, max_term_width = 100)]
+#[command(name = "chaincell", version, long_version = version::long(), max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
     command: Work,
@@ -91,6 +94,8 @@ enum Work {
     Command(command::Args),
     Cosim(cosim::Args),
     Latency(latency::Args),
+    Completions(completions::Args),
+    Man(man::Args),
 }
 
 impl Cli {
@@ -121,6 +126,8 @@ impl Cli {
             Work::Command(args) => command::execute(&args),
             Work::Cosim(args) => cosim::execute(&args),
             Work::Latency(args) => latency::execute(&args),
+            Work::Completions(args) => completions::execute(lab::listed(Self::command()), &args),
+            Work::Man(args) => man::execute(lab::listed(Self::command()), &args),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The command from outside: its files, its refusals, its traces, and the pages that describe it.
 
 mod bad_input;
+mod handout;
 mod latency;
 mod motion;
 mod output;
@@ -13,3 +14,4 @@ mod safety;
 mod series;
 mod tools;
 mod trace;
+mod version;

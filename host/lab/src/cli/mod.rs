@@ -8,13 +8,14 @@ mod stress;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, Parser, Subcommand};
 
+use chaincell_host::cli::{completions, man, version};
 use chaincell_host::error::Result;
 
 /// Experiments with chaincell: measurements, comparisons, material identification.
 #[derive(Debug, Parser)]
-#[command(name = "chaincell-lab", version, max_term_width = 100)]
+#[command(name = "chaincell-lab", version, long_version = version::long(), max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
     command: Work,
@@ -27,6 +28,10 @@ enum Work {
     Stress(stress::Args),
     Soak(soak::Args),
     Identify(Box<identify::Args>),
+    #[command(hide = true)]
+    Completions(completions::Args),
+    #[command(hide = true)]
+    Man(man::Args),
 }
 
 impl Cli {
@@ -41,8 +46,17 @@ impl Cli {
             Work::Stress(args) => stress::execute(&args),
             Work::Soak(args) => soak::execute(&args),
             Work::Identify(args) => identify::execute(&args),
+            Work::Completions(args) => completions::execute(whole(), &args),
+            Work::Man(args) => man::execute(whole(), &args),
         }
     }
+}
+
+/// The command line of `chaincell` with the commands of the laboratory in it.
+fn whole() -> Command {
+    let own = Cli::command();
+    let shown = own.get_subcommands().filter(|command| !command.is_hide_set());
+    chaincell_host::cli::Cli::command().subcommands(shown.cloned())
 }
 
 /// How an example or a bench ends: what went wrong goes to standard error.
@@ -66,6 +80,7 @@ mod tests {
         let command = super::Cli::command();
         let mut own: Vec<(String, String)> = command
             .get_subcommands()
+            .filter(|of| !of.is_hide_set())
             .map(|of| (of.get_name().to_owned(), of.get_about().unwrap().to_string()))
             .collect();
         let mut listed = COMMANDS.map(|(name, about)| (name.to_owned(), about.to_owned()));
