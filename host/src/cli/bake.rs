@@ -12,7 +12,7 @@ use super::values::{Material, per_cell, with_materials};
 use crate::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
 use crate::bake::{BakeOptions, BasisSpacing, ProbeContact, bake};
 use crate::error::{Error, Result};
-use crate::files::whole::write_whole;
+use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
 use crate::mesh::{self, Mesh, MeshOptions};
 use crate::terminal;
@@ -199,6 +199,7 @@ impl From<ProbeContactArg> for ProbeContact {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
+    keep_input(&args.mesh, &args.output)?;
     let (mesh, image) = args.body.bake(&args.mesh)?;
     write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;

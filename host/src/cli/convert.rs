@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::bake::Units;
 use super::filled::FilledReport;
 use crate::error::Result;
-use crate::files::whole::write_whole;
+use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
 use crate::mesh::{self, MeshOptions};
 use crate::terminal;
@@ -53,6 +53,7 @@ pub fn execute(args: &Args) -> Result<()> {
         fill_m: args.fill_m,
         ..MeshOptions::default()
     };
+    keep_input(&args.mesh, &args.output)?;
     let mesh = mesh::load(&args.mesh, &options)?;
     let written = mesh::write(&mesh, &args.output)?;
     interrupt::check()?;

@@ -15,6 +15,20 @@ pub fn folder_of(path: &Path) -> &Path {
     }
 }
 
+/// Refuses to write what was made of a file in its place.
+///
+/// # Errors
+/// The output is the input, by whatever name.
+pub fn keep_input(input: &str, output: &Path) -> Result<()> {
+    let same = |a: &Path, b: &Path| {
+        fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
+    };
+    if same(Path::new(input), output) {
+        return Err(Error::file("write", output, "it is the input; name another file"));
+    }
+    Ok(())
+}
+
 /// Writes a file under another name beside it first, so that it appears whole or not at all.
 /// Devices, sockets and pipes stay what they are: a new file in their place would replace them.
 ///

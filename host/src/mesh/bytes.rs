@@ -140,6 +140,10 @@ impl<'a> Bytes<'a> {
     /// the file.
     pub(super) fn text_line(&mut self, comment: &str) -> Result<Option<&'a str>> {
         while let Some(line) = self.line() {
+            // Comments may be in any encoding.
+            if line.trim_ascii_start().starts_with(comment.as_bytes()) {
+                continue;
+            }
             let text = std::str::from_utf8(line).map_err(|why| {
                 self.error(format!(
                     "byte {} of the line is no UTF-8 text; the file is binary or damaged: save the mesh \
@@ -148,7 +152,7 @@ impl<'a> Bytes<'a> {
                 ))
             })?;
             let text = text.trim();
-            if !text.is_empty() && !text.starts_with(comment) {
+            if !text.is_empty() {
                 return Ok(Some(text));
             }
         }

@@ -215,3 +215,54 @@ proptest! {
         }
     }
 }
+
+/// A file in the place of what it was made of would be lost.
+#[test]
+fn the_input_is_not_overwritten() {
+    let folder = scratch();
+    let mesh = folder.path().join("box.vtu");
+    std::fs::copy(data("box.vtk.raw.vtu"), &mesh).unwrap();
+    let before = std::fs::read(&mesh).unwrap();
+    let link = folder.path().join("link.vtu");
+    std::os::unix::fs::symlink(&mesh, &link).unwrap();
+    for output in [&mesh, &link] {
+        for args in [
+            vec!["bake", text(&mesh), "-o", text(output)],
+            vec!["convert", text(&mesh), text(output)],
+        ] {
+            let ended = run(args).with(2);
+            assert!(ended.err.contains("it is the input; name another file"), "{}", ended.err);
+            assert!(std::fs::read(&mesh).unwrap() == before);
+        }
+    }
+}
+
+/// An L of two faces with six corners and six with four, its comment in another encoding.
+#[test]
+fn faces_of_many_corners_are_cut_whatever_their_first_one_is() {
+    let outline = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
+    for first in 0..6 {
+        let mut obj = b"# f\xfcr\n".to_vec();
+        for z in [0, 1] {
+            let points = outline.iter().map(|[x, y]| format!("v 0.0{x} 0.0{y} 0.0{z}\n"));
+            points.for_each(|line| obj.extend(line.into_bytes()));
+        }
+        let face = |ids: Vec<usize>| {
+            let ids: Vec<String> = ids.iter().map(|id| (id + 1).to_string()).collect();
+            format!("f {}\n", ids.join(" ")).into_bytes()
+        };
+        let around = |place: usize| (first + place) % 6;
+        obj.extend(face((0..6).rev().map(around).collect()));
+        obj.extend(face((0..6).map(|place| 6 + around(place)).collect()));
+        for side in 0..6 {
+            let next = (side + 1) % 6;
+            obj.extend(face(vec![side, next, 6 + next, 6 + side]));
+        }
+        let folder = scratch();
+        let (mesh, out) = (folder.path().join("l.obj"), folder.path().join("l.msh"));
+        std::fs::write(&mesh, obj).unwrap();
+        let ended = run(["convert", text(&mesh), text(&out), "--fill", "0.003", "--json"]).with(0);
+        let error = ended.json()["filled"]["volume_error"].as_f64().unwrap();
+        assert!(error.abs() < 0.01, "{first}: {error}");
+    }
+}

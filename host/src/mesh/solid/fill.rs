@@ -77,7 +77,7 @@ pub(in crate::mesh) fn fill(
     if body.tetrahedra.is_empty() {
         return Err(refuse(format!(
             "no tetrahedron of `fill_m` {size_m} fits into the surface; take {:.1e} or less",
-            largest_m(&closed)
+            largest_m(&closed).min(0.7 * size_m)
         )));
     }
     if body.nodes_m.len() > nodes_max {

@@ -9,6 +9,7 @@ mod fill;
 mod meet;
 mod obj;
 mod ply;
+mod polygon;
 mod shells;
 mod stl;
 mod tree;
@@ -40,18 +41,31 @@ impl Faces {
         self.triangles.push([first, first + 1, first + 2]);
     }
 
-    /// Adds a polygon, cut into triangles from its first corner.
+    /// Adds a polygon, cut into triangles.
     fn polygon(&mut self, corners: &[u32], bytes: &Bytes) -> Result<()> {
-        let [first, rest @ ..] = corners else {
-            return Err(bytes.error("a face without corners; save it again"));
-        };
-        if rest.len() < 2 {
+        if let [a, b, c] = corners {
+            self.triangles.push([*a, *b, *c]);
+            return Ok(());
+        }
+        if corners.len() < 3 {
             return Err(bytes.error(format!(
                 "a face of {} corners; it needs 3 or more: save it again",
                 corners.len()
             )));
         }
-        self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        let at = corners.iter().map(|corner| self.points_m.get(*corner as usize).copied());
+        let Some(at) = at.collect::<Option<Vec<_>>>() else {
+            return Err(bytes.error("a face before its points; save the points first"));
+        };
+        let Some(triangles) = polygon::cut(corners, &at) else {
+            return Err(bytes.error(format!(
+                "a face of {} corners that has no area, runs through itself, or has more than {} corners \
+                 and is not convex; triangulate faces when you save it",
+                corners.len(),
+                polygon::CORNERS_MAX
+            )));
+        };
+        self.triangles.extend(triangles);
         Ok(())
     }
 }
