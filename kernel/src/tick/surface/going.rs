@@ -50,11 +50,17 @@ impl Go<'_> {
         if let Some(found) = self.retreat(&here, way, at) {
             return found;
         }
-        let (target, turn) = (self.tool.target, self.tool.target_turn);
-        let found = self.towards((target, turn), (share, &here), at);
+        let turn = self.tool.target_turn;
         // What is in the way of going may not be in that of turning out of it.
-        let alone = || self.towards((from.pivot, turn), (share, &here), at);
-        found.or_else(|| if turn == from.turn { None } else { alone() }).unwrap_or((*from, here))
+        for pivot in [self.tool.target, from.pivot] {
+            if let Some(found) = self.towards((pivot, turn), (share, &here), at) {
+                return found;
+            }
+            if turn == from.turn {
+                break;
+            }
+        }
+        (*from, here)
     }
 
     /// The proxy as far on its way to a place and a turn as it may go from where it meets `here`, with a
