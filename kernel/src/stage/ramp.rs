@@ -39,7 +39,7 @@ impl Ramp {
 
     /// As it stands, on a ramp of the length of this one.
     pub(super) fn along(self, of: Self) -> Self {
-        Self { taken: of.taken.min(self.of), ..self }
+        Self { taken: of.taken.min(self.of), of: self.of, rest: of.rest.min(SLOWER) }
     }
 
     pub(super) fn fall(&mut self) {
@@ -102,5 +102,15 @@ mod tests {
         assert_eq!(none.share(), 1.0);
         none.down();
         assert_eq!(none.share(), 0.0);
+    }
+
+    #[test]
+    fn another_ramp_creeps_on_as_this_one_would() {
+        let mut ramp = Ramp::new(100);
+        for _ in 0..17 {
+            ramp.creep_up();
+        }
+        assert_eq!(ramp.taken, 2);
+        assert_eq!(Ramp::new(100).along(ramp), ramp);
     }
 }
