@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::filled::FilledReport;
+use super::mesh_file::MeshFileArgs;
 use super::model_file;
 use super::reports::ModelReport;
 use super::values::{Material, per_cell, with_materials};
@@ -96,12 +97,8 @@ pub struct BodyArgs {
     /// Link nodes at most R edges apart: the neighbourhood of the paper's Eq. 1
     #[arg(long, default_value_t = 1, value_name = "R")]
     rings: u32,
-    /// Unit of a mesh file's coordinates
-    #[arg(id = "unit_m", long = "units", value_name = "UNITS", value_enum, default_value_t = Units::M)]
-    units: Units,
-    /// Fill a closed surface (.stl, .obj, .ply) with tetrahedra of this mean edge [m]
-    #[arg(id = "fill_m", long = "fill", value_name = "SIZE", allow_negative_numbers = true)]
-    fill_m: Option<f64>,
+    #[command(flatten)]
+    file: MeshFileArgs,
     /// Leave nodes without a link out; the others keep their numbers
     #[arg(long)]
     drop_unused: bool,
@@ -155,23 +152,6 @@ pub struct BodyArgs {
     /// then have up to 2,000,000 nodes [default: every node is a cell]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     cells: Option<usize>,
-}
-
-/// Unit of a file's coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Units {
-    M,
-    Mm,
-}
-
-impl Units {
-    /// Metres in one.
-    pub(super) fn metres(self) -> f64 {
-        match self {
-            Self::M => 1.0,
-            Self::Mm => 0.001,
-        }
-    }
 }
 
 /// What `--json` prints.
@@ -253,8 +233,8 @@ impl BodyArgs {
 
     fn load(&self, spec: &str) -> Result<Mesh> {
         let options = MeshOptions {
-            unit_m: self.units.metres(),
-            fill_m: self.fill_m,
+            unit_m: self.file.unit_m(),
+            fill_m: self.file.fill_m,
             diagonals: self.diagonals,
             drop_unused: self.drop_unused,
             allow_parts: self.allow_parts,
@@ -294,7 +274,7 @@ impl BodyArgs {
             xs.fold(f64::NEG_INFINITY, f64::max) - least
         };
         let size_m = [0, 1, 2].map(along).into_iter().fold(0.0, f64::max);
-        let (is, other) = if self.units == Units::Mm { ("mm", "m") } else { ("m", "mm") };
+        let (is, other) = self.file.units();
         (!(SIZE_M.contains(&size_m))).then(|| {
             format!(
                 "note: the body is {size_m:.3e} m large, its coordinates read as {is}; --units {other} \

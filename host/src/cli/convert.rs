@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::bake::Units;
 use super::filled::FilledReport;
+use super::mesh_file::MeshFileArgs;
 use crate::error::Result;
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
@@ -21,12 +21,8 @@ pub struct Args {
     mesh: String,
     /// File to write; its extension says the format
     output: PathBuf,
-    /// Unit of the coordinates that are read; metres are written
-    #[arg(id = "unit_m", long = "units", value_name = "UNITS", value_enum, default_value_t = Units::M)]
-    units: Units,
-    /// Fill a closed surface (.stl, .obj, .ply) with tetrahedra of this mean edge [m]
-    #[arg(id = "fill_m", long = "fill", value_name = "SIZE", allow_negative_numbers = true)]
-    fill_m: Option<f64>,
+    #[command(flatten)]
+    file: MeshFileArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -46,11 +42,11 @@ struct Printed {
 
 pub fn execute(args: &Args) -> Result<()> {
     let options = MeshOptions {
-        unit_m: args.units.metres(),
+        unit_m: args.file.unit_m(),
         drop_unused: true,
         allow_parts: true,
         nodes_max: mesh::NODES_MAX,
-        fill_m: args.fill_m,
+        fill_m: args.file.fill_m,
         ..MeshOptions::default()
     };
     keep_input(&args.mesh, &args.output)?;

@@ -16,6 +16,7 @@ mod inject;
 pub mod lab;
 mod latency;
 pub mod man;
+mod mesh_file;
 pub mod model_file;
 pub mod offline;
 mod options;

@@ -191,13 +191,16 @@ impl Observer {
         let asked = if under_way == 0 { self.asked[0] } else { self.asked[1] };
         let (dx, fade) = (self.dx, tick_s / FADE_S);
         let (paid, most) = (-dot(given, dx), level + SURPLUS_MAX_J);
-        self.port = kept(self.port.plus(paid.into()), most, fade);
+        let whole = Limits { most, debt: DEBT_MAX_J, fade, fades: f32::INFINITY };
+        self.port = whole.kept(self.port.plus(paid.into()));
         let lost = of.device_damping_n_s_per_m * dot(dx, dx) / (f32::from(self.took) * tick_s);
-        let fades_j = if early { FADES_W * tick_s } else { f32::INFINITY };
-        self.hand = owed(self.hand.plus((paid + lost).into()), most, (fade, fades_j));
+        let fades = if early { FADES_W * tick_s } else { f32::INFINITY };
+        self.hand = Limits { debt: f32::INFINITY, fades, ..whole }
+            .kept(self.hand.plus((paid + lost).into()));
         let ideal = scale(0.5, add(self.shown, shown));
         let gained = lost - dot(sub(asked, ideal), dx);
-        self.sampling = kept(self.sampling.plus(gained.into()), SURPLUS_MAX_J, fade);
+        self.sampling =
+            Limits { most: SURPLUS_MAX_J, ..whole }.kept(self.sampling.plus(gained.into()));
         self.shown = shown;
     }
 
@@ -256,27 +259,28 @@ impl Observer {
     }
 }
 
-/// A sum at most `most`, its debt faded by the share `fade`, but by no more than `fades_j`.
-fn owed(sum: TwoFloat, most: f32, (fade, fades_j): (f32, f32)) -> TwoFloat {
-    if sum.hi > most {
-        return most.into();
-    }
-    if sum.hi >= 0.0 {
-        return sum;
-    }
-    let fades = -fade * sum.hi;
-    sum.plus((if fades < fades_j { fades } else { fades_j }).into())
+/// What a ledger is kept within.
+struct Limits {
+    /// Largest surplus and largest debt \[J\].
+    most: f32,
+    debt: f32,
+    /// Share of a debt that fades in a tick, and the most of it \[J\].
+    fade: f32,
+    fades: f32,
 }
 
-/// A sum at most `most`, its debt faded by the share `fade` and at most [`DEBT_MAX_J`].
-fn kept(sum: TwoFloat, most: f32, fade: f32) -> TwoFloat {
-    if sum.hi > most {
-        most.into()
-    } else if sum.hi >= 0.0 {
-        sum
-    } else if sum.hi < -DEBT_MAX_J {
-        (-DEBT_MAX_J).into()
-    } else {
-        sum.minus((fade * sum.hi).into())
+impl Limits {
+    fn kept(&self, sum: TwoFloat) -> TwoFloat {
+        if sum.hi > self.most {
+            return self.most.into();
+        }
+        if sum.hi < -self.debt {
+            return (-self.debt).into();
+        }
+        if sum.hi >= 0.0 {
+            return sum;
+        }
+        let fades = -self.fade * sum.hi;
+        sum.plus((if fades < self.fades { fades } else { self.fades }).into())
     }
 }

@@ -1,0 +1,39 @@
+//! How a mesh file is read: options that `bake` and `convert` share.
+
+use clap::ValueEnum;
+
+/// Unit and filling.
+#[derive(Debug, Clone, clap::Args)]
+pub(super) struct MeshFileArgs {
+    /// Unit of the coordinates of a mesh file; all else is in metres
+    #[arg(id = "unit_m", long = "units", value_name = "UNITS", value_enum, default_value_t = Units::M)]
+    units: Units,
+    /// Fill a closed surface (.stl, .obj, .ply) with tetrahedra of this mean edge [m]
+    #[arg(id = "fill_m", long = "fill", value_name = "SIZE", allow_negative_numbers = true)]
+    pub(super) fill_m: Option<f64>,
+}
+
+/// Unit of a file's coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Units {
+    M,
+    Mm,
+}
+
+impl MeshFileArgs {
+    /// The unit in metres.
+    pub(super) fn unit_m(&self) -> f64 {
+        match self.units {
+            Units::M => 1.0,
+            Units::Mm => 0.001,
+        }
+    }
+
+    /// Names of the unit, and of the other one.
+    pub(super) fn units(&self) -> (&'static str, &'static str) {
+        match self.units {
+            Units::M => ("m", "mm"),
+            Units::Mm => ("mm", "m"),
+        }
+    }
+}
