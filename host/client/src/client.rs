@@ -183,7 +183,7 @@ impl Client {
     /// starts.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        self.scene.is_served()
+        self.scene.serves_tools()
     }
 
     /// Times without an answer for the time of the watchdog, answers to somebody else, and the largest
@@ -366,7 +366,7 @@ fn wait_for_server(
     mut stop: impl FnMut() -> bool,
 ) -> Result<()> {
     let end_ns = now_ns().saturating_add(at_most_ns.min(WAIT_NS_MAX));
-    while !scene.is_served() {
+    while !scene.serves_tools() {
         if stop() {
             return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
         }

@@ -74,7 +74,10 @@ pub fn refusal_text(reason: u32) -> &'static str {
     match reason {
         1 => "unknown command, or the server is of another release",
         2 => "unknown parameter; sweeps, max_force_n, max_tool_step_m and unloading may be set",
-        3 => "the value is out of range; sweeps are 1 to 1000, limits above 0",
+        3 => {
+            "the value is out of range; sweeps are a whole number from 1 to 1000, limits above 0, unloading 0 to \
+             2, the ticks of letting go a whole number from 1 to 65535, and 0 where there is nothing to set"
+        }
         4 => "fixed for a run: start chaincell serve again with another value",
         5 => "the recording has no room for a further command: start chaincell serve again",
         6 => "the body could not be reset: start chaincell serve again",

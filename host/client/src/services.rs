@@ -249,11 +249,16 @@ impl SceneServices {
         memory::take(&self.node.config().global.prefix.to_string())
     }
 
-    /// Whether somebody reads poses and somebody writes answers.
+    /// Whether somebody reads poses of version 1 and somebody writes answers to them.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        self.pose.dynamic_config().number_of_subscribers() > 0
-            && self.force.dynamic_config().number_of_publishers() > 0
+        answers(&self.pose, &self.force)
+    }
+
+    /// The same for version 2: a server takes up one after the other.
+    #[must_use]
+    pub fn serves_tools(&self) -> bool {
+        answers(&self.tools, &self.forces)
     }
 
     /// Whether a program beside this controller could publish poses: a bridge, or another
@@ -319,15 +324,20 @@ impl SceneServices {
     }
 
     fn second(&self, program: &str, pid: Option<ProcessId>) -> Error {
-        let pid = pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
-        Error::new(
-            Kind::Taken,
+        let is_own = pid.is_some_and(|pid| pid.value().unsigned_abs() == std::process::id());
+        let text = if is_own {
             format!(
-                "{} has a running chaincell {program}{pid}; end it, or take another scene with \
-             `scene` NAME",
+                "this process has a running chaincell {program} on {} already; close it",
                 self.label
-            ),
-        )
+            )
+        } else {
+            let pid = pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
+            format!(
+                "{} has a running chaincell {program}, or a program that has its part{pid}; end it",
+                self.label
+            )
+        };
+        Error::new(Kind::Taken, format!("{text}, or take another scene with `scene` NAME"))
     }
 
     /// A publisher of a port's name, which holds up nobody.
@@ -372,6 +382,15 @@ fn topic<Payload: ZeroCopySend + Debug + Copy>(
             foreign::refusal::<Payload>(node.config(), name, type_name)
                 .unwrap_or_else(|| service_error(name, why))
         })
+}
+
+fn answers<In, Out>(poses: &Topic<In>, forces: &Topic<Out>) -> bool
+where
+    In: ZeroCopySend + Debug + 'static,
+    Out: ZeroCopySend + Debug + 'static,
+{
+    poses.dynamic_config().number_of_subscribers() > 0
+        && forces.dynamic_config().number_of_publishers() > 0
 }
 
 fn ports<Payload: ZeroCopySend + Debug>(topic: &Topic<Payload>) -> usize {
@@ -440,22 +459,35 @@ fn port_name(name: &str) -> Result<PortName> {
 /// Why a service cannot be opened.
 pub fn service_error(name: &ServiceName, why: impl Debug) -> Error {
     let why = format!("{why:?}");
-    let kind = if why.contains("ExceedsMax") { Kind::Full } else { Kind::Service };
+    if why.contains("ExceedsMax") {
+        return full(name);
+    }
     let text = format!(
         "cannot open service {name} ({why}); a program that created it with other limits or \
          types is still running: end it and start chaincell serve first, or take another scene \
          with `scene` NAME"
     );
-    Error::new(kind, text)
+    Error::new(Kind::Service, text)
+}
+
+/// Why a service has no place.
+fn full(name: &ServiceName) -> Error {
+    let text = format!(
+        "service {name} has no place left: at most {NODES_MAX} programs, {PUBLISHERS_MAX} of them sending \
+         and {SUBSCRIBERS_MAX} reading; end one of them, or take another scene with `scene` NAME"
+    );
+    Error::new(Kind::Full, text)
 }
 
 /// Why a service cannot be connected to.
 pub fn port_error(name: &ServiceName, why: impl Debug) -> Error {
     let why = format!("{why:?}");
-    let kind = if why.contains("ExceedsMax") { Kind::Full } else { Kind::Service };
+    if why.contains("ExceedsMax") {
+        return full(name);
+    }
     let text = format!(
         "cannot connect to service {name} ({why}); end programs that use it, or take another \
          scene with `scene` NAME"
     );
-    Error::new(kind, text)
+    Error::new(Kind::Service, text)
 }

@@ -105,6 +105,9 @@ use observer::Observer;
 use ramp::Ramp;
 use watchdog::Watchdog;
 
+/// Share of the force from which on it is said that so much is taken off, in a press that began within
+/// the ramp.
+const OFF_SAID: f32 = 0.5;
 /// Share of the ramp from which on the slew limit's doing is told from the ramp's.
 const SHARE_MIN: f32 = 0.01;
 
@@ -346,6 +349,8 @@ impl Stage {
             self.ramp.creep_up();
         } else if push <= self.observer.reserve_j(&self.delay) {
             self.ramp.up();
+        } else if self.ramp.share() < unpaid::SHARE_SAID {
+            answer.flags.insert(Flags::FORCE_WITHHELD);
         }
     }
 
@@ -451,6 +456,9 @@ impl Stage {
         let (asked, is_clamped) = clamped(force, self.settings.max_force_n);
         if is_clamped {
             answer.flags.insert(Flags::FORCE_CLAMPED);
+        }
+        if self.is_early && dot(off, off) > OFF_SAID * OFF_SAID * dot(asked, asked) {
+            answer.flags.insert(Flags::FORCE_WITHHELD);
         }
         let (asked, _) = clamped(sub(asked, off), self.settings.max_force_n);
         // From +0.0: -0.0 becomes +0.0.

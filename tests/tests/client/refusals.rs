@@ -3,7 +3,7 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
-use chaincell_client::services::Domain;
+use chaincell_client::services::{Domain, SceneServices, subscriber};
 use chaincell_client::{Client, Error, Kind, Options, Pose, Role};
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::{OtherPose, OtherService};
@@ -32,6 +32,22 @@ fn a_scene_without_a_server_is_none() {
     says(&error, Kind::NoServer, &["no server on scene", &place.scene, "chaincell serve"]);
     let viewer = Options { role: Role::Viewer, ..options(&place) };
     says(&refusal(&viewer), Kind::NoServer, &["no server"]);
+}
+
+/// A server takes up its ports one after the other; a pose sent before the last of them would be lost.
+#[test]
+fn a_server_that_hears_no_tools_yet_is_none() {
+    let place = Place::new("client-early");
+    let scene = SceneServices::open(Some(&place.scene), &Domain::default()).unwrap();
+    let _force = scene.publisher(&scene.force, "early", "serve").unwrap();
+    let _forces = scene.publisher(&scene.forces, "early", "serve").unwrap();
+    let _pose = subscriber(&scene.pose, "early").unwrap();
+    assert!(scene.is_served());
+    says(&refusal(&options(&place)), Kind::NoServer, &["no server"]);
+    let tools = subscriber(&scene.tools, "early").unwrap();
+    let mut client = Client::open(&options(&place)).unwrap();
+    client.send(&[Pose::AWAY]).unwrap();
+    assert_eq!(tools.receive().unwrap().unwrap().tick, 1);
 }
 
 #[test]
@@ -81,7 +97,7 @@ fn more_programs_than_there_are_places_for_are_refused() {
             Err(error) => break error,
         }
     };
-    says(&error, Kind::Full, &["ExceedsMax"]);
+    says(&error, Kind::Full, &["no place left: at most 20 programs", "end one"]);
     assert_eq!(viewers.len(), 19, "20 programs with the server");
     drop(viewers);
     viewer(&place);

@@ -101,6 +101,28 @@ fn commands_are_carried_out_or_refused_with_the_reason() {
     assert!(error.to_string().contains("not known"), "{error}");
 }
 
+/// The stage has not seen how deep the tool went meanwhile: its ramp begins anew.
+#[test]
+fn after_a_pause_the_force_of_the_stage_rises_along_its_ramp() {
+    let _turn = turn();
+    let place = Place::new("client-resume");
+    let plain = ["--watchdog-ms", "0", "--ramp-ms", "0"];
+    let serve = place.serve(&[&plain[..], &["--device", "omega"]].concat());
+    let (mut viewer, mut client) = (viewer(&place), Client::open(&options(&place)).unwrap());
+    press(&mut client, 0..=10);
+    viewer.command(&Command::Pause, WAIT_NS).unwrap();
+    press(&mut client, 11..=40);
+    viewer.command(&Command::Resume, WAIT_NS).unwrap();
+    let risen = press(&mut client, 41..=190);
+    let whole_n = size_n(&risen[149]);
+    assert!(whole_n > SOME_N, "{whole_n}");
+    for (ticks, answer) in (1..).zip(&risen[..80]) {
+        let most_n = (0.01 * f64::from(ticks) + 0.02) * whole_n;
+        assert!(size_n(answer) <= most_n, "after {ticks} ticks: {} N", size_n(answer));
+    }
+    serve.interrupt().with(130);
+}
+
 #[test]
 fn a_tool_grips_and_lets_go_by_command() {
     let _turn = turn();

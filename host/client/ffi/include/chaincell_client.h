@@ -75,7 +75,7 @@
 #define CHAINCELL_CLIENT_PARAMETER_SWEEPS 1
 
 /**
- * Largest force [N].
+ * Largest force [N]; infinity for no limit.
  */
 #define CHAINCELL_CLIENT_PARAMETER_MAX_FORCE 2
 
@@ -368,7 +368,7 @@ typedef struct chaincell_client_node {
 } chaincell_client_node;
 
 /**
- * A state, whose nodes lie in shared memory until it is released.
+ * A state: 48 bytes, whose nodes lie in shared memory until it is released.
  */
 typedef struct chaincell_client_states {
     /**
@@ -436,7 +436,7 @@ typedef struct chaincell_client_contact {
 } chaincell_client_contact;
 
 /**
- * Contacts, which lie in shared memory until they are released.
+ * Contacts: 40 bytes; they lie in shared memory until they are released.
  */
 typedef struct chaincell_client_touches {
     /**
@@ -492,7 +492,7 @@ typedef struct chaincell_client_reply {
 } chaincell_client_reply;
 
 /**
- * How to open a scene; `chaincell_client_options_default` fills it.
+ * How to open a scene: 24 bytes; `chaincell_client_options_default` fills it.
  */
 typedef struct chaincell_client_options {
     /**
@@ -504,7 +504,7 @@ typedef struct chaincell_client_options {
      */
     int32_t wait;
     /**
-     * Longest wait for a server [ns], at most an hour; 10 s.
+     * Longest wait for a server [ns], of which an hour is waited at most; 10 s.
      */
     uint64_t server_wait_ns;
     /**
@@ -642,7 +642,8 @@ const char *chaincell_client_last_error(void);
 
 /**
  * Takes the newest state that was not taken yet, where it lies in shared memory, until
- * `chaincell_client_state_release`: 3 where none has come. The first call joins the readers, allocates
+ * `chaincell_client_state_release`: 3 where none has come; where one is held already it is given once more
+ * with -42. The first call joins the readers, allocates
  * and mostly gives 3. Not for the loop of a device: use a viewer's handle in another thread.
  *
  * Safety

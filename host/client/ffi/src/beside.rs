@@ -25,7 +25,7 @@ pub const COMMAND_LET_GO: u32 = 6;
 pub const COMMAND_SNAPSHOT: u32 = 7;
 /// Sweeps a tick, 1 to 1,000.
 pub const PARAMETER_SWEEPS: u32 = 1;
-/// Largest force \[N\].
+/// Largest force \[N\]; infinity for no limit.
 pub const PARAMETER_MAX_FORCE: u32 = 2;
 /// Largest move of a tool a tick \[m\].
 pub const PARAMETER_MAX_TOOL_STEP: u32 = 3;
@@ -33,7 +33,8 @@ pub const PARAMETER_MAX_TOOL_STEP: u32 = 3;
 pub const PARAMETER_UNLOADING: u32 = 4;
 
 /// Takes the newest state that was not taken yet, where it lies in shared memory, until
-/// `chaincell_client_state_release`: 3 where none has come. The first call joins the readers, allocates
+/// `chaincell_client_state_release`: 3 where none has come; where one is held already it is given once more
+/// with -42. The first call joins the readers, allocates
 /// and mostly gives 3. Not for the loop of a device: use a viewer's handle in another thread.
 ///
 /// # Safety
@@ -44,7 +45,8 @@ pub unsafe extern "C" fn chaincell_client_state(client: Handle, state: *mut Stat
     guarded(|| unsafe {
         memory::write(state, State::NONE)?;
         with(client, |open| {
-            if open.state.is_some() {
+            if let Some(held) = &open.state {
+                memory::write(state, State::of(held.header(), held.rows()))?;
                 return Err(Code::Held);
             }
             let Some(view) = open.client.state()? else { return Ok(Code::NothingNew) };
@@ -75,7 +77,8 @@ pub unsafe extern "C" fn chaincell_client_contacts(
     guarded(|| unsafe {
         memory::write(contacts, Contacts::NONE)?;
         with(client, |open| {
-            if open.contacts.is_some() {
+            if let Some(held) = &open.contacts {
+                memory::write(contacts, Contacts::of(held.header(), held.rows()))?;
                 return Err(Code::Held);
             }
             let Some(view) = open.client.contacts()? else { return Ok(Code::NothingNew) };

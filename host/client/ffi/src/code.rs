@@ -1,6 +1,6 @@
 //! Result codes: what a call came to, stable numbers for C.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ffi::{CStr, c_char};
 
 use chaincell_client::{Error, Kind};
@@ -153,6 +153,20 @@ const TEXT_BYTES: usize = 512;
 
 thread_local! {
     static LAST: RefCell<[u8; TEXT_BYTES]> = const { RefCell::new([0; TEXT_BYTES]) };
+    /// Whether the call that is under way has kept why.
+    static IS_KEPT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A call begins: nothing was refused in it.
+pub(crate) fn begin() {
+    let _ = IS_KEPT.try_with(|is_kept| is_kept.set(false));
+}
+
+/// A call was refused: where it has kept no reason, the code in words is it.
+pub(crate) fn refused(code: Code) {
+    if !IS_KEPT.try_with(Cell::get).unwrap_or(true) {
+        keep(&code.text().to_string_lossy());
+    }
 }
 
 /// Keeps why a call was refused, for this thread.
@@ -165,6 +179,7 @@ pub(crate) fn keep(text: &str) {
             last.iter_mut().zip(text.bytes().take(end)).for_each(|(place, byte)| *place = byte);
         }
     });
+    let _ = IS_KEPT.try_with(|is_kept| is_kept.set(true));
 }
 
 /// What was kept last, empty where nothing was.

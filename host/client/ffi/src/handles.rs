@@ -8,7 +8,7 @@ use chaincell_client::contacts::Contact;
 use chaincell_client::payload::NodePosition;
 use chaincell_client::viewed::View;
 
-use crate::code::Code;
+use crate::code::{self, Code};
 
 /// Most clients of a process.
 const CLIENTS_MAX: usize = 64;
@@ -88,12 +88,12 @@ pub(crate) fn remove(handle: u64) -> Result<Code, Code> {
 
 /// Does something, and lets no panic out: C has no name for it.
 pub(crate) fn guarded(work: impl FnOnce() -> Result<Code, Code>) -> Code {
+    code::begin();
     let done = catch_unwind(AssertUnwindSafe(work));
-    let code = done.unwrap_or(Err(Code::Fault)).unwrap_or_else(|code| code);
-    if code == Code::Fault {
-        crate::code::keep("the library has a fault: close the handle, and report it");
-    }
-    code
+    done.unwrap_or(Err(Code::Fault)).unwrap_or_else(|code| {
+        code::refused(code);
+        code
+    })
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ pub type Handle = u64;
 pub unsafe extern "C" fn chaincell_client_options_default(options: *mut Options) -> Code {
     let default = chaincell_client::Options::default().into();
     // SAFETY: the caller's promise is handed on.
-    unsafe { memory::write(options, default) }.err().unwrap_or(Code::Ok)
+    guarded(|| unsafe { memory::write(options, default) }.map(|()| Code::Ok))
 }
 
 /// Opens a scene by its name, null for the unnamed one; without `options` by default. `version` is

@@ -90,6 +90,25 @@ fn a_handle_that_is_none_is_refused_everywhere_and_nothing_is_felt() {
 }
 
 #[test]
+fn why_a_call_was_refused_is_that_of_the_last_one() {
+    let mut shown = Shown::default();
+    // SAFETY: pointers are null or good.
+    unsafe {
+        assert_eq!(chaincell_client_step(1, &POSE, 1, 0, null_mut()), Code::Null);
+        assert_eq!(text(chaincell_client_last_error()), "a pointer is null");
+        assert!(step::read_poses(null(), 9).is_err());
+        assert_eq!(chaincell_client_step(1, &POSE, 1, 0, &mut shown), Code::Closed);
+    }
+    assert!(text(chaincell_client_last_error()).starts_with("no client has this handle"));
+    assert_eq!(chaincell_client_state_release(0), Code::Closed);
+    assert_eq!(chaincell_client_abi_version(), VERSION);
+    assert!(
+        text(chaincell_client_last_error()).starts_with("no client has this handle"),
+        "it stays"
+    );
+}
+
+#[test]
 fn what_cannot_be_opened_says_why() {
     let mut handle: Handle = 7;
     let default = Options::from(chaincell_client::Options::default());

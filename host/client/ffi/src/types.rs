@@ -33,7 +33,7 @@ pub enum WaitMode {
     Event = 2,
 }
 
-/// How to open a scene; `chaincell_client_options_default` fills it.
+/// How to open a scene: 24 bytes; `chaincell_client_options_default` fills it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Options {
@@ -41,7 +41,7 @@ pub struct Options {
     pub role: i32,
     /// One of `chaincell_client_wait`.
     pub wait: i32,
-    /// Longest wait for a server \[ns\], at most an hour; 10 s.
+    /// Longest wait for a server \[ns\], of which an hour is waited at most; 10 s.
     pub server_wait_ns: u64,
     /// Time without an answer after which the force falls to 0, 0 for never \[ms\]; 20, at most 60,000.
     pub watchdog_ms: u32,
@@ -206,7 +206,7 @@ pub struct Node {
     pub position_m: [f32; 3],
 }
 
-/// A state, whose nodes lie in shared memory until it is released.
+/// A state: 48 bytes, whose nodes lie in shared memory until it is released.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct State {
@@ -265,7 +265,7 @@ pub struct Contact {
     pub area_m2: f32,
 }
 
-/// Contacts, which lie in shared memory until they are released.
+/// Contacts: 40 bytes; they lie in shared memory until they are released.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Contacts {
@@ -335,6 +335,8 @@ const _: () = {
     assert!(offset_of!(Shown, energy_j) == 56);
     assert!(offset_of!(Shown, tools) == 80);
     assert!(size_of::<Reply>() == 32);
+    assert!(size_of::<State>() == 48 || size_of::<usize>() < 8);
+    assert!(size_of::<Contacts>() == 40 || size_of::<usize>() < 8);
     // A node and a contact of C are those of the messages.
     assert!(size_of::<Node>() == size_of::<NodePosition>());
     assert!(align_of::<Node>() == align_of::<NodePosition>());

@@ -192,7 +192,7 @@ pub fn control_tools(
 
 fn wait_for_server(scene: &SceneServices, ports: &Link, at_most_s: f64) -> Result<()> {
     let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
-    while !scene.is_served() {
+    while !ports.is_served(scene) {
         interrupt::check()?;
         if now_ns() >= end_ns {
             return Err(Error::input(format!(

@@ -4,7 +4,7 @@ use chaincell_kernel::ToolPose as OneTool;
 use iceoryx2::port::update_connections::UpdateConnections;
 
 use crate::session::ipc::payload::{ToolForce, ToolPose};
-use crate::session::ipc::services::{Ports, Ring, Wake};
+use crate::session::ipc::services::{Ports, Ring, SceneServices, Wake};
 use crate::session::ipc::tools::{OneToolPose, ToolForces, ToolPoses};
 use crate::session::loops::ramp::Shown;
 use crate::session::timing::clock::now_ns;
@@ -48,6 +48,14 @@ impl Link {
                 Some(Heard { force, shown: Shown::of(force.force_n) })
             }
             Self::Tools(ports) => Some(heard(&*ports.subscriber.receive().ok()??)),
+        }
+    }
+
+    /// Whether a server reads these poses and writes answers to them.
+    pub(crate) fn is_served(&self, scene: &SceneServices) -> bool {
+        match self {
+            Self::One(_) => scene.is_served(),
+            Self::Tools(_) => scene.serves_tools(),
         }
     }
 

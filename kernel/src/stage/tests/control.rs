@@ -67,6 +67,31 @@ fn a_force_that_was_let_go_comes_back_to_a_hand_at_rest() {
     assert!(seen[1000..].iter().all(|output| output.force_n.z > 11.9), "{:?}", seen[3999]);
 }
 
+/// A tool that engages 6 mm inside and is drawn out has paid for nothing: the ramp waits. Where it stood
+/// there before and is drawn out fast, the push is taken off. What is withheld is said.
+#[test]
+fn a_push_that_nobody_has_paid_for_is_said_to_be_withheld() {
+    let ways = [(0_u16, 2.0e-5, 290), (500, 1.0e-4, 56)];
+    for (device, (stands, rate_m, ticks)) in
+        DEVICES.into_iter().flat_map(|device| ways.map(|way| (device, way)))
+    {
+        let out = |tick: u16| f32::from(tick.saturating_sub(stands).min(600));
+        let path = |tick: u16| (rate_m * out(tick) - 6.0e-3).min(2.0e-3);
+        let seen = outputs(StageSettings::for_device(device), 33.0, path);
+        let is_said = |output: &TickOutput| output.flags.contains(Flags::FORCE_WITHHELD);
+        assert!(!seen[..stands.into()].iter().any(is_said), "{device:?}");
+        let mut count = 0;
+        for tick in stands + 10..stands + ticks {
+            let output = &seen[usize::from(tick)];
+            let is_whole = output.force_n.z >= -12.0 * path(tick);
+            assert!(is_whole || is_said(output), "{device:?}, {tick}: {output:?}");
+            count += u16::from(is_said(output));
+        }
+        assert!(count > ticks / 3, "{device:?}: said {count} times of {ticks}");
+        assert!(!seen[3000..].iter().any(is_said), "{device:?}: outside");
+    }
+}
+
 /// Without a ramp there is nothing to let go with, and nothing is said to be.
 #[test]
 fn without_a_ramp_no_force_is_let_go() {

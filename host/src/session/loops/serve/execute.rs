@@ -14,8 +14,9 @@ const LATE_RUN: u32 = 4;
 
 impl Run<'_> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
-    pub(super) fn execute(&mut self, arrived: Arrived) {
+    pub(super) fn execute(&mut self, mut arrived: Arrived) {
         let start_ns = now_ns();
+        self.resumes(&mut arrived);
         (self.late_run, self.behind_gap) = (0, false);
         self.shared.begin_tick();
         self.delay.told = None;
@@ -51,6 +52,12 @@ impl Run<'_> {
         self.shared.voice().judge(behind, [start_ns, sent_ns]);
     }
 
+    /// The first tick after a pause: the device had no force, and the stage did not see it move.
+    fn resumes(&mut self, arrived: &mut Arrived) {
+        arrived.restarts_ramp |= self.has_rested && !self.paused;
+        self.has_rested = self.paused;
+    }
+
     /// The tissue's tick: as many sweeps as its time has room for.
     fn tick(&mut self, arrived: Arrived, start_ns: u64) -> TickOutput {
         self.measure_delay(&arrived, start_ns);
@@ -84,8 +91,9 @@ impl Run<'_> {
     }
 
     /// A tick without a sweep, for a pose that newer ones have overtaken.
-    pub(super) fn execute_late(&mut self, arrived: Arrived) {
+    pub(super) fn execute_late(&mut self, mut arrived: Arrived) {
         let start_ns = now_ns();
+        self.resumes(&mut arrived);
         self.measure_delay(&arrived, start_ns);
         if arrived.restarts_ramp {
             self.engine.restart_ramp();

@@ -36,7 +36,7 @@ pub(super) struct Arrived {
     /// What its message asks for, `None` for one of version 1.
     pub asked: Option<Asked>,
     pub at_ns: u64,
-    /// There was a silence or a gap before it: the output stage's ramp begins anew.
+    /// There was a silence, a gap or a pause before it: the output stage's ramp begins anew.
     pub restarts_ramp: bool,
     /// Which tools count as not engaged, since they were not seen released yet.
     pub release_first: [bool; TOOLS_MAX],
@@ -114,7 +114,11 @@ impl Run<'_> {
         let step = step.unwrap_or(1);
         self.missing += step - 1;
         if !self.rate.takes(arrival_ns) {
-            complain(&mut self.throttled, "poses come faster than the limit a second", pose.tick);
+            complain(
+                &mut self.throttled,
+                "poses come faster than --max-pose-hz and are dropped, tick",
+                pose.tick,
+            );
             return;
         }
         self.waiter

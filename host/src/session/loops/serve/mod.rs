@@ -218,6 +218,8 @@ struct Run<'a> {
     engine: &'a mut dyn TissueEngine,
     recorder: &'a mut Recorder,
     paused: bool,
+    /// Whether the last tick was one of a pause.
+    has_rested: bool,
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
@@ -287,6 +289,7 @@ impl<'a> Run<'a> {
             engine,
             recorder,
             paused: server.resumed.is_some_and(|of| of.is_paused),
+            has_rested: false,
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
