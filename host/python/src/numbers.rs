@@ -77,6 +77,12 @@ pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
     }
 }
 
+/// A number as a text shows it: in short, where it has many digits.
+pub(crate) fn brief(number: f64) -> String {
+    let text = number.to_string();
+    if text.len() > DIGITS_SHOWN { format!("{number:e}") } else { text }
+}
+
 /// Whether it is True or False, of Python or of numpy.
 pub(crate) fn is_truth(value: &Bound<'_, PyAny>) -> bool {
     value.is_instance_of::<PyBool>() || numpy_kind(value) == Some('b')

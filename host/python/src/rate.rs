@@ -6,7 +6,7 @@ use chaincell_client::clock::{SECOND_NS, now_ns, sleep_until_ns};
 use pyo3::prelude::*;
 
 use crate::errors::Class;
-use crate::numbers::{Arg, whole};
+use crate::numbers::{Arg, brief, whole};
 use crate::signals::{LOOK, span_ns};
 
 /// The last stretch before a turn is polled, since a sleep ends late \[ns\].
@@ -68,7 +68,7 @@ impl Rate {
     ) -> PyResult<Self> {
         let hz = hz.real("hz")?;
         if !(0.001..=1e6).contains(&hz) {
-            let text = format!("`hz` {hz}: must be from 0.001 to 1000000");
+            let text = format!("`hz` {}: must be from 0.001 to 1000000", brief(hz));
             return Err(Class::Argument.error(text));
         }
         let ticks = match (ticks, seconds) {

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 
 use crate::errors::Class;
-use crate::numbers::Arg;
+use crate::numbers::{Arg, brief};
 
 /// How long Ctrl-C may take.
 pub(crate) const LOOK: Duration = Duration::from_millis(20);
@@ -80,6 +80,6 @@ pub(crate) fn span_ns(name: &str, seconds: Arg<'_, f64>) -> PyResult<u64> {
     if (0.0..=SPAN_S_MAX).contains(&seconds) {
         return Ok((seconds * 1e9) as u64);
     }
-    let text = format!("`{name}` {seconds}: must be from 0 to {SPAN_S_MAX} seconds");
+    let text = format!("`{name}` {}: must be from 0 to {SPAN_S_MAX} seconds", brief(seconds));
     Err(Class::Argument.error(text))
 }
