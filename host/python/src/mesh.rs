@@ -29,9 +29,9 @@ pub(crate) fn of_arrays(
     match (tets, triangles) {
         (Some(tets), None) => {
             let tets = arrays::ids("tets", tets)?;
-            if options.fill_m.is_some() && matches!(tets.shape[..], [_, 3]) {
-                let text = "`tets`: these are triangles: give them as `triangles`";
-                return Err(Class::Argument.error(text));
+            if matches!(tets.shape[..], [_, 3]) {
+                let wanted = "(n, 4); give a closed surface as `triangles`, with `fill_m`";
+                return Err(tets.wrong_shape("tets", wanted));
             }
             solid(py, "arrays", points, tets.rows("tets")?, Groups::new(), options)
         }

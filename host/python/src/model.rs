@@ -157,7 +157,7 @@ impl Model {
 
     /// Checksum of the image, 8 hexadecimal digits.
     #[getter]
-    fn checksum(&self) -> String {
+    pub(crate) fn checksum(&self) -> String {
         format!("{:08x}", self.body.model().checksum())
     }
 

@@ -112,6 +112,11 @@ impl Rate {
         }
     }
 
+    fn __repr__(&self) -> String {
+        let Schedule { next, late, .. } = *self.schedule();
+        format!("<chaincell.Rate: {} Hz, turn {next} is next, {late} late>", self.hz)
+    }
+
     /// Turns that began more than a period late.
     #[getter]
     fn late(&self) -> u64 {

@@ -255,6 +255,11 @@ impl Tissue {
         py.detach(|| Ok(self.live()?.state_hash()))
     }
 
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let checksum = self.model.get().checksum();
+        Ok(format!("<chaincell.Tissue: of model {checksum}, tick {}>", self.ticks(py)?))
+    }
+
     /// Positions of the nodes [m], (nodes, 3), in the order of `Model.node_ids`, a copy.
     #[getter]
     fn positions_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 import sys
 import threading
@@ -131,31 +130,6 @@ except KeyboardInterrupt:
     assert found.stdout == "interrupted\n", found
 
 
-def test_threads_have_a_session_in_the_order_in_which_they_ask(serve: Serve) -> None:
-    """Those that step without a break keep nobody waiting; a step itself takes 20 ms at most."""
-    server = serve()
-    server.process.send_signal(signal.SIGSTOP)
-    with Session(server.scene, lost_s=None) as session:
-        done = threading.Event()
-
-        def press_on() -> None:
-            while not done.is_set():
-                session.step([0, 0, 0], timeout_s=0.02)
-
-        threads = [threading.Thread(target=press_on) for _ in range(2)]
-        for thread in threads:
-            thread.start()
-        time.sleep(0.1)
-        begun = time.monotonic()
-        for _ in range(10):
-            assert not session.is_closed
-        took_s = time.monotonic() - begun
-        done.set()
-        for thread in threads:
-            thread.join()
-    assert took_s < 1.0
-
-
 def test_a_child_of_a_fork_does_not_wait_for_threads_it_has_not(serve: Serve) -> None:
     server = serve()
     program = f"""
@@ -245,6 +219,7 @@ def test_threads_share_a_rate() -> None:
     for thread in threads:
         thread.join()
     assert (sorted(turns), errors) == (list(range(400)), [])
+    assert repr(rate) == f"<chaincell.Rate: 2000 Hz, turn 400 is next, {rate.late} late>"
 
 
 def test_an_interrupted_turn_is_still_to_come() -> None:

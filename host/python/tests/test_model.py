@@ -212,7 +212,7 @@ def test_bad_surfaces_are_told() -> None:
         ({"triangles": tets, **fill}, wrong, r"`triangles`: its shape is \(.*, 4\), it must be \(n, 3\)"),
         ({"triangles": faces, "diagonals": True, **fill}, refused, "`diagonals` is for a plane"),
         ({"triangles": faces, "unit_m": -1, **fill}, refused, "`unit_m` -1"),
-        ({"tets": faces, **fill}, wrong, "`tets`: these are triangles: give them as `triangles`"),
+        ({"tets": faces, **fill}, wrong, r"`tets`: its shape is .*, 3\), it must be \(n, 4\); give a closed surface as `triangles`"),
         ({"tets": tets, "triangles": faces}, wrong, "`tets` and `triangles`: give one of both"),
         ({}, wrong, "`tets` and `triangles`: give one of both"),
         ({"tets": tets, **fill}, refused, "arrays has tetrahedra of its own"),
