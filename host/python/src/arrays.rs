@@ -121,7 +121,7 @@ fn wholes(
         b'i' => in_range(&values::<i64>(&array, "int64")?.values, most, i64::to_string),
         b'u' => in_range(&values::<u64>(&array, "uint64")?.values, most, u64::to_string),
         // Numbers too large for numpy stay objects of Python, or become floats beside others.
-        b'O' | b'f' => {
+        b'O' | b'f' if kind(&array) == b'O' || !array.is(given) => {
             let numpy = given.py().import("numpy")?;
             let objects = numpy.call_method1("asarray", (given, "O"))?.call_method0("ravel")?;
             let items = objects.try_iter()?.collect::<PyResult<Vec<_>>>()?;

@@ -45,7 +45,22 @@ impl Rate {
         let turn = of.next;
         of.next += 1;
         let start_ns = *of.start_ns.get_or_insert_with(now_ns);
-        Some((turn, start_ns + (turn as f64 * self.period_ns()) as u64))
+        Some((turn, self.due_ns(start_ns, turn)))
+    }
+
+    /// Where a turn is late, by the schedule as another thread's turn may have moved it, moves it.
+    fn begin(&self, turn: u64, now_ns: u64) {
+        let mut of = self.schedule();
+        let Some(start_ns) = of.start_ns else { return };
+        let late_ns = now_ns.saturating_sub(self.due_ns(start_ns, turn));
+        if late_ns as f64 > self.period_ns() {
+            of.late += 1;
+            of.start_ns = Some(start_ns + late_ns);
+        }
+    }
+
+    fn due_ns(&self, start_ns: u64, turn: u64) -> u64 {
+        start_ns.saturating_add((turn as f64 * self.period_ns()) as u64)
     }
 
     fn period_ns(&self) -> f64 {
@@ -95,12 +110,7 @@ impl Rate {
         loop {
             let now_ns = now_ns();
             if now_ns >= due_ns {
-                let late_ns = now_ns - due_ns;
-                if late_ns as f64 > self.period_ns() {
-                    let mut of = self.schedule();
-                    of.late += 1;
-                    of.start_ns = of.start_ns.map(|start_ns| start_ns + late_ns);
-                }
+                self.begin(turn, now_ns);
                 return Ok(Some(turn));
             }
             py.detach(|| wait_until(due_ns.min(now_ns + look_ns)));

@@ -222,6 +222,30 @@ def test_threads_share_a_rate() -> None:
     assert repr(rate) == f"<chaincell.Rate: 2000 Hz, turn 400 is next, {rate.late} late>"
 
 
+def test_turns_that_are_late_at_once_move_the_schedule_once() -> None:
+    program = """
+import os, signal, threading, time
+from chaincell import Rate
+rate = Rate(5)
+next(rate)
+threads = [threading.Thread(target=next, args=[rate]) for _ in range(2)]
+for thread in threads:
+    thread.start()
+parent = os.getpid()
+if os.fork() == 0:
+    os.kill(parent, signal.SIGSTOP)
+    time.sleep(1.5)
+    os.kill(parent, signal.SIGCONT)
+    os._exit(0)
+for thread in threads:
+    thread.join()
+begun = time.monotonic()
+print(next(rate), time.monotonic() - begun < 0.8, rate.late > 0)
+"""
+    found = ran(program)
+    assert found.stdout == "3 True True\n", found
+
+
 def test_an_interrupted_turn_is_still_to_come() -> None:
     program = """
 import signal, threading
