@@ -121,7 +121,7 @@ fn of_object(given: &Bound<'_, PyAny>, options: MeshOptions) -> PyResult<Mesh> {
             )));
         }
     }
-    let is_surface = |kind: &str| kind == "triangle" || kind == "quad";
+    let is_surface = |kind: &str| kind.starts_with("triangle") || kind.starts_with("quad");
     if tetrahedra.is_empty() && blocks.iter().any(|block| is_surface(&block.kind)) {
         return surface(given.py(), "object", nodes_m, triangles(&blocks)?, options);
     }

@@ -189,6 +189,8 @@ def test_a_surface_of_arrays_or_an_object_is_filled_as_a_file(tmp_path: Path) ->
         assert bytes(Model.bake_mesh(other, **options)) == bytes(filled)
     mixed = SimpleNamespace(points=skin, cells=[("line", faces[:, :2]), ("triangle", faces)])
     assert Model.bake_mesh(mixed, **options).checksum == filled.checksum
+    # Points that no triangle has are left out.
+    assert Model.bake(points, triangles=box.triangles, **options).checksum == filled.checksum
     in_mm = Model.bake(skin * 1000, triangles=faces, unit_m=0.001, **options)
     assert np.allclose(in_mm.rest_m, filled.rest_m, atol=1e-6)
     on_top = np.flatnonzero(filled.rest_m[:, 2] > 0.019)
@@ -225,8 +227,10 @@ def test_bad_surfaces_are_told() -> None:
     hole[5, 1] = np.nan
     with pytest.raises(refused, match="point 5 is at .*NaN"):
         Model.bake(hole, triangles=faces, **fill)
-    for kind, text in (("quad", "type quad: a surface to fill is of first-order triangles"), ("triangle", "`fill_m` SIZE")):
-        cells = [(kind, np.zeros((1, 4 if kind == "quad" else 3), int))]
+    order = "a surface to fill is of first-order triangles"
+    kinds = [("quad", 4, f"type quad: {order}"), ("triangle6", 6, f"type triangle6: {order}"), ("triangle", 3, "`fill_m` SIZE")]
+    for kind, corners, text in kinds:
+        cells = [(kind, np.zeros((1, corners), int))]
         with pytest.raises(refused, match=text):
             Model.bake_mesh(SimpleNamespace(points=points, cells=cells))
 
