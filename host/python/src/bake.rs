@@ -1,37 +1,47 @@
 //! What a bake may choose, from keyword arguments.
 
+use std::sync::Arc;
+
 use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
 use chaincell_host::bake::{self, BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact};
-use chaincell_host::cli::values::per_cell;
+use chaincell_host::cli::values::{Material, per_cell, with_materials};
 use chaincell_host::mesh::{self, CELLS_MAX, Mesh, MeshOptions, NODES_MAX};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::arrays;
 use crate::errors::Class;
-use crate::given::{Given, wrong_type};
+use crate::given::Given;
+use crate::numbers::{is_one, real, real_or, wrong_type};
+use crate::signals::aside;
 
 /// Poisson's ratio of soft tissue, where none is given.
 const POISSON: f64 = 0.45;
+/// What `materials` is, for errors.
+const MATERIALS: &str = "{\"GROUP\": {\"young_pa\": E, \"poisson\": NU}}, one of both at least";
 
 /// How a mesh is read.
 pub(crate) fn mesh_options(given: &Given<'_, '_>) -> PyResult<MeshOptions> {
-    let cells: Option<usize> = given.get("cells", "a whole number")?;
     Ok(MeshOptions {
         unit_m: given.real("unit_m")?.unwrap_or(1.0),
         fill_m: given.real("fill_m")?,
         diagonals: given.truth("diagonals")?,
         drop_unused: given.truth("drop_unused")?,
         allow_parts: given.truth("allow_parts")?,
-        rings: given.get("rings", "a whole number")?.unwrap_or(1),
-        nodes_max: if cells.is_some() { NODES_MAX } else { CELLS_MAX },
+        rings: given.whole("rings", 1..=u32::MAX)?.unwrap_or(1),
+        nodes_max: if cells(given)?.is_some() { NODES_MAX } else { CELLS_MAX },
     })
 }
 
+/// Groups of nodes that become cells.
+fn cells(given: &Given<'_, '_>) -> PyResult<Option<usize>> {
+    Ok(given.whole("cells", 2..=CELLS_MAX as u32)?.map(|count| count as usize))
+}
+
 /// Bakes a mesh; Python may run meanwhile.
-pub(crate) fn bake(py: Python<'_>, mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<ImageBytes> {
-    let (fixed, options) = (fixed(mesh, given)?, options(mesh, given)?);
-    let image = py.detach(|| bake::bake(mesh, &fixed, &options));
+pub(crate) fn bake(py: Python<'_>, mesh: Arc<Mesh>, given: &Given<'_, '_>) -> PyResult<ImageBytes> {
+    let (fixed, options) = (fixed(&mesh, given)?, options(&mesh, given)?);
+    let image = aside(py, move || bake::bake(&mesh, &fixed, &options))?;
     image.map_err(|why| Class::Model.host(why))
 }
 
@@ -58,7 +68,7 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
             "surface" => ProbeContact::Surface,
             _ => ProbeContact::Cells,
         },
-        cells: given.get("cells", "a whole number")?,
+        cells: cells(given)?,
     })
 }
 
@@ -75,24 +85,33 @@ fn word(
     })
 }
 
-/// Nodal shapes, where Young's modulus is given.
+/// Nodal shapes, where the tissue has a stiffness.
 fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
-    let Some(young_pa) = per_node("young_pa", mesh, given)? else {
+    let (young_pa, materials) = (per_node("young_pa", mesh, given)?, given.any("materials")?);
+    if young_pa.is_none() && materials.is_none() {
         for name in ["poisson", "law", "stretch_min", "stiffening"] {
             if given.any(name)?.is_some() {
-                let text = format!("`{name}` goes with `young_pa`: give both, or leave it out");
+                let text = format!(
+                    "`{name}` goes with `young_pa` or `materials`: give one of them, or leave it out"
+                );
                 return Err(Class::Model.error(text));
             }
         }
         return Ok(None);
-    };
+    }
     for name in ["alpha", "stiffness_n_per_m"] {
         if given.any(name)?.is_some() {
-            let text = format!("`{name}` is for links: leave it out, or leave `young_pa` out");
+            let text = format!(
+                "`{name}` is for links: leave it out, or leave `young_pa` and `materials` out"
+            );
             return Err(Class::Model.error(text));
         }
     }
     let poisson = per_node("poisson", mesh, given)?.unwrap_or(PerCell::Uniform(POISSON));
+    let (young_pa, poisson) = match (young_pa, materials) {
+        (Some(young_pa), None) => (young_pa, poisson),
+        (young_pa, materials) => of_groups(young_pa, poisson, materials, mesh)?,
+    };
     let law = match word(given, "law", &["det1", "trace"])? {
         Some("trace") => VolumeLaw::Trace,
         _ => VolumeLaw::Det1,
@@ -106,6 +125,65 @@ fn tissue(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<Tissue>> {
     Ok(Some(Tissue { young_pa, poisson, law, stretch_min, stiffening: stiffening(given)? }))
 }
 
+/// What materials say of their groups, in their order, over the values of all nodes.
+fn of_groups(
+    young_pa: Option<PerCell>,
+    poisson: PerCell,
+    materials: Option<Bound<'_, PyAny>>,
+    mesh: &Mesh,
+) -> PyResult<(PerCell, PerCell)> {
+    let wrong = |value: &Bound<'_, PyAny>| wrong_type("materials", MATERIALS, value);
+    let mut named = Vec::new();
+    for (group, values) in dict(materials.as_ref(), &wrong)? {
+        let group: String = group.extract().map_err(|_| wrong(&group))?;
+        let (mut young_pa, mut poisson) = (None, None);
+        for (key, value) in dict(Some(&values), &wrong)? {
+            let key: String = key.extract().map_err(|_| wrong(&key))?;
+            let name = format!("materials: {group}: {key}");
+            match key.as_str() {
+                "young_pa" => young_pa = Some(finite(&name, &value)?),
+                "poisson" => poisson = Some(finite(&name, &value)?),
+                _ => {
+                    let text = format!("`{name}`: there are young_pa and poisson");
+                    return Err(Class::Model.error(text));
+                }
+            }
+        }
+        if young_pa.is_none() && poisson.is_none() {
+            let text = format!("`materials: {group}` is empty: give {MATERIALS}");
+            return Err(Class::Model.error(text));
+        }
+        named.push((group, young_pa, poisson));
+    }
+    if named.is_empty() {
+        return Err(Class::Model.error(format!("`materials` is empty: give {MATERIALS}")));
+    }
+    let materials: Vec<Material<'_>> = named
+        .iter()
+        .map(|&(ref name, young_pa, poisson)| Material { name, young_pa, poisson })
+        .collect();
+    let found = with_materials(young_pa, poisson, &materials, mesh);
+    found.map_err(|why| Class::Model.host(why))
+}
+
+/// Keys and values of a dictionary.
+fn dict<'py>(
+    given: Option<&Bound<'py, PyAny>>,
+    wrong: &dyn Fn(&Bound<'py, PyAny>) -> PyErr,
+) -> PyResult<Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    Ok(given.cast::<PyDict>().map_err(|_| wrong(given))?.iter().collect())
+}
+
+/// A finite number.
+fn finite(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let number = real(name, value)?;
+    if number.is_finite() {
+        return Ok(number);
+    }
+    Err(Class::Model.error(format!("`{name}` {number}: must be finite")))
+}
+
 /// Half-widths with their moduli \[Pa\].
 fn stiffening(given: &Given<'_, '_>) -> PyResult<Vec<Band>> {
     let wanted = "a dict of half-widths and moduli, as {0.15: 1700.0}";
@@ -113,9 +191,7 @@ fn stiffening(given: &Given<'_, '_>) -> PyResult<Vec<Band>> {
         return Ok(Vec::new());
     };
     let band = |(half_width, modulus_pa): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        let number = |of: &Bound<'_, PyAny>| {
-            of.extract().map_err(|_| wrong_type("stiffening", "numbers", of))
-        };
+        let number = |of: &Bound<'_, PyAny>| real_or("stiffening", "numbers", of);
         Ok(Band { half_width: number(&half_width)?, modulus_pa: number(&modulus_pa)? })
     };
     bands.iter().map(band).collect()
@@ -149,8 +225,8 @@ fn per_node(name: &str, mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<Option<P
         let option = format!("`{name}`");
         return per_cell(&option, &text, mesh).map(Some).map_err(|why| Class::Model.host(why));
     }
-    if let Ok(number) = value.extract::<f64>() {
-        return Ok(Some(PerCell::Uniform(number)));
+    if is_one(&value) {
+        return real(name, &value).map(PerCell::Uniform).map(Some);
     }
     let values = arrays::reals(name, &value)?;
     values.one_each(name, mesh.nodes_m.len(), "node").map(PerCell::Each).map(Some)

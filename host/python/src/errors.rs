@@ -86,11 +86,12 @@ pub(crate) fn client(why: chaincell_client::Error) -> PyErr {
 }
 
 /// Arguments that have another name here than the library's field or the command's option.
-const RENAMED: [(&str, &str); 5] = [
+const RENAMED: [(&str, &str); 6] = [
     ("`saturation_m`", "`k_m`"),
     ("`resistance`", "`r_x`"),
     ("`coarse_basis`", "`hats`"),
     ("`fix`", "`fixed`"),
+    ("`material`", "`materials`"),
     ("`tool`", "`tools`"),
 ];
 

@@ -1,15 +1,20 @@
 //! Keyword arguments: which there are, and options of the command made of them.
 
+use std::ops::RangeInclusive;
+
 use chaincell_host::cli::offline::Offline;
+use chaincell_kernel::parts::PARTS;
+use chaincell_kernel::stage::DELAY_MAX;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyString};
+use pyo3::types::{PyDict, PyString};
 
 use crate::arrays;
 use crate::errors::Class;
+use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 23] = [
+const BAKE: [&str; 24] = [
     "allow_parts",
     "alpha",
     "capacitance",
@@ -24,6 +29,7 @@ const BAKE: [&str; 23] = [
     "k_m",
     "law",
     "lean",
+    "materials",
     "poisson",
     "probe_contact",
     "r_x",
@@ -33,6 +39,16 @@ const BAKE: [&str; 23] = [
     "stretch_min",
     "unit_m",
     "young_pa",
+];
+
+/// Arguments of a tissue that are whole numbers, with the ranges that the command has for them.
+const WHOLE: [(&str, RangeInclusive<u32>); 6] = [
+    ("delay_ticks", 0..=DELAY_MAX as u32),
+    ("device_hz", 10..=100_000),
+    ("engage_ramp_ms", 0..=60_000),
+    ("probe_capacity", 1..=u16::MAX as u32),
+    ("sweeps", 1..=u16::MAX as u32),
+    ("threads", 1..=PARTS as u32),
 ];
 
 /// Names of the keyword arguments of `Model.bake`.
@@ -94,19 +110,18 @@ impl<'a, 'py> Given<'a, 'py> {
 
     /// A real number.
     pub(crate) fn real(&self, name: &str) -> PyResult<Option<f64>> {
-        self.get(name, "a number")
+        self.any(name)?.map(|value| real(name, &value)).transpose()
+    }
+
+    /// A whole number in a range.
+    pub(crate) fn whole(&self, name: &str, range: RangeInclusive<u32>) -> PyResult<Option<u32>> {
+        self.any(name)?.map(|value| whole(name, &value, range)).transpose()
     }
 
     /// True or False.
     pub(crate) fn truth(&self, name: &str) -> PyResult<bool> {
         Ok(self.get(name, "True or False")?.unwrap_or_default())
     }
-}
-
-/// An argument of another type than the one wanted.
-pub(crate) fn wrong_type(name: &str, wanted: &str, value: &Bound<'_, PyAny>) -> PyErr {
-    let found = value.get_type().name().map_or_else(|_| "this".into(), |name| name.to_string());
-    PyTypeError::new_err(format!("`{name}`: give {wanted}, not {found}"))
 }
 
 /// The tissue that keyword arguments ask for.
@@ -127,20 +142,26 @@ pub(crate) fn offline(given: Option<&Bound<'_, PyDict>>) -> PyResult<Offline> {
 
 /// A number or a word, as the command line has it.
 fn word(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
-    let is_number = value.extract::<f64>().is_ok() && !value.is_instance_of::<PyBool>();
-    if is_number || value.is_instance_of::<PyString>() {
-        return Ok(value.str()?.to_string());
+    if value.is_instance_of::<PyString>() {
+        return text(name, value);
     }
-    Err(wrong_type(name, "a number or a word", value))
+    if let Some((_, range)) = WHOLE.iter().find(|(of, _)| *of == name) {
+        return Ok(whole(name, value, range.clone())?.to_string());
+    }
+    Ok(format!("{:?}", real_or(name, "a number or a word", value)?))
 }
 
 /// Tools by their parts.
 fn tools(value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    let wrong = || wrong_type("tools", "a list of texts, as [\"sphere:0.01\"]", value);
     if value.is_instance_of::<PyString>() {
-        return Err(wrong_type("tools", "a list of texts, as [\"sphere:0.01\"]", value));
+        return Err(wrong());
     }
-    let texts = value.extract::<Vec<String>>();
-    texts.map_err(|_| wrong_type("tools", "a list of texts, as [\"sphere:0.01\"]", value))
+    let texts = value.extract::<Vec<String>>().map_err(|_| wrong())?;
+    if texts.is_empty() {
+        return Err(Class::Argument.error("`tools` is empty: give at least one tool, or None"));
+    }
+    Ok(texts)
 }
 
 /// A contact in words, or the nodes that are held.

@@ -2,7 +2,8 @@
 //!
 //! Each module uses only those above it:
 //!
-//! - `errors`, `process`, `signals`: exceptions; forked children; Ctrl-C.
+//! - `errors`, `process`, `numbers`: exceptions; forked children; single arguments in.
+//! - `signals`, `turns`: Ctrl-C and long work; what threads share.
 //! - `arrays`, `given`: numpy arrays and keyword arguments in.
 //! - `mesh`, `bake`, `model`: from arrays, meshio objects and files to a model.
 //! - `poses`, `contacts`, `output`: where tools are, what they touch and feel.
@@ -18,6 +19,7 @@ mod errors;
 mod given;
 mod mesh;
 mod model;
+mod numbers;
 mod output;
 mod poses;
 mod process;
@@ -27,6 +29,7 @@ mod session;
 mod signals;
 mod state;
 mod tissue;
+mod turns;
 
 use pyo3::prelude::*;
 

@@ -1,6 +1,5 @@
 //! `Model`: a baked body, checked once and read in place.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use chaincell_host::bake::{ImageBytes, Notes};
@@ -11,7 +10,6 @@ use chaincell_kernel::Model as Image;
 use numpy::ndarray::{Array2, ArrayView1};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
 use self_cell::self_cell;
 
@@ -19,6 +17,8 @@ use crate::bake::{bake, mesh_options};
 use crate::errors::Class;
 use crate::given::Given;
 use crate::mesh;
+use crate::numbers::{self, bytes};
+use crate::signals::aside;
 
 self_cell!(
     /// An image with the model that reads it.
@@ -54,18 +54,20 @@ pub(crate) struct Model {
 
 #[pymethods]
 impl Model {
-    /// Bakes nodes [m] and tetrahedra (0-based ids of four nodes each).
+    /// Bakes nodes [m] and tetrahedra (0-based ids of four nodes each), or fills the triangles of a
+    /// closed surface with tetrahedra of the size fill_m.
     #[staticmethod]
-    #[pyo3(signature = (points, tets, **options))]
+    #[pyo3(signature = (points, tets=None, *, triangles=None, **options))]
     fn bake(
         py: Python<'_>,
         points: &Bound<'_, PyAny>,
-        tets: &Bound<'_, PyAny>,
+        tets: Option<&Bound<'_, PyAny>>,
+        triangles: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let given = Given::of_bake(options)?;
-        let mesh = mesh::of_arrays(points, tets, &mesh_options(&given)?)?;
-        Self::baked(bake(py, &mesh, &given)?)
+        let mesh = mesh::of_arrays(py, points, tets, triangles, mesh_options(&given)?)?;
+        Self::baked(py, bake(py, Arc::new(mesh), &given)?)
     }
 
     /// Bakes a mesh file, a generator as "organ:1000", or an object with points and cells as meshio's.
@@ -77,28 +79,30 @@ impl Model {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let given = Given::of_bake(options)?;
-        let mesh = mesh::of_any(mesh, &mesh_options(&given)?)?;
-        Self::baked(bake(py, &mesh, &given)?)
+        let mesh = mesh::of_any(mesh, mesh_options(&given)?)?;
+        Self::baked(py, bake(py, Arc::new(mesh), &given)?)
     }
 
     /// Reads a model file.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let place = path.display().to_string();
-        py.detach(|| {
+    fn load(py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let path = numbers::path("path", path)?;
+        aside(py, move || {
             let image = model_file::read(&path).map_err(|why| Class::Model.host(why))?;
-            Ok(Self { body: Body::read(image, &place)? })
-        })
+            Ok(Self { body: Body::read(image, &path.display().to_string())? })
+        })?
     }
 
     /// Reads the bytes of a model file.
     #[staticmethod]
-    fn from_bytes(py: Python<'_>, image: PyBackedBytes) -> PyResult<Self> {
+    fn from_bytes(py: Python<'_>, image: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let image = bytes("image", image)?;
         py.detach(|| Ok(Self { body: Body::read(ImageBytes::copy(&image), "bytes")? }))
     }
 
     /// Writes the model file, whole or not at all.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        let path = numbers::path("path", path)?;
         py.detach(|| write_whole(&path, self.body.bytes())).map_err(|why| Class::Model.host(why))
     }
 
@@ -153,7 +157,7 @@ impl Model {
 
     /// Checksum of the image, 8 hexadecimal digits.
     #[getter]
-    fn checksum(&self) -> String {
+    pub(crate) fn checksum(&self) -> String {
         format!("{:08x}", self.body.model().checksum())
     }
 
@@ -230,8 +234,8 @@ impl Model {
 }
 
 impl Model {
-    fn baked(image: ImageBytes) -> PyResult<Self> {
-        Ok(Self { body: Body::read(image, "baked")? })
+    fn baked(py: Python<'_>, image: ImageBytes) -> PyResult<Self> {
+        py.detach(|| Ok(Self { body: Body::read(image, "baked")? }))
     }
 
     /// Ids and positions at rest \[m\] of what results show, by ascending id.

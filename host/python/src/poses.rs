@@ -4,8 +4,9 @@ use chaincell_client::Pose;
 use chaincell_client::tools::TOOLS_MAX;
 use chaincell_host::engine::tools::{Poses, is_unit};
 use chaincell_kernel::{ToolPose, ToolSample};
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
 use crate::arrays::{self, Values};
 use crate::errors::Class;
@@ -37,7 +38,7 @@ pub(crate) struct Tick {
 impl Tick {
     /// Of a pose, or an array of them, and whether each is engaged.
     pub(crate) fn of(pose: &Bound<'_, PyAny>, engaged: &Engaged<'_>) -> PyResult<Self> {
-        if let (Ok(position_m), &Engaged::All(engaged)) = (pose.extract::<[f32; 3]>(), engaged) {
+        if let (Some(position_m), &Engaged::All(engaged)) = (plain(pose), engaged) {
             let poses = vec![checked(Pose::at(position_m, engaged), &|| "the pose".into())?];
             return Ok(Self { poses, is_several: false });
         }
@@ -112,6 +113,37 @@ impl Tick {
         }
         all
     }
+}
+
+/// The place of a usual pose: three numbers of Python in a list or a tuple, or an array of three floats.
+fn plain(pose: &Bound<'_, PyAny>) -> Option<[f32; 3]> {
+    if let Ok(list) = pose.cast::<PyList>() {
+        return three(list.iter());
+    }
+    if let Ok(tuple) = pose.cast::<PyTuple>() {
+        return three(tuple.iter());
+    }
+    if !pose.is_exact_instance_of::<PyArray1<f64>>() {
+        return None;
+    }
+    let array = pose.cast::<PyArray1<f64>>().ok()?.try_readonly().ok()?;
+    let place = <[f64; 3]>::try_from(array.as_slice().ok()?).ok()?;
+    Some(place.map(|x| x as f32))
+}
+
+/// Three numbers that are floats or whole.
+fn three<'py>(items: impl ExactSizeIterator<Item = Bound<'py, PyAny>>) -> Option<[f32; 3]> {
+    let mut place = [0.0; PLACE];
+    if items.len() != PLACE {
+        return None;
+    }
+    for (x, item) in place.iter_mut().zip(items) {
+        if !item.is_instance_of::<PyFloat>() && !item.is_exact_instance_of::<PyInt>() {
+            return None;
+        }
+        *x = item.extract::<f64>().ok()? as f32;
+    }
+    Some(place)
 }
 
 /// The numbers of a pose, or of a place and a quaternion apart.

@@ -4,6 +4,11 @@ use pyo3::prelude::*;
 
 use crate::errors::Class;
 
+/// What the child of a fork is told.
+pub(crate) fn forked() -> PyErr {
+    Class::Closed.error("it was opened by the process that this one was forked from: open one here")
+}
+
 /// Something in shared memory. A forked child has a copy, and giving it back there would take it from
 /// the parent: the child neither uses nor drops it.
 #[derive(Debug)]
@@ -21,9 +26,7 @@ impl<T> Owned<T> {
     /// The value, for the process that made it.
     pub(crate) fn get(&mut self) -> PyResult<&mut T> {
         if self.process != std::process::id() {
-            return Err(Class::Closed.error(
-                "it was opened by the process that this one was forked from: open one here",
-            ));
+            return Err(forked());
         }
         self.value.as_mut().ok_or_else(|| Class::Closed.error("it is closed: open another"))
     }

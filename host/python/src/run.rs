@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::errors::Class;
 use crate::given::offline;
 use crate::model::Model;
+use crate::numbers::object;
 use crate::output::Output;
 use crate::poses::Tick;
 use crate::signals::Signals;
@@ -110,12 +110,13 @@ impl Run {
 #[pyo3(signature = (model, path, engaged=None, *, sweeps_made=None, **options))]
 pub(crate) fn run(
     py: Python<'_>,
-    model: Py<Model>,
+    model: &Bound<'_, PyAny>,
     path: &Bound<'_, PyAny>,
     engaged: Option<&Bound<'_, PyAny>>,
     sweeps_made: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Run> {
+    let model = object::<Model>("model", "a chaincell.Model", model)?;
     let options = offline(options)?;
     let path = Tick::path(path, engaged)?;
     let sweeps = sweeps_made.map(|given| sweeps_of(given, path.len())).transpose()?;
@@ -140,11 +141,7 @@ pub(crate) fn run(
 
 /// Sweeps of each tick.
 fn sweeps_of(given: &Bound<'_, PyAny>, ticks: usize) -> PyResult<Vec<u16>> {
-    let sweeps = arrays::ids("sweeps_made", given)?.one_each("sweeps_made", ticks, "tick")?;
-    let whole = sweeps.into_iter().map(|count| {
-        u16::try_from(count).map_err(|_| {
-            Class::Argument.error(format!("`sweeps_made` {count}: at most {}", u16::MAX))
-        })
-    });
-    whole.collect()
+    let sweeps = arrays::up_to("sweeps_made", given, u16::MAX.into())?;
+    let sweeps = sweeps.one_each("sweeps_made", ticks, "tick")?;
+    Ok(sweeps.into_iter().map(|count| count as u16).collect())
 }

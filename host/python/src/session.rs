@@ -1,13 +1,11 @@
 //! `Session`: the client of `chaincell serve`.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
 use chaincell_client::clock::{MILLISECOND_NS, now_ns, sleep_until_ns};
 use chaincell_client::command::SWEEPS_MAX;
 use chaincell_client::payload::ReplyMessage;
 use chaincell_client::services::Domain;
 use chaincell_client::wait::Wait;
-use chaincell_client::{Client, Command, Options, Outcome, Role};
+use chaincell_client::{Client, Command, MS_MAX, Options, Outcome, Role};
 use chaincell_kernel::{Choice, Unloading};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -15,16 +13,21 @@ use pyo3::prelude::*;
 use crate::answer::Answer;
 use crate::contacts::Contacts;
 use crate::errors::{self, Class};
+use crate::numbers::{Arg, real, text, whole};
 use crate::poses::{Engaged, Tick};
-use crate::process::Owned;
+use crate::process::{self, Owned};
 use crate::signals::{LOOK, Signals, span_ns};
 use crate::state::State;
+use crate::tissue::{LET_GO_TICKS, TOOL};
+use crate::turns::{Turn, Turns};
 
 /// A handle on a running scene: its controller, or a viewer. Threads may share it: each call waits for
 /// its turn.
 #[pyclass(frozen, weakref, module = "chaincell")]
 pub(crate) struct Session {
-    held: Mutex<Held>,
+    held: Turns<Held>,
+    /// The process that opened it.
+    process: u32,
     /// Name of the scene, None for the unnamed one.
     #[pyo3(get)]
     scene: Option<String>,
@@ -68,15 +71,18 @@ impl Reply {
 
 impl Session {
     /// The handle, for this thread alone; not while attached to Python.
-    fn held(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    fn held(&self) -> PyResult<Turn<'_, Held>> {
+        if self.process != std::process::id() {
+            return Err(process::forked());
+        }
+        self.held.take()
     }
 
     /// Waits for something new to look at, at most so long.
     fn look<T: Send>(
         &self,
         py: Python<'_>,
-        timeout_s: f64,
+        timeout_s: Arg<'_, f64>,
         look: impl Fn(&mut Client) -> chaincell_client::Result<Option<T>> + Sync,
     ) -> PyResult<Option<T>> {
         let wait_ns = span_ns("timeout_s", timeout_s)?;
@@ -85,7 +91,7 @@ impl Session {
             let signals = Signals::new();
             loop {
                 // Others may step between two looks.
-                let found = look(self.held().client.get()?).map_err(errors::client)?;
+                let found = look(self.held()?.client.get()?).map_err(errors::client)?;
                 let now_ns = now_ns();
                 if found.is_some() || now_ns >= end_ns {
                     return Ok(found);
@@ -98,11 +104,16 @@ impl Session {
         })
     }
 
-    fn command(&self, py: Python<'_>, command: &Command, timeout_s: f64) -> PyResult<Reply> {
+    fn command(
+        &self,
+        py: Python<'_>,
+        command: &Command,
+        timeout_s: Arg<'_, f64>,
+    ) -> PyResult<Reply> {
         let wait_ns = span_ns("timeout_s", timeout_s)?;
         py.detach(|| {
             let signals = Signals::new();
-            let mut held = self.held();
+            let mut held = self.held()?;
             let client = held.client.get()?;
             let reply = client.command_unless(command, wait_ns, || signals.stop());
             signals.raised()?;
@@ -164,22 +175,25 @@ impl Session {
     /// Opens a scene, waiting for its server.
     #[new]
     #[pyo3(
-        signature = (scene=None, *, role="controller", wait="hybrid", server_wait_s=10.0,
-            watchdog_ms=20, ramp_ms=20, lost_s=Some(1.0)),
+        signature = (scene=None, *, role=Arg::Default("controller"), wait=Arg::Default("hybrid"),
+            server_wait_s=Arg::Default(10.0),
+            watchdog_ms=Arg::Default(20), ramp_ms=Arg::Default(20), lost_s=Some(Arg::Default(1.0))),
         text_signature = "(scene=None, *, role='controller', wait='hybrid', server_wait_s=10.0, watchdog_ms=20, ramp_ms=20, lost_s=1.0)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments")]
     fn new(
         py: Python<'_>,
-        scene: Option<String>,
-        role: &str,
-        wait: &str,
-        server_wait_s: f64,
-        watchdog_ms: u32,
-        ramp_ms: u32,
-        lost_s: Option<f64>,
+        scene: Option<&Bound<'_, PyAny>>,
+        role: Arg<'_, &'static str>,
+        wait: Arg<'_, &'static str>,
+        server_wait_s: Arg<'_, f64>,
+        watchdog_ms: Arg<'_, u32>,
+        ramp_ms: Arg<'_, u32>,
+        lost_s: Option<Arg<'_, f64>>,
     ) -> PyResult<Self> {
-        let role = match role {
+        let scene = scene.map(|given| text("scene", given)).transpose()?;
+        let role = role.text("role")?;
+        let role = match role.as_str() {
             "controller" => Role::Controller,
             "viewer" => Role::Viewer,
             _ => {
@@ -191,10 +205,10 @@ impl Session {
             scene: scene.clone(),
             domain: Domain::default(),
             role,
-            wait: choice::<Wait>("wait", wait)?,
+            wait: choice::<Wait>("wait", &wait.text("wait")?)?,
             server_wait_ns: span_ns("server_wait_s", server_wait_s)?,
-            watchdog_ms,
-            ramp_ms,
+            watchdog_ms: watchdog_ms.whole("watchdog_ms", 0..=MS_MAX)?,
+            ramp_ms: ramp_ms.whole("ramp_ms", 0..=MS_MAX)?,
         };
         let lost_ns = lost_s.map(|seconds| span_ns("lost_s", seconds)).transpose()?;
         let client = py.detach(|| {
@@ -204,12 +218,12 @@ impl Session {
             client.map_err(errors::client)
         })?;
         let held = Held { client: Owned::new(client), answer: None };
-        Ok(Self { held: Mutex::new(held), scene, lost_ns })
+        Ok(Self { held: Turns::new(held), process: std::process::id(), scene, lost_ns })
     }
 
     /// Sends the pose of the tool, or of several, and gives the force to show.
     #[pyo3(
-        signature = (pose, engaged=Engaged::All(true), *, timeout_s=0.02),
+        signature = (pose, engaged=Engaged::All(true), *, timeout_s=Arg::Default(0.02)),
         text_signature = "($self, pose, engaged=True, *, timeout_s=0.02)"
     )]
     fn step<'py>(
@@ -217,30 +231,30 @@ impl Session {
         py: Python<'py>,
         pose: &Bound<'py, PyAny>,
         engaged: Engaged<'py>,
-        timeout_s: f64,
+        timeout_s: Arg<'py, f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let tick = Tick::of(pose, &engaged)?;
         let wait_ns = span_ns("timeout_s", timeout_s)?;
-        let answer = py.detach(|| self.held().step(&tick, wait_ns))?;
+        let answer = py.detach(|| self.held()?.step(&tick, wait_ns))?;
         self.check_lost(&answer)?;
         answer.forces(py)
     }
 
     /// What the last step heard; None before the first.
     #[getter]
-    fn answer(&self, py: Python<'_>) -> Option<Answer> {
-        py.detach(|| self.held().answer.clone())
+    fn answer(&self, py: Python<'_>) -> PyResult<Option<Answer>> {
+        py.detach(|| Ok(self.held()?.answer.clone()))
     }
 
     /// The newest state not yet taken, None where none comes in time.
-    #[pyo3(signature = (timeout_s=1.0))]
-    fn state(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Option<State>> {
+    #[pyo3(signature = (timeout_s=Arg::Default(1.0)), text_signature = "($self, timeout_s=1.0)")]
+    fn state(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Option<State>> {
         Ok(self.look(py, timeout_s, Client::state)?.map(State::new))
     }
 
     /// The newest contacts not yet taken, copied; None where none come in time.
-    #[pyo3(signature = (timeout_s=1.0))]
-    fn contacts(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Option<Contacts>> {
+    #[pyo3(signature = (timeout_s=Arg::Default(1.0)), text_signature = "($self, timeout_s=1.0)")]
+    fn contacts(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Option<Contacts>> {
         let found = self.look(py, timeout_s, |client| {
             let view = client.contacts()?;
             Ok(view.map(|view| (view.header().tick, view.rows().to_vec())))
@@ -249,64 +263,80 @@ impl Session {
     }
 
     /// Poses are answered with force 0 from here on, and no cell moves.
-    #[pyo3(signature = (*, timeout_s=5.0))]
-    fn pause(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+    #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
+    fn pause(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Pause, timeout_s)
     }
 
     /// Goes on after a pause.
-    #[pyo3(signature = (*, timeout_s=5.0))]
-    fn resume(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+    #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
+    fn resume(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Resume, timeout_s)
     }
 
     /// Back to rest, the tool released.
-    #[pyo3(signature = (*, timeout_s=5.0))]
-    fn reset(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+    #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
+    fn reset(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Reset, timeout_s)
     }
 
     /// Saves the session beside its trace, as TRACE.TICK.snapshot.
-    #[pyo3(signature = (*, timeout_s=5.0))]
-    fn snapshot(&self, py: Python<'_>, timeout_s: f64) -> PyResult<Reply> {
+    #[pyo3(signature = (*, timeout_s=Arg::Default(5.0)), text_signature = "($self, *, timeout_s=5.0)")]
+    fn snapshot(&self, py: Python<'_>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
         self.command(py, &Command::Snapshot { checksum: 0 }, timeout_s)
     }
 
     /// A tool holds what it touches.
-    #[pyo3(signature = (tool=0, *, timeout_s=5.0))]
-    fn grip(&self, py: Python<'_>, tool: u32, timeout_s: f64) -> PyResult<Reply> {
+    #[pyo3(
+        signature = (tool=Arg::Default(0), *, timeout_s=Arg::Default(5.0)),
+        text_signature = "($self, tool=0, *, timeout_s=5.0)"
+    )]
+    fn grip(&self, py: Python<'_>, tool: Arg<'_, u32>, timeout_s: Arg<'_, f64>) -> PyResult<Reply> {
+        let tool = tool.whole("tool", TOOL)?;
         self.command(py, &Command::Grip { tool }, timeout_s)
     }
 
     /// A tool lets go; the pull falls to 0 in so many ticks.
-    #[pyo3(signature = (tool=0, ticks=20, *, timeout_s=5.0))]
-    fn let_go(&self, py: Python<'_>, tool: u32, ticks: u16, timeout_s: f64) -> PyResult<Reply> {
+    #[pyo3(
+        signature = (tool=Arg::Default(0), ticks=Arg::Default(20), *, timeout_s=Arg::Default(5.0)),
+        text_signature = "($self, tool=0, ticks=20, *, timeout_s=5.0)"
+    )]
+    fn let_go(
+        &self,
+        py: Python<'_>,
+        tool: Arg<'_, u32>,
+        ticks: Arg<'_, u16>,
+        timeout_s: Arg<'_, f64>,
+    ) -> PyResult<Reply> {
+        let (tool, ticks) = (tool.whole("tool", TOOL)?, ticks.whole("ticks", LET_GO_TICKS)?);
         self.command(py, &Command::LetGo { tool, ticks }, timeout_s)
     }
 
     /// Sets one parameter: sweeps, max_force_n (inf for no limit), max_tool_step_m or unloading.
     #[pyo3(signature = (*, sweeps=None, max_force_n=None, max_tool_step_m=None, unloading=None,
-        timeout_s=5.0))]
+        timeout_s=Arg::Default(5.0)), text_signature = "($self, *, sweeps=None, max_force_n=None, \
+        max_tool_step_m=None, unloading=None, timeout_s=5.0)")]
     fn set(
         &self,
         py: Python<'_>,
-        sweeps: Option<u16>,
-        max_force_n: Option<f32>,
-        max_tool_step_m: Option<f32>,
-        unloading: Option<&str>,
-        timeout_s: f64,
+        sweeps: Option<&Bound<'_, PyAny>>,
+        max_force_n: Option<&Bound<'_, PyAny>>,
+        max_tool_step_m: Option<&Bound<'_, PyAny>>,
+        unloading: Option<&Bound<'_, PyAny>>,
+        timeout_s: Arg<'_, f64>,
     ) -> PyResult<Reply> {
-        let unloading = unloading.map(|word| choice::<Unloading>("unloading", word)).transpose()?;
-        let above_0 = |name: &str, value: Option<f32>, most: f32| match value {
-            Some(value) if !(value > 0.0 && value <= most) => {
-                Err(Class::Argument.error(format!("`{name}` {value}: must be above 0 and finite")))
+        let unloading =
+            unloading.map(|given| choice::<Unloading>("unloading", &text("unloading", given)?));
+        let unloading = unloading.transpose()?;
+        let above_0 = |name: &str, given: Option<&Bound<'_, PyAny>>, most: f32| {
+            let Some(given) = given else { return Ok(None) };
+            let value = real(name, given)? as f32;
+            if value > 0.0 && value <= most {
+                return Ok(Some(value));
             }
-            value => Ok(value),
+            Err(Class::Argument.error(format!("`{name}` {value}: must be above 0 and finite")))
         };
-        if let Some(sweeps) = sweeps.filter(|count| !(1..=SWEEPS_MAX).contains(count)) {
-            let text = format!("`sweeps` {sweeps}: must be from 1 to {SWEEPS_MAX}");
-            return Err(Class::Argument.error(text));
-        }
+        let sweeps = sweeps.map(|given| whole("sweeps", given, 1..=SWEEPS_MAX)).transpose()?;
         let force = above_0("max_force_n", max_force_n, f32::INFINITY)?;
         let step = above_0("max_tool_step_m", max_tool_step_m, f32::MAX)?;
         let given = [
@@ -327,42 +357,51 @@ impl Session {
     /// Whether a server is registered on the scene; one that was killed may be for a while.
     #[getter]
     fn is_served(&self, py: Python<'_>) -> PyResult<bool> {
-        py.detach(|| Ok(self.held().client.get()?.is_served()))
+        py.detach(|| Ok(self.held()?.client.get()?.is_served()))
     }
 
     /// Times that no answer came for the watchdog's time, and answers to somebody else.
     #[getter]
     fn silences(&self, py: Python<'_>) -> PyResult<(u64, u64)> {
         py.detach(|| {
-            let counts = self.held().client.get()?.counts().map_err(errors::client)?;
+            let counts = self.held()?.client.get()?.counts().map_err(errors::client)?;
             Ok((counts.0, counts.1))
         })
     }
 
     /// Whether it was closed.
     #[getter]
-    fn is_closed(&self, py: Python<'_>) -> bool {
-        py.detach(|| self.held().client.is_closed())
+    fn is_closed(&self, py: Python<'_>) -> PyResult<bool> {
+        if self.process != std::process::id() {
+            return Ok(true);
+        }
+        py.detach(|| Ok(self.held()?.client.is_closed()))
     }
 
     /// Leaves the scene; a second time it does nothing.
-    fn close(&self, py: Python<'_>) {
-        py.detach(|| self.held().client.close());
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        if self.process != std::process::id() {
+            return Ok(());
+        }
+        py.detach(|| {
+            self.held()?.client.close();
+            Ok(())
+        })
     }
 
     fn __enter__(slf: Py<Self>, py: Python<'_>) -> PyResult<Py<Self>> {
-        py.detach(|| slf.get().held().client.get().map(|_| ()))?;
+        py.detach(|| slf.get().held()?.client.get().map(|_| ()))?;
         Ok(slf)
     }
 
     #[pyo3(signature = (*_why))]
-    fn __exit__(&self, py: Python<'_>, _why: &Bound<'_, pyo3::types::PyTuple>) {
-        self.close(py);
+    fn __exit__(&self, py: Python<'_>, _why: &Bound<'_, pyo3::types::PyTuple>) -> PyResult<()> {
+        self.close(py)
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
         let scene = self.scene.as_deref().unwrap_or("unnamed");
-        let is = if self.is_closed(py) { "closed" } else { "open" };
+        let is = self.is_closed(py).map_or("in use", |is| if is { "closed" } else { "open" });
         format!("<chaincell.Session: scene {scene}, {is}>")
     }
 }

@@ -1,6 +1,7 @@
 //! `Tissue`: a body that is advanced one tick at a time, without a server.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use chaincell_client::command::refusal_text;
 use chaincell_client::contacts::Contact;
@@ -14,7 +15,6 @@ use chaincell_kernel::TOOLS_MAX;
 use chaincell_kernel::trace::Command;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
-use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
 use self_cell::self_cell;
 
@@ -22,8 +22,15 @@ use crate::contacts::Contacts;
 use crate::errors::Class;
 use crate::given::offline;
 use crate::model::{Body, Model, rows};
+use crate::numbers::{Arg, bytes, object, whole};
 use crate::output::Output;
 use crate::poses::{Engaged, Tick};
+use crate::turns::{Turn, Turns};
+
+/// Numbers of tools.
+pub(crate) const TOOL: RangeInclusive<u32> = 0..=TOOLS_MAX as u32 - 1;
+/// Ticks in which a tool lets go.
+pub(crate) const LET_GO_TICKS: RangeInclusive<u16> = 1..=u16::MAX;
 
 self_cell!(
     /// A tissue with the body that it reads.
@@ -136,7 +143,7 @@ impl Live {
 /// A body at rest with a tool, advanced by `tick`. Threads may share it: each call waits for its turn.
 #[pyclass(frozen, module = "chaincell")]
 pub(crate) struct Tissue {
-    live: Mutex<Live>,
+    live: Turns<Live>,
     /// What a trace of it begins with: a snapshot belongs to it.
     begun: Vec<u8>,
     #[pyo3(get)]
@@ -146,8 +153,8 @@ pub(crate) struct Tissue {
 impl Tissue {
     /// The tissue, for this thread alone. Not while attached to Python: another thread may have it and
     /// wait for Python.
-    pub(crate) fn live(&self) -> MutexGuard<'_, Live> {
-        self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    fn live(&self) -> PyResult<Turn<'_, Live>> {
+        self.live.take()
     }
 }
 
@@ -158,9 +165,10 @@ impl Tissue {
     #[pyo3(signature = (model, **options))]
     fn new(
         py: Python<'_>,
-        model: Py<Model>,
+        model: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let model = object::<Model>("model", "a chaincell.Model", model)?;
         let options = offline(options)?;
         let body = Arc::clone(&model.get().body);
         let (live, begun) = py.detach(|| {
@@ -171,7 +179,8 @@ impl Tissue {
             });
             PyResult::Ok((live, begun.map_err(|why| Class::Argument.host(why))?))
         })?;
-        Ok(Self { live: Mutex::new(live), begun: begun.bytes().to_vec(), model })
+        let model = model.clone().unbind();
+        Ok(Self { live: Turns::new(live), begun: begun.bytes().to_vec(), model })
     }
 
     /// Advances the tissue by a millisecond.
@@ -184,11 +193,12 @@ impl Tissue {
         py: Python<'_>,
         pose: &Bound<'_, PyAny>,
         engaged: Engaged<'_>,
-        sweeps: Option<u16>,
+        sweeps: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Output> {
         let tick = Tick::of(pose, &engaged)?;
+        let sweeps = sweeps.map(|given| whole("sweeps", given, 0..=u16::MAX)).transpose()?;
         py.detach(|| {
-            let mut live = self.live();
+            let mut live = self.live()?;
             live.check(&tick, sweeps)?;
             Ok(live.tick(&tick, sweeps))
         })
@@ -197,7 +207,7 @@ impl Tissue {
     /// Back to rest, the tool released.
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
-            let mut live = self.live();
+            let mut live = self.live()?;
             live.command(&Command::Reset)?;
             live.ticks = 0;
             Ok(())
@@ -205,58 +215,69 @@ impl Tissue {
     }
 
     /// A tool holds what it touches, until it lets go or is not engaged.
-    #[pyo3(signature = (tool=0))]
-    fn grip(&self, py: Python<'_>, tool: u32) -> PyResult<()> {
-        py.detach(|| self.live().command(&Command::Grip { tool }))
+    #[pyo3(signature = (tool=Arg::Default(0)), text_signature = "($self, tool=0)")]
+    fn grip(&self, py: Python<'_>, tool: Arg<'_, u32>) -> PyResult<()> {
+        let tool = tool.whole("tool", TOOL)?;
+        py.detach(|| self.live()?.command(&Command::Grip { tool }))
     }
 
     /// A tool lets go; the pull falls to 0 in so many ticks.
-    #[pyo3(signature = (tool=0, ticks=20))]
-    fn let_go(&self, py: Python<'_>, tool: u32, ticks: u16) -> PyResult<()> {
-        let ticks = ticks.max(1);
-        py.detach(|| self.live().command(&Command::LetGo { tool, ticks }))
+    #[pyo3(
+        signature = (tool=Arg::Default(0), ticks=Arg::Default(20)),
+        text_signature = "($self, tool=0, ticks=20)"
+    )]
+    fn let_go(&self, py: Python<'_>, tool: Arg<'_, u32>, ticks: Arg<'_, u16>) -> PyResult<()> {
+        let (tool, ticks) = (tool.whole("tool", TOOL)?, ticks.whole("ticks", LET_GO_TICKS)?);
+        py.detach(|| self.live()?.command(&Command::LetGo { tool, ticks }))
     }
 
     /// All that the tissue knows, for `restore`.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| self.live().snapshot(&self.begun))?;
+        let bytes = py.detach(|| self.live()?.snapshot(&self.begun))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Goes on from a snapshot of a tissue with the same model and options.
-    fn restore(&self, py: Python<'_>, snapshot: PyBackedBytes) -> PyResult<()> {
-        py.detach(|| self.live().restore(&snapshot, &self.begun))
+    fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, PyAny>) -> PyResult<()> {
+        let snapshot = bytes("snapshot", snapshot)?;
+        py.detach(|| self.live()?.restore(&snapshot, &self.begun))
     }
 
     /// Ticks since it was at rest.
     #[getter]
-    fn ticks(&self, py: Python<'_>) -> u64 {
-        py.detach(|| self.live().ticks)
+    fn ticks(&self, py: Python<'_>) -> PyResult<u64> {
+        py.detach(|| Ok(self.live()?.ticks))
     }
 
     /// Hash of the state, 16 hexadecimal digits: of equal states alone it is equal.
     #[getter]
-    fn state_hash(&self, py: Python<'_>) -> String {
-        py.detach(|| self.live().state_hash())
+    fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
+        py.detach(|| Ok(self.live()?.state_hash()))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let checksum = self.model.get().checksum();
+        Ok(format!("<chaincell.Tissue: of model {checksum}, tick {}>", self.ticks(py)?))
     }
 
     /// Positions of the nodes [m], (nodes, 3), in the order of `Model.node_ids`, a copy.
     #[getter]
-    fn positions_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+    fn positions_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let nodes = py.detach(|| {
-            self.live().with(|staged| {
+            let nodes = self.live()?.with(|staged| {
                 let mut nodes = vec![Node::default(); staged.engine().node_count()];
                 staged.read_nodes(&mut nodes);
                 nodes
-            })
-        });
-        rows(nodes.iter().map(|node| node.position_m).collect()).into_pyarray(py)
+            });
+            PyResult::Ok(nodes)
+        })?;
+        Ok(rows(nodes.iter().map(|node| node.position_m).collect()).into_pyarray(py))
     }
 
     /// What tools on a contact surface touch; none for held cells and a probe among cells.
-    fn contacts(&self, py: Python<'_>) -> Contacts {
+    fn contacts(&self, py: Python<'_>) -> PyResult<Contacts> {
         py.detach(|| {
-            let mut live = self.live();
+            let mut live = self.live()?;
             let mut contacts = Vec::new();
             live.with(|staged| {
                 staged.read_contacts(&mut |node, of| {
@@ -271,7 +292,7 @@ impl Tissue {
                     });
                 });
             });
-            Contacts { contacts, tick: live.ticks }
+            Ok(Contacts { contacts, tick: live.ticks })
         })
     }
 }

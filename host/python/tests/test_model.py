@@ -169,3 +169,115 @@ def test_a_closed_surface_is_filled_as_by_the_command(command: Path, tmp_path: P
     subprocess.run([command, "bake", stl, *options], check=True, capture_output=True)
     filled = Model.bake_mesh(str(stl), fill_m=0.008, young_pa=5000, fixed="none")
     assert bytes(filled) == out.read_bytes()
+
+
+def test_a_surface_of_arrays_or_an_object_is_filled_as_a_file(tmp_path: Path) -> None:
+    points, tets = cube()
+    # Numbers that a file of single precision keeps as they are.
+    points = points.astype(np.float32).astype(float)
+    box = Model.bake(points, tets)
+    ids, faces = np.unique(box.triangles, return_inverse=True)
+    skin, faces = points[ids], faces.reshape(-1, 3)
+    options = {"fill_m": 0.008, "young_pa": 5000, "fixed": "none"}
+    stl, ply = tmp_path / "cube.stl", tmp_path / "cube.ply"
+    surface = meshio.Mesh(skin, [("triangle", faces)])
+    surface.write(stl, binary=True)
+    surface.write(ply)
+    filled = Model.bake(skin, triangles=faces, **options)
+    assert filled.cells > 100 and len(filled.tetrahedra) > 300
+    for other in (stl, ply, surface, meshio.read(ply)):
+        assert bytes(Model.bake_mesh(other, **options)) == bytes(filled)
+    mixed = SimpleNamespace(points=skin, cells=[("line", faces[:, :2]), ("triangle", faces)])
+    assert Model.bake_mesh(mixed, **options).checksum == filled.checksum
+    # Points that no triangle has are left out.
+    assert Model.bake(points, triangles=box.triangles, **options).checksum == filled.checksum
+    in_mm = Model.bake(skin * 1000, triangles=faces, unit_m=0.001, **options)
+    assert np.allclose(in_mm.rest_m, filled.rest_m, atol=1e-6)
+    on_top = np.flatnonzero(filled.rest_m[:, 2] > 0.019)
+    assert Model.bake(skin, triangles=faces, **{**options, "fixed": on_top}).fixed.tolist() == on_top.tolist()
+
+
+def test_bad_surfaces_are_told() -> None:
+    points, tets = cube()
+    faces = np.asarray(Model.bake(points, tets).triangles)
+    fill = {"fill_m": 0.008}
+    wrong, refused = chaincell.ArgumentError, chaincell.ModelError
+    calls: list[tuple[dict[str, object], type[Exception], str]] = [
+        ({"triangles": faces}, refused, "arrays: a surface; `fill_m` SIZE fills it"),
+        ({"triangles": faces[1:], **fill}, refused, "arrays: 3 edges with a triangle on one side"),
+        ({"triangles": faces, "fill_m": 0}, refused, "arrays: `fill_m` 0: give the edge"),
+        ({"triangles": faces, "fill_m": 1e-6}, refused, "`fill_m`.*limit"),
+        ({"triangles": faces, "fill_m": 1}, refused, "no tetrahedron of `fill_m` 1 fits"),
+        ({"triangles": faces + 1000, **fill}, refused, "triangle 0 has point .*, and there are 48 points"),
+        ({"triangles": np.zeros((0, 3), int), **fill}, refused, "it has no triangles"),
+        ({"triangles": faces.astype(float), **fill}, TypeError, "`triangles`: give whole numbers"),
+        ({"triangles": tets, **fill}, wrong, r"`triangles`: its shape is \(.*, 4\), it must be \(n, 3\)"),
+        ({"triangles": faces, "diagonals": True, **fill}, refused, "`diagonals` is for a plane"),
+        ({"triangles": faces, "unit_m": -1, **fill}, refused, "`unit_m` -1"),
+        ({"tets": faces, **fill}, wrong, r"`tets`: its shape is .*, 3\), it must be \(n, 4\); give a closed surface as `triangles`"),
+        ({"tets": tets, "triangles": faces}, wrong, "`tets` and `triangles`: give one of both"),
+        ({}, wrong, "`tets` and `triangles`: give one of both"),
+        ({"tets": tets, **fill}, refused, "arrays has tetrahedra of its own"),
+    ]
+    for given, error, text in calls:
+        with pytest.raises(error, match=text) as raised:
+            Model.bake(points, **given)
+        assert type(raised.value) is error, raised.value
+    hole = points.copy()
+    hole[5, 1] = np.nan
+    with pytest.raises(refused, match="point 5 is at .*NaN"):
+        Model.bake(hole, triangles=faces, **fill)
+    order = "a surface to fill is of first-order triangles"
+    kinds = [("quad", 4, f"type quad: {order}"), ("triangle6", 6, f"type triangle6: {order}"), ("triangle", 3, "`fill_m` SIZE")]
+    for kind, corners, text in kinds:
+        cells = [(kind, np.zeros((1, corners), int))]
+        with pytest.raises(refused, match=text):
+            Model.bake_mesh(SimpleNamespace(points=points, cells=cells))
+
+
+def test_materials_are_those_of_the_command(command: Path, tmp_path: Path) -> None:
+    points, tets = cube()
+    mesh = meshio.Mesh(
+        points,
+        [("tetra", tets.astype(int))],
+        cell_data={"gmsh:physical": [np.where(np.arange(len(tets)) < 9, 7, 8)]},
+        field_data={"hard": np.array([7, 3]), "soft": np.array([8, 3])},
+    )
+    file, out = tmp_path / "box.msh", tmp_path / "box.chaincell"
+    mesh.write(file, file_format="gmsh22", binary=False)
+    hard = {"young_pa": 20000, "poisson": 0.4}
+    cases: list[tuple[list[str], dict[str, object]]] = [
+        (["--material", "group:soft,young-pa=3000", "--material", "group:hard,young-pa=20000,poisson=0.4"],
+         {"materials": {"soft": {"young_pa": 3000}, "hard": hard}}),
+        (["--material", "group:hard,young-pa=20000,poisson=0.4", "--material", "group:soft,young-pa=3000"],
+         {"materials": {"hard": hard, "soft": {"young_pa": np.float32(3000)}}}),
+        (["--young-pa", "5000", "--poisson", "0.3", "--material", "group:hard,poisson=0.45", "--law", "trace"],
+         {"young_pa": 5000, "poisson": 0.3, "materials": {"hard": {"poisson": 0.45}}, "law": "trace"}),
+    ]
+    seen = set()
+    for line, given in cases:
+        subprocess.run([command, "bake", file, *line, "-o", str(out)], check=True, capture_output=True)
+        assert bytes(Model.bake_mesh(file, **given)) == bytes(Model.bake_mesh(mesh, **given)) == out.read_bytes()
+        seen.add(out.read_bytes())
+    assert len(seen) == 3
+    wrongs: list[tuple[object, type[Exception], str]] = [
+        ({"hard": hard}, chaincell.ModelError, "`materials`: node .* is in no group of a material; give `young_pa`"),
+        ({"bone": hard}, chaincell.ModelError, "`materials`: the mesh has no group 'bone'; its groups: hard, soft"),
+        ({"hard": {}}, chaincell.ModelError, "`materials: hard` is empty: give"),
+        ({"hard": {"young": 1}}, chaincell.ModelError, "`materials: hard: young`: there are young_pa and poisson"),
+        ({"hard": {"young_pa": "soft"}}, TypeError, "`materials: hard: young_pa`: give a number, not str"),
+        ({"hard": {"young_pa": True}}, TypeError, "`materials: hard: young_pa`: give a number, not bool"),
+        ({"hard": {"young_pa": np.nan}}, chaincell.ModelError, "`materials: hard: young_pa` NaN: must be finite"),
+        ({"hard": {"poisson": 0.5}, "soft": {}}, chaincell.ModelError, "`materials: soft` is empty"),
+        ({"hard": 5}, TypeError, "`materials`: give .*GROUP.*, not int"),
+        (["group:hard"], TypeError, "`materials`: give .*GROUP.*, not list"),
+        ({7: hard}, TypeError, "`materials`: give .*GROUP.*, not int"),
+        ({}, chaincell.ModelError, "`materials` is empty"),
+    ]
+    for materials, error, text in wrongs:
+        with pytest.raises(error, match=text):
+            Model.bake_mesh(mesh, materials=materials)
+    with pytest.raises(chaincell.ModelError, match="`young_pa`: value -1 of node"):
+        Model.bake_mesh(mesh, young_pa=5000, materials={"hard": {"young_pa": -1}})
+    with pytest.raises(chaincell.ModelError, match="`alpha` is for links: .*`materials`"):
+        Model.bake_mesh(mesh, alpha=0.1, materials={"hard": hard, "soft": hard})

@@ -25,5 +25,6 @@ def test_the_page_names_every_error_and_class() -> None:
     page = (Path(__file__).parents[1] / "README.md").read_text()
     errors = [name for name, of in vars(chaincell).items() if isinstance(of, type) and issubclass(of, chaincell.Error)]
     assert len(errors) == 14
+    assert "OverflowError" not in page
     for name in [*errors, "Model", "Tissue", "Session", "Rate", "Flags", "Notes"]:
         assert re.search(rf"`(chaincell\.)?{name}\b", page), name

@@ -160,6 +160,7 @@ def test_a_reset_is_rest(plane: Model) -> None:
         tissue.tick(pose)
     moved = tissue.positions_m
     assert moved[40, 2] < -0.005 and np.array_equal(rest, Tissue(plane).positions_m), "a copy"
+    assert repr(tissue) == f"<chaincell.Tissue: of model {plane.checksum}, tick 40>"
     tissue.reset()
     assert (tissue.state_hash, tissue.ticks) == (hash_at_rest, 0)
 

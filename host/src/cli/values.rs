@@ -37,9 +37,12 @@ pub fn per_cell(option: &str, text: &str, mesh: &Mesh) -> Result<PerCell> {
 /// What `--material group:NAME,young-pa=E,poisson=NU` says of a group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material<'a> {
-    name: &'a str,
-    young_pa: Option<f64>,
-    poisson: Option<f64>,
+    /// The group.
+    pub name: &'a str,
+    /// Young's modulus \[Pa\] of its nodes, if they have one of their own.
+    pub young_pa: Option<f64>,
+    /// The same of Poisson's ratio.
+    pub poisson: Option<f64>,
 }
 
 impl<'a> Material<'a> {

@@ -222,6 +222,29 @@ pub fn from_raw(name: &str, raw: RawMesh, options: &MeshOptions) -> Result<Mesh>
     finish(name, raw.into(), options)
 }
 
+/// The body that fills a closed surface, which a program has as points in the unit of the options and
+/// triangles of them; errors call it `name`.
+///
+/// # Errors
+/// A coordinate that is not finite, a triangle with a point that is not there, no size to fill it with,
+/// a surface that is not closed or runs through itself; then as [`from_bytes`].
+pub fn from_surface(
+    name: &str,
+    points: &[[f64; 3]],
+    triangles: Vec<[u32; 3]>,
+    options: &MeshOptions,
+) -> Result<Mesh> {
+    check_unit(options)?;
+    let Some(size_m) = options.fill_m else {
+        return Err(Error::input(format!(
+            "{name}: a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres"
+        )));
+    };
+    let faces = solid::Faces::new(name, points, triangles, options.unit_m)?;
+    let mesh = solid::fill_faces(name, faces, options.unit_m, size_m, options.nodes_max)?;
+    finish(name, mesh, options)
+}
+
 fn check_unit(options: &MeshOptions) -> Result<()> {
     if options.unit_m.is_finite() && options.unit_m > 0.0 {
         return Ok(());

@@ -39,7 +39,11 @@ _Engaged: TypeAlias = bool | npt.ArrayLike
 class Model:
     @staticmethod
     def bake(
-        points: npt.ArrayLike, tets: npt.ArrayLike, **options: Unpack[BakeOptions]
+        points: npt.ArrayLike,
+        tets: npt.ArrayLike | None = None,
+        *,
+        triangles: npt.ArrayLike | None = None,
+        **options: Unpack[BakeOptions],
     ) -> Model: ...
     @staticmethod
     def bake_mesh(mesh: _Path | object, **options: Unpack[BakeOptions]) -> Model: ...

@@ -15,9 +15,12 @@ class BakeOptions(TypedDict, total=False):
     """Those of `Model.bake` and `Model.bake_mesh`: the options of `chaincell bake`."""
 
     young_pa: PerNode | None
-    """Young's modulus [Pa]; without it the body is made of links."""
+    """Young's modulus [Pa]; without it and `materials` the body is made of links."""
     poisson: PerNode | None
     """Poisson's ratio, 0 to 0.495; 0.45 by default."""
+    materials: Mapping[str, Mapping[str, float]] | None
+    """What groups of the mesh are made of, {"hard": {"young_pa": 20000, "poisson": 0.4}}: one of both at
+    least, the rest from `young_pa` and `poisson`; a later group counts where groups share nodes."""
     fixed: npt.ArrayLike | str | None
     """Nodes held for ever: ids, a mask of all nodes, a selector, or "none"."""
     alpha: PerNode | None
@@ -30,16 +33,18 @@ class BakeOptions(TypedDict, total=False):
     """Half-widths of bands with the moduli [Pa] that they add."""
     probe_contact: Literal["surface", "cells"] | None
     cells: int | None
-    """Groups of nodes, each of them a cell."""
+    """Groups of nodes, each of them a cell, from 2 to 65535."""
     hats: float | Literal["auto", "none"] | None
     unit_m: float | None
     """Metres in one unit of the coordinates; of a generator it is 1."""
     fill_m: float | None
-    """Size of the tetrahedra that fill a closed surface, a file of STL, OBJ or PLY [m]."""
+    """Size of the tetrahedra that fill a closed surface [m]: `triangles`, triangles of an object, or a
+    file of STL, OBJ or PLY."""
     allow_parts: bool | None
     drop_unused: bool | None
     diagonals: bool | None
     rings: int | None
+    """Nodes at most so many edges apart are linked, from 1 on."""
     colours: bool | None
     lean: bool | None
     k_m: float | None
@@ -54,16 +59,18 @@ class TissueOptions(TypedDict, total=False):
     contact: str | npt.ArrayLike | None
     """"probe:RADIUS", "cells:SELECTOR", "auto", or ids of the nodes that the tool holds."""
     tools: Sequence[str] | None
-    """Tools by their parts, as "sphere:0.01+capsule:0.02,0.004"; instead of a contact."""
+    """Tools by their parts, as "sphere:0.01+capsule:0.02,0.004", one at least; instead of a contact."""
     friction: float | None
     probe_capacity: int | None
+    """From 1 to 65535."""
     dynamics: Literal["track", "predict", "euler", "rkl1", "rkl2", "gauss-seidel"] | None
     number: Literal["f32", "f64", "fixed"] | None
     sweeps: int | None
-    """Sweeps a tick, 4 by default."""
+    """Sweeps a tick, from 1 to 65535, 4 by default."""
     step: float | None
     time_constant_s: float | None
     threads: int | Literal["auto"] | None
+    """From 1 to 8."""
     drive: str | None
     unloading: str | None
     max_tool_step_m: float | None
@@ -73,7 +80,10 @@ class TissueOptions(TypedDict, total=False):
     coupling: float | str | None
     passivity: float | str | None
     delay_ticks: int | None
+    """From 0 to 16."""
     device_hz: int | None
+    """From 10 to 100000."""
     max_slew_n_per_s: float | None
     max_device_force_n: float | None
     engage_ramp_ms: int | None
+    """From 0 to 60000."""

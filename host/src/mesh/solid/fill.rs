@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::Faces;
 use super::closed::{Closed, shown};
 use super::creases::Creases;
 use super::distance::Solid;
@@ -64,13 +65,25 @@ pub(in crate::mesh) fn fill(
     size_m: f64,
     nodes_max: usize,
 ) -> Result<Mesh> {
-    let refuse = |why: String| Error::input(format!("{}: {why}", path.display()));
+    let name = path.display().to_string();
+    fill_faces(&name, super::read(path, bytes, unit_m)?, unit_m, size_m, nodes_max)
+}
+
+/// The same of triangles; errors call them `name`, and places in them are in their own unit.
+pub(in crate::mesh) fn fill_faces(
+    name: &str,
+    faces: Faces,
+    unit_m: f64,
+    size_m: f64,
+    nodes_max: usize,
+) -> Result<Mesh> {
+    let refuse = |why: String| Error::input(format!("{name}: {why}"));
     if !(size_m.is_finite() && size_m > 0.0) {
         return Err(refuse(format!(
             "`fill_m` {size_m}: give the edge of the tetrahedra in metres"
         )));
     }
-    let closed = Closed::new(super::read(path, bytes, unit_m)?, unit_m).map_err(refuse)?;
+    let closed = Closed::new(faces, unit_m).map_err(refuse)?;
     let solid = Solid::new(&closed);
     check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
     let mut body = stuff(&solid, CUBE * size_m, 0.0);

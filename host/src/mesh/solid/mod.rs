@@ -18,22 +18,64 @@ use std::path::Path;
 
 use super::bytes::Bytes;
 use crate::error::{Error, Result};
+use crate::words::counted;
 
 pub use fill::Filled;
-pub(super) use fill::fill;
+pub(super) use fill::{fill, fill_faces};
 
 /// Most triangles of a surface.
 const TRIANGLES_MAX: usize = 5_000_000;
 
 /// Triangles as a file gives them.
 #[derive(Debug, Default)]
-struct Faces {
+pub(super) struct Faces {
     /// `[point][axis]` in metres.
     points_m: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Faces {
+    /// Of numbers that a program has, checked; errors call them `name`.
+    pub(super) fn new(
+        name: &str,
+        points: &[[f64; 3]],
+        triangles: Vec<[u32; 3]>,
+        unit_m: f64,
+    ) -> Result<Self> {
+        let refuse = |why: String| Err(Error::input(format!("{name}: {why}")));
+        let points_m: Vec<[f64; 3]> = points.iter().map(|at| at.map(|x| x * unit_m)).collect();
+        let is_place = |place: &[f64; 3]| place.iter().all(|x| (*x as f32).is_finite());
+        if let Some(point) = points_m.iter().position(|place| !is_place(place)) {
+            return refuse(format!(
+                "point {point} is at {:?}; every coordinate must be a finite number of metres",
+                points_m[point]
+            ));
+        }
+        for (at, corners) in triangles.iter().enumerate() {
+            if let Some(id) = corners.iter().find(|id| **id as usize >= points.len()) {
+                return refuse(format!(
+                    "triangle {at} has point {id}, and there are {}: ids count from 0",
+                    counted(points.len(), "point")
+                ));
+            }
+        }
+        let faces = Self { points_m, triangles };
+        faces.check_count(name)?;
+        Ok(faces)
+    }
+
+    /// Refuses none, and more than can be.
+    fn check_count(&self, name: &str) -> Result<()> {
+        let refuse = |why: String| Err(Error::input(format!("{name}: {why}")));
+        match self.triangles.len() {
+            0 => refuse("it has no triangles; save the surface of the body".into()),
+            count if count > TRIANGLES_MAX => refuse(format!(
+                "{count} triangles, the limit is {TRIANGLES_MAX}; save a coarser surface"
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Adds a triangle with points of its own.
     fn triangle(&mut self, corners_m: [[f64; 3]; 3]) {
         let first = self.points_m.len() as u32;
@@ -100,12 +142,6 @@ fn read(path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
         Some(reader) => reader.read(path, bytes, unit_m)?,
         None => return Err(Error::file("read mesh", path, "this is no surface file")),
     };
-    let refuse = |why: String| Err(Error::input(format!("{}: {why}", path.display())));
-    match faces.triangles.len() {
-        0 => refuse("it has no triangles; save the surface of the body".into()),
-        count if count > TRIANGLES_MAX => refuse(format!(
-            "{count} triangles, the limit is {TRIANGLES_MAX}; save a coarser surface"
-        )),
-        _ => Ok(faces),
-    }
+    faces.check_count(&path.display().to_string())?;
+    Ok(faces)
 }
