@@ -263,6 +263,18 @@ fn sizes_that_do_not_fit_say_which_do() {
         refused(&surface, size_m, &["more than 65535 cells", "take `fill_m` ", " or more"]);
     }
     refused(&surface, 0.1, &["`fill_m` 0.1", "take"]);
+    // No number runs over the line, and what is said to fit does not depend on the size asked for.
+    for (size_m, part) in
+        [(1e-300, "1e-300, more than"), (1e300, "1e300 fits"), (-1e300, "-1e300:")]
+    {
+        let why = fill(&surface, size_m).unwrap_err().to_string();
+        assert!(why.len() < 160 && why.contains(part) && !why.contains("inf"), "{why}");
+    }
+    let fits = |size_m: f64| {
+        let why = fill(&surface, size_m).unwrap_err().to_string();
+        why.split_once("take `fill_m` ").unwrap().1[..7].to_owned()
+    };
+    assert_eq!(fits(1e-300), fits(1e-6));
     // A rod whose box is large and whose volume is small.
     let along: Triangles = cuboid([-1e-4, -1e-4, 0.0], [1e-4, 1e-4, 1.0])
         .iter()
