@@ -98,6 +98,9 @@ pub(in crate::mesh) fn fill(
         creases.align(&solid, &mut body, &mut held, size_m);
         smooth(&solid, &mut body, &held);
     }
+    if creases.release(&body, &mut held) {
+        smooth(&solid, &mut body, &held);
+    }
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     let (away_m, place_m) = farthest(&closed, &mesh);
     let filled = measure(&closed, &mesh, away_m);
