@@ -173,7 +173,13 @@ impl<'a> Bytes<'a> {
     /// The next line of text that is neither blank nor begins with `comment`, trimmed; none at the end of
     /// the file.
     pub(super) fn text_line(&mut self, comment: &str) -> Result<Option<&'a str>> {
-        self.raw_line(comment).map(|line| self.text_of(line)).transpose()
+        while let Some(line) = self.raw_line(comment) {
+            let text = self.text_of(line)?;
+            if !text.is_empty() {
+                return Ok(Some(text));
+            }
+        }
+        Ok(None)
     }
 
     /// Where the item read last begins, for [`Bytes::return_to`].

@@ -206,6 +206,7 @@ impl<'a> Content<'a> {
     /// Takes a line of data.
     fn take(&mut self, data: &Data, line: &'a str) -> Result<()> {
         match data {
+            _ if line.is_empty() => Ok(()),
             Data::PassedOver | Data::Set { .. } => Ok(()),
             Data::Place => Err(self.bytes.error(
                 "the instance moves its part; one in its place is read: move the nodes and save the mesh",

@@ -69,6 +69,7 @@ fn nodes_elements_and_sets_are_read() {
     ];
     assert_eq!(body.groups, wanted.map(|(name, nodes)| (name.to_owned(), nodes)).into());
     assert_eq!(read(&TEXT.replace('\n', "\r\n")).unwrap(), body);
+    assert_eq!(read(&TEXT.replace("30, 0, 1\n", "\u{a0}\n30, 0, 1\n")).unwrap(), body);
     let mm = parse(Path::new("a.inp"), TEXT.as_bytes(), 0.001).unwrap();
     assert_eq!(mm.nodes_m[4], [0.001; 3]);
 }
