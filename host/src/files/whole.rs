@@ -60,10 +60,11 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// What the system says of a file, without the other name that it was written under.
+/// What the system says of a file, without the other name that it was written under, which `tempfile` puts
+/// behind.
 fn cause(why: &std::io::Error) -> String {
-    let inner = why.get_ref().and_then(|inner| inner.source());
-    inner.map_or_else(|| why.to_string(), ToString::to_string)
+    let text = why.to_string();
+    text.split_once(" at path ").map_or(text.as_str(), |(cause, _)| cause).to_owned()
 }
 
 #[cfg(all(test, unix))]
