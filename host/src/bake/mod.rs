@@ -22,6 +22,7 @@ mod embedded;
 mod equivalent;
 mod groups;
 mod image;
+mod lengths;
 mod network;
 mod notes;
 mod order;
@@ -158,6 +159,7 @@ pub fn bake(mesh: &Mesh, fixed: &[u32], options: &BakeOptions) -> Result<ImageBy
     check(mesh, options)?;
     let plan = Plan::new(mesh, fixed, options)?;
     let body = lay_out(plan.net(), plan.fixed())?;
+    lengths::check(&body)?;
     let image = write(&plan, &body, options)?;
     Model::from_bytes(image.as_bytes())
         .map_err(|why| Error::check(format!("the baked model is refused by the kernel: {why}")))?;

@@ -30,15 +30,23 @@ pub fn keep_input(input: &str, output: &Path) -> Result<()> {
 }
 
 /// Writes a file under another name beside it first, so that it appears whole or not at all.
-/// Devices, sockets and pipes stay what they are: a new file in their place would replace them.
+/// Devices, sockets and pipes stay what they are: a new file in their place would replace them. Of a
+/// link the file is written that it leads to.
 ///
 /// # Errors
-/// What the system says, with the path; a place that holds something other than a file.
+/// What the system says, with the path; a place that holds something other than a file; a link to nothing.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
-    let failed = |why: std::io::Error| Error::file("write", path, why);
+    let failed = |why: std::io::Error| Error::file("write", path, cause(&why));
     if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return Err(Error::file("write", path, "it is there and no file; name another one"));
     }
+    let target = if path.is_symlink() {
+        fs::canonicalize(path).map_err(|why| {
+            Error::file("write", path, format!("{why}: the link leads to no file; remove it"))
+        })?
+    } else {
+        path.to_owned()
+    };
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -46,8 +54,46 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
         // As any new file: what the user's mask leaves of rw for all.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.prefix(".chaincell-").tempfile_in(folder_of(path)).map_err(failed)?;
+    let mut file = builder.prefix(".chaincell-").tempfile_in(folder_of(&target)).map_err(failed)?;
     file.write_all(content).and_then(|()| file.flush()).map_err(failed)?;
-    file.persist(path).map_err(|why| failed(why.error))?;
+    file.persist(&target).map_err(|why| failed(why.error))?;
     Ok(())
+}
+
+/// What the system says of a file, without the other name that it was written under, which `tempfile` puts
+/// behind.
+fn cause(why: &std::io::Error) -> String {
+    let text = why.to_string();
+    text.split_once(" at path ").map_or(text.as_str(), |(cause, _)| cause).to_owned()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_stays_and_its_file_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("other")).unwrap();
+        fs::write(at("other/file"), "old").unwrap();
+        std::os::unix::fs::symlink("other/file", at("link")).unwrap();
+        std::os::unix::fs::symlink("link", at("link to link")).unwrap();
+        for name in ["link", "link to link", "other/file"] {
+            write_whole(&at(name), name.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(at("other/file")).unwrap(), name);
+            assert!(at("link").is_symlink() && at("link to link").is_symlink());
+        }
+        std::os::unix::fs::symlink("none", at("dangling")).unwrap();
+        let why = write_whole(&at("dangling"), b"").unwrap_err().to_string();
+        assert!(why.contains("the link leads to no file; remove it"), "{why}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+    }
+
+    #[test]
+    fn errors_name_the_file_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let why = write_whole(&folder.path().join("none/a.msh"), b"").unwrap_err().to_string();
+        assert!(why.contains("none/a.msh: ") && !why.contains(".chaincell-"), "{why}");
+    }
 }

@@ -1,6 +1,7 @@
 //! A file read byte by byte: lines and words of text, and binary numbers of either byte order;
 //! every error names the file, the byte or line, and the part of the file it is in.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -26,6 +27,15 @@ pub(super) struct Bytes<'a> {
 /// Text as an error shows it.
 pub(super) fn shown(text: &str) -> String {
     text.chars().take(SHOWN).flat_map(char::escape_default).collect()
+}
+
+/// A line with names as text, trimmed: UTF-8, else Latin-1, in which older programs write.
+pub(super) fn name_line(line: &[u8]) -> Cow<'_, str> {
+    let line = line.trim_ascii();
+    match std::str::from_utf8(line) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => line.iter().map(|byte| char::from(*byte)).collect::<String>().into(),
+    }
 }
 
 impl<'a> Bytes<'a> {
@@ -136,22 +146,35 @@ impl<'a> Bytes<'a> {
         Some(&rest[..end])
     }
 
+    /// The next line that is neither blank nor begins with `comment`; none at the end of the file.
+    pub(super) fn raw_line(&mut self, comment: &str) -> Option<&'a [u8]> {
+        loop {
+            let line = self.line()?;
+            let text = line.trim_ascii_start();
+            // Comments may be in any encoding.
+            if !(text.is_empty() || text.starts_with(comment.as_bytes())) {
+                return Some(line);
+            }
+        }
+    }
+
+    /// A line read last as text, trimmed.
+    pub(super) fn text_of(&self, line: &'a [u8]) -> Result<&'a str> {
+        let text = std::str::from_utf8(line).map_err(|why| {
+            self.error(format!(
+                "byte {} of the line is no UTF-8 text; the file is binary or damaged: save the mesh \
+                 again as text",
+                why.valid_up_to() + 1
+            ))
+        })?;
+        Ok(text.trim())
+    }
+
     /// The next line of text that is neither blank nor begins with `comment`, trimmed; none at the end of
     /// the file.
     pub(super) fn text_line(&mut self, comment: &str) -> Result<Option<&'a str>> {
-        while let Some(line) = self.line() {
-            // Comments may be in any encoding.
-            if line.trim_ascii_start().starts_with(comment.as_bytes()) {
-                continue;
-            }
-            let text = std::str::from_utf8(line).map_err(|why| {
-                self.error(format!(
-                    "byte {} of the line is no UTF-8 text; the file is binary or damaged: save the mesh \
-                     again as text",
-                    why.valid_up_to() + 1
-                ))
-            })?;
-            let text = text.trim();
+        while let Some(line) = self.raw_line(comment) {
+            let text = self.text_of(line)?;
             if !text.is_empty() {
                 return Ok(Some(text));
             }

@@ -26,7 +26,7 @@ mod vtk;
 mod write;
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
@@ -269,7 +269,7 @@ fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
     };
     let bytes = without_mark(path, bytes)?;
     let head = head(bytes);
-    if solid::recognises(path, head) && !READERS.iter().any(|reader| reader.recognises(path, head))
+    if solid::recognises(path, bytes) && !READERS.iter().any(|reader| reader.recognises(path, head))
     {
         return solid::fill(path, bytes, options.unit_m, size_m, options.nodes_max);
     }
@@ -291,8 +291,13 @@ fn head(bytes: &[u8]) -> &[u8] {
 
 /// The bytes of a file that belongs to a mesh; `what` it is, for errors.
 fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
-    let file =
-        File::open(path).map_err(|why| Error::file("open mesh", path, format!("{why}; {what}")))?;
+    let refuse = |why: std::io::Error| Error::file("open mesh", path, format!("{why}; {what}"));
+    // A pipe without a writer would be waited for.
+    if !fs::metadata(path).map_err(refuse)?.is_file() {
+        let why = format!("it is a folder, a pipe or a device, no file; {what}");
+        return Err(Error::file("read mesh", path, why));
+    }
+    let file = File::open(path).map_err(refuse)?;
     let mut bytes = Vec::new();
     let taken = file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes);
     let length = taken.map_err(|why| Error::file("read mesh", path, why))?;
@@ -333,7 +338,7 @@ pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     let head = head(bytes);
     match READERS.iter().find(|reader| reader.recognises(path, head)) {
         Some(reader) => reader.read(path, bytes, unit_m),
-        None if solid::recognises(path, head) => Err(Error::file(
+        None if solid::recognises(path, bytes) => Err(Error::file(
             "read mesh",
             path,
             "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres",

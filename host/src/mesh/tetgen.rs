@@ -24,12 +24,16 @@ impl MeshReader for TetGen {
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
-        let (other, missing) = if has_extension(path, "node") {
-            (path.with_extension("ele"), "the tetrahedra of the mesh")
+        let (other, part) = if has_extension(path, "node") {
+            (path.with_extension("ele"), "tetrahedra")
         } else {
-            (path.with_extension("node"), "the points of the mesh")
+            (path.with_extension("node"), "points")
         };
-        let content = super::content(&other, missing)?;
+        let missing = format!(
+            "{} needs it, which has the {part} of the mesh: put both into one folder",
+            path.display()
+        );
+        let content = super::content(&other, &missing)?;
         let rest = super::without_mark(&other, &content)?;
         if has_extension(path, "node") {
             join((path, bytes), (&other, rest), unit_m)

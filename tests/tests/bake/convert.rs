@@ -170,7 +170,16 @@ fn meshes() -> impl Strategy<Value = Mesh> {
             prop::sample::subsequence((0..nodes).collect::<Vec<_>>(), 4),
             1..8,
         );
-        let names = prop::sample::select(vec!["a", "held below", "7", "12", "points:3", "Skin-2"]);
+        let names = prop::sample::select(vec![
+            "a",
+            "held below",
+            "7",
+            "12",
+            "-3",
+            "07",
+            "points:3",
+            "Skin-2",
+        ]);
         let members = prop::sample::subsequence((0..nodes).collect::<Vec<_>>(), 1..=nodes as usize);
         let groups = prop::collection::btree_map(names.prop_map(str::to_owned), members, 0..4);
         (Just(places), tetrahedra, groups).prop_map(|(nodes_m, tetrahedra, groups)| {
@@ -235,6 +244,17 @@ fn the_input_is_not_overwritten() {
             assert!(std::fs::read(&mesh).unwrap() == before);
         }
     }
+}
+
+/// A link stays one: the file is written that it leads to.
+#[test]
+fn an_output_that_is_a_link_is_written_through() {
+    let folder = scratch();
+    let (target, link) = (folder.path().join("body.vtu"), folder.path().join("link.vtu"));
+    std::fs::write(&target, "old").unwrap();
+    std::os::unix::fs::symlink(&target, &link).unwrap();
+    run(["convert", "organ:200", text(&link)]).with(0);
+    assert!(link.is_symlink() && std::fs::read_to_string(&target).unwrap().starts_with("<?xml"));
 }
 
 /// An L of two faces with six corners and six with four, its comment in another encoding.

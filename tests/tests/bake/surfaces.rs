@@ -113,6 +113,24 @@ fn a_box_keeps_its_edges_and_its_volume() {
     assert!((filled.edge_m / 0.003 - 1.0).abs() < 0.1, "{filled:?}");
 }
 
+/// Wherever the lattice lies in it.
+#[test]
+fn a_box_keeps_its_corners() {
+    for (extents, size_m) in [([0.04, 0.06, 0.02], 0.00427), ([0.05, 0.03, 0.01], 0.002045)] {
+        for shift in [0.0, 3.3e-4, 0.1] {
+            let low =
+                [0, 1, 2].map(|axis: usize| shift * (1.0 + axis as f64) - extents[axis] / 2.0);
+            let high = [0, 1, 2].map(|axis| low[axis] + extents[axis]);
+            let mesh = fill(&cuboid(low, high), size_m).unwrap();
+            let is_corner = |place: &&[f64; 3]| {
+                (0..3).all(|k| (place[k] - low[k]).min(high[k] - place[k]).abs() < 1e-12)
+            };
+            assert_eq!(mesh.nodes_m.iter().filter(is_corner).count(), 8, "{size_m} {shift}");
+            assert!(figures(&mesh).roundness > 0.29, "{size_m} {shift}");
+        }
+    }
+}
+
 #[test]
 fn a_ball_is_filled_and_a_finer_size_is_nearer() {
     let surface = ball([0.01, 0.0, 0.0], 0.03, 24);
@@ -263,6 +281,18 @@ fn sizes_that_do_not_fit_say_which_do() {
         refused(&surface, size_m, &["more than 65535 cells", "take `fill_m` ", " or more"]);
     }
     refused(&surface, 0.1, &["`fill_m` 0.1", "take"]);
+    // No number runs over the line, and what is said to fit does not depend on the size asked for.
+    for (size_m, part) in
+        [(1e-300, "1e-300, more than"), (1e300, "1e300 fits"), (-1e300, "-1e300:")]
+    {
+        let why = fill(&surface, size_m).unwrap_err().to_string();
+        assert!(why.len() < 160 && why.contains(part) && !why.contains("inf"), "{why}");
+    }
+    let fits = |size_m: f64| {
+        let why = fill(&surface, size_m).unwrap_err().to_string();
+        why.split_once("take `fill_m` ").unwrap().1[..7].to_owned()
+    };
+    assert_eq!(fits(1e-300), fits(1e-6));
     // A rod whose box is large and whose volume is small.
     let along: Triangles = cuboid([-1e-4, -1e-4, 0.0], [1e-4, 1e-4, 1.0])
         .iter()

@@ -2,7 +2,7 @@
 
 use super::COMMENT;
 use crate::error::Result;
-use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::bytes::{Bytes, name_line, shown};
 
 /// A keyword with its parameters.
 pub(super) struct Keyword {
@@ -18,8 +18,8 @@ impl Keyword {
         let item = bytes.item();
         let mut text = line.to_string();
         while text.ends_with(',') {
-            match bytes.text_line(COMMENT)? {
-                Some(next) if !next.starts_with('*') => text.push_str(next),
+            match bytes.raw_line(COMMENT).map(name_line) {
+                Some(next) if !next.starts_with('*') => text.push_str(&next),
                 _ => return Err(bytes.truncated("the rest of a keyword line that ends in a comma")),
             }
         }

@@ -1,10 +1,13 @@
-//! Abaqus input files, `.inp`: nodes, elements C3D4 and sets of one part.
+//! Abaqus input files, `.inp`: nodes, elements C3D4 and sets of one part, and of the assembly that has one
+//! instance of it, which is what Abaqus/CAE writes.
 //!
 //! Groups are the sets by name, in letters of either case: of `*NSET` the nodes, of `*ELSET` the nodes of
-//! the elements. Elements that are no solids count for their sets alone. Keywords that the body does not
-//! need are passed over with their data. Layout: Abaqus Analysis User's Guide, "Input Syntax Rules".
+//! the elements. Elements that are no solids count for their sets alone; nodes of the assembly are reference
+//! points, which the body does not have. Keywords that the body does not need are passed over with their
+//! data. Layout: Abaqus Analysis User's Guide, "Input Syntax Rules" and "Assembly definition".
 
 mod keyword;
+mod scope;
 mod sets;
 mod solid;
 
@@ -12,10 +15,11 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use keyword::{Keyword, fields};
-use sets::Sets;
+use scope::Scope;
+use sets::{Numbers, Set, Sets};
 use solid::{Kind, kind};
 
-use super::bytes::{Bytes, shown};
+use super::bytes::{Bytes, name_line, shown};
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
 
@@ -23,7 +27,7 @@ use crate::error::Result;
 pub(super) struct Abaqus;
 
 /// Keywords that make or move nodes and elements in ways that are not read.
-const REFUSED: [&str; 12] = [
+const REFUSED: [&str; 11] = [
     "INCLUDE",
     "SYSTEM",
     "NGEN",
@@ -33,7 +37,6 @@ const REFUSED: [&str; 12] = [
     "ELGEN",
     "ELCOPY",
     "IMPORT",
-    "TRANSFORM",
     "SUBMODEL",
     "SYMMETRIC MODEL GENERATION",
 ];
@@ -71,23 +74,22 @@ struct Content<'a> {
     elements: HashMap<u64, [usize; 2]>,
     corners: Vec<u32>,
     sets: Sets,
-    /// Parts that have nodes, and instances.
-    parts: usize,
+    scope: Scope,
     instances: usize,
 }
 
 /// What the data lines behind a keyword are.
 enum Data {
     Nodes {
-        set: Option<String>,
+        set: Option<Set>,
     },
     Elements {
         kind: Kind,
-        set: Option<String>,
+        set: Option<Set>,
     },
     Set {
-        name: String,
-        of_elements: bool,
+        set: Set,
+        numbers: Numbers,
         generate: bool,
     },
     /// The place of an instance.
@@ -106,26 +108,30 @@ impl<'a> Content<'a> {
             elements: HashMap::new(),
             corners: Vec::new(),
             sets: Sets::default(),
-            parts: 0,
+            scope: Scope::new(),
             instances: 0,
         }
     }
 
     fn read(mut self) -> Result<RawMesh> {
         let (mut data, mut any) = (Data::PassedOver, false);
-        while let Some(line) = self.bytes.text_line(COMMENT)? {
-            if line.starts_with('*') {
-                let keyword = Keyword::read(line, &mut self.bytes)?;
+        while let Some(line) = self.bytes.raw_line(COMMENT) {
+            if line.trim_ascii_start().starts_with(b"*") {
+                let keyword = Keyword::read(&name_line(line), &mut self.bytes)?;
                 data = self.begin(&keyword)?;
                 any = true;
-            } else if any {
-                self.take(&data, line)?;
-            } else {
+            } else if !any {
                 return Err(self.bytes.error(format!(
                     "'{}' in front of the first keyword, which begins with *; this is no Abaqus input \
                      file: save the mesh again",
-                    shown(line)
+                    shown(&name_line(line))
                 )));
+            } else if let Data::Set { set, numbers, generate } = &data {
+                let read = if *generate { Sets::range } else { Sets::line };
+                read(&mut self.sets, &self.bytes, set, *numbers, &name_line(line))?;
+            } else {
+                let line = self.bytes.text_of(line)?;
+                self.take(&data, line)?;
             }
         }
         self.finish()
@@ -140,6 +146,9 @@ impl<'a> Content<'a> {
                 shown(&keyword.name)
             )));
         }
+        self.scope.keyword(&keyword.name);
+        let outside = self.scope.is_outside();
+        let set = |name: &str| keyword.value(name).map(|name| Set { name, outside });
         Ok(match keyword.name.as_str() {
             "NODE" => {
                 if keyword.has("SYSTEM") || keyword.has("NBLOCK") {
@@ -147,28 +156,21 @@ impl<'a> Content<'a> {
                         "*NODE in a system of its own; save the mesh with rectangular coordinates",
                     ));
                 }
-                Data::Nodes { set: keyword.value("NSET") }
+                Data::Nodes { set: set("NSET") }
             }
             "ELEMENT" => {
                 let name = keyword.needed("TYPE", &self.bytes)?;
-                Data::Elements { kind: kind(&name, &self.bytes)?, set: keyword.value("ELSET") }
+                Data::Elements { kind: kind(&name, &self.bytes)?, set: set("ELSET") }
             }
-            "NSET" | "ELSET" => {
-                let of_elements = keyword.name == "ELSET";
-                let name = keyword.needed(&keyword.name, &self.bytes)?;
-                if let Some(elements) = keyword.value("ELSET").filter(|_| !of_elements) {
-                    self.sets.copy(&self.bytes, &name, &elements);
-                }
-                self.sets.begin(&name);
-                Data::Set { name, of_elements, generate: keyword.has("GENERATE") }
-            }
+            "NSET" | "ELSET" => self.set(keyword)?,
             "PART" => {
                 if !self.nodes_m.is_empty() {
                     return Err(self.bytes.error(
-                        "a second part with nodes; one is read: merge the parts and save the mesh",
+                        "a second part with nodes; one is read: delete the others with their instances, \
+                         or merge the instances into one part, and save the mesh",
                     ));
                 }
-                self.parts += 1;
+                self.scope.part(keyword.value("NAME"));
                 Data::PassedOver
             }
             "INSTANCE" => {
@@ -178,32 +180,44 @@ impl<'a> Content<'a> {
                         "a second instance of a part; one is read: merge the instances into one part",
                     ));
                 }
+                self.scope.instance(keyword.value("NAME"));
                 Data::Place
             }
             _ => Data::PassedOver,
         })
     }
 
+    /// A set that begins.
+    fn set(&mut self, keyword: &Keyword) -> Result<Data> {
+        let of_elements = keyword.name == "ELSET";
+        let name = keyword.needed(&keyword.name, &self.bytes)?;
+        let set = Set { name, outside: self.scope.is_outside() };
+        // With an instance the numbers are those of its part.
+        let outside = set.outside && !keyword.has("INSTANCE");
+        if let Some(elements) = keyword.value("ELSET").filter(|_| !of_elements) {
+            let numbers = Numbers { of_elements: true, outside };
+            self.sets.copy(&self.bytes, &set, numbers, &elements);
+        }
+        self.sets.begin(&set);
+        let numbers = Numbers { of_elements, outside };
+        Ok(Data::Set { set, numbers, generate: keyword.has("GENERATE") })
+    }
+
     /// Takes a line of data.
-    fn take(&mut self, data: &Data, line: &str) -> Result<()> {
+    fn take(&mut self, data: &Data, line: &'a str) -> Result<()> {
         match data {
-            Data::PassedOver => Ok(()),
+            _ if line.is_empty() => Ok(()),
+            Data::PassedOver | Data::Set { .. } => Ok(()),
             Data::Place => Err(self.bytes.error(
                 "the instance moves its part; one in its place is read: move the nodes and save the mesh",
             )),
-            Data::Nodes { set } => self.node(line, set.as_deref()),
-            Data::Elements { kind, set } => self.element(line, kind, set.as_deref()),
-            Data::Set { name, of_elements: true, generate } => {
-                self.sets.line::<true>(&self.bytes, name, line, *generate)
-            }
-            Data::Set { name, generate, .. } => {
-                self.sets.line::<false>(&self.bytes, name, line, *generate)
-            }
+            Data::Nodes { set } => self.node(line, set.as_ref()),
+            Data::Elements { kind, set } => self.element(line, kind, set.as_ref()),
         }
     }
 
     /// `number, x, y, z`; coordinates that are left out are 0.
-    fn node(&mut self, line: &str, set: Option<&str>) -> Result<()> {
+    fn node(&mut self, line: &str, set: Option<&Set>) -> Result<()> {
         let mut words = fields(line);
         let number = self.bytes.whole_of(words.next().unwrap_or(""), "the node number")?;
         let mut position = [0.0; 3];
@@ -211,6 +225,13 @@ impl<'a> Content<'a> {
             if let Some(word) = words.next().filter(|word| !word.is_empty()) {
                 *value = self.bytes.metres_of(word, self.unit_m, name)?;
             }
+        }
+        if let Some(set) = set {
+            self.sets.add(set, false, number, &self.bytes);
+        }
+        if self.scope.is_outside() {
+            self.scope.add(false, number);
+            return Ok(());
         }
         let place = self.nodes_m.len() as u32;
         if self.places.insert(number, place).is_some() {
@@ -220,21 +241,20 @@ impl<'a> Content<'a> {
             )));
         }
         self.nodes_m.push(position);
-        if let Some(set) = set {
-            self.sets.node(set, number, &self.bytes);
-        }
         Ok(())
     }
 
     /// `number, node, node, ..`; a line that ends in a comma goes on.
-    fn element(&mut self, line: &str, kind: &Kind, set: Option<&str>) -> Result<()> {
+    fn element(&mut self, line: &'a str, kind: &Kind, set: Option<&Set>) -> Result<()> {
         let mut words = fields(line);
         let number = self.bytes.whole_of(words.next().unwrap_or(""), "the element number")?;
         let start = self.corners.len();
         let item = self.bytes.item();
+        let outside = self.scope.is_outside();
         let mut line = line;
         loop {
-            for word in words.by_ref().filter(|word| !word.is_empty()) {
+            // Elements of the assembly are none of the body's.
+            for word in words.by_ref().filter(|word| !(outside || word.is_empty())) {
                 let node = self.bytes.whole_of(word, "a node of the element")?;
                 let place = self.places.get(&node).ok_or_else(|| {
                     self.bytes.error(format!(
@@ -254,21 +274,15 @@ impl<'a> Content<'a> {
             words = fields(line);
         }
         self.bytes.return_to(item);
-        let ids = self.corners.get(start..).unwrap_or_default();
+        if let Some(set) = set {
+            self.sets.add(set, true, number, &self.bytes);
+        }
         if matches!(kind, Kind::Tetrahedron) {
-            let corners = <[u32; 4]>::try_from(ids).map_err(|_| {
-                self.bytes.error(format!(
-                    "element {number} has {} nodes, a tetrahedron has 4; the line is cut off: save the \
-                     mesh again",
-                    ids.len()
-                ))
-            })?;
-            if (1..4).any(|corner| corners[..corner].contains(&corners[corner])) {
-                return Err(self.bytes.error(format!(
-                    "element {number} is a tetrahedron that has a node twice; delete it or mesh again"
-                )));
-            }
-            self.tetrahedra.push(corners);
+            self.tetrahedron(number, start, outside)?;
+        }
+        if outside {
+            self.scope.add(true, number);
+            return Ok(());
         }
         if self.elements.insert(number, [start, self.corners.len()]).is_some() {
             return Err(self.bytes.error(format!(
@@ -276,9 +290,31 @@ impl<'a> Content<'a> {
                  the mesh again"
             )));
         }
-        if let Some(set) = set {
-            self.sets.element(set, number, &self.bytes);
+        Ok(())
+    }
+
+    /// Adds a tetrahedron, whose nodes are the last from `start` on.
+    fn tetrahedron(&mut self, number: u64, start: usize, outside: bool) -> Result<()> {
+        if outside {
+            return Err(self.bytes.error(format!(
+                "element {number} is a tetrahedron outside of the part; one part is read: put all \
+                 tetrahedra into it and save the mesh"
+            )));
         }
+        let ids = self.corners.get(start..).unwrap_or_default();
+        let corners = <[u32; 4]>::try_from(ids).map_err(|_| {
+            self.bytes.error(format!(
+                "element {number} has {} nodes, a tetrahedron has 4; the line is cut off: save the mesh \
+                 again",
+                ids.len()
+            ))
+        })?;
+        if (1..4).any(|corner| corners[..corner].contains(&corners[corner])) {
+            return Err(self.bytes.error(format!(
+                "element {number} is a tetrahedron that has a node twice; delete it or mesh again"
+            )));
+        }
+        self.tetrahedra.push(corners);
         Ok(())
     }
 
@@ -297,7 +333,7 @@ impl<'a> Content<'a> {
         let elements = |number: u64| {
             self.elements.get(&number).and_then(|&[start, end]| self.corners.get(start..end))
         };
-        let groups = self.sets.groups(&mut self.bytes, nodes, elements)?;
+        let groups = self.sets.groups(&mut self.bytes, &self.scope, nodes, elements)?;
         Ok(RawMesh { nodes_m: self.nodes_m, tetrahedra: self.tetrahedra, groups })
     }
 }

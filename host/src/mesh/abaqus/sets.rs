@@ -4,17 +4,33 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::keyword::fields;
+use super::scope::Scope;
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
 use crate::mesh::groups::Groups;
 
+/// A set as a keyword begins it.
+pub(super) struct Set {
+    pub(super) name: String,
+    /// Whether it is the assembly's: its name is another one than the same name in the part.
+    pub(super) outside: bool,
+}
+
+/// What the numbers of a set are.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers {
+    pub(super) of_elements: bool,
+    /// Whether they may be those of the assembly's own nodes and elements.
+    pub(super) outside: bool,
+}
+
 /// What the file says of sets, in its order.
 #[derive(Default)]
 pub(super) struct Sets {
-    /// Name of each set as it is first written.
-    names: Vec<String>,
-    /// Position of a name in upper case.
-    places: HashMap<String, usize>,
+    /// Each set as it is first written.
+    sets: Vec<Set>,
+    /// Position of each set of the part, and of the assembly, by its name in upper case.
+    places: [HashMap<String, usize>; 2],
     entries: Vec<Entry>,
 }
 
@@ -22,7 +38,7 @@ struct Entry {
     set: usize,
     /// Where it stands in the file.
     item: usize,
-    of_elements: bool,
+    numbers: Numbers,
     what: What,
 }
 
@@ -35,141 +51,186 @@ enum What {
 
 impl Sets {
     /// A set begins: it is there, even without data.
-    pub(super) fn begin(&mut self, name: &str) -> usize {
-        let next = self.names.len();
-        let place = *self.places.entry(name.to_ascii_uppercase()).or_insert(next);
+    pub(super) fn begin(&mut self, set: &Set) -> usize {
+        let next = self.sets.len();
+        let places = &mut self.places[usize::from(set.outside)];
+        let place = *places.entry(set.name.to_ascii_uppercase()).or_insert(next);
         if place == next {
-            self.names.push(name.to_string());
+            self.sets.push(Set { name: set.name.clone(), outside: set.outside });
         }
         place
     }
 
-    fn push(&mut self, name: &str, bytes: &Bytes, of_elements: bool, what: What) {
-        let set = self.begin(name);
-        self.entries.push(Entry { set, item: bytes.item(), of_elements, what });
+    fn push(&mut self, set: &Set, bytes: &Bytes, numbers: Numbers, what: What) {
+        let set = self.begin(set);
+        self.entries.push(Entry { set, item: bytes.item(), numbers, what });
     }
 
-    /// Adds a node.
-    pub(super) fn node(&mut self, name: &str, number: u64, bytes: &Bytes) {
-        self.push(name, bytes, false, What::One(number));
-    }
-
-    /// Adds the nodes of an element.
-    pub(super) fn element(&mut self, name: &str, number: u64, bytes: &Bytes) {
-        self.push(name, bytes, true, What::One(number));
+    /// Adds a node, or the nodes of an element.
+    pub(super) fn add(&mut self, set: &Set, of_elements: bool, number: u64, bytes: &Bytes) {
+        let numbers = Numbers { of_elements, outside: set.outside };
+        self.push(set, bytes, numbers, What::One(number));
     }
 
     /// Adds the nodes of another set.
-    pub(super) fn copy(&mut self, bytes: &Bytes, name: &str, other: &str) {
-        self.push(name, bytes, true, What::Set(other.into()));
+    pub(super) fn copy(&mut self, bytes: &Bytes, set: &Set, numbers: Numbers, other: &str) {
+        self.push(set, bytes, numbers, What::Set(other.into()));
     }
 
     /// A data line of a set: numbers and names of sets, or first, last and step.
-    pub(super) fn line<const ELEMENTS: bool>(
+    pub(super) fn line(
         &mut self,
         bytes: &Bytes,
-        name: &str,
+        set: &Set,
+        numbers: Numbers,
         line: &str,
-        generate: bool,
     ) -> Result<()> {
-        if generate {
-            let mut numbers = [0, 0, 1];
-            let mut given = 0;
-            for word in fields(line).filter(|word| !word.is_empty()) {
-                let Some(number) = numbers.get_mut(given) else { break };
-                *number = bytes.whole_of(word, "a number of a generated set")?;
-                given += 1;
-            }
-            let [first, last, step] = numbers;
-            if given < 2 || last < first || step == 0 {
-                return Err(bytes.error(format!(
-                    "'{}' generates no set; give first, last, step: save the mesh again",
-                    shown(line)
-                )));
-            }
-            self.push(name, bytes, ELEMENTS, What::Range(first, last, step));
-            return Ok(());
-        }
         for word in fields(line).filter(|word| !word.is_empty()) {
-            // Of `INSTANCE.number` the number: there is one instance.
-            let number = word.rsplit('.').next().unwrap_or(word);
-            let what = match number.parse() {
-                Ok(number) => What::One(number),
-                Err(_) => What::Set(word.trim_matches('"').into()),
+            // `INSTANCE.number` is the part's: there is one instance.
+            let (outside, number) = match word.rsplit_once('.') {
+                Some((_, number)) => (false, number),
+                None => (numbers.outside, word),
             };
-            self.push(name, bytes, ELEMENTS, what);
+            match number.parse() {
+                Ok(number) => {
+                    self.push(set, bytes, Numbers { outside, ..numbers }, What::One(number));
+                }
+                Err(_) => {
+                    self.push(set, bytes, numbers, What::Set(word.trim_matches('"').into()));
+                }
+            }
         }
         Ok(())
     }
 
-    /// The nodes of every set; `nodes` and `elements` give those of a number.
+    /// A data line of a generated set: first, last and step.
+    pub(super) fn range(
+        &mut self,
+        bytes: &Bytes,
+        set: &Set,
+        numbers: Numbers,
+        line: &str,
+    ) -> Result<()> {
+        let mut range = [0, 0, 1];
+        let mut given = 0;
+        for word in fields(line).filter(|word| !word.is_empty()) {
+            let Some(number) = range.get_mut(given) else { break };
+            *number = bytes.whole_of(word, "a number of a generated set")?;
+            given += 1;
+        }
+        let [first, last, step] = range;
+        if given < 2 || last < first || step == 0 {
+            return Err(bytes.error(format!(
+                "'{}' generates no set; give first, last, step: save the mesh again",
+                shown(line)
+            )));
+        }
+        self.push(set, bytes, numbers, What::Range(first, last, step));
+        Ok(())
+    }
+
+    /// The nodes of every set; `nodes` and `elements` give those of a number of the part.
     pub(super) fn groups<'a>(
         &self,
         bytes: &mut Bytes,
+        scope: &Scope,
         nodes: impl Fn(u64) -> Option<&'a [u32]>,
         elements: impl Fn(u64) -> Option<&'a [u32]>,
     ) -> Result<BTreeMap<String, Vec<u32>>> {
-        let mut members: Vec<Members> = self.names.iter().map(|_| Members::default()).collect();
+        let mut members: Vec<Members> = self.sets.iter().map(|_| Members::default()).collect();
         for entry in &self.entries {
             bytes.return_to(entry.item);
-            let of = |number: u64| if entry.of_elements { elements(number) } else { nodes(number) };
-            let kind = if entry.of_elements { "element" } else { "node" };
-            match &entry.what {
-                What::One(number) => {
-                    let ids = of(*number).ok_or_else(|| {
-                        bytes.error(format!(
-                            "the set refers to {kind} {number}, which the file does not have; save the \
-                             mesh again"
-                        ))
-                    })?;
-                    members[entry.set].add(ids);
+            let Numbers { of_elements, outside } = entry.numbers;
+            let own = &mut members[entry.set];
+            let mut add = |number: u64, set: &str| -> Result<()> {
+                if outside && scope.has(of_elements, number) {
+                    own.left_out = true;
+                    return Ok(());
                 }
+                let ids = if of_elements { elements(number) } else { nodes(number) };
+                let kind = if of_elements { "element" } else { "node" };
+                own.add(ids.ok_or_else(|| {
+                    bytes.error(format!(
+                        "the {set} refers to {kind} {number}, which the file does not have; save the \
+                         mesh again"
+                    ))
+                })?);
+                Ok(())
+            };
+            match &entry.what {
+                What::One(number) => add(*number, "set")?,
                 What::Range(first, last, step) => {
-                    let mut number = *first;
-                    while number <= *last {
-                        let Some(ids) = of(number) else {
-                            return Err(bytes.error(format!(
-                                "the generated set refers to {kind} {number}, which the file does not \
-                                 have; save the mesh again"
-                            )));
-                        };
-                        members[entry.set].add(ids);
-                        let Some(next) = number.checked_add(*step) else { break };
-                        number = next;
+                    let mut next = Some(*first);
+                    while let Some(number) = next.filter(|number| number <= last) {
+                        add(number, "generated set")?;
+                        next = number.checked_add(*step);
                     }
                 }
                 What::Set(name) => {
-                    let bare = name.rsplit('.').next().unwrap_or(name).to_ascii_uppercase();
-                    let Some(&other) = self.places.get(&bare) else {
-                        return Err(bytes.error(format!(
+                    let other = self.find(name, outside).ok_or_else(|| {
+                        bytes.error(format!(
                             "'{}' is neither a number nor a set in front; save the mesh again",
                             shown(name)
-                        )));
-                    };
-                    let ids = members[other].0.clone();
+                        ))
+                    })?;
+                    let (ids, left_out) = (members[other].ids.clone(), members[other].left_out);
                     members[entry.set].add(&ids);
+                    members[entry.set].left_out |= left_out;
                 }
             }
         }
-        let mut groups = Groups::default();
-        for (name, members) in self.names.iter().zip(members) {
-            groups.add(name, members.0);
+        Ok(self.named(scope, members))
+    }
+
+    /// The set of a name: of the assembly first where that may be meant.
+    fn find(&self, name: &str, outside: bool) -> Option<usize> {
+        let (instance, bare) = name.rsplit_once('.').map_or((None, name), |(a, b)| (Some(a), b));
+        let [of_part, of_assembly] =
+            [0, 1].map(|place: usize| self.places[place].get(&bare.to_ascii_uppercase()).copied());
+        if outside && instance.is_none() {
+            of_assembly.or(of_part)
+        } else {
+            of_part.or(of_assembly)
         }
-        Ok(groups.finish())
+    }
+
+    /// The groups by name. What has nothing but reference points is none; a set of the part whose name
+    /// the assembly has too is told by its instance.
+    fn named(&self, scope: &Scope, members: Vec<Members>) -> BTreeMap<String, Vec<u32>> {
+        let is_there: Vec<bool> =
+            members.iter().map(|members| !(members.left_out && members.ids.is_empty())).collect();
+        let mut groups = Groups::default();
+        for ((set, members), _) in
+            self.sets.iter().zip(members).zip(&is_there).filter(|(_, is_there)| **is_there)
+        {
+            let twin = self.places[1].get(&set.name.to_ascii_uppercase());
+            if !set.outside && twin.is_some_and(|twin| is_there[*twin]) {
+                groups.add(scope.outside_name(&set.name), members.ids);
+            } else {
+                groups.add(&set.name, members.ids);
+            }
+        }
+        groups.finish()
     }
 }
 
 /// Nodes of a set; repetitions are dropped now and then, so that sets of sets stay small.
 #[derive(Default)]
-struct Members(Vec<u32>, usize);
+struct Members {
+    ids: Vec<u32>,
+    /// How many there were when repetitions were dropped last.
+    unique: usize,
+    /// Whether it had a reference point, or an element of the assembly.
+    left_out: bool,
+}
 
 impl Members {
     fn add(&mut self, ids: &[u32]) {
-        self.0.extend(ids);
-        if self.0.len() > 2 * self.1 + 1024 {
-            self.0.sort_unstable();
-            self.0.dedup();
-            self.1 = self.0.len();
+        self.ids.extend(ids);
+        if self.ids.len() > 2 * self.unique + 1024 {
+            self.ids.sort_unstable();
+            self.ids.dedup();
+            self.unique = self.ids.len();
         }
     }
 }

@@ -43,7 +43,8 @@ impl Content {
     pub(super) fn names(&mut self, lines: &mut Lines) -> Result<()> {
         let count = lines.record("the number of names")?.whole("number of names")?;
         for _ in 0..count {
-            let mut fields = lines.record("a name")?;
+            let line = lines.record_of_name("a name")?;
+            let mut fields = lines.fields(&line);
             let dimension = fields.whole("dimension")?;
             let number = fields.signed("group number")?;
             self.names.insert((dimension, number), fields.quoted("group name")?);

@@ -1,11 +1,12 @@
 //! Lines and fields of a text file; every error names file, line and field.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::str::SplitAsciiWhitespace;
 
 use super::source::{Place, Source};
 use crate::error::{Error, Result};
-use crate::mesh::bytes::shown;
+use crate::mesh::bytes::{name_line, shown};
 
 /// The lines of a file, counted from 1, and the section they are in.
 pub(super) struct Lines<'a> {
@@ -26,22 +27,32 @@ impl<'a> Lines<'a> {
         self.rest
     }
 
-    /// The next line, trimmed; none at the end of the file.
-    pub(super) fn next(&mut self) -> Result<Option<&'a str>> {
+    /// The next line; none at the end of the file.
+    fn next_bytes(&mut self) -> Option<&'a [u8]> {
         if self.rest.is_empty() {
-            return Ok(None);
+            return None;
         }
         self.number += 1;
         let end = self.rest.iter().position(|b| *b == b'\n').unwrap_or(self.rest.len());
         let (line, rest) = self.rest.split_at(end);
         self.rest = rest.get(1..).unwrap_or(rest);
+        Some(line)
+    }
+
+    /// The line read last as text, trimmed.
+    fn text(&self, line: &'a [u8]) -> Result<&'a str> {
         match std::str::from_utf8(line) {
-            Ok(text) => Ok(Some(text.trim())),
+            Ok(text) => Ok(text.trim()),
             Err(why) => Err(self.error(format!(
                 "byte {} of the line is no UTF-8 text; the file is damaged or no Gmsh mesh: save it again",
                 why.valid_up_to() + 1
             ))),
         }
+    }
+
+    /// The next line, trimmed; none at the end of the file.
+    pub(super) fn next(&mut self) -> Result<Option<&'a str>> {
+        self.next_bytes().map(|line| self.text(line)).transpose()
     }
 
     /// Notes the section that begins here.
@@ -51,26 +62,47 @@ impl<'a> Lines<'a> {
 
     /// The next line of the section that is not blank; `what` it holds, for errors.
     pub(super) fn record(&mut self, what: &'static str) -> Result<Fields<'a>> {
+        let line = self.section_line(what, Self::text)?;
+        Ok(self.fields(line))
+    }
+
+    /// The same of a line that holds a name, in UTF-8 or Latin-1.
+    pub(super) fn record_of_name(&mut self, what: &'static str) -> Result<Cow<'a, str>> {
+        self.section_line(what, |_, line| Ok(name_line(line)))
+    }
+
+    /// The fields of a line read last.
+    pub(super) fn fields<'b>(&self, line: &'b str) -> Fields<'b>
+    where
+        'a: 'b,
+    {
+        Fields {
+            path: self.path,
+            line: self.number,
+            section: self.section,
+            words: line.split_ascii_whitespace(),
+        }
+    }
+
+    fn section_line<T: AsRef<str>>(
+        &mut self,
+        what: &'static str,
+        text: impl Fn(&Self, &'a [u8]) -> Result<T>,
+    ) -> Result<T> {
         loop {
-            match self.next()? {
-                None => return Err(self.truncated(what)),
-                Some(line) if line.starts_with('$') => {
+            let Some(line) = self.next_bytes() else { return Err(self.truncated(what)) };
+            let line = text(self, line)?;
+            match line.as_ref() {
+                "" => {}
+                text if text.starts_with('$') => {
                     return Err(self.error(format!(
                         "'{}' where {what} should be: section ${} has fewer lines than it says; \
                          save the mesh again",
-                        shown(line),
+                        shown(text),
                         shown(self.section)
                     )));
                 }
-                Some("") => {}
-                Some(line) => {
-                    return Ok(Fields {
-                        path: self.path,
-                        line: self.number,
-                        section: self.section,
-                        words: line.split_ascii_whitespace(),
-                    });
-                }
+                _ => return Ok(line),
             }
         }
     }
@@ -96,8 +128,9 @@ impl<'a> Lines<'a> {
 
     /// Passes over the section and the line that ends it.
     pub(super) fn skip_section(&mut self) -> Result<()> {
-        while let Some(line) = self.next()? {
-            if line.strip_prefix("$End") == Some(self.section) {
+        // What is passed over may be in any encoding.
+        while let Some(line) = self.next_bytes() {
+            if line.trim_ascii().strip_prefix(b"$End") == Some(self.section.as_bytes()) {
                 return Ok(());
             }
         }

@@ -69,6 +69,9 @@ impl MeshReader for Gmsh {
                 ("Nodes", Some(Version::V4)) => v4::nodes(&mut lines, &mut content)?,
                 ("Elements", Some(Version::V2)) => v2::elements(&mut lines, &mut content)?,
                 ("Elements", Some(Version::V4)) => v4::elements(&mut lines, &mut content)?,
+                ("NOD" | "ELM", None) => {
+                    return Err(lines.error(format!("Gmsh format 1; 2.2 and 4.1 are read: {SAVE}")));
+                }
                 ("Nodes" | "Elements", None) => {
                     return Err(lines.error(format!("${section} comes before $MeshFormat; {SAVE}")));
                 }

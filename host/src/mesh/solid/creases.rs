@@ -1,5 +1,6 @@
 //! Sharp edges and corners of a surface: nodes of the filled body are moved onto them, so that they are
-//! not cut off. What would spoil the tetrahedra around a node is left out.
+//! not cut off. What would spoil the tetrahedra around a node is left out; those at a corner may be flatter
+//! until the nodes around have followed.
 
 use super::closed::Closed;
 use super::distance::Solid;
@@ -18,6 +19,8 @@ const REACH: f64 = 0.8;
 const APART: f64 = 0.25;
 /// Least roundness that a move may leave.
 const ROUND: f64 = 0.3;
+/// The same of a move onto a corner, before the nodes around follow.
+const ROUND_AT_FIRST: f64 = 0.1;
 
 /// The creases of a surface.
 pub(super) struct Creases {
@@ -72,10 +75,10 @@ impl Creases {
             .filter(|&&node| held[node as usize])
             .map(|&node| body.nodes_m[node as usize])
             .collect();
-        let mut put = |body: &mut TetMesh, node: u32, place_m: [f64; 3]| {
+        let mut put = |body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64| {
             let is_free =
                 taken_m.iter().all(|other_m| distance(place_m, *other_m) >= APART * size_m);
-            let is_put = is_free && skin.put(body, node, place_m);
+            let is_put = is_free && skin.put(body, node, place_m, least);
             if is_put {
                 taken_m.push(place_m);
             }
@@ -84,9 +87,13 @@ impl Creases {
         for corner_m in &self.corners_m {
             let away = |node: u32| distance(body.nodes_m[node as usize], *corner_m);
             let free = skin.nodes.iter().copied().filter(|&node| !held[node as usize]);
-            let nearest = free.min_by(|&a, &b| away(a).total_cmp(&away(b)));
-            if let Some(node) = nearest.filter(|&node| away(node) < REACH * size_m) {
-                held[node as usize] = put(body, node, *corner_m);
+            let near = free.map(|node| (away(node), node)).filter(|near| near.0 < REACH * size_m);
+            let mut near: Vec<(f64, u32)> = near.collect();
+            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            if let Some(&(_, node)) =
+                near.iter().find(|&&(_, node)| put(body, node, *corner_m, ROUND_AT_FIRST))
+            {
+                held[node as usize] = true;
             }
         }
         let mut order: Vec<(f64, u32, [f64; 3])> = Vec::new();
@@ -111,9 +118,21 @@ impl Creases {
                 _ => false,
             };
             if skin.beside[node as usize].iter().any(cuts) {
-                held[node as usize] = put(body, node, place_m);
+                held[node as usize] = put(body, node, place_m, ROUND);
             }
         }
+    }
+
+    /// Lets go of nodes whose tetrahedra stayed bad; whether there were any.
+    pub(super) fn release(&self, body: &TetMesh, held: &mut [bool]) -> bool {
+        if self.is_empty() {
+            return false;
+        }
+        let skin = Skin::new(body);
+        let is_bad = |node: &&u32| held[**node as usize] && !skin.is_round(body, **node, ROUND);
+        let bad: Vec<u32> = skin.nodes.iter().filter(is_bad).copied().collect();
+        bad.iter().for_each(|&node| held[node as usize] = false);
+        !bad.is_empty()
     }
 }
 
@@ -141,14 +160,19 @@ impl Skin {
         Self { nodes, beside, around }
     }
 
-    /// Moves a node unless a tetrahedron around it would suffer; whether it was moved.
-    fn put(&self, body: &mut TetMesh, node: u32, place_m: [f64; 3]) -> bool {
+    /// Moves a node unless a tetrahedron around it would be less round than `least`; whether it was moved.
+    fn put(&self, body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64) -> bool {
         let old = std::mem::replace(&mut body.nodes_m[node as usize], place_m);
-        let around = self.around[node as usize].iter();
-        let is_sound = { around }.all(|ids| roundness(corners(&body.nodes_m, *ids)) >= ROUND);
+        let is_sound = self.is_round(body, node, least);
         if !is_sound {
             body.nodes_m[node as usize] = old;
         }
         is_sound
+    }
+
+    /// Whether all tetrahedra around a node are so round.
+    fn is_round(&self, body: &TetMesh, node: u32, least: f64) -> bool {
+        let mut around = self.around[node as usize].iter();
+        around.all(|ids| roundness(corners(&body.nodes_m, *ids)) >= least)
     }
 }

@@ -80,21 +80,28 @@ pub(in crate::mesh) fn fill_faces(
     let refuse = |why: String| Error::input(format!("{name}: {why}"));
     if !(size_m.is_finite() && size_m > 0.0) {
         return Err(refuse(format!(
-            "`fill_m` {size_m}: give the edge of the tetrahedra in metres"
+            "`fill_m` {size_m:?}: give the edge of the tetrahedra in metres"
         )));
     }
     let closed = Closed::new(faces, unit_m).map_err(refuse)?;
     let solid = Solid::new(&closed);
     check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
+    let none_fits = || {
+        refuse(format!(
+            "no tetrahedron of `fill_m` {size_m:?} fits into the surface; take {:.1e} or less",
+            largest_m(&closed).min(0.7 * size_m)
+        ))
+    };
+    let [low_m, high_m] = solid.bounds_m();
+    if size_m > distance(low_m, high_m) {
+        return Err(none_fits());
+    }
     let mut body = stuff(&solid, CUBE * size_m, 0.0);
     if body.tetrahedra.is_empty() {
-        return Err(refuse(format!(
-            "no tetrahedron of `fill_m` {size_m} fits into the surface; take {:.1e} or less",
-            largest_m(&closed).min(0.7 * size_m)
-        )));
+        return Err(none_fits());
     }
     if body.nodes_m.len() > nodes_max {
-        let more = format!("{} nodes of `fill_m` {size_m}, more", body.nodes_m.len());
+        let more = format!("{} nodes of `fill_m` {size_m:?}, more", body.nodes_m.len());
         let fits_m = size_m * (1.05 * body.nodes_m.len() as f64 / nodes_max as f64).cbrt();
         let remedy = format!("take `fill_m` {fits_m:.2e} or more");
         return Err(refuse(too_many(more, nodes_max, &remedy)));
@@ -102,6 +109,9 @@ pub(in crate::mesh) fn fill_faces(
     let (creases, mut held) = (Creases::new(&closed, &solid), vec![false; body.nodes_m.len()]);
     for _ in 0..if creases.is_empty() { 1 } else { ROUNDS } {
         creases.align(&solid, &mut body, &mut held, size_m);
+        smooth(&solid, &mut body, &held);
+    }
+    if creases.release(&body, &mut held) {
         smooth(&solid, &mut body, &held);
     }
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
@@ -127,14 +137,18 @@ fn check_size(
     // A cube has a corner and a centre.
     let nodes = 2.0 * volume_m3 / (cube_m * cube_m * cube_m);
     let points = points(solid.bounds_m(), cube_m);
-    let fits_m = size_m * (nodes / nodes_max as f64).max(points / LATTICE_MAX).cbrt() * 1.05;
+    let of_nodes_m = (2.0 * volume_m3 / nodes_max as f64).cbrt() / CUBE;
+    let of_points_m = size_m * (points / LATTICE_MAX).cbrt();
+    // Of a size near 0 there are more points than a number can tell.
+    let fits_m = 1.05 * Some(of_points_m).filter(|m| m.is_finite()).unwrap_or(0.0).max(of_nodes_m);
     if nodes > nodes_max as f64 {
-        let more = format!("about {nodes:.0} nodes of `fill_m` {size_m}, more");
+        let count = if nodes < 1e15 { format!("about {nodes:.0}") } else { "above 1e15".into() };
+        let more = format!("{count} nodes of `fill_m` {size_m:?}, more");
         return Err(too_many(more, nodes_max, &format!("take `fill_m` {fits_m:.2e} or more")));
     }
     if points > LATTICE_MAX {
         return Err(format!(
-            "a lattice of {points:.1e} points for `fill_m` {size_m}, the limit is {LATTICE_MAX:.1e}; take \
+            "a lattice of {points:.1e} points for `fill_m` {size_m:?}, the limit is {LATTICE_MAX:.1e}; take \
              `fill_m` {fits_m:.2e} or more"
         ));
     }
@@ -204,14 +218,14 @@ fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
 fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), String> {
     if filled.distance_m > DISTANCE_MAX * size_m {
         return Err(format!(
-            "around {place} the tetrahedra of `fill_m` {size_m} are {:.2e} m from the surface: what is \
+            "around {place} the tetrahedra of `fill_m` {size_m:?} are {:.2e} m from the surface: what is \
              thinner than they are is lost; take a smaller size, or thicken it",
             filled.distance_m
         ));
     }
     if filled.parts != filled.bodies {
         return Err(format!(
-            "the surface has {} and the tetrahedra of `fill_m` {size_m} {}: what is thinner than they are \
+            "the surface has {} and the tetrahedra of `fill_m` {size_m:?} {}: what is thinner than they are \
              is lost, a neck or a gap; take a smaller size",
             counted(filled.bodies, "part"),
             filled.parts
@@ -219,7 +233,7 @@ fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), S
     }
     if filled.volume_error.abs() > VOLUME_ERROR_MAX {
         return Err(format!(
-            "the volume of the tetrahedra of `fill_m` {size_m} is off by {:.1} %, the limit is {:.0} %; \
+            "the volume of the tetrahedra of `fill_m` {size_m:?} is off by {:.1} %, the limit is {:.0} %; \
              take a smaller size",
             100.0 * filled.volume_error,
             100.0 * VOLUME_ERROR_MAX

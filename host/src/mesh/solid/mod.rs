@@ -17,6 +17,7 @@ mod tree;
 use std::path::Path;
 
 use super::bytes::Bytes;
+use super::has_extension;
 use crate::error::{Error, Result};
 use crate::words::counted;
 
@@ -116,8 +117,10 @@ impl Faces {
 trait SurfaceReader: Sync {
     /// The format in words, for error texts.
     fn name(&self) -> &'static str;
-    /// Whether a file of this path that begins with `head` is of the format.
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool;
+    /// What its files' names end in.
+    fn extension(&self) -> &'static str;
+    /// Whether a file's bytes tell by themselves that they are of the format.
+    fn is_in(&self, bytes: &[u8]) -> bool;
     /// Reads the whole file; `unit_m` is metres per unit of its coordinates.
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces>;
 }
@@ -130,15 +133,21 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
     READERS.iter().map(|reader| reader.name())
 }
 
+/// The reader of a file: by its content, else by its name.
+fn reader(path: &Path, bytes: &[u8]) -> Option<&'static dyn SurfaceReader> {
+    let by_content = READERS.iter().find(|reader| reader.is_in(bytes));
+    let by_name = || READERS.iter().find(|reader| has_extension(path, reader.extension()));
+    by_content.or_else(by_name).copied()
+}
+
 /// Whether a file is one of the surfaces that are read.
-pub(super) fn recognises(path: &Path, head: &[u8]) -> bool {
-    READERS.iter().any(|reader| reader.recognises(path, head))
+pub(super) fn recognises(path: &Path, bytes: &[u8]) -> bool {
+    reader(path, bytes).is_some()
 }
 
 /// The triangles of a surface file.
 fn read(path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
-    let found = READERS.iter().find(|reader| reader.recognises(path, bytes));
-    let faces = match found {
+    let faces = match reader(path, bytes) {
         Some(reader) => reader.read(path, bytes, unit_m)?,
         None => return Err(Error::file("read mesh", path, "this is no surface file")),
     };

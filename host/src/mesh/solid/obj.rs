@@ -5,7 +5,6 @@ use std::path::Path;
 use super::{Faces, SurfaceReader};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
-use crate::mesh::has_extension;
 
 /// Reader of `.obj` files.
 pub(super) struct Obj;
@@ -15,8 +14,12 @@ impl SurfaceReader for Obj {
         "OBJ .obj"
     }
 
-    fn recognises(&self, path: &Path, _: &[u8]) -> bool {
-        has_extension(path, "obj")
+    fn extension(&self) -> &'static str {
+        "obj"
+    }
+
+    fn is_in(&self, _: &[u8]) -> bool {
+        false
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {

@@ -6,7 +6,6 @@ use std::path::Path;
 use super::{Faces, SurfaceReader};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
-use crate::mesh::has_extension;
 
 /// Reader of `.ply` files.
 pub(super) struct Ply;
@@ -16,8 +15,12 @@ impl SurfaceReader for Ply {
         "PLY .ply"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        has_extension(path, "ply") || head.starts_with(b"ply\n") || head.starts_with(b"ply\r\n")
+    fn extension(&self) -> &'static str {
+        "ply"
+    }
+
+    fn is_in(&self, bytes: &[u8]) -> bool {
+        bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r\n")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
@@ -70,6 +73,8 @@ enum Number {
     U16,
     I32,
     U32,
+    I64,
+    U64,
     F32,
     F64,
 }
@@ -83,6 +88,8 @@ impl Number {
             "ushort" | "uint16" => Self::U16,
             "int" | "int32" => Self::I32,
             "uint" | "uint32" => Self::U32,
+            "int64" => Self::I64,
+            "uint64" => Self::U64,
             "float" | "float32" => Self::F32,
             "double" | "float64" => Self::F64,
             _ => return None,
@@ -94,7 +101,7 @@ impl Number {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
+            Self::I64 | Self::U64 | Self::F64 => 8,
         }
     }
 
@@ -110,6 +117,8 @@ impl Number {
             Self::U16 => u16::from_le_bytes(bytes.take(what)?).into(),
             Self::I32 => i32::from_le_bytes(bytes.take(what)?).into(),
             Self::U32 => u32::from_le_bytes(bytes.take(what)?).into(),
+            Self::I64 => bytes.i64(what)? as f64,
+            Self::U64 => bytes.u64(what)? as f64,
             Self::F32 => bytes.f32(what)?.into(),
             Self::F64 => bytes.f64(what)?,
         })

@@ -5,7 +5,6 @@ use std::path::Path;
 use super::{Faces, SurfaceReader};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
-use crate::mesh::has_extension;
 
 /// Reader of `.stl` files.
 pub(super) struct Stl;
@@ -20,23 +19,38 @@ impl SurfaceReader for Stl {
         "STL .stl"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        has_extension(path, "stl") || head.starts_with(b"solid ")
+    fn extension(&self) -> &'static str {
+        "stl"
+    }
+
+    fn is_in(&self, bytes: &[u8]) -> bool {
+        bytes.starts_with(b"solid ") || is_binary(bytes)
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
-        // Some binary files begin with "solid" too: their length tells.
-        let count =
-            bytes.get(HEAD..).and_then(|rest| rest.first_chunk()).map(|n| u32::from_le_bytes(*n));
-        let length = count.map(|count| HEAD as u64 + 4 + TRIANGLE * u64::from(count));
-        let is_text =
-            bytes.trim_ascii_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
-        if is_text && length != Some(bytes.len() as u64) {
+        let front = bytes.trim_ascii_start();
+        // Some binary files begin with "solid" too.
+        if is_binary(bytes) {
+            binary(Bytes::new(path, bytes, HEAD), unit_m)
+        } else if front.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
             text(Bytes::new(path, bytes, 0), unit_m)
+        } else if std::str::from_utf8(bytes).is_ok_and(|text| !text.contains('\0')) {
+            Err(Bytes::new(path, bytes, 0).error_of_file(
+                "a text that does not begin with 'solid', so no STL file; where it is another surface, \
+                 name it .obj or .ply",
+            ))
         } else {
             binary(Bytes::new(path, bytes, HEAD), unit_m)
         }
     }
+}
+
+/// Whether it is as long as its number of triangles says.
+fn is_binary(bytes: &[u8]) -> bool {
+    let count =
+        bytes.get(HEAD..).and_then(|rest| rest.first_chunk()).map(|n| u32::from_le_bytes(*n));
+    let length = count.map(|count| HEAD as u64 + 4 + TRIANGLE * u64::from(count));
+    length == Some(bytes.len() as u64)
 }
 
 fn binary(mut bytes: Bytes, unit_m: f64) -> Result<Faces> {

@@ -8,105 +8,174 @@ use crate::error::Result;
 use crate::mesh::groups::Groups;
 
 /// Names that programs give the numbers of physical groups, materials and regions: Gmsh's own export,
-/// meshio's from Gmsh and from Medit, and what others write.
-const NAMES: [&str; 8] = [
-    "CellEntityIds",
+/// meshio's from Gmsh, Medit and TetGen, and what others write.
+const NAMES: [&str; 9] = [
+    OF_GMSH,
     "gmsh:physical",
     "medit:ref",
+    "tetgen:ref",
     "PhysicalIds",
     "MaterialIds",
     "material",
     "region",
     "group",
 ];
+/// Gmsh gives -1 to cells without a group.
+const OF_GMSH: &str = "CellEntityIds";
+
+/// Numbers of a tuple of what has a section of its own.
+const TUPLES: [(&str, u64); 5] =
+    [("VECTORS", 3), ("NORMALS", 3), ("TENSORS", 9), ("GLOBAL_IDS", 1), ("PEDIGREE_IDS", 1)];
+/// Bytes of a colour of a table.
+const COLOUR: u64 = 4;
 
 /// Reads what is attached behind the mesh, begun by the word `begun`, up to the first array of such a
-/// name; groups are named by their numbers, 0 is none. Anything else is passed over, and what cannot
-/// be passed over ends it.
-pub(super) fn read(
-    values: &mut Values,
+/// name with whole numbers alone; groups are named by their numbers, 0 is none. Anything else is passed
+/// over, and what cannot be passed over ends it.
+pub(super) fn read<'a>(
+    values: &mut Values<'a>,
     cells: &Cells,
-    begun: &str,
+    begun: &'a str,
 ) -> Result<BTreeMap<String, Vec<u32>>> {
-    let Some(number) = find(values, cells.count(), begun) else { return Ok(BTreeMap::new()) };
-    values.bytes.enter("the groups of the cells");
-    values.begin_data(cells.count(), 1, number, "groups of the cells")?;
-    let mut groups = Groups::default();
-    for cell in 0..cells.count() {
-        groups.of_cell(cells, cell as usize, values.whole(number, "the group of a cell")?);
-    }
-    Ok(groups.finish())
-}
-
-impl Groups {
-    /// Adds a cell's nodes to the group of a number, unless that is 0.
-    pub(super) fn of_cell(&mut self, cells: &Cells, cell: usize, number: u64) {
-        if number > 0 {
-            self.add(number, cells.nodes_of(cell));
+    let mut attached = Attached { cells: cells.count(), of_cells: false, tuples: 0, left: 0 };
+    let mut begun = Some(begun);
+    while let Some((name, number)) = attached.next(values, begun.take()) {
+        values.bytes.enter("the groups of the cells");
+        values.begin_data(cells.count(), 1, number, "groups of the cells")?;
+        // To its end even where it is none of groups: the next array follows.
+        let mut numbers = Some(Vec::new());
+        for _ in 0..cells.count() {
+            let number = values.reference(number, "the group of a cell")?;
+            numbers = numbers.zip(number).map(|(mut all, number)| {
+                all.push(number);
+                all
+            });
+        }
+        if let Some(numbers) = numbers {
+            return Ok(named(cells, name, &numbers));
         }
     }
+    Ok(BTreeMap::new())
 }
 
-/// Goes to the first array of groups; the type of its numbers.
-fn find(values: &mut Values, cells: u64, begun: &str) -> Option<Number> {
-    let (mut next, mut of_cells, mut tuples) = (Some(begun), false, 0);
-    while let Some(word) = next {
-        match word.to_ascii_uppercase().as_str() {
-            kind @ ("POINT_DATA" | "CELL_DATA") => {
-                of_cells = kind == "CELL_DATA";
-                tuples = values.count("a number of values").ok()?;
-                if of_cells && tuples != cells {
+/// The groups of numbers, one a cell, of an array of this name.
+pub(super) fn named(cells: &Cells, name: &str, numbers: &[i64]) -> BTreeMap<String, Vec<u32>> {
+    let mut groups = Groups::default();
+    let is_of_gmsh = name.eq_ignore_ascii_case(OF_GMSH);
+    for (cell, &number) in numbers.iter().enumerate() {
+        if number != 0 && !(is_of_gmsh && number == -1) {
+            groups.add(number, cells.nodes_of(cell));
+        }
+    }
+    groups.finish()
+}
+
+/// Where the reading of what is attached stands.
+struct Attached {
+    cells: u64,
+    of_cells: bool,
+    tuples: u64,
+    /// Arrays of a field that are still to come.
+    left: u64,
+}
+
+impl Attached {
+    /// Goes to the next array of groups, from the word `begun` on where it is read already; its name and
+    /// the type of its numbers.
+    fn next<'a>(
+        &mut self,
+        values: &mut Values<'a>,
+        begun: Option<&'a str>,
+    ) -> Option<(&'a str, Number)> {
+        let mut begun = begun;
+        loop {
+            let found = if self.left > 0 {
+                self.array(values)?
+            } else {
+                let word = begun.take().or_else(|| values.bytes.word())?;
+                self.section(values, word)?
+            };
+            if found.is_some() {
+                return found;
+            }
+        }
+    }
+
+    /// Reads the head of a section, and passes over it unless it holds groups. None where that is not
+    /// known to be done.
+    fn section<'a>(
+        &mut self,
+        values: &mut Values<'a>,
+        word: &str,
+    ) -> Option<Option<(&'a str, Number)>> {
+        let word = word.to_ascii_uppercase();
+        match word.as_str() {
+            "POINT_DATA" | "CELL_DATA" => {
+                self.of_cells = word == "CELL_DATA";
+                self.tuples = values.count("a number of values").ok()?;
+                if self.of_cells && self.tuples != self.cells {
                     return None;
                 }
             }
-            "SCALARS" => {
-                let name = values.text("a name").ok()?;
-                let kind = values.text("a type").ok()?;
-                let number = Number::named(kind)?;
-                let word = values.text("LOOKUP_TABLE").ok()?;
-                let components = word.parse().ok();
-                if components.is_some() {
-                    values.keyword("LOOKUP_TABLE").ok()?;
-                }
+            "SCALARS" => return self.scalars(values),
+            "LOOKUP_TABLE" => {
                 values.text("the name of the table").ok()?;
-                let components = components.unwrap_or(1);
-                if of_cells && is_group(name, number, components) {
-                    return Some(number);
-                }
-                values.skip_array(tuples, components, number).ok()?;
+                let colours = values.count("a number of colours").ok()?;
+                values.skip_array(colours, COLOUR, Number::U8).ok()?;
             }
             "FIELD" => {
                 values.text("the field's name").ok()?;
-                let mut left = values.count("the number of arrays").ok()?;
-                while left > 0 {
-                    let name = values.text("an array's name").ok()?;
-                    if name.eq_ignore_ascii_case("METADATA") {
-                        values.skip_metadata();
-                        continue;
-                    }
-                    let components = values.count("the number of components").ok()?;
-                    let tuples = values.count("the number of tuples").ok()?;
-                    let number = Number::named(values.text("the array's type").ok()?)?;
-                    if of_cells && tuples == cells && is_group(name, number, components) {
-                        return Some(number);
-                    }
-                    values.skip_array(tuples, components, number).ok()?;
-                    left -= 1;
-                }
+                self.left = values.count("the number of arrays").ok()?;
             }
             "METADATA" => values.skip_metadata(),
-            _ => return None,
+            _ => {
+                let (_, components) = TUPLES.iter().find(|(name, _)| *name == word)?;
+                values.text("a name").ok()?;
+                let number = Number::named(values.text("a type").ok()?)?;
+                values.skip_array(self.tuples, *components, number).ok()?;
+            }
         }
-        next = values.bytes.word();
+        Some(None)
     }
-    None
+
+    /// `SCALARS name type components`, `LOOKUP_TABLE name`, then the numbers.
+    fn scalars<'a>(&mut self, values: &mut Values<'a>) -> Option<Option<(&'a str, Number)>> {
+        let name = values.text("a name").ok()?;
+        let number = Number::named(values.text("a type").ok()?)?;
+        let word = values.text("LOOKUP_TABLE").ok()?;
+        let components = word.parse().ok();
+        if components.is_some() {
+            values.keyword("LOOKUP_TABLE").ok()?;
+        }
+        values.text("the name of the table").ok()?;
+        let components = components.unwrap_or(1);
+        if self.of_cells && components == 1 && is_known(name) {
+            return Some(Some((name, number)));
+        }
+        values.skip_array(self.tuples, components, number).ok()?;
+        Some(None)
+    }
+
+    /// An array of a field, or the remarks behind one.
+    fn array<'a>(&mut self, values: &mut Values<'a>) -> Option<Option<(&'a str, Number)>> {
+        let name = values.text("an array's name").ok()?;
+        if name.eq_ignore_ascii_case("METADATA") {
+            values.skip_metadata();
+            return Some(None);
+        }
+        let components = values.count("the number of components").ok()?;
+        let tuples = values.count("the number of tuples").ok()?;
+        let number = Number::named(values.text("the array's type").ok()?)?;
+        self.left -= 1;
+        if self.of_cells && tuples == self.cells && components == 1 && is_known(name) {
+            return Some(Some((name, number)));
+        }
+        values.skip_array(tuples, components, number).ok()?;
+        Some(None)
+    }
 }
 
-fn is_group(name: &str, number: Number, components: u64) -> bool {
-    is_known(name) && components == 1 && matches!(number, Number::I32 | Number::I64)
-}
-
-/// Whether an array of whole numbers of this name holds groups.
+/// Whether an array of this name may hold groups.
 pub(super) fn is_known(name: &str) -> bool {
     NAMES.iter().any(|known| known.eq_ignore_ascii_case(name))
 }

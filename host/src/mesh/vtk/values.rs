@@ -6,10 +6,14 @@ use crate::mesh::bytes::{Bytes, shown};
 /// What an array holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
-    /// Anything of this many bytes that is only passed over.
-    Other(u64),
+    I8,
+    U8,
+    I16,
+    U16,
     I32,
+    U32,
     I64,
+    U64,
     F32,
     F64,
 }
@@ -18,10 +22,12 @@ impl Number {
     /// The type of a name, in letters of either case.
     pub(super) fn named(name: &str) -> Option<Self> {
         Some(match name.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" | "unsigned_char" => Self::Other(1),
-            "short" | "unsigned_short" => Self::Other(2),
-            "unsigned_int" => Self::Other(4),
-            "unsigned_long" | "vtktypeuint64" => Self::Other(8),
+            "char" | "signed_char" => Self::I8,
+            "unsigned_char" => Self::U8,
+            "short" => Self::I16,
+            "unsigned_short" => Self::U16,
+            "unsigned_int" => Self::U32,
+            "unsigned_long" | "vtktypeuint64" => Self::U64,
             // Of the old vtkIdType 32 bits are written whatever the machine has.
             "int" | "vtktypeint32" | "vtkidtype" => Self::I32,
             "long" | "vtktypeint64" => Self::I64,
@@ -33,11 +39,22 @@ impl Number {
 
     fn size(self) -> u64 {
         match self {
-            Self::Other(size) => size,
-            Self::I32 | Self::F32 => 4,
-            Self::I64 | Self::F64 => 8,
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
         }
     }
+
+    /// Whether it is a real number.
+    fn is_real(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// A real number that is a whole one; none where it has a fraction, or is too large to have one.
+pub(super) fn whole_of(value: f64) -> Option<i64> {
+    (value.fract() == 0.0 && value.abs() < 1e15).then_some(value as i64)
 }
 
 /// A file's numbers and words.
@@ -107,19 +124,47 @@ impl<'a> Values<'a> {
         word.parse().map_err(|_| self.bytes.no_number(what, word, "a number"))
     }
 
-    /// The next number of an array, as a whole one.
+    /// The next number of an array, as a whole one from 0.
     pub(super) fn whole(&mut self, number: Number, what: &str) -> Result<u64> {
-        let value = if self.binary {
-            match number {
-                Number::I64 => self.bytes.i64(what)?,
-                _ => i64::from(self.bytes.i32(what)?),
-            }
-        } else {
+        let wanted = "a whole number from 0";
+        if !self.binary {
             let word = self.text(what)?;
-            word.parse().map_err(|_| self.bytes.no_number(what, word, "a whole number from 0"))?
-        };
-        u64::try_from(value)
-            .map_err(|_| self.bytes.no_number(what, &value.to_string(), "a whole number from 0"))
+            return word.parse().map_err(|_| self.bytes.no_number(what, word, wanted));
+        }
+        let value = self.signed(number, what)?;
+        u64::try_from(value).map_err(|_| self.bytes.no_number(what, &value.to_string(), wanted))
+    }
+
+    /// The next number of an array of whole ones, of either sign.
+    fn signed(&mut self, number: Number, what: &str) -> Result<i64> {
+        if !self.binary {
+            let word = self.text(what)?;
+            return self.bytes.signed_of(word, what);
+        }
+        Ok(match number {
+            Number::I8 => i8::from_le_bytes(self.bytes.take(what)?).into(),
+            Number::U8 => u8::from_le_bytes(self.bytes.take(what)?).into(),
+            Number::I16 => i16::from_le_bytes(self.bytes.take(what)?).into(),
+            Number::U16 => u16::from_le_bytes(self.bytes.take(what)?).into(),
+            Number::U32 => u32::from_le_bytes(self.bytes.take(what)?).into(),
+            Number::I64 => self.bytes.i64(what)?,
+            Number::U64 => {
+                let value = self.bytes.u64(what)?;
+                i64::try_from(value).map_err(|_| {
+                    self.bytes.no_number(what, &value.to_string(), "at most 9223372036854775807")
+                })?
+            }
+            _ => self.bytes.i32(what)?.into(),
+        })
+    }
+
+    /// The next number of an array of any type; none where it is no whole one.
+    pub(super) fn reference(&mut self, number: Number, what: &str) -> Result<Option<i64>> {
+        if number.is_real() {
+            self.real(number, what).map(whole_of)
+        } else {
+            self.signed(number, what).map(Some)
+        }
     }
 
     /// Passes over `FIELD name n` and its arrays.

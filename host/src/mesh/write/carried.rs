@@ -50,13 +50,16 @@ fn cover<const N: usize>(all: &[[u32; N]], is_own: &[bool], nodes: usize) -> Opt
 
 /// Numbers for groups in formats that know no names: a name that is one keeps it, the others get the
 /// lowest that are left.
-pub(super) fn numbers(groups: &[Carried]) -> Vec<u32> {
+pub(super) fn numbers(groups: &[Carried]) -> Vec<i64> {
+    // 0 is no group; "07" is another group than "7".
+    let is_own = |name: &str, number: i32| number != 0 && number.to_string() == name;
     let own = |group: &Carried| {
-        group.name.parse::<u32>().ok().filter(|&number| number > 0 && number <= i32::MAX as u32)
+        let number = group.name.parse().ok().filter(|&number| is_own(group.name, number));
+        number.map(i64::from)
     };
-    let taken: Vec<u32> = groups.iter().filter_map(own).collect();
+    let taken: Vec<i64> = groups.iter().filter_map(own).collect();
     let mut free = (1..).filter(|number| !taken.contains(number));
-    groups.iter().map(|group| own(group).or_else(|| free.next()).unwrap_or(u32::MAX)).collect()
+    groups.iter().map(|group| own(group).or_else(|| free.next()).unwrap_or(i64::MAX)).collect()
 }
 
 /// What to say of a group that has another name in the file.

@@ -17,7 +17,7 @@ pub(super) fn write(mesh: &Mesh) -> Result<Written, String> {
     let mut notes = Vec::new();
     for (Carried { name, elements }, number) in groups.iter().zip(numbers(&groups)) {
         let of_points = name.strip_prefix("points:").and_then(|number| number.parse().ok());
-        let number = of_points.unwrap_or_else(|| i64::from(number));
+        let number = of_points.unwrap_or(number);
         let is_taken = match elements {
             Elements::Tetrahedra(all) if of_points.is_none() => claim(&mut tetrahedra, all, number),
             Elements::Triangles(all) if of_points.is_none() => claim(&mut triangles, all, number),

@@ -15,7 +15,7 @@ const KINDS: [(usize, u8); 3] = [(1, 1), (3, 5), (4, 10)];
 /// The cells of a file.
 struct Grid {
     cells: Vec<Vec<u32>>,
-    groups: Vec<u32>,
+    groups: Vec<i64>,
     notes: Vec<String>,
 }
 

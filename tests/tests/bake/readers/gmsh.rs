@@ -168,9 +168,22 @@ fn formats_that_are_not_read() {
     refused(&with(NEW, "4.1 0 8", "4.1 2 8"), &["a.msh:2: file type 2"]);
     refused(&with(NEW, "4.1 0 8", "4 0 8"), &["a.msh:2: Gmsh format 4;", "msh41"]);
     refused(&with(OLD, "$MeshFormat", "$Other"), &["cut off"]);
+    refused("$NOD\n1\n1 0 0 0\n$ENDNOD\n", &["a.msh:1: Gmsh format 1;", "msh41"]);
     let bytes = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 \xff 0 0\n";
     let read = parse(Path::new("a.msh"), bytes, 1.0);
     assert_refused(read, &["a.msh:6: byte 3", "save it again"]);
+}
+
+/// Names and comments in the encoding of older programs.
+#[test]
+fn names_in_latin_1_are_read() {
+    for text in [OLD, NEW] {
+        let text = with(text, "the skin", "die H\u{fc}lle").replace("made by", "f\u{fc}r");
+        let latin: Vec<u8> = text.chars().map(|letter| letter as u32 as u8).collect();
+        let wanted = read(&text).unwrap();
+        assert_eq!(wanted.groups["die H\u{fc}lle"], [0, 1, 3]);
+        assert_eq!(parse(Path::new("a.msh"), &latin, 1.0).unwrap(), wanted);
+    }
 }
 
 #[test]

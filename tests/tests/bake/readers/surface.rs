@@ -129,6 +129,13 @@ fn all_formats_give_the_same_body() {
         let same = body.nodes_m.iter().flatten().zip(wanted.nodes_m.iter().flatten());
         assert!({ same }.all(|(a, b)| (a - b).abs() < 1e-9), "{name}");
     }
+    // What a file is its content tells, whatever its name says.
+    let plain = [b"a\0\0\0\0\0", &binary_stl()[6..]].concat();
+    for (name, bytes) in [("a.obj", plain.clone()), ("a", plain), ("a.stl", text_ply())] {
+        assert_eq!(fill(name, &bytes).unwrap().tetrahedra, wanted.tetrahedra, "{name}");
+    }
+    let wide = with(&text_ply(), "uchar red", "uint64 red");
+    assert_eq!(fill("a.ply", &wide).unwrap().tetrahedra, wanted.tetrahedra);
     let crlf = String::from_utf8(text_stl()).unwrap().replace('\n', "\r\n");
     assert_eq!(fill("a.stl", crlf.as_bytes()).unwrap().tetrahedra, wanted.tetrahedra);
 }
@@ -144,6 +151,7 @@ fn what_is_not_read_names_the_place_and_the_remedy() {
     stl("vertex 0 0e0 0", "vertex 0 zero 0", &["a.stl:4: y is 'zero'"]);
     stl("endsolid a name", "", &["a.stl:31: the file ends", "cut off"]);
     refused("a.stl", b"solid\nendsolid\n", &["a.stl: it has no triangles"]);
+    refused("a.stl", OBJ.as_bytes(), &["a.stl: a text that does not begin with 'solid'", ".obj"]);
     refused("a.stl", &[0; 20], &["a.stl: byte 20: the file ends", "cut off"]);
     let mut many = binary_stl();
     many[80..84].fill(0xff);

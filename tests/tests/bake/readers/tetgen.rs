@@ -69,7 +69,7 @@ fn what_is_not_read_names_line_and_remedy() {
     assert_refused(read("0 3\n", ELE, "ele"), &["a.node: it has no points"]);
     let folder = chaincell_tests::files::scratch();
     let missing = parse(&folder.path().join("b.ele"), ELE.as_bytes(), 1.0);
-    assert_refused(missing, &["b.node", "the points of the mesh"]);
+    assert_refused(missing, &["b.node", "b.ele needs it", "the points of the mesh", "one folder"]);
     let text = parse(&folder.path().join("c.node"), b"5 3 \xff", 1.0);
-    assert_refused(text, &["c.ele", "the tetrahedra of the mesh"]);
+    assert_refused(text, &["c.ele", "c.node needs it", "the tetrahedra of the mesh"]);
 }

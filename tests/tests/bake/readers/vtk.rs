@@ -129,21 +129,70 @@ fn numbers_of_the_cells_are_groups() {
         "CELL_DATA 4\nSCALARS material long\nLOOKUP_TABLE default\n0 1 0 2\n",
         "POINT_DATA 5\nSCALARS heat float\nLOOKUP_TABLE default\n1 2 3 4 5\nCELL_DATA 4\n\
          FIELD FieldData 2\nmaterial 2 4 int\n1 2 3 4 5 6 7 8\ngmsh:physical 1 4 int\n0 1 0 2\n",
+        // Real numbers that are whole ones, and an array in front with one that is not.
+        "CELL_DATA 4\nSCALARS material float 1\nLOOKUP_TABLE default\n0 1 -0.0 2e0\n",
+        "CELL_DATA 4\nFIELD f 2\nmaterial 1 4 double\n0 1.5 0 2\ntetgen:ref 1 4 char\n0 1 0 2\n",
+        "CELL_DATA 4\nSCALARS region double\nLOOKUP_TABLE default\n0 nan 0 2\n\
+         SCALARS group unsigned_char\nLOOKUP_TABLE default\n0 1 0 2\n",
+        // Gmsh's cells without a group.
+        "CELL_DATA 4\nSCALARS CellEntityIds int 1\nLOOKUP_TABLE default\n-1 1 -1 2\n",
+        // What VTK writes in front of a field where it is active.
+        "CELL_DATA 4\nVECTORS v double\n0 0 0 1 1 1 2 2 2 3 3 3\nTENSORS t float\n\
+         0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n\
+         GLOBAL_IDS i vtkIdType\n0 1 2 3\nLOOKUP_TABLE own 1\n0 0 0 1\n\
+         FIELD FieldData 1\nMaterialIds 1 4 short\n0 1 0 2\n",
     ] {
         assert_eq!(attached(data).unwrap(), wanted, "{data}");
     }
     for data in [
         "CELL_DATA 3\nSCALARS material int 1\nLOOKUP_TABLE default\n0 1 0\n",
-        "CELL_DATA 4\nSCALARS material float 1\nLOOKUP_TABLE default\n0 1 0 2\n",
+        "CELL_DATA 4\nSCALARS material float 1\nLOOKUP_TABLE default\n0 1.5 0 2\n",
+        "CELL_DATA 4\nSCALARS material double 1\nLOOKUP_TABLE default\n0 1e300 0 2\n",
         "CELL_DATA 4\nVECTORS material int\n0 1 0 2\n",
         "POINT_DATA 5\nSCALARS material int 1\nLOOKUP_TABLE default\n0 1 0 2 3\n",
     ] {
         assert_eq!(attached(data).unwrap(), [].into(), "{data}");
     }
+    let negative = attached("CELL_DATA 4\nFIELD f 1\nmedit:ref 1 4 int\n0 -1 0 -7\n").unwrap();
+    assert_eq!((&negative["-1"], &negative["-7"]), (&vec![0, 1, 3], &vec![1, 2, 3, 4]));
     let half = attached("CELL_DATA 4\nSCALARS material int 1\nLOOKUP_TABLE default\n0 1\n");
     assert!(half.unwrap_err().to_string().contains("the groups of the cells"));
     let words = attached("CELL_DATA 4\nFIELD f 1\ngroup 1 4 int\n0 a 1 2\n");
     assert!(words.unwrap_err().to_string().contains("'a'"));
+    let parts = attached("CELL_DATA 4\nFIELD f 1\ngroup 1 4 int\n0 1.5 1 2\n");
+    assert!(parts.unwrap_err().to_string().contains("a.vtk:28: the group of a cell is '1.5'"));
+}
+
+/// Numbers of every type in binary, as programs choose the smallest that holds their groups.
+#[test]
+fn binary_groups_of_every_type() {
+    let body = |kind: &str, numbers: &[u8]| {
+        let head = format!("\nCELL_DATA 4\nFIELD f 1\nregion 1 4 {kind}\n");
+        read(&[&lists()[..], head.as_bytes(), numbers].concat()).map(|body| body.groups)
+    };
+    let signed = [("-3", vec![1, 2, 3, 4]), ("1", vec![0, 1, 3])];
+    let signed = signed.map(|(name, nodes)| (name.to_owned(), nodes)).into();
+    let wide = |of: fn(i16) -> Vec<u8>| [0, 1, 0, -3].into_iter().flat_map(of).collect::<Vec<u8>>();
+    for (kind, numbers) in [
+        ("char", wide(|n| (n as i8).to_be_bytes().into())),
+        ("short", wide(|n| n.to_be_bytes().into())),
+        ("int", wide(|n| i32::from(n).to_be_bytes().into())),
+        ("vtktypeint64", wide(|n| i64::from(n).to_be_bytes().into())),
+        ("float", wide(|n| f32::from(n).to_be_bytes().into())),
+        ("double", wide(|n| f64::from(n).to_be_bytes().into())),
+    ] {
+        assert_eq!(body(kind, &numbers).unwrap(), signed, "{kind}");
+    }
+    for (kind, name, numbers) in [
+        ("unsigned_char", "253", wide(|n| (n as u8).to_be_bytes().into())),
+        ("unsigned_short", "65533", wide(|n| (n as u16).to_be_bytes().into())),
+        ("unsigned_int", "65533", wide(|n| u32::from(n as u16).to_be_bytes().into())),
+        ("unsigned_long", "65533", wide(|n| u64::from(n as u16).to_be_bytes().into())),
+    ] {
+        assert_eq!(body(kind, &numbers).unwrap()[name], [1, 2, 3, 4], "{kind}");
+    }
+    let huge = body("unsigned_long", &[0xff; 32]).unwrap_err().to_string();
+    assert!(huge.contains("is '18446744073709551615'"), "{huge}");
 }
 
 #[test]

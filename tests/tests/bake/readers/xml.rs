@@ -58,6 +58,43 @@ fn a_text_is_read_with_its_groups() {
     assert_eq!(mm.nodes_m[4], [0.001; 3]);
 }
 
+/// Whole numbers of either sign and any type; an array with a fraction holds none.
+#[test]
+fn groups_of_any_number() {
+    let groups = |from: &str, to: &str| {
+        let groups = read(&with(from, to)).unwrap().groups;
+        groups.into_iter().collect::<Vec<(String, Vec<u32>)>>()
+    };
+    let wanted = |first: &str, second: &str| {
+        [(first.to_owned(), vec![0, 1, 3]), (second.to_owned(), vec![1, 2, 3, 4])]
+    };
+    let array = "Int32\" Name=\"material\" format=\"ascii\">4 0 2";
+    assert_eq!(groups("4 0 2", "-1 0 -7"), wanted("-1", "-7"));
+    let real = "Float64\" Name=\"material\" format=\"ascii\">4.0 0 8e0";
+    assert_eq!(groups(array, real), wanted("4", "8"));
+    let gmsh = "Int32\" Name=\"CellEntityIds\" format=\"ascii\">4 -1 8";
+    assert_eq!(groups(array, gmsh), wanted("4", "8"));
+    let fraction = "Float64\" Name=\"material\" format=\"ascii\">4.5 0 2";
+    assert!(groups(array, fraction).is_empty());
+    let next = format!("{fraction}</DataArray>\n<DataArray type=\"Int8\" Name=\"region\">4 0 8");
+    assert_eq!(groups(array, &next), wanted("4", "8"));
+    // Of each signed type -3, in base64 behind the number of bytes.
+    for (kind, text) in [
+        ("Int8", "AwAAAAQA/Q=="),
+        ("Int16", "BgAAAAQAAAD9/w=="),
+        ("Int32", "DAAAAAQAAAAAAAAA/f///w=="),
+        ("Int64", "GAAAAAQAAAAAAAAAAAAAAAAAAAD9/////////w=="),
+    ] {
+        let binary = format!("{kind}\" Name=\"material\" format=\"binary\">{text}");
+        let found = read(&with(array, &binary)).unwrap().groups;
+        assert_eq!((&found["4"], &found["-3"]), (&vec![0, 1, 3], &vec![1, 2, 3, 4]), "{kind}");
+    }
+    // Above those of an i64 there is no group.
+    let huge =
+        "UInt64\" Name=\"material\" format=\"binary\">GAAAAP//////////BAAAAAAAAAAEAAAAAAAAAA==";
+    assert!(groups(array, huge).is_empty());
+}
+
 #[test]
 fn what_other_programs_write() {
     let gmsh = load("box.msh41.ascii.msh");
@@ -90,13 +127,22 @@ fn heads_that_are_not_read() {
     refused(&with(" byte_order", " header_type=\"UInt8\" byte_order"), &["header_type 'UInt8'"]);
     refused(
         &with(" byte_order", " compressor=\"vtkLZ4DataCompressor\" byte_order"),
-        &["a.vtu:3:", "vtkLZ4DataCompressor", "vtkZLibDataCompressor and none"],
+        &["a.vtu:3:", "vtkLZ4DataCompressor", "vtkZLibDataCompressor and none", "one of these"],
     );
     refused(&with("<Piece N", "<Piece/><Piece N"), &["a.vtu:5: a second Piece", "Merge Blocks"]);
     refused(&with("NumberOfPoints=\"5\"", ""), &["a.vtu:5: NumberOfPoints is ''"]);
     refused(&with("<Cells>", "<Cell>").replace("</Cells>", "</Cell>"), &["'offsets' in Cells"]);
     let nested = "<VTKFile>".repeat(1_000_000);
     refused(&nested, &["a.vtu:1: elements nested 33 deep"]);
+    // What a comment or plain text has is nested in nothing.
+    for (begin, end) in [("<!--", "-->"), ("<Name><![CDATA[", "]]></Name>")] {
+        let text = with("<Points>", &format!("{begin}{}{end}<Points>", "<a>".repeat(100)));
+        assert_eq!(read(&text).unwrap(), read(TEXT).unwrap());
+    }
+    let open = format!("<VTKFile><!--{}", "<a>".repeat(100));
+    refused(&open, &["a.vtu: it is no sound XML"]);
+    let behind = format!("<VTKFile><!-- <a> -->{}", "<a>".repeat(100));
+    refused(&behind, &["a.vtu:1: elements nested 33 deep"]);
     let bytes = [TEXT.as_bytes(), b"\xff"].concat();
     assert_refused(parse(Path::new("a.vtu"), &bytes, 1.0), &["a.vtu:25: no UTF-8"]);
 }
@@ -121,7 +167,7 @@ fn counts_and_values_that_are_wrong() {
         ("Components=\"3\"", "Components=\"2\"", ["a.vtu:7:", "2 components"]),
         ("type=\"Float64\" Num", "type=\"String\" Num", ["a.vtu:7:", "'String'"]),
         ("\"Int32\" Name=\"off", "\"Float32\" Name=\"off", ["a.vtu:15:", "whole"]),
-        ("4 0 2", "4 -1 2", ["a.vtu:20:", "'-1'"]),
+        ("4 0 2", "4 -1.5 2", ["a.vtu:20:", "'-1.5'"]),
         ("types\" format=\"ascii\"", "types\" format=\"hex\"", ["a.vtu:16:", "format 'hex'"]),
         ("types\" format=\"ascii\"", "types\" format=\"appended\"", ["a.vtu:16:", "AppendedData"]),
         (
@@ -159,4 +205,31 @@ fn lengths_of_binary_data_that_lie() {
     let mut zlib = file.clone();
     zlib[data_at + 17] ^= 0x55;
     assert_refused(parse(&path, &zlib, 1.0), &["'CellEntityIds'", "zlib", "damaged"]);
+}
+
+/// A small file whose counts ask for more than it can hold is refused before it is unpacked.
+#[test]
+fn what_unpacks_to_too_much_is_refused() {
+    // Points in blocks of 24 MiB that 24 KiB are said to pack.
+    let file = |blocks: u32, last: u32, points: u64| {
+        let head = format!(
+            "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid>\
+             <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" \
+             NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points></Piece>\
+             </UnstructuredGrid><AppendedData encoding=\"raw\">_"
+        );
+        let sizes = [blocks, 24 << 20, last].into_iter();
+        let sizes: Vec<u8> =
+            sizes.chain((0..blocks).map(|_| 24 << 10)).flat_map(u32::to_le_bytes).collect();
+        [head.as_bytes(), &sizes, &vec![0; (24 << 10) * blocks as usize]].concat()
+    };
+    let read = |bytes: &[u8]| parse(Path::new("a.vtu"), bytes, 1.0);
+    let parts = ["a.vtu:1: array 'Points': it unpacks to", "has room for", "without compression"];
+    assert_refused(read(&file(6, 0, 6 << 20)), &parts);
+    // Whatever the length, not more than a plain file may have.
+    assert_refused(read(&file(300, 24 << 20, 300 << 20)), &["has room for 536870912"]);
+    // Counts that do not agree are refused before that.
+    assert_refused(read(&file(6, 0, 5)), &["its blocks have 150994944 bytes where 120 are needed"]);
+    // What has room is unpacked.
+    assert_refused(read(&file(1, 120, 5)), &["zlib", "damaged"]);
 }

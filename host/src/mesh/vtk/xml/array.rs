@@ -5,6 +5,10 @@ use roxmltree::Node;
 use super::coding::Coding;
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::vtk::values::whole_of;
+
+/// What a count, a place or a kind must be.
+const WHOLE: &str = "a whole number from 0";
 
 /// An array of numbers.
 pub(super) struct Array<'a> {
@@ -46,6 +50,16 @@ impl Number {
         (!is_negative).then_some(value)
     }
 
+    /// A whole number of either sign from its bytes, lowest first; none above those of an `i64`.
+    fn reference(self, bytes: [u8; 8]) -> Option<i64> {
+        // What is above the number's own bytes is shifted out, and the sign in.
+        let unused = 64 - 8 * self.size;
+        if self.signed {
+            return Some(i64::from_le_bytes(bytes) << unused >> unused);
+        }
+        i64::try_from(u64::from_le_bytes(bytes)).ok()
+    }
+
     fn float(self, bytes: [u8; 8]) -> f64 {
         let [a, b, c, d, ..] = bytes;
         if self.size == 4 {
@@ -73,14 +87,9 @@ impl<'a> Array<'a> {
         Ok(Self { node, name, number })
     }
 
-    /// Errors name this array's line from now on.
-    pub(super) fn mark(&self, place: &mut Bytes) {
-        place.return_to(self.node.range().start);
-    }
-
-    /// Whether it holds whole numbers.
-    pub(super) fn is_whole(&self) -> bool {
-        !self.number.real
+    /// Its name.
+    pub(super) fn name(&self) -> &'a str {
+        self.name
     }
 
     /// Numbers of a tuple, as the file gives them.
@@ -96,19 +105,37 @@ impl<'a> Array<'a> {
                 shown(self.name)
             )));
         }
-        let negative = || self.no_number("a negative number", "a whole number from 0", place);
+        let negative = || self.no_number("a negative number", WHOLE, place);
         if self.is_ascii() {
-            return self.words(count, place, |word| word.parse().ok());
+            return self.words(count, WHOLE, place, |word| word.parse().ok());
         }
         let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
         let numbers = bytes.chunks_exact(self.number.size);
         numbers.map(|bytes| self.number.whole(coding.widened(bytes)).ok_or_else(negative)).collect()
     }
 
+    /// The numbers of any type, which must be so many; none where one is no whole number.
+    pub(super) fn references(
+        &self,
+        count: u64,
+        coding: &Coding,
+        place: &Bytes,
+    ) -> Result<Option<Vec<i64>>> {
+        if self.number.real {
+            return Ok(self.real(count, coding, place)?.into_iter().map(whole_of).collect());
+        }
+        if self.is_ascii() {
+            return self.words(count, "a whole number", place, |word| word.parse().ok()).map(Some);
+        }
+        let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
+        let numbers = bytes.chunks_exact(self.number.size);
+        Ok(numbers.map(|bytes| self.number.reference(coding.widened(bytes))).collect())
+    }
+
     /// The real numbers, which must be so many.
     pub(super) fn real(&self, count: u64, coding: &Coding, place: &Bytes) -> Result<Vec<f64>> {
         if self.is_ascii() {
-            return self.words(count, place, |word| word.parse().ok());
+            return self.words(count, "a number", place, |word| word.parse().ok());
         }
         let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
         let numbers = bytes.chunks_exact(self.number.size).map(|bytes| coding.widened(bytes));
@@ -129,12 +156,12 @@ impl<'a> Array<'a> {
     fn words<T>(
         &self,
         count: u64,
+        wanted: &str,
         place: &Bytes,
         parse: impl Fn(&str) -> Option<T>,
     ) -> Result<Vec<T>> {
         let mut values = Vec::new();
         for word in self.node.text().unwrap_or("").split_ascii_whitespace() {
-            let wanted = if self.number.real { "a number" } else { "a whole number from 0" };
             let value = parse(word).ok_or_else(|| self.no_number(word, wanted, place))?;
             values.push(value);
         }

@@ -1,6 +1,7 @@
 //! Binary data of arrays: base64 in the text or appended, plain or in blocks compressed by zlib.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::io::Read;
 
 use base64::Engine as _;
@@ -9,6 +10,7 @@ use flate2::read::ZlibDecoder;
 use roxmltree::Node;
 
 use crate::error::Result;
+use crate::mesh::FILE_BYTES_MAX;
 use crate::mesh::bytes::{Bytes, shown};
 
 /// How a file codes its arrays.
@@ -17,6 +19,8 @@ pub(super) struct Coding<'a> {
     /// Bytes of a number in the head of an array.
     head: usize,
     zlib: bool,
+    /// Bytes that compressed arrays may still unpack to.
+    room: Cell<u64>,
     appended: Option<Appended<'a>>,
 }
 
@@ -26,16 +30,29 @@ struct Appended<'a> {
     raw: bool,
 }
 
+/// Bytes that any compressed file may unpack to, and how many more for each of its own: connectivity
+/// shrinks to a fifth at most, even that of a regular grid.
+const ROOM: u64 = 16 << 20;
+const ROOM_EACH: u64 = 100;
+
 /// Why an array is refused.
 const CUT: &str = "its data ends early; the file is cut off: save or copy it again";
 
 impl<'a> Coding<'a> {
-    /// What the outermost element says; `behind` is what follows the tag of appended data.
-    pub(super) fn of(root: Node, behind: Option<&'a [u8]>, place: &mut Bytes) -> Result<Self> {
+    /// What the outermost element of a file of `length` bytes says; `behind` is what follows the tag of
+    /// appended data.
+    pub(super) fn of(
+        root: Node,
+        behind: Option<&'a [u8]>,
+        length: u64,
+        place: &mut Bytes,
+    ) -> Result<Self> {
         place.return_to(root.range().start);
         let refuse = |name: &str, value: &str, read: &str| {
-            Err(place
-                .error(format!("{name} '{}'; read are {read}: save the mesh again", shown(value))))
+            Err(place.error(format!(
+                "{name} '{}'; read are {read}: save the mesh with one of these",
+                shown(value)
+            )))
         };
         let little = match root.attribute("byte_order").unwrap_or("LittleEndian") {
             "LittleEndian" => true,
@@ -63,7 +80,9 @@ impl<'a> Coding<'a> {
             let front = behind.iter().position(|byte| !byte.is_ascii_whitespace())?;
             behind.get(front..)?.strip_prefix(b"_")
         });
-        Ok(Self { little, head, zlib, appended: data.map(|data| Appended { data, raw }) })
+        let room = FILE_BYTES_MAX.min(length.saturating_mul(ROOM_EACH).saturating_add(ROOM));
+        let appended = data.map(|data| Appended { data, raw });
+        Ok(Self { little, head, zlib, room: Cell::new(room), appended })
     }
 
     /// A number's bytes, lowest first, with zeros behind.
@@ -148,11 +167,33 @@ impl<'a> Coding<'a> {
         Ok(both)
     }
 
+    /// Takes an array's bytes from the room, before any is unpacked.
+    fn claim(&self, wanted: u64, unpacked: u64) -> std::result::Result<(), String> {
+        if unpacked != wanted {
+            return Err(format!(
+                "its blocks have {unpacked} bytes where {wanted} are needed; the file is cut off or a count \
+                 is wrong: save or copy the mesh again"
+            ));
+        }
+        let room = self.room.get();
+        let left = room.checked_sub(wanted).ok_or_else(|| {
+            format!(
+                "it unpacks to {wanted} bytes where a compressed file of this size has room for {room}; a \
+                 count is wrong, or save the mesh without compression"
+            )
+        })?;
+        self.room.set(left);
+        Ok(())
+    }
+
     /// The numbers of blocks and of bytes in one and in the last, the compressed size of each, then the
     /// blocks.
     fn blocks(&self, mut stream: Stream, wanted: u64) -> std::result::Result<Vec<u8>, String> {
         let head = stream.take(3 * self.head as u64)?;
-        let count = self.number(&head[..self.head]);
+        let mut numbers = head.chunks_exact(self.head).map(|number| self.number(number));
+        let mut number = || numbers.next().unwrap_or(0);
+        let (count, each, last) = (number(), number(), number());
+        self.claim(wanted, unpacked(count, each, last))?;
         let sizes = stream.take(count.saturating_mul(self.head as u64))?;
         let sizes: Vec<u64> = sizes.chunks_exact(self.head).map(|size| self.number(size)).collect();
         let total = sizes.iter().fold(0u64, |total, size| total.saturating_add(*size));
@@ -169,6 +210,12 @@ impl<'a> Coding<'a> {
         }
         Ok(bytes)
     }
+}
+
+/// Bytes of so many blocks; a last one of 0 is as large as the others.
+fn unpacked(count: u64, each: u64, last: u64) -> u64 {
+    let full = count.saturating_mul(each);
+    if last == 0 { full } else { full.saturating_sub(each).saturating_add(last) }
 }
 
 /// Coded bytes, read from the front.

@@ -7,15 +7,15 @@
 mod array;
 mod coding;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cells::Cells;
-use super::groups::is_known;
+use super::groups::{is_known, named};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
-use crate::mesh::groups::Groups;
 use crate::mesh::{MeshReader, RawMesh, has_extension};
 use array::Array;
 use coding::Coding;
@@ -61,7 +61,7 @@ impl MeshReader for Vtu {
                 shown(kind)
             )));
         }
-        let coding = Coding::of(root, appended, &mut place)?;
+        let coding = Coding::of(root, appended, bytes.len() as u64, &mut place)?;
         grid(piece(root, &mut place)?, &coding, &mut place, unit_m)
     }
 }
@@ -97,15 +97,24 @@ fn split<'a>(bytes: &'a [u8], place: &mut Bytes) -> Result<(String, Option<&'a [
 
 /// Refuses elements that are nested deeper than any grid's, which a parser of XML recurses into.
 fn check_depth(text: &str, place: &mut Bytes) -> Result<()> {
-    let mut depth = 0usize;
+    let (mut depth, mut behind) = (0usize, 0);
     for (at, _) in text.match_indices('<') {
-        let rest = &text.as_bytes()[at + 1..];
-        match rest.first() {
+        // Of a comment and of plain text the signs inside are none of elements.
+        if at < behind {
+            continue;
+        }
+        let rest = &text[at + 1..];
+        let skipped = [("!--", "-->"), ("![CDATA[", "]]>")];
+        if let Some((_, end)) = skipped.iter().find(|(begin, _)| rest.starts_with(begin)) {
+            behind = rest.find(end).map_or(text.len(), |end| at + 1 + end);
+            continue;
+        }
+        match rest.as_bytes().first() {
             Some(b'/') => depth = depth.saturating_sub(1),
             Some(b'?' | b'!') => {}
             _ => {
-                let end = rest.iter().position(|byte| *byte == b'>').unwrap_or(0);
-                let is_empty = end > 0 && rest[end - 1] == b'/';
+                let end = rest.find(['<', '>']).unwrap_or(0);
+                let is_empty = rest[..end].ends_with('/') && rest[end..].starts_with('>');
                 depth += usize::from(!is_empty);
             }
         }
@@ -161,13 +170,8 @@ fn grid(piece: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<
     cells.nodes = array(piece, "Cells", "connectivity", place)?.whole(size, coding, place)?;
     cells.types = array(piece, "Cells", "types", place)?.whole(cell_count, coding, place)?;
     let tetrahedra = cells.tetrahedra(place, nodes_m.len())?;
-    let mut groups = Groups::default();
-    if let Some(array) = groups_array(piece, place) {
-        for (cell, number) in (0..).zip(array.whole(cell_count, coding, place)?) {
-            groups.of_cell(&cells, cell, number);
-        }
-    }
-    Ok(RawMesh { nodes_m, tetrahedra, groups: groups.finish() })
+    let groups = groups(piece, &cells, coding, place)?;
+    Ok(RawMesh { nodes_m, tetrahedra, groups })
 }
 
 fn points_m(
@@ -217,13 +221,24 @@ fn array<'a>(piece: Node<'a, 'a>, of: &str, name: &str, place: &mut Bytes) -> Re
     }
 }
 
-/// The first array of groups, which are whole numbers of a known name, one a cell.
-fn groups_array<'a>(piece: Node<'a, 'a>, place: &mut Bytes) -> Option<Array<'a>> {
-    let data = child(piece, "CellData")?;
-    let named = data.children().filter(|node| node.attribute("Name").is_some_and(is_known));
-    let arrays = named.filter_map(|node| Array::of(node, place).ok());
-    let found = { arrays }.find(|array| array.is_whole() && array.components() == "1");
-    let found = found?;
-    found.mark(place);
-    Some(found)
+/// The groups of the first array of a known name with whole numbers alone, one a cell.
+fn groups(
+    piece: Node,
+    cells: &Cells,
+    coding: &Coding,
+    place: &mut Bytes,
+) -> Result<BTreeMap<String, Vec<u32>>> {
+    let arrays = child(piece, "CellData").into_iter().flat_map(|data| data.children());
+    let known = arrays.filter(|node| node.attribute("Name").is_some_and(is_known));
+    for node in known {
+        // An array of another type, such as text, holds no groups.
+        let Ok(array) = Array::of(node, place) else { continue };
+        if array.components() != "1" {
+            continue;
+        }
+        if let Some(numbers) = array.references(cells.count(), coding, place)? {
+            return Ok(named(cells, array.name(), &numbers));
+        }
+    }
+    Ok(BTreeMap::new())
 }
