@@ -4,6 +4,7 @@
 
 use super::closed::Closed;
 use super::distance::Solid;
+use super::near::Near;
 use super::tree::Tree;
 use crate::mesh::geometry::{corners, distance, dot, minus};
 use crate::mesh::stuffing::TetMesh;
@@ -69,26 +70,25 @@ impl Creases {
     pub(super) fn align(&self, solid: &Solid, body: &mut TetMesh, held: &mut [bool], size_m: f64) {
         let Some(edges) = &self.edges else { return };
         let skin = Skin::new(body);
-        let mut taken_m: Vec<[f64; 3]> = skin
-            .nodes
-            .iter()
-            .filter(|&&node| held[node as usize])
-            .map(|&node| body.nodes_m[node as usize])
-            .collect();
+        let (mut taken, mut free) = (Near::new(APART * size_m), Near::new(REACH * size_m));
+        for &node in &skin.nodes {
+            let near = if held[node as usize] { &mut taken } else { &mut free };
+            near.add(node, body.nodes_m[node as usize]);
+        }
         let mut put = |body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64| {
-            let is_free =
-                taken_m.iter().all(|other_m| distance(place_m, *other_m) >= APART * size_m);
+            let mut others = taken.around(place_m);
+            let is_free = others.all(|(_, other_m)| distance(place_m, other_m) >= APART * size_m);
+            drop(others);
             let is_put = is_free && skin.put(body, node, place_m, least);
             if is_put {
-                taken_m.push(place_m);
+                taken.add(node, place_m);
             }
             is_put
         };
         for corner_m in &self.corners_m {
-            let away = |node: u32| distance(body.nodes_m[node as usize], *corner_m);
-            let free = skin.nodes.iter().copied().filter(|&node| !held[node as usize]);
-            let near = free.map(|node| (away(node), node)).filter(|near| near.0 < REACH * size_m);
-            let mut near: Vec<(f64, u32)> = near.collect();
+            let around = free.around(*corner_m).filter(|(node, _)| !held[*node as usize]);
+            let near = around.map(|(node, place_m)| (distance(place_m, *corner_m), node));
+            let mut near: Vec<(f64, u32)> = near.filter(|near| near.0 < REACH * size_m).collect();
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             if let Some(&(_, node)) =
                 near.iter().find(|&&(_, node)| put(body, node, *corner_m, ROUND_AT_FIRST))

@@ -7,6 +7,7 @@ mod creases;
 mod distance;
 mod fill;
 mod meet;
+mod near;
 mod obj;
 mod ply;
 mod polygon;
