@@ -221,7 +221,7 @@ def test_bad_arguments_of_a_session_harm_nobody(serve: Serve, plane: Model) -> N
         (lambda s: s.set(max_force_n=np.nan), wrong, "`max_force_n` NaN: must be above 0"),
         (lambda s: s.set(max_tool_step_m=np.inf), wrong, "`max_tool_step_m` inf"),
         (lambda s: s.set(unloading="on"), wrong, '`unloading` "on": give off, release, retreat'),
-        (lambda s: Session(s.scene, server_wait_s=0.1), chaincell.Taken, "end it, or take another scene"),
+        (lambda s: Session(s.scene, server_wait_s=0.1), chaincell.Taken, "close it, or take another scene"),
         (lambda s: s.state(-1), wrong, "`timeout_s` -1"),
     ]
     with Session(server.scene) as session:
