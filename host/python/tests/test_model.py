@@ -207,7 +207,7 @@ def test_bad_surfaces_are_told() -> None:
         ({"triangles": faces[1:], **fill}, refused, "arrays: 3 edges with a triangle on one side"),
         ({"triangles": faces, "fill_m": 0}, refused, "arrays: `fill_m` 0.0: give the edge"),
         ({"triangles": faces, "fill_m": 1e-6}, refused, "`fill_m`.*limit"),
-        ({"triangles": faces, "fill_m": 1}, refused, "no tetrahedron of `fill_m` 1 fits"),
+        ({"triangles": faces, "fill_m": 1}, refused, "no tetrahedron of `fill_m` 1.0 fits"),
         ({"triangles": faces + 1000, **fill}, refused, "triangle 0 has point .*, and there are 48 points"),
         ({"triangles": np.zeros((0, 3), int), **fill}, refused, "it has no triangles"),
         ({"triangles": faces.astype(float), **fill}, TypeError, "`triangles`: give whole numbers"),
