@@ -458,36 +458,28 @@ fn port_name(name: &str) -> Result<PortName> {
 
 /// Why a service cannot be opened.
 pub fn service_error(name: &ServiceName, why: impl Debug) -> Error {
-    let why = format!("{why:?}");
-    if why.contains("ExceedsMax") {
-        return full(name);
-    }
-    let text = format!(
-        "cannot open service {name} ({why}); a program that created it with other limits or \
-         types is still running: end it and start chaincell serve first, or take another scene \
-         with `scene` NAME"
-    );
-    Error::new(Kind::Service, text)
-}
-
-/// Why a service has no place.
-fn full(name: &ServiceName) -> Error {
-    let text = format!(
-        "service {name} has no place left: at most {NODES_MAX} programs, {PUBLISHERS_MAX} of them sending \
-         and {SUBSCRIBERS_MAX} reading; end one of them, or take another scene with `scene` NAME"
-    );
-    Error::new(Kind::Full, text)
+    refusal(
+        name,
+        ("open", why),
+        "a program that created it with other limits or types is still running: end it and start chaincell serve first",
+    )
 }
 
 /// Why a service cannot be connected to.
 pub fn port_error(name: &ServiceName, why: impl Debug) -> Error {
+    refusal(name, ("connect to", why), "end programs that use it")
+}
+
+fn refusal(name: &ServiceName, (what, why): (&str, impl Debug), remedy: &str) -> Error {
     let why = format!("{why:?}");
-    if why.contains("ExceedsMax") {
-        return full(name);
-    }
-    let text = format!(
-        "cannot connect to service {name} ({why}); end programs that use it, or take another \
-         scene with `scene` NAME"
-    );
-    Error::new(Kind::Service, text)
+    let (kind, text) = if why.contains("ExceedsMax") {
+        let text = format!(
+            "service {name} has no place left: at most {NODES_MAX} programs, {PUBLISHERS_MAX} of them sending \
+             and {SUBSCRIBERS_MAX} reading; end one of them"
+        );
+        (Kind::Full, text)
+    } else {
+        (Kind::Service, format!("cannot {what} service {name} ({why}); {remedy}"))
+    };
+    Error::new(kind, format!("{text}, or take another scene with `scene` NAME"))
 }

@@ -156,11 +156,9 @@ fn triangles(blocks: &[Block<'_>]) -> PyResult<Vec<[u32; 3]>> {
 }
 
 fn no_mesh(given: &Bound<'_, PyAny>) -> PyErr {
-    let found = given.get_type().name().map_or_else(|_| "this".into(), |name| name.to_string());
-    PyTypeError::new_err(format!(
-        "`mesh`: give a path, a generator as \"organ:1000\", or an object with points and cells as \
-         meshio has them, not {found}"
-    ))
+    let wanted = "a path, a generator as \"organ:1000\", or an object with points and cells as \
+                  meshio has them";
+    wrong_type("mesh", wanted, given)
 }
 
 /// The blocks of `cells`, or of `cells_dict`.

@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,6 +19,26 @@ import chaincell
 TOP = Path(__file__).resolve().parents[3]
 SHORT_S = 60
 """Longest time for what ends by itself."""
+
+
+COUNTS = """
+import threading, time
+turns = 0
+def count():
+    global turns
+    while True:
+        turns += 1
+        time.sleep(0.001)
+threading.Thread(target=count, daemon=True).start()
+"""
+"""Part of a program: its `turns` tell whether other threads have their turn."""
+
+
+def ran(program: str) -> subprocess.CompletedProcess[str]:
+    """A program that ends by itself."""
+    return subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, timeout=SHORT_S
+    )
 
 
 @pytest.fixture(scope="session")

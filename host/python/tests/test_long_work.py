@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
 
 import pytest
-from conftest import SHORT_S, Server
+from conftest import COUNTS, Server, ran
 
 import chaincell
 from chaincell import Rate, Session
@@ -17,11 +15,15 @@ from chaincell import Rate, Session
 Serve = Callable[..., Server]
 
 
-def ran(program: str) -> subprocess.CompletedProcess[str]:
-    """A program that ends by itself."""
-    return subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, timeout=SHORT_S
-    )
+def stopped(server: Server) -> str:
+    """A program's begin: its session's server answers one pose, and then stands still."""
+    return f"""
+import os, signal, threading, time
+import chaincell
+session = chaincell.Session({server.scene!r})
+session.step([0, 0, 0], False)
+os.kill({server.process.pid}, signal.SIGSTOP)
+"""
 
 
 SPHERE = """
@@ -66,13 +68,7 @@ def stop():
     global stopped
     stopped = time.monotonic()
     signal.raise_signal(signal.SIGINT)
-turns = 0
-def count():
-    global turns
-    while True:
-        turns += 1
-        time.sleep(0.001)
-threading.Thread(target=count, daemon=True).start()
+{COUNTS}
 threading.Timer(0.4, stop).start()
 try:
     {work}
@@ -89,13 +85,8 @@ print(small.cells)
 
 
 def test_a_signal_handler_may_not_use_what_waits(serve: Serve) -> None:
-    server = serve()
     program = f"""
-import os, signal, threading
-import chaincell
-session = chaincell.Session({server.scene!r})
-session.step([0, 0, 0], False)
-os.kill({server.process.pid}, signal.SIGSTOP)
+{stopped(serve())}
 signal.signal(signal.SIGUSR1, lambda *_: session.close())
 threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGUSR1]).start()
 try:
@@ -111,13 +102,8 @@ print(session.is_closed)
 
 
 def test_ctrl_c_ends_the_wait_for_a_turn(serve: Serve) -> None:
-    server = serve()
     program = f"""
-import os, signal, threading
-import chaincell
-session = chaincell.Session({server.scene!r})
-session.step([0, 0, 0], False)
-os.kill({server.process.pid}, signal.SIGSTOP)
+{stopped(serve())}
 threading.Thread(target=session.step, args=[[0, 0, 0]], kwargs=dict(timeout_s=600), daemon=True).start()
 threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
 try:
@@ -131,13 +117,8 @@ except KeyboardInterrupt:
 
 
 def test_a_child_of_a_fork_does_not_wait_for_threads_it_has_not(serve: Serve) -> None:
-    server = serve()
     program = f"""
-import os, signal, threading, time
-import chaincell
-session = chaincell.Session({server.scene!r})
-session.step([0, 0, 0], False)
-os.kill({server.process.pid}, signal.SIGSTOP)
+{stopped(serve())}
 threading.Thread(target=session.step, args=[[0, 0, 0]], kwargs=dict(timeout_s=3)).start()
 time.sleep(0.3)
 child = os.fork()

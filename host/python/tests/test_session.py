@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SHORT_S, Server, press
+from conftest import SHORT_S, Server, press, ran
 
 import chaincell
 from chaincell import Flags, Model, Notes, Rate, Session, Tissue
@@ -68,12 +68,12 @@ def test_the_example_is_short_and_answers_every_pose(serve: Serve) -> None:
     lines = example.read_text().splitlines()
     assert len(lines) <= 15
     server = serve("--ticks", "10000")
-    ran = subprocess.run(
+    found = subprocess.run(
         [sys.executable, example, server.scene], capture_output=True, text=True, timeout=2 * SHORT_S
     )
     said = server.end()
-    assert (ran.returncode, said["poses_missing"]) == (0, 0), ran
-    assert said["ticks_executed"] == 10_000 and len(ran.stdout.splitlines()) == 101
+    assert (found.returncode, said["poses_missing"]) == (0, 0), found
+    assert said["ticks_executed"] == 10_000 and len(found.stdout.splitlines()) == 101
 
 
 def test_a_step_gives_the_force_of_the_tissue(serve: Serve, plane: Model) -> None:
@@ -366,8 +366,7 @@ session = Session({server.scene!r})
 session.step([0, 0, 0], False)
 os.kill(os.getpid(), signal.SIGKILL)
 """
-    ran = subprocess.run([sys.executable, "-c", program], timeout=SHORT_S)
-    assert ran.returncode == -9
+    assert ran(program).returncode == -9
     with Session(server.scene) as session:
         play(session, press(20))
 
@@ -403,13 +402,11 @@ for tick in range(1, 300):
     state = viewer.state(0.01) or state
 print(session.answer.outcome, session.answer.tick, session.answer.state_hash, len(state))
 """
-    ran = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, timeout=SHORT_S
-    )
+    found = ran(program)
     path = np.zeros((300, 3))
     path[:, 2] = [-1e-5 * tick for tick in range(300)]
     expected = chaincell.run(plane, path, np.arange(300) > 0, contact=[40]).state_hash
-    assert ran.stdout == f"answered 300 {expected} 81\n", ran
+    assert found.stdout == f"answered 300 {expected} 81\n", found
     server.interrupt()
 
 
@@ -442,12 +439,10 @@ except KeyboardInterrupt:
     print("interrupted")
 """
     try:
-        ran = subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, timeout=SHORT_S
-        )
+        found = ran(program)
     finally:
         os.kill(server.process.pid, 18)
-    assert ran.stdout == "interrupted\n", ran
+    assert found.stdout == "interrupted\n", found
 
 
 def test_threads_share_a_session(serve: Serve) -> None:

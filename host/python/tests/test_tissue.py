@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import press
+from conftest import COUNTS, press, ran
 
 import chaincell
 from chaincell import Flags, Model, Tissue
@@ -29,13 +28,13 @@ def by_command(command: Path, model: Model, path: np.ndarray, folder: Path, *opt
     model.save(folder / "model.chaincell")
     write_path(folder / "path.csv", path)
     files = ["--path", str(folder / "path.csv"), "--out", str(folder / "out"), "--json"]
-    ran = subprocess.run(
+    found = subprocess.run(
         [command, "run", folder / "model.chaincell", *files, *options],
         check=True,
         capture_output=True,
         text=True,
     )
-    return json.loads(ran.stdout)["state_hash"]
+    return json.loads(found.stdout)["state_hash"]
 
 
 @pytest.mark.parametrize(
@@ -56,15 +55,15 @@ def test_ticks_give_the_bits_of_the_command(
     tissue = Tissue(plane, **options)
     outputs = [tissue.tick(pose) for pose in path]
     assert tissue.state_hash == expected and tissue.ticks == 300
-    ran = chaincell.run(plane, path, **options)
-    assert ran.state_hash == expected and len(ran) == 300
-    assert np.array_equal(ran.force_n, [of.force_n for of in outputs])
-    assert np.abs(ran.force_n).max() > 0
-    assert ran.flags.tolist() == [of.flags for of in outputs]
-    assert ran.energy_j.tolist() == [of.energy_j for of in outputs]
+    result = chaincell.run(plane, path, **options)
+    assert result.state_hash == expected and len(result) == 300
+    assert np.array_equal(result.force_n, [of.force_n for of in outputs])
+    assert np.abs(result.force_n).max() > 0
+    assert result.flags.tolist() == [of.flags for of in outputs]
+    assert result.energy_j.tolist() == [of.energy_j for of in outputs]
     written = np.genfromtxt(tmp_path / "out" / "force.csv", delimiter=",", names=True)
     forces = np.stack([written[f"f{axis}_n"] for axis in "xyz"], axis=1).astype(np.float32)
-    assert np.array_equal(forces, ran.force_n)
+    assert np.array_equal(forces, result.force_n)
 
 
 def test_several_tools_give_the_bits_of_the_command(
@@ -82,14 +81,14 @@ def test_several_tools_give_the_bits_of_the_command(
     tools = ["sphere:0.006", "capsule:0.01,0.004"]
     line = [f"--tool={tool}" for tool in tools]
     files = ["--path", str(tmp_path / "path.csv"), "--out", str(tmp_path / "out"), "--json"]
-    ran = subprocess.run(
+    found = subprocess.run(
         [command, "run", tmp_path / "box.chaincell", *files, *line],
         check=True,
         capture_output=True,
         text=True,
     )
     offline = chaincell.run(box, path, tools=tools)
-    assert offline.state_hash == json.loads(ran.stdout)["state_hash"]
+    assert offline.state_hash == json.loads(found.stdout)["state_hash"]
     assert offline.force_n.shape == offline.torque_n_m.shape == (60, 2, 3)
     assert np.abs(offline.force_n[-1]).max(axis=1).min() > 0
     assert np.abs(offline.torque_n_m[-1, 1]).max() > 0
@@ -221,18 +220,12 @@ def test_threads_take_turns(plane: Model) -> None:
 
 
 def test_a_long_run_lets_other_threads_and_ctrl_c_through(plane: Model) -> None:
-    program = """
+    program = f"""
 import signal, threading, time
 import numpy as np
 import chaincell
 model = chaincell.Model.bake_mesh("organ:1000")
-turns = 0
-def count():
-    global turns
-    while True:
-        turns += 1
-        time.sleep(0.001)
-threading.Thread(target=count, daemon=True).start()
+{COUNTS}
 threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
 begun = time.monotonic()
 try:
@@ -240,7 +233,5 @@ try:
 except KeyboardInterrupt:
     print("interrupted", turns > 50)
 """
-    ran = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60
-    )
-    assert ran.stdout == "interrupted True\n", ran
+    found = ran(program)
+    assert found.stdout == "interrupted True\n", found

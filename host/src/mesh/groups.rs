@@ -13,9 +13,9 @@ impl Groups {
     }
 
     /// Adds the nodes of an element to the group of its reference number; 0 is none.
-    pub(super) fn of_element(&mut self, number: i64, nodes: &[u32]) {
+    pub(super) fn of_element(&mut self, number: i64, nodes: impl IntoIterator<Item = u32>) {
         if number != 0 {
-            self.add(number, nodes.iter().copied());
+            self.add(number, nodes);
         }
     }
 

@@ -185,7 +185,7 @@ impl Content {
                     .error("a tetrahedron that has a vertex twice; delete it or mesh again"));
             }
             self.tetrahedra.push(ids);
-            self.groups.of_element(words.reference()?, &ids);
+            self.groups.of_element(words.reference()?, ids);
         }
         Ok(())
     }
@@ -195,7 +195,7 @@ impl Content {
         words.0.enter("a section of elements");
         for _ in 0..words.count(N as u64 + 1, what)? {
             let ids = self.corners::<N>(words)?;
-            self.groups.of_element(words.reference()?, &ids);
+            self.groups.of_element(words.reference()?, ids);
             self.others += 1;
         }
         Ok(())

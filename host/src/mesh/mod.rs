@@ -13,6 +13,7 @@ pub(crate) mod geometry;
 mod gmsh;
 mod groups;
 mod medit;
+mod number;
 mod organ;
 mod plane;
 mod rings;
@@ -43,6 +44,8 @@ pub const CELLS_MAX: usize = 65_535;
 
 /// Most nodes of a mesh whose nodes are grouped into cells.
 pub const NODES_MAX: usize = 2_000_000;
+/// Why triangles alone are no body.
+const A_SURFACE: &str = "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres";
 
 /// Largest mesh file that is read, in bytes.
 const FILE_BYTES_MAX: u64 = 512 << 20;
@@ -236,9 +239,7 @@ pub fn from_surface(
 ) -> Result<Mesh> {
     check_unit(options)?;
     let Some(size_m) = options.fill_m else {
-        return Err(Error::input(format!(
-            "{name}: a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres"
-        )));
+        return Err(Error::input(format!("{name}: {A_SURFACE}")));
     };
     let faces = solid::Faces::new(name, points, triangles, options.unit_m)?;
     let mesh = solid::fill_faces(name, faces, options.unit_m, size_m, options.nodes_max)?;
@@ -338,11 +339,7 @@ pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     let head = head(bytes);
     match READERS.iter().find(|reader| reader.recognises(path, head)) {
         Some(reader) => reader.read(path, bytes, unit_m),
-        None if solid::recognises(path, bytes) => Err(Error::file(
-            "read mesh",
-            path,
-            "a surface; `fill_m` SIZE fills it with tetrahedra of that edge in metres",
-        )),
+        None if solid::recognises(path, bytes) => Err(Error::file("read mesh", path, A_SURFACE)),
         None => {
             let names: Vec<_> =
                 READERS.iter().map(|reader| reader.name()).chain(solid::names()).collect();

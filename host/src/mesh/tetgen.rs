@@ -236,7 +236,7 @@ fn tetrahedra(
         }
         tetrahedra.push(ids);
         if attributes > 0 {
-            groups.of_element(rows.reference("the attribute")?, &ids);
+            groups.of_element(rows.reference("the attribute")?, ids);
             rows.skip(attributes - 1, "an attribute of the tetrahedron")?;
         }
         rows.end()?;

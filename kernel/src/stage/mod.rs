@@ -341,15 +341,15 @@ impl Stage {
         let unpaid = unpaid::goes_down(ledger, self.is_early, (self.given, most_n));
         let fast = if cannot_hold && unpaid < 0.5 { 0.5 } else { unpaid };
         let is_less = fast > 0.0 && self.ramp.back_off(fast);
-        if is_less || unpaid::waits(&self.observer) {
-            if self.ramp.share() < unpaid::SHARE_SAID {
-                answer.flags.insert(Flags::FORCE_WITHHELD);
+        if !is_less && !unpaid::waits(&self.observer) {
+            if unpaid::is_in_debt(&self.observer) {
+                return self.ramp.creep_up();
             }
-        } else if unpaid::is_in_debt(&self.observer) {
-            self.ramp.creep_up();
-        } else if push <= self.observer.reserve_j(&self.delay) {
-            self.ramp.up();
-        } else if self.ramp.share() < unpaid::SHARE_SAID {
+            if push <= self.observer.reserve_j(&self.delay) {
+                return self.ramp.up();
+            }
+        }
+        if self.ramp.share() < unpaid::SHARE_SAID {
             answer.flags.insert(Flags::FORCE_WITHHELD);
         }
     }

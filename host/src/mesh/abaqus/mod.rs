@@ -128,7 +128,7 @@ impl<'a> Content<'a> {
                 )));
             } else if let Data::Set { set, numbers, generate } = &data {
                 let read = if *generate { Sets::range } else { Sets::line };
-                read(&mut self.sets, &self.bytes, set, *numbers, &name_line(line))?;
+                read(&mut self.sets, &self.bytes, (set, *numbers), &name_line(line))?;
             } else {
                 let line = self.bytes.text_of(line)?;
                 self.take(&data, line)?;
@@ -196,7 +196,7 @@ impl<'a> Content<'a> {
         let outside = set.outside && !keyword.has("INSTANCE");
         if let Some(elements) = keyword.value("ELSET").filter(|_| !of_elements) {
             let numbers = Numbers { of_elements: true, outside };
-            self.sets.copy(&self.bytes, &set, numbers, &elements);
+            self.sets.copy(&self.bytes, (&set, numbers), &elements);
         }
         self.sets.begin(&set);
         let numbers = Numbers { of_elements, outside };

@@ -24,6 +24,9 @@ pub(super) struct Numbers {
     pub(super) outside: bool,
 }
 
+/// A set, and what its numbers are.
+pub(super) type Numbered<'a> = (&'a Set, Numbers);
+
 /// What the file says of sets, in its order.
 #[derive(Default)]
 pub(super) struct Sets {
@@ -61,7 +64,7 @@ impl Sets {
         place
     }
 
-    fn push(&mut self, set: &Set, bytes: &Bytes, numbers: Numbers, what: What) {
+    fn push(&mut self, bytes: &Bytes, (set, numbers): Numbered, what: What) {
         let set = self.begin(set);
         self.entries.push(Entry { set, item: bytes.item(), numbers, what });
     }
@@ -69,20 +72,19 @@ impl Sets {
     /// Adds a node, or the nodes of an element.
     pub(super) fn add(&mut self, set: &Set, of_elements: bool, number: u64, bytes: &Bytes) {
         let numbers = Numbers { of_elements, outside: set.outside };
-        self.push(set, bytes, numbers, What::One(number));
+        self.push(bytes, (set, numbers), What::One(number));
     }
 
     /// Adds the nodes of another set.
-    pub(super) fn copy(&mut self, bytes: &Bytes, set: &Set, numbers: Numbers, other: &str) {
-        self.push(set, bytes, numbers, What::Set(other.into()));
+    pub(super) fn copy(&mut self, bytes: &Bytes, of: Numbered, other: &str) {
+        self.push(bytes, of, What::Set(other.into()));
     }
 
     /// A data line of a set: numbers and names of sets, or first, last and step.
     pub(super) fn line(
         &mut self,
         bytes: &Bytes,
-        set: &Set,
-        numbers: Numbers,
+        (set, numbers): Numbered,
         line: &str,
     ) -> Result<()> {
         for word in fields(line).filter(|word| !word.is_empty()) {
@@ -91,26 +93,17 @@ impl Sets {
                 Some((_, number)) => (false, number),
                 None => (numbers.outside, word),
             };
-            match number.parse() {
-                Ok(number) => {
-                    self.push(set, bytes, Numbers { outside, ..numbers }, What::One(number));
-                }
-                Err(_) => {
-                    self.push(set, bytes, numbers, What::Set(word.trim_matches('"').into()));
-                }
-            }
+            let (numbers, what) = match number.parse() {
+                Ok(number) => (Numbers { outside, ..numbers }, What::One(number)),
+                Err(_) => (numbers, What::Set(word.trim_matches('"').into())),
+            };
+            self.push(bytes, (set, numbers), what);
         }
         Ok(())
     }
 
     /// A data line of a generated set: first, last and step.
-    pub(super) fn range(
-        &mut self,
-        bytes: &Bytes,
-        set: &Set,
-        numbers: Numbers,
-        line: &str,
-    ) -> Result<()> {
+    pub(super) fn range(&mut self, bytes: &Bytes, of: Numbered, line: &str) -> Result<()> {
         let mut range = [0, 0, 1];
         let mut given = 0;
         for word in fields(line).filter(|word| !word.is_empty()) {
@@ -125,7 +118,7 @@ impl Sets {
                 shown(line)
             )));
         }
-        self.push(set, bytes, numbers, What::Range(first, last, step));
+        self.push(bytes, of, What::Range(first, last, step));
         Ok(())
     }
 
@@ -179,7 +172,7 @@ impl Sets {
                 }
             }
         }
-        Ok(self.named(scope, members))
+        Ok(self.named(scope, &members))
     }
 
     /// The set of a name: of the assembly first where that may be meant.
@@ -196,19 +189,14 @@ impl Sets {
 
     /// The groups by name. What has nothing but reference points is none; a set of the part whose name
     /// the assembly has too is told by its instance.
-    fn named(&self, scope: &Scope, members: Vec<Members>) -> BTreeMap<String, Vec<u32>> {
-        let is_there: Vec<bool> =
-            members.iter().map(|members| !(members.left_out && members.ids.is_empty())).collect();
+    fn named(&self, scope: &Scope, members: &[Members]) -> BTreeMap<String, Vec<u32>> {
+        let is_there = |of: &Members| !(of.left_out && of.ids.is_empty());
         let mut groups = Groups::default();
-        for ((set, members), _) in
-            self.sets.iter().zip(members).zip(&is_there).filter(|(_, is_there)| **is_there)
-        {
+        for (set, own) in self.sets.iter().zip(members).filter(|(_, own)| is_there(own)) {
             let twin = self.places[1].get(&set.name.to_ascii_uppercase());
-            if !set.outside && twin.is_some_and(|twin| is_there[*twin]) {
-                groups.add(scope.outside_name(&set.name), members.ids);
-            } else {
-                groups.add(&set.name, members.ids);
-            }
+            let has_twin = !set.outside && twin.is_some_and(|twin| is_there(&members[*twin]));
+            let name = if has_twin { scope.outside_name(&set.name) } else { set.name.clone() };
+            groups.add(name, own.ids.iter().copied());
         }
         groups.finish()
     }

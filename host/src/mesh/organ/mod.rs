@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use super::Mesh;
 use super::geometry::distance;
 use super::stuffing::smooth::smooth;
+use super::stuffing::web::Web;
 use super::stuffing::{TetMesh, fill};
 use crate::error::{Error, Result};
 use shape::Liver;
@@ -45,7 +46,7 @@ pub(super) fn generate(size: Option<&str>) -> Result<Mesh> {
         }
     };
     let mut body = sized(size)?;
-    smooth(&Liver, &mut body, &[]);
+    smooth(&Liver, &Web::new(&body), &mut body, &[]);
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     Ok(Mesh { default_fixed: back(&mesh), ..mesh })
 }

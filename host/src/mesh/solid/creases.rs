@@ -8,12 +8,14 @@ use super::near::Near;
 use super::tree::Tree;
 use crate::mesh::geometry::{corners, distance, dot, minus};
 use crate::mesh::stuffing::TetMesh;
-use crate::mesh::stuffing::smooth::roundness;
-use crate::mesh::surface::boundary;
+use crate::mesh::stuffing::smooth::{roundness, smooth};
+use crate::mesh::stuffing::web::Web;
 
 /// Cosine of the angle between normals, and between edges in line, beyond which they are sharp: of 40
 /// degrees.
 const SHARP: f64 = 0.766;
+/// Rounds of moving nodes onto creases and smoothing.
+const ROUNDS: usize = 3;
 /// How far a node is moved at most, in sizes.
 const REACH: f64 = 0.8;
 /// Nodes on creases are at least so far apart, in sizes.
@@ -61,17 +63,36 @@ impl Creases {
         Self { edges: (!edges.is_empty()).then(|| Tree::new(edges)), corners_m }
     }
 
-    /// Whether the surface is round everywhere.
-    pub(super) fn is_empty(&self) -> bool {
-        self.edges.is_none()
+    /// Smooths a body of tetrahedra of `size_m` that fills the surface, with nodes on the creases.
+    pub(super) fn smooth(&self, solid: &Solid, body: &mut TetMesh, size_m: f64) {
+        let (web, mut held) = (Web::new(body), vec![false; body.nodes_m.len()]);
+        let Some(edges) = &self.edges else { return smooth(solid, &web, body, &held) };
+        for _ in 0..ROUNDS {
+            self.align(edges, (solid, &web), body, &mut held, size_m);
+            smooth(solid, &web, body, &held);
+        }
+        // What stayed bad is let go.
+        let bad: Vec<u32> = web
+            .skin()
+            .filter(|&node| held[node as usize] && !is_round(&web, body, node, ROUND))
+            .collect();
+        bad.iter().for_each(|&node| held[node as usize] = false);
+        if !bad.is_empty() {
+            smooth(solid, &web, body, &held);
+        }
     }
 
-    /// Moves surface nodes of a body of tetrahedra of `size_m` onto the creases and marks them as held.
-    pub(super) fn align(&self, solid: &Solid, body: &mut TetMesh, held: &mut [bool], size_m: f64) {
-        let Some(edges) = &self.edges else { return };
-        let skin = Skin::new(body);
+    /// Moves surface nodes onto the creases and marks them as held.
+    fn align(
+        &self,
+        edges: &Tree,
+        (solid, web): (&Solid, &Web),
+        body: &mut TetMesh,
+        held: &mut [bool],
+        size_m: f64,
+    ) {
         let (mut taken, mut free) = (Near::new(APART * size_m), Near::new(REACH * size_m));
-        for &node in &skin.nodes {
+        for node in web.skin() {
             let near = if held[node as usize] { &mut taken } else { &mut free };
             near.add(node, body.nodes_m[node as usize]);
         }
@@ -79,7 +100,7 @@ impl Creases {
             let mut others = taken.around(place_m);
             let is_free = others.all(|(_, other_m)| distance(place_m, other_m) >= APART * size_m);
             drop(others);
-            let is_put = is_free && skin.put(body, node, place_m, least);
+            let is_put = is_free && move_to(web, body, node, place_m, least);
             if is_put {
                 taken.add(node, place_m);
             }
@@ -97,7 +118,7 @@ impl Creases {
             }
         }
         let mut order: Vec<(f64, u32, [f64; 3])> = Vec::new();
-        for &node in skin.nodes.iter().filter(|&&node| !held[node as usize]) {
+        for node in web.skin().filter(|&node| !held[node as usize]) {
             let near = edges.nearest(body.nodes_m[node as usize]);
             if near.square < (REACH * size_m) * (REACH * size_m) {
                 order.push((near.square, node, near.place));
@@ -106,7 +127,7 @@ impl Creases {
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let normals: Vec<Option<[f64; 3]>> = (0..body.nodes_m.len() as u32)
             .map(|node| {
-                (!skin.beside[node as usize].is_empty())
+                (!web.on_skin[node as usize].is_empty())
                     .then(|| solid.normal_at(body.nodes_m[node as usize]))
             })
             .collect();
@@ -117,62 +138,25 @@ impl Creases {
                 }
                 _ => false,
             };
-            if skin.beside[node as usize].iter().any(cuts) {
+            if web.on_skin[node as usize].iter().any(cuts) {
                 held[node as usize] = put(body, node, place_m, ROUND);
             }
         }
     }
-
-    /// Lets go of nodes whose tetrahedra stayed bad; whether there were any.
-    pub(super) fn release(&self, body: &TetMesh, held: &mut [bool]) -> bool {
-        if self.is_empty() {
-            return false;
-        }
-        let skin = Skin::new(body);
-        let is_bad = |node: &&u32| held[**node as usize] && !skin.is_round(body, **node, ROUND);
-        let bad: Vec<u32> = skin.nodes.iter().filter(is_bad).copied().collect();
-        bad.iter().for_each(|&node| held[node as usize] = false);
-        !bad.is_empty()
-    }
 }
 
-/// The surface nodes of a body with their neighbours on it and the tetrahedra around.
-struct Skin {
-    nodes: Vec<u32>,
-    beside: Vec<Vec<u32>>,
-    around: Vec<Vec<[u32; 4]>>,
+/// Moves a node unless a tetrahedron around it would be less round than `least`; whether it was moved.
+fn move_to(web: &Web, body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64) -> bool {
+    let old = std::mem::replace(&mut body.nodes_m[node as usize], place_m);
+    let is_sound = is_round(web, body, node, least);
+    if !is_sound {
+        body.nodes_m[node as usize] = old;
+    }
+    is_sound
 }
 
-impl Skin {
-    fn new(body: &TetMesh) -> Self {
-        let count = body.nodes_m.len();
-        let (mut beside, mut around) = (vec![Vec::new(); count], vec![Vec::new(); count]);
-        for [a, b, c] in boundary(&body.tetrahedra) {
-            // The triangle beyond an edge adds it the other way round.
-            for [i, j] in [[a, b], [b, c], [c, a]] {
-                beside[i as usize].push(j);
-            }
-        }
-        for ids in &body.tetrahedra {
-            ids.iter().for_each(|id| around[*id as usize].push(*ids));
-        }
-        let nodes = (0..count as u32).filter(|&node| !beside[node as usize].is_empty()).collect();
-        Self { nodes, beside, around }
-    }
-
-    /// Moves a node unless a tetrahedron around it would be less round than `least`; whether it was moved.
-    fn put(&self, body: &mut TetMesh, node: u32, place_m: [f64; 3], least: f64) -> bool {
-        let old = std::mem::replace(&mut body.nodes_m[node as usize], place_m);
-        let is_sound = self.is_round(body, node, least);
-        if !is_sound {
-            body.nodes_m[node as usize] = old;
-        }
-        is_sound
-    }
-
-    /// Whether all tetrahedra around a node are so round.
-    fn is_round(&self, body: &TetMesh, node: u32, least: f64) -> bool {
-        let mut around = self.around[node as usize].iter();
-        around.all(|ids| roundness(corners(&body.nodes_m, *ids)) >= least)
-    }
+/// Whether all tetrahedra around a node are so round.
+fn is_round(web: &Web, body: &TetMesh, node: u32, least: f64) -> bool {
+    let mut around = web.around[node as usize].iter();
+    around.all(|ids| roundness(corners(&body.nodes_m, *ids)) >= least)
 }

@@ -11,7 +11,7 @@ use super::tree::Tree;
 use crate::error::{Error, Result};
 use crate::mesh::check::parts;
 use crate::mesh::geometry::{corners, cross, distance, dot, minus, volume6};
-use crate::mesh::stuffing::smooth::{roundness, smooth};
+use crate::mesh::stuffing::smooth::roundness;
 use crate::mesh::stuffing::{Shape, fill as stuff, points};
 use crate::mesh::{Mesh, too_many};
 use crate::words::counted;
@@ -21,8 +21,6 @@ use crate::words::counted;
 const CUBE: f64 = 7.0 / (3.0 + 2.0 * 1.732_050_807_568_877_2);
 /// Most points of the lattice, which covers the box around the body.
 const LATTICE_MAX: f64 = 2.4e7;
-/// Rounds of moving nodes onto creases and smoothing.
-const ROUNDS: usize = 3;
 /// Largest error of the volume.
 const VOLUME_ERROR_MAX: f64 = 0.1;
 /// Largest distance between the surfaces, in sizes: the tip of a spike is always lost.
@@ -106,14 +104,7 @@ pub(in crate::mesh) fn fill_faces(
         let remedy = format!("take `fill_m` {fits_m:.2e} or more");
         return Err(refuse(too_many(more, nodes_max, &remedy)));
     }
-    let (creases, mut held) = (Creases::new(&closed, &solid), vec![false; body.nodes_m.len()]);
-    for _ in 0..if creases.is_empty() { 1 } else { ROUNDS } {
-        creases.align(&solid, &mut body, &mut held, size_m);
-        smooth(&solid, &mut body, &held);
-    }
-    if creases.release(&body, &mut held) {
-        smooth(&solid, &mut body, &held);
-    }
+    Creases::new(&closed, &solid).smooth(&solid, &mut body, size_m);
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     let (away_m, place_m) = farthest(&closed, &mesh);
     let filled = measure(&closed, &mesh, away_m);

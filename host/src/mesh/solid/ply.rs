@@ -6,6 +6,7 @@ use std::path::Path;
 use super::{Faces, SurfaceReader};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::number::Number;
 
 /// Reader of `.ply` files.
 pub(super) struct Ply;
@@ -65,73 +66,39 @@ impl Property {
     }
 }
 
-#[derive(Clone, Copy)]
-enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
+/// The type of a name.
+fn number_type(name: &str) -> Option<Number> {
+    Some(match name {
+        "char" | "int8" => Number::I8,
+        "uchar" | "uint8" => Number::U8,
+        "short" | "int16" => Number::I16,
+        "ushort" | "uint16" => Number::U16,
+        "int" | "int32" => Number::I32,
+        "uint" | "uint32" => Number::U32,
+        "int64" => Number::I64,
+        "uint64" => Number::U64,
+        "float" | "float32" => Number::F32,
+        "double" | "float64" => Number::F64,
+        _ => return None,
+    })
 }
 
-impl Number {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "int64" => Self::I64,
-            "uint64" => Self::U64,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
+/// The next number of a type.
+fn real(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<f64> {
+    if text {
+        let word = bytes.word().ok_or_else(|| bytes.truncated(what))?;
+        return word.parse().map_err(|_| bytes.no_number(what, word, "a number"));
     }
+    number.real(bytes, what)
+}
 
-    fn size(self) -> u64 {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    fn read(self, bytes: &mut Bytes, text: bool, what: &str) -> Result<f64> {
-        if text {
-            let word = bytes.word().ok_or_else(|| bytes.truncated(what))?;
-            return word.parse().map_err(|_| bytes.no_number(what, word, "a number"));
-        }
-        Ok(match self {
-            Self::I8 => i8::from_le_bytes(bytes.take(what)?).into(),
-            Self::U8 => u8::from_le_bytes(bytes.take(what)?).into(),
-            Self::I16 => i16::from_le_bytes(bytes.take(what)?).into(),
-            Self::U16 => u16::from_le_bytes(bytes.take(what)?).into(),
-            Self::I32 => i32::from_le_bytes(bytes.take(what)?).into(),
-            Self::U32 => u32::from_le_bytes(bytes.take(what)?).into(),
-            Self::I64 => bytes.i64(what)? as f64,
-            Self::U64 => bytes.u64(what)? as f64,
-            Self::F32 => bytes.f32(what)?.into(),
-            Self::F64 => bytes.f64(what)?,
-        })
-    }
-
-    /// A whole number from 0 that 32 bits hold.
-    fn whole(self, bytes: &mut Bytes, text: bool, what: &str) -> Result<u32> {
-        let value = self.read(bytes, text, what)?;
-        let is_whole = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
-        is_whole
-            .then_some(value as u32)
-            .ok_or_else(|| bytes.no_number(what, &value.to_string(), "a whole number from 0"))
-    }
+/// A whole number from 0 that 32 bits hold.
+fn whole(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<u32> {
+    let value = real(number, bytes, text, what)?;
+    let is_whole = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
+    is_whole
+        .then_some(value as u32)
+        .ok_or_else(|| bytes.no_number(what, &value.to_string(), "a whole number from 0"))
 }
 
 /// The head: the elements in their order, and whether the rows are text.
@@ -164,8 +131,8 @@ fn head(bytes: &mut Bytes) -> Result<(Vec<Element>, bool)> {
                 properties: Vec::new(),
             }),
             (["property", "list", length, number, name], _) => {
-                let (length, number) = Number::named(length)
-                    .zip(Number::named(number))
+                let (length, number) = number_type(length)
+                    .zip(number_type(number))
                     .ok_or_else(|| unknown(bytes, line))?;
                 let Some(element) = elements.last_mut() else { return Err(unknown(bytes, line)) };
                 element.properties.push(Property {
@@ -175,7 +142,7 @@ fn head(bytes: &mut Bytes) -> Result<(Vec<Element>, bool)> {
                 });
             }
             (["property", number, name], _) => {
-                let number = Number::named(number).ok_or_else(|| unknown(bytes, line))?;
+                let number = number_type(number).ok_or_else(|| unknown(bytes, line))?;
                 let Some(element) = elements.last_mut() else { return Err(unknown(bytes, line)) };
                 element.properties.push(Property { name: (*name).into(), number, length: None });
             }
@@ -210,13 +177,13 @@ fn row(
     for property in &element.properties {
         let Some(length) = property.length else {
             let axis = ["x", "y", "z"].iter().position(|axis| *axis == property.name);
-            let value = property.number.read(bytes, text, &property.name)?;
+            let value = real(property.number, bytes, text, &property.name)?;
             if let Some(axis) = axis.filter(|_| element.name == "vertex") {
                 place_m[axis] = Some(bytes.metres(value, unit_m, &property.name)?);
             }
             continue;
         };
-        let count = length.whole(bytes, text, "the length of a list")?;
+        let count = whole(length, bytes, text, "the length of a list")?;
         let each = if text { 1 } else { property.number.size() };
         bytes.fits(count.into(), each, "numbers of a list")?;
         let is_face = element.name == "face"
@@ -224,7 +191,7 @@ fn row(
         let mut corners = Vec::new();
         for _ in 0..count {
             if is_face {
-                let corner = property.number.whole(bytes, text, "a vertex of a face")?;
+                let corner = whole(property.number, bytes, text, "a vertex of a face")?;
                 if corner as usize >= faces.points_m.len() {
                     return Err(bytes.error(format!(
                         "vertex {corner} of a face; the vertices in front are 0 to {}: save it again",
@@ -233,7 +200,7 @@ fn row(
                 }
                 corners.push(corner);
             } else {
-                property.number.read(bytes, text, "a number of a list")?;
+                real(property.number, bytes, text, "a number of a list")?;
             }
         }
         if is_face {

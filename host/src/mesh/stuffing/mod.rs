@@ -5,6 +5,7 @@
 
 mod cut;
 pub(super) mod smooth;
+pub(super) mod web;
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! Moves nodes towards the middle of their neighbours where that makes tetrahedra rounder.
 
+use super::web::Web;
 use super::{Shape, TetMesh, between};
-use crate::mesh::geometry::{EDGES, corners, distance, edges, volume6};
-use crate::mesh::surface::boundary;
+use crate::mesh::geometry::{EDGES, corners, distance, volume6};
 
 /// Rounds over all nodes.
 const PASSES: usize = 10;
@@ -19,27 +19,13 @@ const GOOD: f64 = 0.6;
 /// Edges shorter than this share of the mean edge lower the quality.
 const SHORT: f64 = 0.6;
 
-/// Smooths the body in place; surface nodes stay on the surface, `held` nodes where they are.
-pub(in crate::mesh) fn smooth(shape: &impl Shape, body: &mut TetMesh, held: &[bool]) {
-    let count = body.nodes_m.len();
-    let mut skin: Vec<[u32; 2]> = boundary(&body.tetrahedra)
-        .iter()
-        .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
-        .map(|[i, j]| [i.min(j), i.max(j)])
-        .collect();
-    skin.sort_unstable();
-    skin.dedup();
-    let links = edges(&body.tetrahedra);
+/// Smooths a body of this web in place; surface nodes stay on the surface, `held` nodes where they are.
+pub(in crate::mesh) fn smooth(shape: &impl Shape, web: &Web, body: &mut TetMesh, held: &[bool]) {
+    let Web { links, inside, on_skin, around } = web;
     let length = |[i, j]: [u32; 2]| distance(body.nodes_m[i as usize], body.nodes_m[j as usize]);
     let mean_m = links.iter().map(|link| length(*link)).sum::<f64>() / links.len() as f64;
-    let on_skin = neighbours(count, &skin);
-    let inside = neighbours(count, &links);
-    let mut around = vec![Vec::new(); count];
-    for tetrahedron in &body.tetrahedra {
-        tetrahedron.iter().for_each(|id| around[*id as usize].push(*tetrahedron));
-    }
     for _ in 0..PASSES {
-        for node in 0..count {
+        for node in 0..body.nodes_m.len() {
             if held.get(node) == Some(&true) {
                 continue;
             }
@@ -119,15 +105,6 @@ impl<S: Shape> Site<'_, S> {
         });
         each.fold(f64::INFINITY, f64::min)
     }
-}
-
-fn neighbours(count: usize, links: &[[u32; 2]]) -> Vec<Vec<u32>> {
-    let mut lists = vec![Vec::new(); count];
-    for &[i, j] in links {
-        lists[i as usize].push(j);
-        lists[j as usize].push(i);
-    }
-    lists
 }
 
 fn middle(nodes_m: &[[f64; 3]], ids: &[u32]) -> [f64; 3] {

@@ -1,8 +1,9 @@
 //! Cells of an unstructured grid: lists of nodes, and what kind each is.
 
-use super::values::{Number, Values};
+use super::values::{Values, number_type};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::number::Number;
 use crate::words::counted;
 
 /// Cells as far as they have been read.
@@ -207,7 +208,7 @@ fn corners(nodes: &[u64]) -> Option<[u32; 4]> {
 fn array(values: &mut Values, keyword: &str, count: u64) -> Result<Number> {
     values.keyword(keyword)?;
     let name = values.text("the type of the array")?;
-    let number = match Number::named(name) {
+    let number = match number_type(name) {
         Some(number @ (Number::I32 | Number::I64)) => number,
         _ => {
             return Err(values.bytes.error(format!(

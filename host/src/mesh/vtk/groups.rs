@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::cells::Cells;
-use super::values::{Number, Values};
+use super::values::{Values, number_type};
 use crate::error::Result;
 use crate::mesh::groups::Groups;
+use crate::mesh::number::Number;
 
 /// Names that programs give the numbers of physical groups, materials and regions: Gmsh's own export,
 /// meshio's from Gmsh, Medit and TetGen, and what others write.
@@ -63,8 +64,8 @@ pub(super) fn named(cells: &Cells, name: &str, numbers: &[i64]) -> BTreeMap<Stri
     let mut groups = Groups::default();
     let is_of_gmsh = name.eq_ignore_ascii_case(OF_GMSH);
     for (cell, &number) in numbers.iter().enumerate() {
-        if number != 0 && !(is_of_gmsh && number == -1) {
-            groups.add(number, cells.nodes_of(cell));
+        if !(is_of_gmsh && number == -1) {
+            groups.of_element(number, cells.nodes_of(cell));
         }
     }
     groups.finish()
@@ -131,7 +132,7 @@ impl Attached {
             _ => {
                 let (_, components) = TUPLES.iter().find(|(name, _)| *name == word)?;
                 values.text("a name").ok()?;
-                let number = Number::named(values.text("a type").ok()?)?;
+                let number = number_type(values.text("a type").ok()?)?;
                 values.skip_array(self.tuples, *components, number).ok()?;
             }
         }
@@ -141,7 +142,7 @@ impl Attached {
     /// `SCALARS name type components`, `LOOKUP_TABLE name`, then the numbers.
     fn scalars<'a>(&mut self, values: &mut Values<'a>) -> Option<Option<(&'a str, Number)>> {
         let name = values.text("a name").ok()?;
-        let number = Number::named(values.text("a type").ok()?)?;
+        let number = number_type(values.text("a type").ok()?)?;
         let word = values.text("LOOKUP_TABLE").ok()?;
         let components = word.parse().ok();
         if components.is_some() {
@@ -158,19 +159,13 @@ impl Attached {
 
     /// An array of a field, or the remarks behind one.
     fn array<'a>(&mut self, values: &mut Values<'a>) -> Option<Option<(&'a str, Number)>> {
-        let name = values.text("an array's name").ok()?;
-        if name.eq_ignore_ascii_case("METADATA") {
-            values.skip_metadata();
-            return Some(None);
-        }
-        let components = values.count("the number of components").ok()?;
-        let tuples = values.count("the number of tuples").ok()?;
-        let number = Number::named(values.text("the array's type").ok()?)?;
+        let Some(array) = values.array_of_field().ok()? else { return Some(None) };
         self.left -= 1;
-        if self.of_cells && tuples == self.cells && components == 1 && is_known(name) {
-            return Some(Some((name, number)));
+        let is_one_a_cell = self.of_cells && array.tuples == self.cells && array.components == 1;
+        if is_one_a_cell && is_known(array.name) {
+            return Some(Some((array.name, array.number)));
         }
-        values.skip_array(tuples, components, number).ok()?;
+        values.skip_array(array.tuples, array.components, array.number).ok()?;
         Some(None)
     }
 }

@@ -14,9 +14,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use cells::Cells;
-use values::{Number, Values};
+use values::{Values, number_type};
 
 use super::bytes::{Bytes, shown};
+use super::number::Number;
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
 
@@ -150,7 +151,7 @@ fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
 fn read_points(values: &mut Values, unit_m: f64) -> Result<Vec<[f64; 3]>> {
     let count = values.count("the number of points")?;
     let kind = values.text("the type of the points")?;
-    let number = match Number::named(kind) {
+    let number = match number_type(kind) {
         Some(number @ (Number::F32 | Number::F64)) => number,
         _ => {
             return Err(values.bytes.error(format!(

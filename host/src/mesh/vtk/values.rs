@@ -2,59 +2,32 @@
 
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::number::{Number, whole_of};
 
-/// What an array holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
+/// The type of a name, in letters of either case.
+pub(super) fn number_type(name: &str) -> Option<Number> {
+    Some(match name.to_ascii_lowercase().as_str() {
+        "char" | "signed_char" => Number::I8,
+        "unsigned_char" => Number::U8,
+        "short" => Number::I16,
+        "unsigned_short" => Number::U16,
+        "unsigned_int" => Number::U32,
+        "unsigned_long" | "vtktypeuint64" => Number::U64,
+        // Of the old vtkIdType 32 bits are written whatever the machine has.
+        "int" | "vtktypeint32" | "vtkidtype" => Number::I32,
+        "long" | "vtktypeint64" => Number::I64,
+        "float" => Number::F32,
+        "double" => Number::F64,
+        _ => return None,
+    })
 }
 
-impl Number {
-    /// The type of a name, in letters of either case.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        Some(match name.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" => Self::I8,
-            "unsigned_char" => Self::U8,
-            "short" => Self::I16,
-            "unsigned_short" => Self::U16,
-            "unsigned_int" => Self::U32,
-            "unsigned_long" | "vtktypeuint64" => Self::U64,
-            // Of the old vtkIdType 32 bits are written whatever the machine has.
-            "int" | "vtktypeint32" | "vtkidtype" => Self::I32,
-            "long" | "vtktypeint64" => Self::I64,
-            "float" => Self::F32,
-            "double" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> u64 {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    /// Whether it is a real number.
-    fn is_real(self) -> bool {
-        matches!(self, Self::F32 | Self::F64)
-    }
-}
-
-/// A real number that is a whole one; none where it has a fraction, or is too large to have one.
-pub(super) fn whole_of(value: f64) -> Option<i64> {
-    (value.fract() == 0.0 && value.abs() < 1e15).then_some(value as i64)
+/// The head of an array of a field.
+pub(super) struct FieldArray<'a> {
+    pub(super) name: &'a str,
+    pub(super) components: u64,
+    pub(super) tuples: u64,
+    pub(super) number: Number,
 }
 
 /// A file's numbers and words.
@@ -115,83 +88,65 @@ impl<'a> Values<'a> {
     /// The next number of an array, as a real one.
     pub(super) fn real(&mut self, number: Number, what: &str) -> Result<f64> {
         if self.binary {
-            return match number {
-                Number::F32 => self.bytes.f32(what).map(f64::from),
-                _ => self.bytes.f64(what),
-            };
+            return number.real(&mut self.bytes, what);
         }
         let word = self.text(what)?;
         word.parse().map_err(|_| self.bytes.no_number(what, word, "a number"))
     }
 
-    /// The next number of an array, as a whole one from 0.
+    /// The next number of an array of whole ones, which counts from 0.
     pub(super) fn whole(&mut self, number: Number, what: &str) -> Result<u64> {
         let wanted = "a whole number from 0";
         if !self.binary {
             let word = self.text(what)?;
             return word.parse().map_err(|_| self.bytes.no_number(what, word, wanted));
         }
-        let value = self.signed(number, what)?;
+        let value = number.whole(&mut self.bytes, what)?.unwrap_or(-1);
         u64::try_from(value).map_err(|_| self.bytes.no_number(what, &value.to_string(), wanted))
-    }
-
-    /// The next number of an array of whole ones, of either sign.
-    fn signed(&mut self, number: Number, what: &str) -> Result<i64> {
-        if !self.binary {
-            let word = self.text(what)?;
-            return self.bytes.signed_of(word, what);
-        }
-        Ok(match number {
-            Number::I8 => i8::from_le_bytes(self.bytes.take(what)?).into(),
-            Number::U8 => u8::from_le_bytes(self.bytes.take(what)?).into(),
-            Number::I16 => i16::from_le_bytes(self.bytes.take(what)?).into(),
-            Number::U16 => u16::from_le_bytes(self.bytes.take(what)?).into(),
-            Number::U32 => u32::from_le_bytes(self.bytes.take(what)?).into(),
-            Number::I64 => self.bytes.i64(what)?,
-            Number::U64 => {
-                let value = self.bytes.u64(what)?;
-                i64::try_from(value).map_err(|_| {
-                    self.bytes.no_number(what, &value.to_string(), "at most 9223372036854775807")
-                })?
-            }
-            _ => self.bytes.i32(what)?.into(),
-        })
     }
 
     /// The next number of an array of any type; none where it is no whole one.
     pub(super) fn reference(&mut self, number: Number, what: &str) -> Result<Option<i64>> {
-        if number.is_real() {
+        if self.binary {
+            number.whole(&mut self.bytes, what)
+        } else if number.is_real() {
             self.real(number, what).map(whole_of)
         } else {
-            self.signed(number, what).map(Some)
+            let word = self.text(what)?;
+            self.bytes.signed_of(word, what).map(Some)
         }
     }
 
     /// Passes over `FIELD name n` and its arrays.
     pub(super) fn skip_field(&mut self) -> Result<()> {
         self.text("the field's name")?;
-        let arrays = self.count("the number of arrays")?;
-        let mut left = arrays;
+        let mut left = self.count("the number of arrays")?;
         while left > 0 {
-            let name = self.text("an array's name")?;
-            if name.eq_ignore_ascii_case("METADATA") {
-                self.skip_metadata();
-                continue;
+            if let Some(array) = self.array_of_field()? {
+                self.skip_array(array.tuples, array.components, array.number)?;
+                left -= 1;
             }
-            let components = self.count("the number of components")?;
-            let tuples = self.count("the number of tuples")?;
-            let kind = self.text("the array's type")?;
-            let Some(number) = Number::named(kind) else {
-                return Err(self.bytes.error(format!(
-                    "a field of type '{}', whose length is not known here; save the mesh without \
-                     field data",
-                    shown(kind)
-                )));
-            };
-            self.skip_array(tuples, components, number)?;
-            left -= 1;
         }
         Ok(())
+    }
+
+    /// The head of the next array of a field; none where there were remarks behind the last one.
+    pub(super) fn array_of_field(&mut self) -> Result<Option<FieldArray<'a>>> {
+        let name = self.text("an array's name")?;
+        if name.eq_ignore_ascii_case("METADATA") {
+            self.skip_metadata();
+            return Ok(None);
+        }
+        let components = self.count("the number of components")?;
+        let tuples = self.count("the number of tuples")?;
+        let kind = self.text("the array's type")?;
+        let number = number_type(kind).ok_or_else(|| {
+            self.bytes.error(format!(
+                "a field of type '{}', whose length is not known here; save the mesh without field data",
+                shown(kind)
+            ))
+        })?;
+        Ok(Some(FieldArray { name, components, tuples, number }))
     }
 
     /// Passes over so many tuples of an array.

@@ -5,7 +5,7 @@ use roxmltree::Node;
 use super::coding::Coding;
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
-use crate::mesh::vtk::values::whole_of;
+use crate::mesh::number::whole_of;
 
 /// What a count, a place or a kind must be.
 const WHOLE: &str = "a whole number from 0";
