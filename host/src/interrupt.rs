@@ -41,6 +41,19 @@ pub fn end_at_once() -> Result<()> {
     if ASKED.load(Ordering::SeqCst) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
+/// Does work that writes nothing, before something is written: asking to stop ends the process at once
+/// meanwhile.
+///
+/// # Errors
+/// Those of the work; [`Error::Interrupted`] where the user asked before.
+pub fn at_once<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+    end_at_once()?;
+    let done = work();
+    ENDS_AT_ONCE.store(false, Ordering::SeqCst);
+    check()?;
+    done
+}
+
 thread_local! {
     static IGNORED: Cell<bool> = const { Cell::new(false) };
 }

@@ -180,7 +180,7 @@ impl From<ProbeContactArg> for ProbeContact {
 
 pub fn execute(args: &Args) -> Result<()> {
     keep_input(&args.mesh, &args.output)?;
-    let (mesh, image) = args.body.bake(&args.mesh)?;
+    let (mesh, image) = interrupt::at_once(|| args.body.bake(&args.mesh))?;
     write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;
     let report = Printed {

@@ -50,9 +50,11 @@ pub fn execute(args: &Args) -> Result<()> {
         ..MeshOptions::default()
     };
     keep_input(&args.mesh, &args.output)?;
-    let mesh = mesh::load(&args.mesh, &options)?;
-    let written = mesh::write(&mesh, &args.output)?;
-    interrupt::check()?;
+    let (mesh, written) = interrupt::at_once(|| {
+        let mesh = mesh::load(&args.mesh, &options)?;
+        let written = mesh::write(&mesh, &args.output)?;
+        Ok((mesh, written))
+    })?;
     write_whole(&args.output, written.text.as_bytes())?;
     let printed = Printed {
         nodes: mesh.nodes_m.len(),

@@ -5,11 +5,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use chaincell_host::mesh::{Mesh, RawMesh, parse, write};
 use chaincell_tests::files::{content, scratch, text};
-use chaincell_tests::run;
+use chaincell_tests::{Running, run};
 use proptest::prelude::*;
+use rustix::process::Signal;
 
 /// The formats that keep everything.
 const FORMATS: [&str; 5] = ["msh", "vtk", "vtu", "inp", "mesh"];
@@ -285,4 +287,20 @@ fn faces_of_many_corners_are_cut_whatever_their_first_one_is() {
         let error = ended.json()["filled"]["volume_error"].as_f64().unwrap();
         assert!(error.abs() < 0.01, "{first}: {error}");
     }
+}
+
+#[test]
+fn ctrl_c_ends_a_fill_at_once_and_leaves_nothing() {
+    let folder = scratch();
+    let (surface, body) = (folder.path().join("box.stl"), folder.path().join("box.msh"));
+    run(["convert", "box:9x9x9x0.01", text(&surface)]).with(0);
+    // Takes tens of seconds.
+    let line = ["convert", text(&surface), text(&body), "--fill", "0.0009"];
+    let mut convert = Running::chaincell(line);
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(convert.is_running(), "the fill is too short for this test");
+    convert.signal(Signal::INT);
+    let ended = convert.end(Duration::from_secs(2)).with(130);
+    assert!(ended.err.contains("interrupted") && ended.out.is_empty(), "{ended:?}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
