@@ -6,6 +6,9 @@ use nalgebra::Vector3;
 
 use crate::clock::MILLISECOND_NS;
 
+/// Time in which a force grows after a limit was raised \[ns\].
+const RAISE_NS: u64 = 1000 * MILLISECOND_NS;
+
 /// What is shown of all tools; without tools by their parts all is 0 but the first force.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Shown {
@@ -43,6 +46,11 @@ impl Shown {
         between
     }
 
+    /// Largest force of a tool \[N\].
+    fn largest_n(&self) -> f32 {
+        self.step_n(&Self::ZERO)
+    }
+
     /// Largest change of a tool's force from others to these \[N\].
     fn step_n(&self, from: &Self) -> f32 {
         let steps = self.force_n.iter().zip(&from.force_n);
@@ -56,12 +64,13 @@ impl Shown {
 ///
 /// A step of a ramp is a millisecond of it at most, however late it comes: a process that stood
 /// still makes the ramp longer, never steeper. Nor is it longer than a slew limit allows: the ramp
-/// then ends where it has caught up. Forces and torques of several tools go along together; the slew
-/// limit is that of the first force, of an output stage.
+/// then ends where it has caught up. Forces and torques of several tools go along together; each force
+/// has the slew limit, that of an output stage.
 #[derive(Debug, Clone)]
 pub struct Ramp {
-    /// Length of a ramp, 0 for none \[ns\].
+    /// Length of a ramp, 0 for none \[ns\], and of the one under way where the forces grow.
     length_ns: u64,
+    rise_ns: u64,
     /// Largest step of a ramp in a millisecond, infinite for none \[N\].
     step_max_n: f32,
     from: Shown,
@@ -80,6 +89,7 @@ impl Ramp {
         let length_ns = u64::from(length_ms) * MILLISECOND_NS;
         Self {
             length_ns,
+            rise_ns: length_ns,
             step_max_n: 1e-3 * max_slew_n_per_s,
             from: Shown::ZERO,
             done_ns: length_ns,
@@ -93,8 +103,14 @@ impl Ramp {
     /// Begins a ramp at what was shown last.
     pub fn begin(&mut self) {
         self.from = self.shown;
-        self.done_ns = 0;
+        (self.done_ns, self.rise_ns) = (0, self.length_ns);
         self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
+    }
+
+    /// As [`Self::begin`], for a limit that was changed: a force that grows takes [`RAISE_NS`] for it.
+    pub fn begin_raise(&mut self) {
+        self.begin();
+        (self.rise_ns, self.has_ended) = (self.length_ns.max(RAISE_NS), false);
     }
 
     /// Begins a ramp at force 0, for somebody who was shown nothing yet.
@@ -118,16 +134,20 @@ impl Ramp {
     pub fn show(&mut self, target: &Shown, now_ns: u64) -> Shown {
         let target = target.finite();
         let since_ns = now_ns.saturating_sub(self.shown_at_ns).min(MILLISECOND_NS);
-        self.done_ns = self.done_ns.saturating_add(since_ns).min(self.length_ns);
+        let grows = target.largest_n() > self.from.largest_n();
+        let length_ns = if grows { self.rise_ns } else { self.length_ns };
+        self.done_ns = self.done_ns.saturating_add(since_ns).min(length_ns);
         let mut shown = target;
         if !self.has_ended {
-            let share = ramp_share(self.done_ns as f32, self.length_ns as f32);
+            let share = ramp_share(self.done_ns as f32, length_ns as f32);
             if share < 1.0 {
                 shown = self.from.on_ramp(&target, share);
             }
-            let limited_n = slew_limited(self.shown.force_n[0], shown.force_n[0], self.step_max_n);
-            self.has_ended = share >= 1.0 && limited_n == shown.force_n[0];
-            shown.force_n[0] = limited_n;
+            let wanted_n = shown.force_n;
+            for (to, from) in shown.force_n.iter_mut().zip(&self.shown.force_n) {
+                *to = slew_limited(*from, *to, self.step_max_n);
+            }
+            self.has_ended = share >= 1.0 && shown.force_n == wanted_n;
         }
         self.largest_step_n = self.largest_step_n.max(shown.step_n(&self.shown));
         self.shown = shown;

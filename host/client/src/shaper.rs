@@ -78,6 +78,16 @@ impl ForceShaper {
         self.ramp.begin();
     }
 
+    /// As [`Self::begin_ramp`], for a limit that was changed: a force that grows does so within a second.
+    pub fn begin_raise(&mut self) {
+        self.ramp.begin_raise();
+    }
+
+    /// Nothing was heard before the beginning: a silence, which counts.
+    pub fn begin_silent(&mut self) {
+        (self.silent, self.silences) = (true, self.silences + 1);
+    }
+
     /// The next force is shown to somebody who was shown nothing yet: it rises from 0.
     pub fn begin_at_zero(&mut self) {
         self.ramp.begin_at_zero();

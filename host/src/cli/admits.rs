@@ -19,6 +19,7 @@ pub struct DeviceReport {
     device_hz: u32,
     device_damping_n_s_per_m: f32,
     max_force_n: f32,
+    max_speed_m_per_s: f32,
     delays: Vec<Row>,
 }
 
@@ -54,6 +55,7 @@ impl DeviceReport {
             device_hz,
             device_damping_n_s_per_m: damping,
             max_force_n: profile.max_force_n,
+            max_speed_m_per_s: profile.max_speed_m_per_s,
             delays: (0..=TICKS).map(row).collect::<Result<_>>()?,
         })
     }
@@ -64,9 +66,11 @@ impl DeviceReport {
     /// Standard output that is closed.
     pub fn print(&self) -> Result<()> {
         let Self { device, device_hz, device_damping_n_s_per_m, max_force_n, .. } = self;
+        let max_speed_m_per_s = self.max_speed_m_per_s;
         let mut text = format!(
             "  device        {device}: {max_force_n} N, {device_damping_n_s_per_m} N s/m of its own, \
-             {device_hz} poses a second\n  delay         passive without control    shown\n"
+             {device_hz} poses a second\n  hand          up to {max_speed_m_per_s} m/s; a pose farther from the last one is \
+             a bad sample\n  delay         passive without control    shown\n"
         );
         for Row { delay_ticks, passive_n_per_m, shown_n_per_m } in &self.delays {
             let ticks = if *delay_ticks == 1 { "tick " } else { "ticks" };

@@ -147,6 +147,10 @@ pub fn execute(args: &Args) -> Result<()> {
         max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
         hash_every: args.hash_every,
         max_pose_hz: args.max_pose_hz,
+        // A stage judges the speed of its device itself.
+        max_speed_m_per_s: tissue
+            .settings()
+            .map_or(args.stage.max_speed_m_per_s(), |_| f32::INFINITY),
         budget: args.budget.of(tissue.engine())?,
         delay_period_ns: args.stage.delay_period_ns(),
         sweep_ns: faults.sweep_ns(),

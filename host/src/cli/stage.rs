@@ -4,8 +4,8 @@ use std::ffi::OsString;
 
 use chaincell_kernel::Choice;
 use chaincell_kernel::stage::{
-    Coupling, DELAY_MAX, Device, Passivity, Stage, StageSettings, TICKS_MAX,
-    passive_stiffness_n_per_m,
+    Coupling, DELAY_MAX, Device, HAND_SPEED_MAX_M_PER_S, Passivity, Stage, StageSettings,
+    TICKS_MAX, passive_stiffness_n_per_m,
 };
 use serde::Serialize;
 
@@ -46,6 +46,10 @@ pub struct StageArgs {
     /// Largest force on the device [N]
     #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
     max_device_force_n: Option<f32>,
+    /// Largest speed of the hand [m/s], or off: an engaged pose farther from the last one is a bad sample.
+    /// serve and cosim go by it without an output stage too. 5 by default
+    #[arg(long, value_name = "V|off", value_parser = speed, allow_hyphen_values = true)]
+    max_speed_m_per_s: Option<f32>,
     /// Ticks in which the force rises after engaging [ms]
     #[arg(long, value_name = "MS", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u16).range(0..=60_000))]
@@ -79,6 +83,7 @@ pub struct StageReport {
     device_hz: u32,
     max_slew_n_per_s: Option<f32>,
     max_device_force_n: Option<f32>,
+    max_speed_m_per_s: Option<f32>,
     engage_ramp_ms: u16,
 }
 
@@ -120,12 +125,19 @@ impl StageArgs {
             passivity,
             max_slew_n_per_s: self.max_slew_n_per_s.unwrap_or(profile.max_slew_n_per_s),
             max_force_n: self.max_device_force_n.unwrap_or(profile.max_force_n),
+            max_speed_m_per_s: self.max_speed_m_per_s(),
             ramp_ticks: ticks(self.engage_ramp_ms.unwrap_or(profile.ramp_ticks)),
             // A silence is no tick here: the loop's own watchdog lets the force fall.
             watchdog_ticks: 0,
         };
         settings.check().map_err(|why| Error::input(format!("output stage: {why}")))?;
         Ok(asked.then_some(settings))
+    }
+
+    /// Largest speed of the hand, infinite for any [m/s].
+    #[must_use]
+    pub fn max_speed_m_per_s(&self) -> f32 {
+        self.max_speed_m_per_s.unwrap_or(HAND_SPEED_MAX_M_PER_S)
     }
 
     /// A tick of the device, where the delay is measured \[ns\].
@@ -169,6 +181,10 @@ impl StageArgs {
         args.extend(self.device_hz.map(|hz| format!("--device-hz={hz}")));
         args.extend(self.max_slew_n_per_s.map(|value| format!("--max-slew-n-per-s={value}")));
         args.extend(self.max_device_force_n.map(|value| format!("--max-device-force-n={value}")));
+        args.extend(self.max_speed_m_per_s.map(|value| match value {
+            f32::INFINITY => "--max-speed-m-per-s=off".to_owned(),
+            value => format!("--max-speed-m-per-s={value}"),
+        }));
         args.extend(self.engage_ramp_ms.map(|value| format!("--engage-ramp-ms={value}")));
         args.into_iter().map(OsString::from).collect()
     }
@@ -196,6 +212,7 @@ impl StageArgs {
                 device_hz: self.device_hz.unwrap_or(DEVICE_HZ),
                 max_slew_n_per_s: finite(settings.max_slew_n_per_s),
                 max_device_force_n: finite(settings.max_force_n),
+                max_speed_m_per_s: finite(settings.max_speed_m_per_s),
                 engage_ramp_ms: (f32::from(settings.ramp_ticks) * settings.tick_s * 1e3).round()
                     as u16,
             }
@@ -214,6 +231,10 @@ fn delay(text: &str) -> Checked<Delay> {
 fn positive(text: &str) -> Checked<f32> {
     let number = text.parse().ok().filter(|x: &f32| x.is_finite() && *x > 0.0);
     number.ok_or_else(|| "must be above 0 and finite".to_owned())
+}
+
+fn speed(text: &str) -> Checked<f32> {
+    if text == "off" { Ok(f32::INFINITY) } else { positive(text).map_err(|why| why + ", or off") }
 }
 
 fn number(text: &str) -> Checked<f32> {
@@ -290,9 +311,11 @@ mod tests {
             "--device-hz=4000",
             "--max-slew-n-per-s=50",
             "--max-device-force-n=2.5",
+            "--max-speed-m-per-s=3.5",
             "--engage-ramp-ms=7",
         ];
-        for args in [all, &["--coupling=none", "--passivity=none"], &["--device=touch"]] {
+        let any = &["--device=touch", "--max-speed-m-per-s=off"];
+        for args in [all, &["--coupling=none", "--passivity=none"], &["--device=touch"], any] {
             let parent = stage(args);
             let passed: Vec<String> =
                 parent.to_args().into_iter().map(|arg| arg.into_string().unwrap()).collect();
@@ -333,6 +356,8 @@ mod tests {
             "--passivity=-0.1",
             "--max-slew-n-per-s=0",
             "--max-device-force-n=NaN",
+            "--max-speed-m-per-s=0",
+            "--max-speed-m-per-s=none",
             "--engage-ramp-ms=60001",
             "--delay-ticks=17",
             "--device-hz=9",

@@ -51,6 +51,13 @@ pub fn follows(last: u64, tick: u64) -> bool {
     tick > last && tick - last <= TICK_JUMP_MAX
 }
 
+/// Ticks between two that were executed one after the other, 0 where the count began anew.
+#[must_use]
+pub fn skipped(last: u64, tick: u64) -> u16 {
+    let between = if follows(last, tick) { tick - last - 1 } else { 0 };
+    u16::try_from(between).unwrap_or(u16::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::TickPlace::{Bad, Next, Repeated};

@@ -119,6 +119,7 @@ impl TissueEngine for Staged<'_> {
     }
 
     fn tick_by(&mut self, device: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
+        self.limit_force();
         match self.stages.as_mut_slice() {
             [] => self.engine.tick_by(device, sweeps),
             [stage] => {
@@ -141,6 +142,7 @@ impl TissueEngine for Staged<'_> {
             }
         }
         if !self.stages.is_empty() {
+            self.limit_force();
             return self.tick_staged(poses, sweeps);
         }
         let [last, ..] = &mut self.last;
@@ -174,6 +176,14 @@ impl TissueEngine for Staged<'_> {
             flags.insert(Flags::FORCE_CLAMPED);
         }
         Felt { force_n: force_n.into(), torque_n_m: torque_n_m.into(), contacts, flags }
+    }
+
+    fn has_stage(&self) -> bool {
+        !self.stages.is_empty()
+    }
+
+    fn skipped(&mut self, ticks: u16) {
+        self.stages.iter_mut().for_each(|stage| stage.skipped(ticks));
     }
 
     fn restart_ramp(&mut self) {
@@ -222,6 +232,12 @@ impl TissueEngine for Staged<'_> {
 }
 
 impl Staged<'_> {
+    /// The tissue's limit is one of what a coupling shows too; commands may change it.
+    fn limit_force(&mut self) {
+        let max_force_n = self.engine.network().settings().max_force_n;
+        self.stages.iter_mut().for_each(|stage| stage.limit_force(max_force_n));
+    }
+
     /// A tick with a stage for each tool; gives what the first one's device is given.
     fn tick_staged(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
         let are_good = poses.are_good();

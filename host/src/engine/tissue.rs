@@ -70,8 +70,16 @@ pub trait TissueEngine {
         Felt::default()
     }
 
-    /// The ramp of an output stage begins anew: the device had no force for a while.
+    /// Whether an output stage stands before the device.
+    fn has_stage(&self) -> bool {
+        false
+    }
+
+    /// The ramp of an output stage begins anew: the device did not feel what was computed.
     fn restart_ramp(&mut self) {}
+
+    /// So many samples in front of the next one got lost: told to an output stage before the tick.
+    fn skipped(&mut self, _ticks: u16) {}
 
     /// An answer takes so many ticks of the device from its sample to the device's pushing with it: told
     /// before the tick, where the delay is measured.

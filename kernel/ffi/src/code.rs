@@ -143,6 +143,8 @@ pub enum Code {
     StageTicks = -125,
     /// No such device.
     StageDevice = -126,
+    /// The stage's `max_speed_m_per_s` is not positive.
+    StageMaxSpeed = -127,
     /// The buffer is shorter than the snapshot: `needed`, `available` bytes.
     SnapshotBuffer = -140,
     /// The bytes are no snapshot.
@@ -165,7 +167,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 73] = [
+    pub(crate) const ALL: [Self; 74] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -230,6 +232,7 @@ impl Code {
         Self::StageMaxForce,
         Self::StageTicks,
         Self::StageDevice,
+        Self::StageMaxSpeed,
         Self::SnapshotBuffer,
         Self::SnapshotMagic,
         Self::SnapshotVersion,
@@ -301,6 +304,7 @@ impl Code {
             }
             Self::StageSlew => c"max_slew_n_per_s must be positive",
             Self::StageMaxForce => c"the stage's max_force_n must be positive",
+            Self::StageMaxSpeed => c"max_speed_m_per_s must be positive",
             Self::StageTicks => c"ramp_ticks and watchdog_ticks must be at most 60000",
             Self::StageDevice => c"no such device: see chaincell_device",
             _ => self.contact_text(),

@@ -59,7 +59,8 @@ pub use settings::{
 };
 pub use stage::{
     DeviceKind, STAGE_WORDS, StageSettings, StageStorage, chaincell_stage_default,
-    chaincell_stage_delayed, chaincell_stage_init, chaincell_stage_missed, chaincell_stage_output,
+    chaincell_stage_delayed, chaincell_stage_init, chaincell_stage_limit_force,
+    chaincell_stage_missed, chaincell_stage_output, chaincell_stage_restart_ramp,
     chaincell_stage_restore, chaincell_stage_sample, chaincell_stage_save,
     chaincell_stage_snapshot_size,
 };

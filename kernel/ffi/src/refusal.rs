@@ -17,6 +17,7 @@ impl From<StageError> for Code {
             StageError::Passivity => Self::StagePassivity,
             StageError::Slew => Self::StageSlew,
             StageError::MaxForce => Self::StageMaxForce,
+            StageError::MaxSpeed => Self::StageMaxSpeed,
             StageError::Ticks => Self::StageTicks,
         }
     }

@@ -62,6 +62,9 @@ pub struct StageSettings {
     pub max_slew_n_per_s: f32,
     /// Largest force, infinite for none \[N\].
     pub max_force_n: f32,
+    /// Largest speed of the hand, infinite for none: an engaged pose farther from the last one than this
+    /// admits is a bad sample \[m/s\].
+    pub max_speed_m_per_s: f32,
     /// Ticks in which the force rises after engaging and after a silence, and in which it falls
     /// when samples stop; 0 for none, at most 60,000.
     pub ramp_ticks: u32,
@@ -82,6 +85,7 @@ impl StageSettings {
             delay_ticks: passivity.map_or(0, |of| u32::from(of.delay_ticks)),
             max_slew_n_per_s: kernel.max_slew_n_per_s,
             max_force_n: kernel.max_force_n,
+            max_speed_m_per_s: kernel.max_speed_m_per_s,
             ramp_ticks: u32::from(kernel.ramp_ticks),
             watchdog_ticks: u32::from(kernel.watchdog_ticks),
         }
@@ -102,6 +106,7 @@ impl StageSettings {
             passivity: (self.passivity != 0).then_some(passivity),
             max_slew_n_per_s: self.max_slew_n_per_s,
             max_force_n: self.max_force_n,
+            max_speed_m_per_s: self.max_speed_m_per_s,
             ramp_ticks: ticks(self.ramp_ticks)?,
             watchdog_ticks: ticks(self.watchdog_ticks)?,
         })
@@ -186,6 +191,34 @@ pub unsafe extern "C" fn chaincell_stage_delayed(stage: *mut StageStorage, ticks
     Code::of(unsafe { self::stage(stage) }.map(|stage| {
         stage.delayed(u16::try_from(ticks).unwrap_or(u16::MAX));
     }))
+}
+
+/// No force is above `max_force_n` from here on, besides the stage's own largest: for the `max_force_n`
+/// of the tissue's settings, which shortens the tissue's force alone while a coupling shows its own.
+///
+/// # Safety
+/// As [`chaincell_stage_delayed`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_limit_force(
+    stage: *mut StageStorage,
+    max_force_n: f32,
+) -> Code {
+    if max_force_n.is_nan() || max_force_n <= 0.0 {
+        return Code::StageMaxForce;
+    }
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { self::stage(stage) }.map(|stage| stage.limit_force(max_force_n)))
+}
+
+/// The device did not feel what was computed: its force was let fall, or it was given none, as in a pause
+/// or before a restored session. The ramp begins anew. Called before `chaincell_stage_sample`.
+///
+/// # Safety
+/// As [`chaincell_stage_delayed`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_stage_restart_ramp(stage: *mut StageStorage) -> Code {
+    // SAFETY: the caller's promises are handed on.
+    Code::of(unsafe { self::stage(stage) }.map(Stage::restart_ramp))
 }
 
 /// What the tissue is to be given for what the device has measured: the tool behind the coupling.

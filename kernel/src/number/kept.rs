@@ -150,10 +150,10 @@ pub const fn joined(first: u32, second: u32) -> u32 {
     (first.rotate_left(5) ^ second).wrapping_mul(0x0100_0193)
 }
 
-/// Says that a struct is kept field by field, in this order; but for one that is left as it is.
+/// Says that a struct is kept field by field, in this order; but for those that are left as they are.
 macro_rules! kept {
     ($(@[$($generics:tt)*])? $type:ty { $($field:tt: $of:ty),* $(,)? }
-        $(but $left_out:ident: $value:expr)?) => {
+        $(but $($left_out:ident: $value:expr),+)?) => {
         impl $(<$($generics)*>)? $crate::number::kept::Kept for $type {
             const LAYOUT: u32 = {
                 let layout = $crate::number::kept::named(0, stringify!($type));
@@ -164,7 +164,7 @@ macro_rules! kept {
                 layout
             };
             const BLANK: Self = Self {
-                $($left_out: $value,)?
+                $($($left_out: $value,)+)?
                 $($field: <$of as $crate::number::kept::Kept>::BLANK),*
             };
 

@@ -2,7 +2,8 @@
 //!
 //! Optional stages in a fixed order, one file each; an absent one is a branch:
 //!
-//! 1. finite check: a bad sample is no sample, a bad answer is no force (always there);
+//! 1. finite check: a bad sample is no sample, a bad answer is no force (always there); a pose that no
+//!    hand can have reached since the last one is a bad sample too (`max_speed_m_per_s`);
 //! 2. virtual coupling: the tool is a proxy on a spring;
 //! 3. passivity observer and controller, on what the hand pays and is given;
 //! 4. magnitude clamp;
@@ -20,6 +21,7 @@
 //! |---|---|---|
 //! | coupling | `coupling` | the device never feels more stiffness than it can show |
 //! | passivity | `passivity` | takes out the energy that sampling and holding make |
+//! | reach | `max_speed_m_per_s` | a pose that is wrong, though finite, makes no force |
 //! | clamp | `max_force_n` | no force above the device's largest; the direction stays |
 //! | ramp | `ramp_ticks` | the force rises from 0 after engaging and after a silence |
 //! | watchdog | `watchdog_ticks` | without samples the force falls to 0 |
@@ -77,6 +79,7 @@ mod delay;
 mod finite;
 mod observer;
 mod ramp;
+mod reach;
 mod settings;
 mod slew;
 #[cfg(test)]
@@ -86,9 +89,10 @@ mod watchdog;
 
 pub use delay::{DELAY_TICKS_MAX, passive_stiffness_n_per_m};
 pub use ramp::{on_ramp, ramp_share};
+pub use reach::{Pose, Reach};
 pub use settings::{
-    COUPLING_MAX, COUPLING_MIN, Coupling, DELAY_MAX, Device, Passivity, StageError, StageSettings,
-    TICK_S, TICKS_MAX,
+    COUPLING_MAX, COUPLING_MIN, Coupling, DELAY_MAX, Device, HAND_SPEED_MAX_M_PER_S, Passivity,
+    StageError, StageSettings, TICK_S, TICKS_MAX,
 };
 pub use slew::slew_limited;
 
@@ -116,12 +120,15 @@ const SHARE_MIN: f32 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     settings: StageSettings,
+    /// What the tissue's own limit admits, see [`Self::limit_force`] \[N\].
+    limit_n: f32,
     proxy: Proxy,
     observer: Observer,
     controller: Controller,
     delay: Delay,
     ramp: Ramp,
     watchdog: Watchdog,
+    reach: Reach,
     /// The device's last good position and its last motion \[m\].
     device: [f32; 3],
     dx: [f32; 3],
@@ -153,6 +160,7 @@ kept!(Stage {
     delay: Delay,
     ramp: Ramp,
     watchdog: Watchdog,
+    reach: Reach,
     device: [f32; 3],
     dx: [f32; 3],
     engaged: bool,
@@ -166,7 +174,7 @@ kept!(Stage {
     given: [f32; 3],
     energy_j: f32,
     contacts: u32,
-} but settings: StageSettings::NONE);
+} but settings: StageSettings::NONE, limit_n: f32::INFINITY);
 
 impl Stage {
     /// A stage at rest.
@@ -177,12 +185,14 @@ impl Stage {
         settings.check()?;
         Ok(Self {
             settings,
+            limit_n: f32::INFINITY,
             proxy: Proxy::NEW,
             observer: Observer::NEW,
             controller: Controller::NEW,
             delay: Delay::new(settings.passivity.map_or(0, |of| of.delay_ticks)),
             ramp: Ramp::new(settings.ramp_ticks),
             watchdog: Watchdog::NEW,
+            reach: Reach::NEW,
             device: [0.0; 3],
             dx: [0.0; 3],
             engaged: false,
@@ -205,8 +215,8 @@ impl Stage {
         let is_within = sqrt(dot(other.given, other.given)) <= finite_number(most);
         let given = if is_within { other.given } else { clamped(other.given, most).0 };
         let energy_j = finite_number(other.energy_j);
-        let (settings, ramp) = (self.settings, self.ramp.along(other.ramp));
-        *self = Self { settings, ramp, given, energy_j, ..other };
+        let (settings, limit_n, ramp) = (self.settings, self.limit_n, self.ramp.along(other.ramp));
+        *self = Self { settings, limit_n, ramp, given, energy_j, ..other };
     }
 
     /// The settings.
@@ -247,7 +257,12 @@ impl Stage {
             return finite::made_bad(device);
         }
         let position: [f32; 3] = device.position_m.into();
-        let engaged = device.engaged == 1;
+        let pose = self.reach.judge(position, device.engaged == 1, self.reach_m());
+        self.is_good = pose != Pose::Bad;
+        if !self.is_good {
+            return finite::made_bad(device);
+        }
+        let engaged = device.engaged == 1 && pose == Pose::Good;
         // Until an answer has come: the first one may get lost.
         self.begins = engaged && (self.begins || !self.engaged);
         self.engaged = engaged;
@@ -257,14 +272,41 @@ impl Stage {
         if self.settings.passivity.is_some() {
             self.observer.see(position, self.took);
         }
-        let Some(coupling) = &self.coupling() else { return *device };
+        let held = engaged.into();
+        let Some(coupling) = &self.coupling() else {
+            return ToolSample { engaged: held, ..*device };
+        };
         if engaged && !self.begins {
             // As if no tick were missing: where the tissue is does not depend on silences.
             self.proxy.step(coupling, self.settings.tick_s, position, self.dx);
         } else {
             self.proxy.follow(position);
         }
-        ToolSample { position_m: self.proxy.at().into(), engaged: device.engaged }
+        ToolSample { position_m: self.proxy.at().into(), engaged: held }
+    }
+
+    /// How far a hand can have gone since the last good sample \[m\].
+    fn reach_m(&self) -> f32 {
+        self.settings.max_speed_m_per_s * self.settings.tick_s * f32::from(self.ticks.max(1))
+    }
+
+    /// So many samples in front of the next one got lost: the hand has had the time of them too. Called
+    /// before [`Self::sample`].
+    pub fn skipped(&mut self, ticks: u16) {
+        self.ticks = self.ticks.max(1).saturating_add(ticks);
+    }
+
+    /// No force is above this from here on, besides the device's largest: for
+    /// [`Settings::max_force_n`](crate::Settings::max_force_n), which shortens the tissue's force alone
+    /// while a coupling shows its own. Not part of a snapshot \[N\].
+    pub fn limit_force(&mut self, max_force_n: f32) {
+        self.limit_n = max_force_n;
+    }
+
+    /// The largest force \[N\].
+    fn most_n(&self) -> f32 {
+        let most = self.settings.max_force_n;
+        if self.limit_n < most { self.limit_n } else { most }
     }
 
     /// What the device is given for what the tissue has answered to [`Self::sample`].
@@ -297,10 +339,13 @@ impl Stage {
             answer.flags.contains(Flags::MOTION_CLAMPED),
         );
         self.observe(&answer);
+        let mut whole = None;
         if self.engaged && !is_safe {
             // The force of a late answer is an old one: what is given stays.
             if !answer.flags.contains(Flags::LATE) {
-                self.asked = self.wanted(&answer);
+                let force = self.before_control(&answer);
+                self.asked = self.controlled(&answer, force);
+                whole = Some(force);
                 self.go_on_ramp(&mut answer);
             }
         } else {
@@ -308,7 +353,11 @@ impl Stage {
             self.ramp.fall();
         }
         (self.begins, self.is_good, self.ticks) = (false, false, 1);
+        let before = self.given;
         self.give(&mut answer);
+        if whole.is_some_and(|whole| self.takes_most_of(whole, before)) {
+            answer.flags.insert(Flags::FORCE_WITHHELD);
+        }
         if is_safe {
             self.mark_safe(&mut answer);
         }
@@ -354,11 +403,15 @@ impl Stage {
         }
     }
 
-    /// The ramp begins anew: the process around has seen that the device had no force for a while.
+    /// The device did not feel what was computed: the process around let its force fall, or gave none.
+    /// The ledger books no force for it, the ramp begins anew, and the next pose is taken wherever it is.
     /// Called before [`Self::sample`].
     pub fn restart_ramp(&mut self) {
         self.has_gap = true;
         self.ramp.fall();
+        self.reach.forget();
+        (self.asked, self.given) = (Asked::NONE, [0.0; 3]);
+        self.observer.felt_nothing();
     }
 
     /// What the device is given in a tick without a sample; the tissue has no tick then. Flags
@@ -429,23 +482,36 @@ impl Stage {
         f32::from(self.took) * self.settings.tick_s
     }
 
-    /// The force behind coupling and passivity control.
-    fn wanted(&mut self, answer: &TickOutput) -> Asked {
-        let tick_s = self.settings.tick_s;
-        let (force, stiffness) = match &self.coupling() {
-            Some(coupling) => (
-                self.proxy.force(coupling, self.time_s(), self.device, self.dx),
-                coupling.stiffness_n_per_m,
-            ),
-            None => (answer.force_n.into(), answer.stiffness_n_per_m),
-        };
-        match &self.settings.passivity {
-            Some(_) => {
-                let limits = [stiffness, self.settings.max_force_n];
-                self.controller.control(&self.observer, tick_s, &self.delay, limits, force)
-            }
-            None => Asked::all_of(force),
+    /// The force that the coupling shows, or the tissue's \[N\].
+    fn before_control(&self, answer: &TickOutput) -> [f32; 3] {
+        match &self.coupling() {
+            Some(coupling) => self.proxy.force(coupling, self.time_s(), self.device, self.dx),
+            None => answer.force_n.into(),
         }
+    }
+
+    /// What passivity control leaves of a force.
+    fn controlled(&mut self, answer: &TickOutput, force: [f32; 3]) -> Asked {
+        if self.settings.passivity.is_none() {
+            return Asked::all_of(force);
+        }
+        let stiffness =
+            self.coupling().map_or(answer.stiffness_n_per_m, |coupling| coupling.stiffness_n_per_m);
+        let limits = [stiffness, self.most_n()];
+        self.controller.control(&self.observer, self.settings.tick_s, &self.delay, limits, force)
+    }
+
+    /// Whether passivity control has taken off more than half of a force, and the force given has changed
+    /// by more than half of what the slew limit admits, or of itself without one.
+    fn takes_most_of(&self, whole: [f32; 3], before: [f32; 3]) -> bool {
+        let (whole, _) = clamped(whole, self.most_n());
+        let left = sub(self.asked.force, self.asked.off);
+        let taken = sub(whole, left);
+        let step = sub(self.given, before);
+        let slew = self.settings.max_slew_n_per_s * self.settings.tick_s;
+        let half = if slew < f32::INFINITY { slew * slew } else { dot(before, before) };
+        let is_most = 4.0 * dot(taken, taken) > dot(whole, whole);
+        self.settings.passivity.is_some() && is_most && 4.0 * dot(step, step) > half
     }
 
     /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the
@@ -453,14 +519,14 @@ impl Stage {
     fn give(&mut self, answer: &mut TickOutput) {
         let share = self.ramp.share();
         let Asked { force, off } = self.asked;
-        let (asked, is_clamped) = clamped(force, self.settings.max_force_n);
+        let (asked, is_clamped) = clamped(force, self.most_n());
         if is_clamped {
             answer.flags.insert(Flags::FORCE_CLAMPED);
         }
         if self.is_early && dot(off, off) > OFF_SAID * OFF_SAID * dot(asked, asked) {
             answer.flags.insert(Flags::FORCE_WITHHELD);
         }
-        let (asked, _) = clamped(sub(asked, off), self.settings.max_force_n);
+        let (asked, _) = clamped(sub(asked, off), self.most_n());
         // From +0.0: -0.0 becomes +0.0.
         let target = on_ramp([0.0; 3], asked, share);
         let most = self.settings.max_slew_n_per_s * self.settings.tick_s;

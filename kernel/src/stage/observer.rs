@@ -215,6 +215,11 @@ impl Observer {
         self.dx = [0.0; 3];
     }
 
+    /// The device has none of the forces that were on their way.
+    pub(super) fn felt_nothing(&mut self) {
+        (self.given, self.asked) = ([[0.0; 3]; WAY], [[0.0; 3]; 2]);
+    }
+
     /// Where the device is \[m\].
     pub(super) fn at(&self) -> [f32; 3] {
         self.at

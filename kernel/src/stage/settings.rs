@@ -15,6 +15,9 @@ pub const COUPLING_MIN: f32 = 1.0;
 /// Largest stiffness of a coupling \[N/m\], and largest damping \[N s/m\].
 pub const COUPLING_MAX: f32 = 1.0e6;
 
+/// Largest speed of a hand: the fastest strokes of arms are below it [m/s].
+pub const HAND_SPEED_MAX_M_PER_S: f32 = 5.0;
+
 /// A spring and damper between the device and the tool in the tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
@@ -114,6 +117,9 @@ pub struct StageSettings {
     pub max_slew_n_per_s: f32,
     /// Largest force, infinite for none \[N\].
     pub max_force_n: f32,
+    /// Largest speed of the hand, infinite for none: an engaged pose farther from the last one than this
+    /// admits is a bad sample [m/s].
+    pub max_speed_m_per_s: f32,
     /// Ticks in which the force rises to its full value after engaging and after a silence, and in
     /// which it falls to zero when samples stop; 0 for none.
     pub ramp_ticks: u16,
@@ -129,13 +135,15 @@ impl StageSettings {
         passivity: None,
         max_slew_n_per_s: f32::INFINITY,
         max_force_n: f32::INFINITY,
+        max_speed_m_per_s: f32::INFINITY,
         ramp_ticks: 0,
         watchdog_ticks: 0,
     };
 
     /// Every stage, for a device at 1 kHz whose force acts a tick late:
     /// [`Device::coupling_n_per_m`] and [`Device::coupling_n_s_per_m`], 0.5 N s/m of damping of its
-    /// own, full force in 10 ms, a ramp of 100 ms, silence for 20 ms.
+    /// own, full force in 10 ms, hands of up to [`HAND_SPEED_MAX_M_PER_S`], a ramp of 100 ms, silence
+    /// for 20 ms.
     #[must_use]
     pub const fn for_device(device: Device) -> Self {
         Self {
@@ -146,6 +154,7 @@ impl StageSettings {
             passivity: Some(Passivity { device_damping_n_s_per_m: 0.5, delay_ticks: 1 }),
             max_slew_n_per_s: 100.0 * device.max_force_n(),
             max_force_n: device.max_force_n(),
+            max_speed_m_per_s: HAND_SPEED_MAX_M_PER_S,
             ramp_ticks: 100,
             watchdog_ticks: 20,
             ..Self::NONE
@@ -177,6 +186,8 @@ impl StageSettings {
             Err(StageError::Slew)
         } else if !above_0(self.max_force_n) {
             Err(StageError::MaxForce)
+        } else if !above_0(self.max_speed_m_per_s) {
+            Err(StageError::MaxSpeed)
         } else if self.ramp_ticks > TICKS_MAX || self.watchdog_ticks > TICKS_MAX {
             Err(StageError::Ticks)
         } else {
@@ -208,6 +219,9 @@ pub enum StageError {
     /// The largest force is not positive.
     #[error("the largest force must be positive")]
     MaxForce,
+    /// The hand's largest speed is not positive.
+    #[error("the hand's largest speed must be positive")]
+    MaxSpeed,
     /// A ramp or a watchdog above [`TICKS_MAX`].
     #[error("ramp and watchdog must be at most 60000 ticks")]
     Ticks,

@@ -18,6 +18,8 @@ pub(super) fn words(settings: &StageSettings) -> [u32; WORDS] {
     let (passivity, device_damping, delay) = settings.passivity.map_or((0, 0, 0), |of| {
         (PASSIVITY, of.device_damping_n_s_per_m.to_bits(), of.delay_ticks.into())
     });
+    let is_limited = settings.max_speed_m_per_s != f32::INFINITY;
+    let speed = if is_limited { settings.max_speed_m_per_s.to_bits() } else { 0 };
     [
         coupling | passivity,
         settings.tick_s.to_bits(),
@@ -28,7 +30,7 @@ pub(super) fn words(settings: &StageSettings) -> [u32; WORDS] {
         settings.max_slew_n_per_s.to_bits(),
         settings.max_force_n.to_bits(),
         u32::from(settings.ramp_ticks) | u32::from(settings.watchdog_ticks) << 16,
-        0,
+        speed,
     ]
 }
 
@@ -41,7 +43,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<StageSettings>, TraceError> {
     for (word, bytes) in found.iter_mut().zip(bytes.chunks_exact(4)) {
         *word = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
     }
-    let [parts, tick, stiffness, damping, device_damping, delay, slew, force, ticks, _] = found;
+    let [parts, tick, stiffness, damping, device_damping, delay, slew, force, ticks, speed] = found;
     let [ramp_ticks, watchdog_ticks]: [u16; 2] = bytemuck::cast(ticks);
     let coupling = Coupling {
         stiffness_n_per_m: f32::from_bits(stiffness),
@@ -57,6 +59,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Option<StageSettings>, TraceError> {
         passivity: (parts & PASSIVITY != 0).then_some(passivity),
         max_slew_n_per_s: f32::from_bits(slew),
         max_force_n: f32::from_bits(force),
+        max_speed_m_per_s: if speed == 0 { f32::INFINITY } else { f32::from_bits(speed) },
         ramp_ticks,
         watchdog_ticks,
     };

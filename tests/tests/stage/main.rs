@@ -3,6 +3,7 @@
 mod bodies;
 mod deep;
 mod delay;
+mod events;
 mod holds;
 mod long;
 mod passivity;

@@ -17,6 +17,7 @@ use chaincell_kernel::trace::{
 };
 use chaincell_kernel::{Model, ToolPart};
 
+use crate::engine::order::skipped;
 use crate::engine::staged::Staged;
 use crate::engine::tissue::{Sweeps, TissueEngine};
 use crate::engine::tools::Poses;
@@ -202,6 +203,7 @@ pub fn play(
 ) -> std::result::Result<End, Stop> {
     let mut paused = start.is_paused;
     let mut poses = Poses::away(tissue.tools());
+    let mut last = None;
     trace.entries(|index, entry| {
         if start.behind.is_some_and(|behind| index <= behind) {
             return Ok(());
@@ -220,6 +222,7 @@ pub fn play(
                     if record.ramp_restarted {
                         tissue.restart_ramp();
                     }
+                    tissue.skipped(last.map_or(0, |last| skipped(last, record.tick)));
                     if let Some(ticks) = record.delay_ticks {
                         tissue.delayed(ticks);
                     }
@@ -229,6 +232,7 @@ pub fn play(
                         tissue.tick_again(&record.sample, record.sweeps);
                     }
                 }
+                last = Some(record.tick);
                 played.ticks += 1;
             }
             Entry::Command(record) => {

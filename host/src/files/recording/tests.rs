@@ -146,6 +146,7 @@ fn a_session_behind_a_stage_is_played_to_the_same_bits() {
         passivity: Some(Passivity { device_damping_n_s_per_m: 0.1, delay_ticks: 1 }),
         max_slew_n_per_s: 500.0,
         max_force_n: 3.0,
+        max_speed_m_per_s: 4.0,
         ramp_ticks: 30,
         watchdog_ticks: 5,
         ..StageSettings::NONE

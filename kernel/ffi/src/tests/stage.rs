@@ -33,6 +33,7 @@ pub(super) fn settings(device: DeviceKind) -> StageSettings {
         delay_ticks: 9,
         max_slew_n_per_s: 0.0,
         max_force_n: 0.0,
+        max_speed_m_per_s: 0.0,
         ramp_ticks: 0,
         watchdog_ticks: 0,
     };
@@ -132,12 +133,32 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.delay_ticks = 256, Code::StagePassivity);
     refused(|s| s.max_slew_n_per_s = 0.0, Code::StageSlew);
     refused(|s| s.max_force_n = f32::NAN, Code::StageMaxForce);
+    refused(|s| s.max_speed_m_per_s = -5.0, Code::StageMaxSpeed);
     refused(|s| s.ramp_ticks = 65_537, Code::StageTicks);
     refused(|s| s.watchdog_ticks = 60_001, Code::StageTicks);
     for device in [-1, 5, i32::MAX] {
         let mut settings = settings(DeviceKind::Touch);
         assert_eq!(call!(chaincell_stage_default(device, &mut settings)), Code::StageDevice);
     }
+}
+
+#[test]
+fn a_limit_and_a_restart_are_the_stages() {
+    let (_, mut stage) = make(&settings(DeviceKind::Falcon));
+    assert_eq!(call!(chaincell_stage_limit_force(&mut stage, 0.5)), Code::Ok);
+    for bad in [0.0, -1.0, f32::NAN] {
+        assert_eq!(call!(chaincell_stage_limit_force(&mut stage, bad)), Code::StageMaxForce);
+    }
+    let sample =
+        |tick: u16| Sample { position_m: [1.0e-4 * f32::from(tick), 0.0, 0.0], engaged: 1 };
+    let sizes: std::vec::Vec<f32> =
+        (0..200).map(|at| -pass(&mut stage, sample(at)).force_n[0]).collect();
+    assert!(sizes.iter().all(|&size| size <= 0.5) && sizes[199] > 0.49, "{sizes:?}");
+    assert_eq!(call!(chaincell_stage_restart_ramp(&mut stage)), Code::Ok);
+    assert!(-pass(&mut stage, sample(200)).force_n[0] <= 0.01);
+    let null = core::ptr::null_mut::<StageStorage>();
+    assert_eq!(call!(chaincell_stage_limit_force(null, 0.5)), Code::Null);
+    assert_eq!(call!(chaincell_stage_restart_ramp(null)), Code::Null);
 }
 
 /// Null and misaligned, and storage without a stage: refused, and the force is 0.

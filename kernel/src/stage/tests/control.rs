@@ -164,7 +164,7 @@ fn a_fast_hand_is_pushed_by_what_it_has_put_in_alone() {
         let force = if tick < 50 { 0.0 } else { 2.0 };
         // 1 m/s, once the ramp is up.
         let step = if tick < 150 { 0.0 } else { 1.0e-3 };
-        let position_m = Vector3::new(0.0, 0.0, step * f32::from(tick));
+        let position_m = Vector3::new(0.0, 0.0, 1.0e-3 * f32::from(tick.saturating_sub(149)));
         let _ = stage.sample(&ToolSample { position_m, engaged: 1 });
         let answer = TickOutput {
             force_n: Vector3::new(0.0, 0.0, force),

@@ -1,6 +1,7 @@
 //! Any bits in, only forces within the limits out; and the stages one after the other.
 
 mod control;
+mod felt;
 mod missing;
 mod restored;
 
@@ -70,6 +71,9 @@ proptest! {
         let device = [Device::Touch, Device::Premium, Device::Falcon, Device::Omega, Device::Sigma][device];
         let mut settings = StageSettings { ramp_ticks: ramp, watchdog_ticks: 3, ..StageSettings::for_device(device) };
         settings.passivity = Some(Passivity { device_damping_n_s_per_m: 0.5, delay_ticks });
+        if ramp % 2 == 0 {
+            settings.max_speed_m_per_s = f32::INFINITY;
+        }
         if let Some([stiffness, damping, tick_s]) = logs.map(|logs| logs.map(|log| 10.0_f32.powf(log))) {
             let (stiffness_n_per_m, damping_n_s_per_m) = (stiffness.clamp(1.0, COUPLING_MAX), damping.min(COUPLING_MAX));
             settings.coupling = Some(Coupling { stiffness_n_per_m, damping_n_s_per_m });
@@ -251,6 +255,7 @@ fn every_setting_out_of_range_is_named() {
         (StageSettings { max_slew_n_per_s: 0.0, ..whole }, StageError::Slew),
         (StageSettings { max_force_n: f32::NAN, ..whole }, StageError::MaxForce),
         (StageSettings { ramp_ticks: 60_001, ..whole }, StageError::Ticks),
+        (StageSettings { max_speed_m_per_s: 0.0, ..whole }, StageError::MaxSpeed),
         (StageSettings { watchdog_ticks: u16::MAX, ..whole }, StageError::Ticks),
     ] {
         assert_eq!(Stage::new(settings).map(|_| ()), Err(why), "{settings:?}");

@@ -11,6 +11,7 @@ fn stage() -> StageSettings {
         passivity: Some(Passivity { device_damping_n_s_per_m: 0.125, delay_ticks: 1 }),
         max_slew_n_per_s: 300.0,
         max_force_n: 3.25,
+        max_speed_m_per_s: 4.0,
         ramp_ticks: 200,
         watchdog_ticks: 20,
     }

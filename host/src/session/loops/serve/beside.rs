@@ -1,7 +1,6 @@
 //! What the serving loop does between two ticks: commands, pauses, states for viewers.
 
 use chaincell_kernel::trace::{Command, CommandRecord};
-use chaincell_kernel::{Flags, TickOutput};
 
 use super::Run;
 use crate::engine::tissue::Refusal;
@@ -13,16 +12,6 @@ impl Run<'_> {
     /// The tissue's last answer.
     fn answer(&self) -> Option<ToolForce> {
         self.shared.voice().answer.map(|answer| answer.force)
-    }
-
-    /// The answer while paused: force 0, safe state and no other flag; no cell moves.
-    pub(super) fn rest(&self) -> TickOutput {
-        TickOutput {
-            energy_j: self.answer().map_or(0.0, |last| last.energy_j),
-            contacts: self.answer().map_or(0, |last| last.contacts),
-            flags: Flags::SAFE_STATE,
-            ..TickOutput::NONE
-        }
     }
 
     /// State and contacts are others than those that were sent last.
@@ -49,25 +38,25 @@ impl Run<'_> {
         }
         if self.state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, idle)) {
             let header = StateHeader {
-                tick: self.last_tick(),
-                ticks_answered: self.executed,
+                tick: self.session.last_tick(),
+                ticks_answered: self.session.executed,
                 state_hash: self.state_hash(),
                 nodes: 0,
                 flags: self.answer().map_or(0, |last| last.flags),
             };
             if let Some(state) = &mut self.state {
-                state.send(header, self.engine);
+                state.send(header, self.session.engine);
             }
         }
         if self.contacts.as_mut().is_some_and(|contacts| contacts.feed.is_due(now_ns, idle)) {
             let header = ContactsHeader {
-                tick: self.last_tick(),
-                ticks_answered: self.executed,
+                tick: self.session.last_tick(),
+                ticks_answered: self.session.executed,
                 contacts: 0,
                 flags: self.answer().map_or(0, |last| last.flags),
             };
             if let Some(contacts) = &mut self.contacts {
-                contacts.send(header, self.engine);
+                contacts.send(header, self.session.engine);
             }
         }
     }
@@ -76,16 +65,16 @@ impl Run<'_> {
     fn state_hash(&mut self) -> u64 {
         match self.answer() {
             Some(ToolForce { state_hash: hash @ 1.., .. }) => hash,
-            _ => self.engine.state_hash(),
+            _ => self.session.engine.state_hash(),
         }
     }
 
     fn carry_out(&mut self, message: &CommandMessage) -> ReplyMessage {
         let done = message.command().and_then(|command| self.obey(&command));
         let reply = ReplyMessage {
-            tick: self.last_tick(),
-            ticks_answered: self.executed,
-            state_hash: self.engine.state_hash(),
+            tick: self.session.last_tick(),
+            ticks_answered: self.session.executed,
+            state_hash: self.session.engine.state_hash(),
             result: u32::from(done.is_err()),
             reason: done.err().map_or(0, |why| why as u32),
         };
@@ -93,9 +82,6 @@ impl Run<'_> {
             Err(_) => self.disobeyed += 1,
             Ok(command) => {
                 self.obeyed += 1;
-                if !matches!(command, Command::Snapshot { .. }) {
-                    self.shared.voice().shaper.begin_ramp();
-                }
                 let state_hash = Some(reply.state_hash);
                 self.recorder.command(CommandRecord { tick: reply.tick, command, state_hash });
                 self.changed();
@@ -109,18 +95,10 @@ impl Run<'_> {
             return Err(Refusal::Recording);
         }
         match command {
-            Command::Pause => self.paused = true,
-            Command::Resume => self.paused = false,
             Command::Snapshot { .. } => {
-                return self.snapshot().map(|checksum| Command::Snapshot { checksum });
+                self.snapshot().map(|checksum| Command::Snapshot { checksum })
             }
-            other => self.engine.command(other)?,
+            other => self.session.obey(other).map(|()| *other),
         }
-        if let (Command::Reset, Some(last)) = (command, &mut self.shared.voice().answer) {
-            let state_hash = self.engine.state_hash();
-            last.force = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..last.force };
-            last.felt.iter_mut().for_each(|felt| felt.contacts = 0);
-        }
-        Ok(*command)
     }
 }

@@ -16,7 +16,7 @@
 use chaincell_kernel::stage::DELAY_MAX;
 
 use super::Run;
-use super::intake::Arrived;
+use super::arrived::Arrived;
 use crate::session::ipc::complain::complain;
 use crate::session::timing::clock::SECOND_NS;
 
@@ -65,7 +65,7 @@ fn ticks(
 }
 
 impl Run<'_> {
-    /// Tells the stage how late the answer to this pose will be, where that is measured.
+    /// How late the answer to this pose will be, where that is measured: the stage is told.
     pub(super) fn measure_delay(&mut self, arrived: &Arrived, now_ns: u64) {
         let Some(period_ns) = self.delay.period_ns else { return };
         let sent_ns = arrived.asked.map(|asked| asked.send_ns);
@@ -76,7 +76,6 @@ impl Run<'_> {
             complain(&mut self.delay.disbelieved, what, arrived.pose.tick);
             DELAY_MAX.into()
         });
-        self.engine.delayed(told);
         self.delay.told = Some(told);
     }
 }

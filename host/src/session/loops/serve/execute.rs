@@ -3,35 +3,26 @@
 
 use chaincell_kernel::{Flags, TickOutput};
 
-use super::intake::Arrived;
+use super::arrived::Arrived;
 use super::overload::{Behind, FAR};
 use super::{Run, ServeOptions};
-use crate::engine::tissue::{Sweeps, TissueEngine};
+use crate::engine::tissue::Sweeps;
 use crate::session::timing::clock::now_ns;
-
-/// Late poses on end from which on the next new force is gone to along a ramp.
-const LATE_RUN: u32 = 4;
 
 impl Run<'_> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
     pub(super) fn execute(&mut self, mut arrived: Arrived) {
         let start_ns = now_ns();
-        self.resumes(&mut arrived);
-        (self.late_run, self.behind_gap) = (0, false);
+        self.behind_gap = false;
         self.shared.begin_tick();
-        self.delay.told = None;
-        let output = if self.paused { self.rest() } else { self.tick(arrived, start_ns) };
+        let output = self.tick(&mut arrived, start_ns);
         self.shared.end_tick();
         let end_ns = now_ns();
         let step_ns = end_ns - start_ns;
         self.delay.took(step_ns);
-        self.executed += 1;
-        let every = self.server.options.hash_every;
-        let hashed = every != 0 && self.executed.is_multiple_of(every);
-        let state_hash = if hashed { self.engine.state_hash() } else { 0 };
         let is_anytime = self.is_anytime();
-        self.publish(arrived, &output, step_ns, state_hash);
-        if self.paused {
+        self.publish(&arrived, &output, step_ns);
+        if self.session.is_paused() {
             self.paused_ticks += 1;
             return;
         }
@@ -49,23 +40,17 @@ impl Run<'_> {
             false if is_behind => Behind::Yes,
             false => Behind::No,
         };
-        self.shared.voice().judge(behind, [start_ns, sent_ns]);
+        self.session.judge(behind, [start_ns, sent_ns]);
     }
 
-    /// The first tick after a pause: the device had no force, and the stage did not see it move.
-    fn resumes(&mut self, arrived: &mut Arrived) {
-        arrived.restarts_ramp |= self.has_rested && !self.paused;
-        self.has_rested = self.paused;
-    }
-
-    /// The tissue's tick: as many sweeps as its time has room for.
-    fn tick(&mut self, arrived: Arrived, start_ns: u64) -> TickOutput {
-        self.measure_delay(&arrived, start_ns);
-        if arrived.restarts_ramp {
-            self.engine.restart_ramp();
+    /// The stage is told what it has to know, then as many sweeps as its time has room for.
+    fn tick(&mut self, arrived: &mut Arrived, start_ns: u64) -> TickOutput {
+        self.prepare(arrived, start_ns);
+        if self.session.is_paused() {
+            return self.session.tick(arrived, Sweeps::ALL);
         }
         let &ServeOptions { sweep_ns, sweep_after, .. } = &self.server.options;
-        let stretch_ns = if self.executed < sweep_after { 0 } else { sweep_ns };
+        let stretch_ns = if self.session.executed < sweep_after { 0 } else { sweep_ns };
         let stretched = |sweeps: u16| {
             while now_ns() < start_ns + u64::from(sweeps) * stretch_ns {
                 std::hint::spin_loop();
@@ -73,7 +58,7 @@ impl Run<'_> {
             now_ns()
         };
         if !self.is_anytime() {
-            let output = advance(self.engine, &arrived, Sweeps::ALL);
+            let output = self.session.tick(arrived, Sweeps::ALL);
             stretched(output.sweeps);
             return output;
         }
@@ -84,38 +69,29 @@ impl Run<'_> {
             done_ns = stretched(done);
             budget.more(done_ns)
         };
-        let output = advance(self.engine, &arrived, Sweeps::While(&mut more));
+        let output = self.session.tick(arrived, Sweeps::While(&mut more));
         let end_ns = stretched(output.sweeps);
         budget.end(end_ns, output.sweeps);
         output
     }
 
+    fn prepare(&mut self, arrived: &mut Arrived, start_ns: u64) {
+        self.delay.told = None;
+        if !self.session.is_paused() {
+            self.measure_delay(arrived, start_ns);
+        }
+        self.session.prepare(arrived, self.delay.told);
+    }
+
     /// A tick without a sweep, for a pose that newer ones have overtaken.
     pub(super) fn execute_late(&mut self, mut arrived: Arrived) {
         let start_ns = now_ns();
-        self.resumes(&mut arrived);
-        self.measure_delay(&arrived, start_ns);
-        if arrived.restarts_ramp {
-            self.engine.restart_ramp();
-        }
-        let output = advance(self.engine, &arrived, Sweeps::LATE);
-        self.executed += 1;
+        self.prepare(&mut arrived, start_ns);
+        let output = self.session.tick(&arrived, Sweeps::LATE);
         let late = u64::from(output.flags.contains(Flags::LATE));
         self.behind_gap |= arrived.restarts_ramp;
         self.late += late;
         self.late_behind_gaps += if self.behind_gap { late } else { 0 };
-        self.late_run += 1;
-        if self.late_run == LATE_RUN {
-            self.shared.voice().shaper.begin_ramp();
-        }
-        self.publish(arrived, &output, now_ns() - start_ns, 0);
-    }
-}
-
-/// The tissue's tick for a pose, or for the poses of all tools.
-fn advance(engine: &mut dyn TissueEngine, arrived: &Arrived, sweeps: Sweeps<'_>) -> TickOutput {
-    match arrived.tools.each() {
-        [] => engine.tick_by(&arrived.pose.into(), sweeps),
-        _ => engine.tick_tools(&arrived.tools, sweeps),
+        self.publish(&arrived, &output, now_ns() - start_ns);
     }
 }

@@ -12,25 +12,28 @@
 //! pose waits too.
 
 mod answers;
+mod arrived;
 mod beside;
 mod budget;
+mod charge;
 mod delay;
 mod execute;
 mod intake;
 mod options;
 mod overload;
 mod rate;
+mod session;
 mod snapshots;
+mod speed;
 mod voice;
 mod watcher;
 
 use std::collections::VecDeque;
 
-use chaincell_kernel::TOOLS_MAX;
+use iceoryx2::identifiers::UniquePublisherId;
 
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::tissue::TissueEngine;
-use crate::engine::tools::Poses;
 use crate::error::Result;
 use crate::interrupt;
 use crate::session::ipc::command::CommandServer;
@@ -46,17 +49,20 @@ use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_unt
 use crate::session::timing::histogram::Latencies;
 use crate::terminal;
 
+pub use arrived::Arrived;
 use budget::Budget;
 pub use budget::SweepBudget;
+pub use charge::{Charge, Resumed};
 use delay::LoopDelay;
-use intake::{Arrived, InCharge};
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
+pub use overload::Behind;
 use rate::PoseRate;
 pub use rate::{POSE_HZ, POSE_HZ_MAX};
+pub use session::Session;
+pub use snapshots::SnapshotPlace;
 use snapshots::Snapshots;
-pub use snapshots::{Resumed, SnapshotPlace};
-use voice::Voice;
-use watcher::Shared;
+pub use voice::Voice;
+pub use watcher::Shared;
 
 /// Longest pause between looks at Ctrl-C and at the end of the run \[ns\].
 const LOOK_NS: u64 = 5 * MILLISECOND_NS;
@@ -214,12 +220,8 @@ struct Run<'a> {
     contacts: Option<ContactPublisher>,
     commands: Option<CommandServer>,
     snapshots: Option<Snapshots>,
-    resumed: Option<Resumed>,
-    engine: &'a mut dyn TissueEngine,
+    session: Session<'a>,
     recorder: &'a mut Recorder,
-    paused: bool,
-    /// Whether the last tick was one of a pause.
-    has_rested: bool,
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
@@ -227,13 +229,7 @@ struct Run<'a> {
     tools_first: bool,
     /// Poses accepted and not executed yet, the oldest first.
     inbox: VecDeque<Arrived>,
-    in_charge: Option<InCharge>,
-    /// How many tools were chosen by their parts.
-    chosen: usize,
-    /// Whether a pose with the tool released has been seen, of each.
-    has_released: [bool; TOOLS_MAX],
-    /// The last good poses of these tools.
-    standing: Poses,
+    in_charge: Option<UniquePublisherId>,
     rate: PoseRate,
     alive_until_ns: u64,
     budget: Budget,
@@ -241,18 +237,12 @@ struct Run<'a> {
     looked_ns: u64,
     end_ns: u64,
     publishers: u64,
-    executed: u64,
-    /// Last tick that made sweeps.
-    force_tick: u64,
     late: u64,
     /// Of these, behind a silence or a gap, and whether those at hand are.
     late_behind_gaps: u64,
     behind_gap: bool,
-    /// Late poses on end.
-    late_run: u32,
     flag_ticks: FlagTicks,
     sweeps: Latencies,
-    missing: u64,
     repeated: u64,
     refused: u64,
     throttled: u64,
@@ -277,7 +267,10 @@ impl<'a> Run<'a> {
         inbox.clear();
         let mut waiter = Waiter::new(server.options.wait, PERIOD_NS);
         waiter.expect_after(start_ns);
-        let chosen = engine.tools();
+        let resumed = server.resumed;
+        let charge = resumed.map_or_else(Charge::new, Charge::resuming);
+        let paused = resumed.is_some_and(|of| of.is_paused);
+        let session = Session::new(engine, shared, &server.options, (charge, paused));
         Ok(Self {
             server,
             shared,
@@ -285,20 +278,14 @@ impl<'a> Run<'a> {
             contacts,
             commands,
             snapshots: None,
-            resumed: server.resumed,
-            engine,
+            session,
             recorder,
-            paused: server.resumed.is_some_and(|of| of.is_paused),
-            has_rested: false,
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
             tools_first: false,
             inbox,
             in_charge: None,
-            chosen,
-            has_released: [false; TOOLS_MAX],
-            standing: Poses::away(chosen),
             rate: server.rate,
             alive_until_ns: 0,
             budget: Budget::new(server.options.budget, server.options.max_pose_hz),
@@ -306,15 +293,11 @@ impl<'a> Run<'a> {
             looked_ns: start_ns,
             end_ns: start_ns.saturating_add(server.length_ns),
             publishers: 0,
-            executed: 0,
             late: 0,
-            force_tick: 0,
             late_behind_gaps: 0,
             behind_gap: false,
-            late_run: 0,
             flag_ticks: FlagTicks::default(),
             sweeps: Latencies::new()?,
-            missing: 0,
             repeated: 0,
             refused: 0,
             throttled: 0,
@@ -327,7 +310,7 @@ impl<'a> Run<'a> {
 
     fn until_the_end(&mut self) -> Ending {
         loop {
-            if self.server.options.ticks.is_some_and(|ticks| self.executed >= ticks) {
+            if self.server.options.ticks.is_some_and(|ticks| self.session.executed >= ticks) {
                 return Ending::Ticks;
             }
             if interrupt::asked() {
@@ -358,7 +341,9 @@ impl<'a> Run<'a> {
 
     /// Whether ticks end when their time is up, and poses may be late.
     fn is_anytime(&self) -> bool {
-        self.server.options.budget != SweepBudget::Off && self.engine.is_anytime() && !self.paused
+        self.server.options.budget != SweepBudget::Off
+            && self.session.engine.is_anytime()
+            && !self.session.is_paused()
     }
 
     fn wait(&mut self) {
@@ -392,10 +377,10 @@ impl<'a> Run<'a> {
             self.contacts.as_ref().map_or_else(Default::default, |contacts| contacts.feed.cost());
         let voice = self.shared.voice();
         ServeReport {
-            ticks_executed: self.executed,
+            ticks_executed: self.session.executed,
             ticks_late: self.late,
             ticks_late_behind_gaps: self.late_behind_gaps,
-            poses_missing: self.missing,
+            poses_missing: self.session.missing,
             overloads: voice.overloads(),
             sweeps: SweepCounts {
                 p1: self.sweeps.at(0.01),
@@ -422,7 +407,7 @@ impl<'a> Run<'a> {
             contacts_ns,
             step_ns: self.step.summary(),
             peers: self.peers.cost(),
-            state_hash: format!("{:016x}", self.engine.state_hash()),
+            state_hash: format!("{:016x}", self.session.engine.state_hash()),
             ended_by,
             refused,
             step_histogram: self.server.options.histogram.then(|| self.step.spans()),

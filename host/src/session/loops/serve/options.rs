@@ -25,6 +25,8 @@ pub struct ServeOptions {
     pub ramp_ms: u32,
     /// Largest slew of a ramp, infinite for none [N/s].
     pub max_slew_n_per_s: f32,
+    /// Largest speed of a hand in front of a tissue without an output stage, infinite for any [m/s].
+    pub max_speed_m_per_s: f32,
     /// A state hash every this many ticks; 0 leaves it to the end of the run.
     pub hash_every: u64,
     /// Most poses executed a second, 0 for any number; see [`POSE_HZ`] \[Hz\].
@@ -58,6 +60,7 @@ impl Default for ServeOptions {
             watchdog_ms: 20,
             ramp_ms: 20,
             max_slew_n_per_s: f32::INFINITY,
+            max_speed_m_per_s: f32::INFINITY,
             hash_every: 1,
             max_pose_hz: POSE_HZ,
             budget: SweepBudget::default(),

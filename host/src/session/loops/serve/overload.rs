@@ -29,10 +29,12 @@ pub(super) struct Overload {
 
 /// How far a tick is behind the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Behind {
+pub enum Behind {
+    /// In time.
     No,
+    /// By a tick.
     Yes,
-    /// By [`FAR`] poses.
+    /// By so many poses that once is enough.
     Far,
 }
 

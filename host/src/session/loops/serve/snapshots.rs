@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use chaincell_kernel::TOOLS_MAX;
-
 use super::Run;
 use crate::engine::tissue::Refusal;
 use crate::files::snapshot::{self, SessionSnapshot};
@@ -17,19 +15,6 @@ pub struct SnapshotPlace {
     pub trace: PathBuf,
     /// What it begins with.
     pub begun: Vec<u8>,
-}
-
-/// What a session that goes on from a snapshot knows of the one before.
-#[derive(Debug, Clone, Copy)]
-pub struct Resumed {
-    /// Last tick before the snapshot, 0 for none.
-    pub tick: u64,
-    /// Id of the publisher that was in charge, 0 for none.
-    pub publisher: u128,
-    /// Which tools it was seen to release.
-    pub released: [bool; TOOLS_MAX],
-    /// Whether it was paused.
-    pub is_paused: bool,
 }
 
 /// A file to be written.
@@ -63,19 +48,14 @@ impl Run<'_> {
     /// Takes a snapshot; gives its number.
     pub(super) fn snapshot(&mut self) -> Result<u32, Refusal> {
         let Some(snapshots) = &self.snapshots else { return Err(Refusal::NoTrace) };
-        let saved = self.engine.saved().ok_or(Refusal::Unsupported)?;
-        let tick = self.last_tick();
-        // Nobody has taken charge since a snapshot: what that one said still holds.
-        let (publisher, released) = match (self.in_charge, self.resumed) {
-            (Some(known), _) => (known.id.value(), self.has_released),
-            (None, Some(resumed)) => (resumed.publisher, resumed.released),
-            (None, None) => (0, self.has_released),
-        };
+        let saved = self.session.saved().ok_or(Refusal::Unsupported)?;
+        let tick = self.session.last_tick();
+        let (publisher, released) = self.session.charge().saved();
         let snapshot = SessionSnapshot {
             tick,
             publisher,
             released,
-            is_paused: self.paused,
+            is_paused: self.session.is_paused(),
             begun: snapshots.place.begun.clone(),
             saved,
         };
@@ -83,19 +63,5 @@ impl Run<'_> {
         let path = snapshot::place(&snapshots.place.trace, tick);
         snapshots.files.try_send((path, bytes)).map_err(|_| Refusal::Busy)?;
         Ok(checksum)
-    }
-
-    /// The last tick, which may be one before the snapshot that the session goes on from; 0 for none.
-    pub(super) fn last_tick(&self) -> u64 {
-        let before = self.server.resumed.map_or(0, |resumed| resumed.tick);
-        self.shared.voice().answer.map_or(before, |last| last.force.tick)
-    }
-
-    /// A publisher takes charge: the one of the session before needs to release nothing again.
-    pub(super) fn resume(&mut self, publisher: u128) {
-        let Some(resumed) = self.resumed.take() else { return };
-        if resumed.publisher == publisher {
-            self.has_released = resumed.released;
-        }
     }
 }

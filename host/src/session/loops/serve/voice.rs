@@ -1,10 +1,16 @@
 //! What is published of the tissue's force: without a jump when poses stop, come again, come from
 //! another program, and when a command, a run of bad samples or an overload takes the force away.
 //!
+//! An output stage keeps a ledger of what the device was given. Whatever is published goes through one
+//! function, `say`, which compares it with what was computed: where the device felt another
+//! force, whatever the cause, the stage's ramp begins anew with the next tick, and its ledger books
+//! nothing for this one.
+//!
 //! The clock never enters the tissue: what is recorded is the tissue's own force. The loop and the
 //! [watcher](super::watcher) beside it speak through one voice.
 
-use chaincell_kernel::Flags;
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Flags, TOOLS_MAX};
 
 use super::ServeOptions;
 use super::overload::{Behind, Change, Overload};
@@ -16,47 +22,88 @@ use crate::session::timing::clock::PERIOD_NS;
 
 /// The published force.
 #[derive(Debug)]
-pub(super) struct Voice {
-    pub shaper: ForceShaper,
+pub struct Voice {
+    pub(super) shaper: ForceShaper,
     overload: Overload,
+    /// Whether an output stage stands before the device, which makes its own ramps of all that it sees.
+    has_stage: bool,
+    /// Whether the device has felt another force than the last one computed, and no tick was told.
+    felt_other: bool,
     /// The tissue's last answer.
-    pub answer: Option<Answer>,
+    pub(super) answer: Option<Answer>,
     said_ns: u64,
     is_zero: bool,
 }
 
 impl Voice {
-    pub(super) fn new(options: &ServeOptions, now_ns: u64) -> Self {
+    /// Force 0 is shown so far.
+    pub fn new(options: &ServeOptions, now_ns: u64) -> Self {
         let &ServeOptions { watchdog_ms, ramp_ms, max_slew_n_per_s, .. } = options;
         Self {
             shaper: ForceShaper::new(watchdog_ms, ramp_ms, max_slew_n_per_s, now_ns),
             overload: Overload::default(),
+            has_stage: false,
+            felt_other: false,
             answer: None,
             said_ns: now_ns,
             is_zero: true,
         }
     }
 
-    /// The published form of an answer of the tissue.
-    pub(super) fn shown(&mut self, answer: Answer, now_ns: u64) -> Answer {
+    /// A session begins, with an output stage or without; one that goes on from a snapshot was silent.
+    pub(super) fn begin(&mut self, has_stage: bool, is_resumed: bool) {
+        self.has_stage = has_stage;
+        if is_resumed {
+            self.shaper.begin_silent();
+        }
+    }
+
+    /// The published form of an answer of the tissue; tools that are `withheld` are given no force.
+    pub(super) fn shown(
+        &mut self,
+        answer: Answer,
+        withheld: [bool; TOOLS_MAX],
+        now_ns: u64,
+    ) -> Answer {
         let safe = Flags::SAFE_STATE.0;
         let last = self.answer.unwrap_or(answer);
         if (answer.force.flags ^ last.force.flags) & safe != 0 {
-            self.shaper.begin_ramp();
+            self.force_jumps();
         }
         // The readers of another version were shown nothing of the force so far.
         if answer.asked.is_some() != last.asked.is_some() {
             self.shaper.begin_at_zero();
         }
         self.shaper.end_silence();
+        self.answer = Some(answer);
         let is_overload = self.overload.is_on();
-        let target = if is_overload { Shown::ZERO } else { felt(&answer) };
-        let shown = self.say(&target, now_ns);
+        let mut target = if is_overload { Shown::ZERO } else { felt(&answer) };
+        for (tool, _) in withheld.iter().enumerate().filter(|(_, withheld)| **withheld) {
+            (target.force_n[tool], target.torque_n_m[tool]) = ([0.0; 3], [0.0; 3]);
+        }
+        let shown = self.shape(&target, now_ns);
         let flags = answer.force.flags | if is_overload { Flags::LATE.0 | safe } else { 0 };
         // The flag says that the force is zero; on the way there it is not.
         let flags = if self.is_zero { flags } else { flags & !safe };
-        self.answer = Some(answer);
         with(answer, &shown, flags)
+    }
+
+    /// The force may jump for a cause that an output stage sees itself: without one it goes along a ramp.
+    pub(super) fn force_jumps(&mut self) {
+        if !self.has_stage {
+            self.shaper.begin_ramp();
+        }
+    }
+
+    /// A command was carried out.
+    pub(super) fn obeyed(&mut self, command: &Command) {
+        match command {
+            Command::Snapshot { .. } => {}
+            // They pass the stage by.
+            Command::Pause | Command::Resume | Command::Reset => self.shaper.begin_ramp(),
+            Command::MaxForceN(_) if !self.has_stage => self.shaper.begin_raise(),
+            _ => self.force_jumps(),
+        }
     }
 
     /// A tick has ended: an overload lets the force fall, its end lets it come back.
@@ -70,16 +117,16 @@ impl Voice {
 
     /// What to publish where no answer comes: the force falls to 0 in a silence, a message a
     /// millisecond. The tissue stays as it is.
-    pub(super) fn falling(&mut self, now_ns: u64) -> Option<Answer> {
+    pub fn falling(&mut self, now_ns: u64) -> Option<Answer> {
         let last = self.answer?;
         let fall = self.shaper.wait(now_ns)?;
-        self.said_ns = now_ns;
+        self.say(&fall.shown, now_ns);
         self.is_zero = fall.is_done;
         Some(stale(last, &fall.shown, fall.is_done))
     }
 
     /// As [`Self::falling`], in a tick that does not end, and under an overload between two answers.
-    pub(super) fn falling_in_tick(&mut self, now_ns: u64) -> Option<Answer> {
+    pub fn falling_in_tick(&mut self, now_ns: u64) -> Option<Answer> {
         if !self.overload.is_on() {
             return self.falling(now_ns);
         }
@@ -87,7 +134,7 @@ impl Voice {
         if self.is_zero || now_ns.saturating_sub(self.said_ns) < PERIOD_NS {
             return None;
         }
-        let shown = self.say(&Shown::ZERO, now_ns);
+        let shown = self.shape(&Shown::ZERO, now_ns);
         Some(stale(last, &shown, self.is_zero))
     }
 
@@ -101,11 +148,27 @@ impl Voice {
         (self.overload.is_on() && !self.is_zero) || self.shaper.fall_ns().is_some()
     }
 
-    fn say(&mut self, target: &Shown, now_ns: u64) -> Shown {
+    /// Whether the device has felt another force than the one computed since this was asked last: the
+    /// stage is to be told.
+    pub(super) fn take_felt_other(&mut self) -> bool {
+        std::mem::take(&mut self.felt_other)
+    }
+
+    fn shape(&mut self, target: &Shown, now_ns: u64) -> Shown {
         let shown = self.shaper.shape(target, now_ns);
-        self.said_ns = now_ns;
-        self.is_zero = shown == Shown::ZERO;
+        self.say(&shown, now_ns);
         shown
+    }
+
+    /// Every published force goes through here, and is compared with the one computed last.
+    fn say(&mut self, shown: &Shown, now_ns: u64) {
+        (self.said_ns, self.is_zero) = (now_ns, *shown == Shown::ZERO);
+        let Some(answer) = self.answer.filter(|_| self.has_stage) else { return };
+        let computed = felt(&answer);
+        let touches = answer.force.contacts > 0 || answer.tools().iter().any(|of| of.contacts > 0);
+        // A force of 0 that is on a ramp may be another one in the next tick.
+        let is_on_way = touches && self.is_zero && !self.shaper.is_done();
+        self.felt_other |= computed != *shown || is_on_way;
     }
 }
 

@@ -15,14 +15,16 @@ const LOOK_NS: u64 = 4 * MILLISECOND_NS;
 
 /// What the loop and the watcher share.
 #[derive(Debug)]
-pub(super) struct Shared {
+pub struct Shared {
     voice: Mutex<Voice>,
     in_tick: AtomicBool,
     has_ended: AtomicBool,
 }
 
 impl Shared {
-    pub(super) fn new(voice: Voice) -> Self {
+    /// Between ticks.
+    #[must_use]
+    pub fn new(voice: Voice) -> Self {
         Self {
             voice: Mutex::new(voice),
             in_tick: AtomicBool::new(false),
@@ -31,7 +33,7 @@ impl Shared {
     }
 
     /// The voice, for one of the two at a time.
-    pub(super) fn voice(&self) -> MutexGuard<'_, Voice> {
+    pub fn voice(&self) -> MutexGuard<'_, Voice> {
         self.voice.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

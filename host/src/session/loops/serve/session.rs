@@ -1,0 +1,300 @@
+//! A served session without ports and clock: poses in, answers out, every time given.
+//!
+//! It decides what is executed and what is published; the loop around it receives, waits, measures,
+//! records and sends. So all that may happen to a session can be played in any order on a simulated
+//! clock.
+
+use std::sync::MutexGuard;
+
+use chaincell_kernel::trace::Command;
+use chaincell_kernel::{Flags, TOOLS_MAX, TickOutput};
+
+use super::ServeOptions;
+use super::arrived::Arrived;
+use super::charge::{Charge, Claim};
+use super::overload::Behind;
+use super::speed::SpeedGate;
+use super::voice::Voice;
+use super::watcher::Shared;
+use crate::engine::order::{TickPlace, skipped};
+use crate::engine::snapshot::Saved;
+use crate::engine::tissue::{Refusal, Sweeps, TissueEngine};
+use crate::engine::tools::{Felt, Poses};
+use crate::session::ipc::payload::ToolForce;
+use crate::session::ipc::tools::Answer;
+
+/// Late poses on end from which on the next new force is gone to along a ramp.
+const LATE_RUN: u32 = 4;
+
+/// A tissue that is served.
+pub struct Session<'a> {
+    pub(super) engine: &'a mut dyn TissueEngine,
+    shared: &'a Shared,
+    /// How many tools were chosen by their parts.
+    pub(super) chosen: usize,
+    watchdog_ms: u32,
+    hash_every: u64,
+    charge: Charge,
+    gate: SpeedGate,
+    /// The last good poses of the chosen tools.
+    standing: Poses,
+    paused: bool,
+    /// Whether the last tick was one of a pause.
+    has_rested: bool,
+    last_tick: Option<u64>,
+    /// Last tick that made sweeps.
+    force_tick: u64,
+    late_run: u32,
+    /// Ticks executed.
+    pub executed: u64,
+    /// Poses that never came, by the numbers of their ticks.
+    pub missing: u64,
+}
+
+impl<'a> Session<'a> {
+    /// A session that begins at rest, or goes on where `charge` says; paused or not.
+    pub fn new(
+        engine: &'a mut dyn TissueEngine,
+        shared: &'a Shared,
+        options: &ServeOptions,
+        (charge, paused): (Charge, bool),
+    ) -> Self {
+        let chosen = engine.tools();
+        let session = Self {
+            engine,
+            shared,
+            chosen,
+            watchdog_ms: options.watchdog_ms,
+            hash_every: options.hash_every,
+            charge,
+            gate: SpeedGate::new(options.max_speed_m_per_s),
+            standing: Poses::away(chosen),
+            paused,
+            has_rested: false,
+            last_tick: None,
+            force_tick: 0,
+            late_run: 0,
+            executed: 0,
+            missing: 0,
+        };
+        let has_stage = session.engine.has_stage();
+        session.voice().begin(has_stage, session.charge.is_resumed());
+        session
+    }
+
+    fn voice(&self) -> MutexGuard<'a, Voice> {
+        self.shared.voice()
+    }
+
+    /// Who is in charge, and which tools were seen released.
+    pub(super) fn charge(&self) -> &Charge {
+        &self.charge
+    }
+
+    /// Whether no tick is executed.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// A publisher is in charge from here on. One of another program may be in another frame, and its
+    /// hand felt nothing so far: every tool counts as not engaged until it was released.
+    pub fn take_charge(&mut self, publisher: u128) {
+        if self.charge.take(publisher) == Claim::Other {
+            self.standing = Poses::away(self.chosen);
+        }
+        self.gate.forget();
+        self.voice().shaper.begin_ramp();
+    }
+
+    /// Judges a tick of the publisher in charge: its place, how far it is from the one before, and how far
+    /// those were apart.
+    pub fn place(&mut self, tick: u64) -> (TickPlace, [u64; 2]) {
+        let (place, steps) = self.charge.judge(tick);
+        if place == TickPlace::Next {
+            self.missing += steps[0] - 1;
+        }
+        (place, steps)
+    }
+
+    /// Takes a pose whose tick is the next one, with what [`Self::place`] said of it.
+    pub fn accept(&mut self, mut arrived: Arrived, [step, usual]: [u64; 2]) -> Arrived {
+        arrived.restarts_ramp = self.has_gap([step, usual], arrived.at_ns);
+        if arrived.restarts_ramp {
+            self.gate.forget();
+        }
+        self.complete(&mut arrived);
+        self.gate.judge(&mut arrived, step);
+        self.charge.release(&mut arrived, self.chosen);
+        if arrived.tools.are_good() {
+            self.standing = arrived.tools;
+        }
+        arrived
+    }
+
+    /// The poses of all tools: one of version 1 is that of tool 0, and says nothing of the others.
+    fn complete(&self, arrived: &mut Arrived) {
+        if arrived.asked.is_none() {
+            arrived.tools = self.standing.with_first_alone(&arrived.pose.into());
+        }
+    }
+
+    /// Whether the device was without a force, by the clock or by the ticks: the ramp then begins. A
+    /// controller that counts in larger steps all the time has no gap.
+    fn has_gap(&mut self, [step, usual]: [u64; 2], arrival_ns: u64) -> bool {
+        let was_silent = self.voice().shaper.hear(arrival_ns);
+        let bearable = u64::from(self.watchdog_ms);
+        let is_gap = bearable != 0 && step > bearable && step / 2 > usual;
+        if is_gap && !was_silent {
+            self.voice().shaper.begin_ramp();
+        }
+        is_gap || was_silent
+    }
+
+    /// Before the tick of a pose: the stage is told of all in which the device did not feel what was
+    /// computed, of lost samples and, where it is measured, of the delay.
+    pub fn prepare(&mut self, arrived: &mut Arrived, delay_ticks: Option<u16>) {
+        arrived.skipped = self.last_tick.map_or(0, |last| skipped(last, arrived.pose.tick));
+        self.last_tick = Some(arrived.pose.tick);
+        let felt_other = self.voice().take_felt_other();
+        if self.paused {
+            self.has_rested = true;
+            return;
+        }
+        let has_rested = std::mem::take(&mut self.has_rested);
+        arrived.restarts_ramp |= has_rested || felt_other;
+        if arrived.restarts_ramp {
+            self.engine.restart_ramp();
+        }
+        self.engine.skipped(arrived.skipped);
+        if let Some(ticks) = delay_ticks {
+            self.engine.delayed(ticks);
+        }
+    }
+
+    /// The tick of a pose, with these sweeps; force 0 while paused.
+    pub fn tick(&mut self, arrived: &Arrived, sweeps: Sweeps<'_>) -> TickOutput {
+        if self.paused {
+            return self.rest();
+        }
+        match arrived.tools.each() {
+            [] => self.engine.tick_by(&arrived.pose.into(), sweeps),
+            _ => self.engine.tick_tools(&arrived.tools, sweeps),
+        }
+    }
+
+    /// The answer while paused: force 0, safe state and no other flag; no cell moves.
+    fn rest(&self) -> TickOutput {
+        let last = self.voice().answer.map(|answer| answer.force);
+        TickOutput {
+            energy_j: last.map_or(0.0, |last| last.energy_j),
+            contacts: last.map_or(0, |last| last.contacts),
+            flags: Flags::SAFE_STATE,
+            ..TickOutput::NONE
+        }
+    }
+
+    /// A tick has ended, on time or late: its answer, as the tissue and the stage have it.
+    pub fn answer(&mut self, arrived: &Arrived, output: &TickOutput, step_ns: u64) -> Answer {
+        self.executed += 1;
+        let is_late = output.flags.contains(Flags::LATE);
+        self.late_run = if is_late { self.late_run + 1 } else { 0 };
+        if self.late_run == LATE_RUN {
+            self.voice().force_jumps();
+        }
+        let is_hashed =
+            !is_late && self.hash_every != 0 && self.executed.is_multiple_of(self.hash_every);
+        let state_hash = if is_hashed { self.engine.state_hash() } else { 0 };
+        let felt = self.felt(arrived);
+        let mut flags = output.flags;
+        if arrived.release_first.contains(&true) {
+            flags.insert(Flags::RELEASE_FIRST);
+        }
+        felt.iter().for_each(|felt| flags.insert(felt.flags));
+        let pose = arrived.pose;
+        let force = ToolForce {
+            tick: pose.tick,
+            force_n: output.force_n.into(),
+            energy_j: output.energy_j,
+            contacts: output.contacts,
+            flags: flags.0,
+            step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
+            reserved: 0,
+            state_hash,
+        };
+        if output.sweeps > 0 {
+            self.force_tick = pose.tick;
+        }
+        let (force_tick, chosen) = (self.force_tick, self.chosen as u32);
+        let sweeps = output.sweeps.into();
+        Answer { force, force_tick, sweeps, asked: arrived.asked, chosen, felt }
+    }
+
+    /// What each chosen tool felt in the tick; nothing while paused, when no tool is moved.
+    fn felt(&mut self, arrived: &Arrived) -> [Felt; TOOLS_MAX] {
+        let mut all = [Felt::default(); TOOLS_MAX];
+        if self.chosen == 0 {
+            return all;
+        }
+        let before = self.voice().answer;
+        for (tool, felt) in all.iter_mut().enumerate().take(self.chosen) {
+            if self.paused {
+                felt.contacts = before.map_or(0, |before| before.felt[tool].contacts);
+            } else {
+                *felt = self.engine.felt(tool);
+            }
+            if arrived.release_first[tool] {
+                felt.flags.insert(Flags::RELEASE_FIRST);
+            }
+        }
+        all
+    }
+
+    /// What is published of an answer.
+    pub fn publish(&mut self, answer: Answer, now_ns: u64) -> Answer {
+        self.voice().shown(answer, self.charge.withheld(), now_ns)
+    }
+
+    /// What is published where no pose comes, once it is time to.
+    pub fn silence(&mut self, now_ns: u64) -> Option<Answer> {
+        self.voice().falling(now_ns)
+    }
+
+    /// A tick has ended so far behind the poses: an overload lets the force fall, its end lets it come
+    /// back.
+    pub fn judge(&mut self, behind: Behind, span_ns: [u64; 2]) {
+        self.voice().judge(behind, span_ns);
+    }
+
+    /// All that tissue and output stage know; `None` where there is nothing to save. Takes memory.
+    pub fn saved(&mut self) -> Option<Saved> {
+        self.engine.saved()
+    }
+
+    /// The last tick, which may be one before the snapshot that the session goes on from; 0 for none.
+    #[must_use]
+    pub fn last_tick(&self) -> u64 {
+        let before = self.charge.last_tick_before();
+        self.voice().answer.map_or(before, |last| last.force.tick)
+    }
+
+    /// Carries out a command, but for a snapshot.
+    ///
+    /// # Errors
+    /// Why nothing was done.
+    pub fn obey(&mut self, command: &Command) -> Result<(), Refusal> {
+        match command {
+            Command::Pause => self.paused = true,
+            Command::Resume => self.paused = false,
+            other => self.engine.command(other)?,
+        }
+        let mut voice = self.voice();
+        voice.obeyed(command);
+        if let (Command::Reset, Some(last)) = (command, &mut voice.answer) {
+            let state_hash = self.engine.state_hash();
+            last.force = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..last.force };
+            last.felt.iter_mut().for_each(|felt| felt.contacts = 0);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,75 @@
+//! Poses that no hand can have reached, in front of a tissue without an output stage, which would see
+//! them itself.
+
+use chaincell_kernel::TOOLS_MAX;
+use chaincell_kernel::stage::{Pose, Reach};
+
+use super::arrived::Arrived;
+use crate::session::timing::clock::MILLISECOND_NS;
+
+/// Executed in place of `engaged`: a bad sample.
+const BAD: u32 = u32::MAX;
+
+/// The judge of the poses of all tools.
+#[derive(Debug)]
+pub(super) struct SpeedGate {
+    /// Largest speed of a hand, infinite for none [m/s].
+    max_speed_m_per_s: f32,
+    reaches: [Reach; TOOLS_MAX],
+    /// When the last good pose of each came \[ns\], and the ticks since.
+    good_ns: [u64; TOOLS_MAX],
+    ticks: [u64; TOOLS_MAX],
+}
+
+impl SpeedGate {
+    pub(super) fn new(max_speed_m_per_s: f32) -> Self {
+        let reaches = [Reach::NEW; TOOLS_MAX];
+        Self { max_speed_m_per_s, reaches, good_ns: [0; TOOLS_MAX], ticks: [0; TOOLS_MAX] }
+    }
+
+    /// The next poses are taken wherever they are.
+    pub(super) fn forget(&mut self) {
+        self.reaches.iter_mut().for_each(Reach::forget);
+    }
+
+    /// Makes bad samples of poses that are out of reach, `step` ticks after the last ones.
+    pub(super) fn judge(&mut self, arrived: &mut Arrived, step: u64) {
+        if self.max_speed_m_per_s == f32::INFINITY {
+            return;
+        }
+        let at_ns = arrived.at_ns;
+        if arrived.tools.each().is_empty() {
+            let pose = &mut arrived.pose;
+            pose.engaged = self.judged(0, (pose.position_m, pose.engaged), (at_ns, step));
+            return;
+        }
+        for (tool, pose) in arrived.tools.each_mut().iter_mut().enumerate() {
+            let of = (pose.position_m.into(), pose.engaged);
+            pose.engaged = self.judged(tool, of, (at_ns, step));
+        }
+    }
+
+    /// What stands for `engaged`. Poses that were held up come at once, and those of a slow controller
+    /// are far apart: the hand has had the time of the clock or of the ticks, whichever is longer.
+    fn judged(
+        &mut self,
+        tool: usize,
+        (position_m, engaged): ([f32; 3], u32),
+        (at_ns, step): (u64, u64),
+    ) -> u32 {
+        if engaged > 1 || !position_m.iter().all(|x| x.is_finite()) {
+            return engaged;
+        }
+        self.ticks[tool] = self.ticks[tool].saturating_add(step);
+        let by_ticks_ns = self.ticks[tool].saturating_mul(MILLISECOND_NS);
+        let since_ns = at_ns.saturating_sub(self.good_ns[tool]).max(by_ticks_ns);
+        let reach_m = self.max_speed_m_per_s * (since_ns as f32 * 1e-9);
+        match self.reaches[tool].judge(position_m, engaged == 1, reach_m) {
+            Pose::Bad => BAD,
+            good => {
+                (self.good_ns[tool], self.ticks[tool]) = (at_ns, 0);
+                if good == Pose::Good { engaged } else { 0 }
+            }
+        }
+    }
+}

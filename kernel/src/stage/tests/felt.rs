@@ -1,0 +1,133 @@
+//! What the device felt is what the ledger goes by: wrong poses, forces that were let go, other limits.
+
+use super::{Wall, at_height};
+use crate::number::cell::dot;
+use crate::stage::{Device, Stage, StageSettings};
+use crate::tick::sample::{Flags, TickOutput, ToolSample};
+use std::vec::Vec;
+
+/// A tick of a wall of 1 kN/m behind the stage.
+fn tick(stage: &mut Stage, wall: &mut Wall, sample: &ToolSample) -> TickOutput {
+    let tool = stage.sample(sample);
+    let answer = if tool.is_good() { wall.tick(&tool) } else { TickOutput::NONE };
+    stage.output(&answer)
+}
+
+/// A stage that has been pressed 6 mm deep into a wall within 300 ticks.
+fn pressed(device: Device) -> (Stage, Wall, TickOutput) {
+    let mut stage = Stage::new(StageSettings::for_device(device)).unwrap();
+    let (mut wall, mut last) = (Wall::new(1000.0), TickOutput::NONE);
+    for at in 0..=300_u16 {
+        let height = 5.0e-3 - 11.0e-3 * f32::from(at) / 300.0;
+        last = tick(&mut stage, &mut wall, &at_height(height));
+    }
+    (stage, wall, last)
+}
+
+fn size(output: &TickOutput) -> f32 {
+    dot(output.force_n.into(), output.force_n.into()).sqrt()
+}
+
+#[test]
+fn wrong_poses_keep_the_force_and_never_raise_it() {
+    for device in [Device::Touch, Device::Premium, Device::Omega] {
+        for wrong_m in [300.0, 1.0, 0.05, -2.0, f32::MAX] {
+            for count in 1..=15 {
+                let (mut stage, mut wall, before) = pressed(device);
+                for _ in 0..count {
+                    let output = tick(&mut stage, &mut wall, &at_height(wrong_m));
+                    assert!(output.flags.contains(Flags::BAD_SAMPLE));
+                    assert_eq!(output.force_n, before.force_n, "{device:?} {wrong_m}");
+                }
+                for _ in 0..100 {
+                    let output = tick(&mut stage, &mut wall, &at_height(-6.0e-3));
+                    assert!(!output.flags.contains(Flags::BAD_SAMPLE), "{device:?} {wrong_m}");
+                    assert!(size(&output) <= 1.2 * size(&before), "{device:?} {wrong_m}");
+                    assert!(size(&output) >= 0.8 * size(&before), "{device:?} {wrong_m}");
+                }
+            }
+        }
+    }
+}
+
+/// Another frame for good: the force goes, and comes back from 0 as after an engaging.
+#[test]
+fn a_device_that_is_elsewhere_takes_hold_anew() {
+    let (mut stage, mut wall, before) = pressed(Device::Premium);
+    let (mut sizes, mut released) = (Vec::new(), 0);
+    for _ in 0..200 {
+        let tool = stage.sample(&at_height(-0.03));
+        released += u32::from(tool.engaged == 0);
+        let answer = if tool.is_good() { wall.tick(&tool) } else { TickOutput::NONE };
+        sizes.push(size(&stage.output(&answer)));
+    }
+    assert_eq!(released, 1);
+    let first = sizes.iter().position(|&n| n == 0.0).unwrap();
+    assert!(sizes[..first].iter().all(|&n| n <= size(&before)));
+    assert!(sizes[first..].windows(2).all(|two| two[1] - two[0] <= 0.5), "{sizes:?}");
+}
+
+#[test]
+fn lost_samples_give_the_hand_their_time() {
+    let (mut stage, mut wall, _) = pressed(Device::Premium);
+    stage.skipped(3);
+    // 18 mm in four ticks of 1 ms.
+    let output = tick(&mut stage, &mut wall, &at_height(0.012));
+    assert!(!output.flags.contains(Flags::BAD_SAMPLE));
+    let output = tick(&mut stage, &mut wall, &at_height(-0.006));
+    assert!(output.flags.contains(Flags::BAD_SAMPLE));
+}
+
+#[test]
+fn no_force_is_above_the_tissues_own_limit() {
+    let (mut stage, mut wall, before) = pressed(Device::Premium);
+    assert!(size(&before) > 2.0);
+    stage.limit_force(0.5);
+    let sizes: Vec<f32> =
+        (0..60).map(|_| size(&tick(&mut stage, &mut wall, &at_height(-6.0e-3)))).collect();
+    assert!(sizes[10..].iter().all(|&n| n <= 0.5 && n > 0.4), "{sizes:?}");
+}
+
+/// After a force that the device did not feel the ramp begins at 0, and nothing that was not felt is
+/// booked.
+#[test]
+fn what_was_not_felt_is_not_booked() {
+    let (mut stage, mut wall, before) = pressed(Device::Premium);
+    let mut booked = Vec::new();
+    for at in 0..100_u16 {
+        stage.restart_ramp();
+        let height = -6.0e-3 - 2.0e-4 * f32::from(at);
+        let output = tick(&mut stage, &mut wall, &at_height(height));
+        assert!(size(&output) <= 0.02 * size(&before) * f32::from(at + 1));
+        booked.push(stage.observer.hand_j());
+    }
+    let (least, most) = booked.iter().fold((f32::MAX, f32::MIN), |(a, b), &j| (a.min(j), b.max(j)));
+    assert!(most - least < 1.0e-4, "{least} to {most} J");
+}
+
+/// What the controller takes off at once has its flag.
+#[test]
+fn most_of_a_force_taken_off_at_once_is_said() {
+    let (mut stage, _, _) = pressed(Device::Premium);
+    // A tissue that has got stiffer behind the hand's back pushes it out with more than it has paid.
+    let (mut last, mut drops) = (size(&stage.output(&TickOutput::NONE)), 0);
+    for at in 0..200_u16 {
+        let tool = stage.sample(&at_height(-6.0e-3 + 1.0e-3 * f32::from(at)));
+        let depth = (0.02 - tool.position_m.z).max(0.0);
+        let answer = TickOutput {
+            force_n: nalgebra::Vector3::new(0.0, 0.0, 3000.0 * depth),
+            stiffness_n_per_m: 3000.0,
+            energy_j: 1500.0 * depth * depth,
+            contacts: 1,
+            ..TickOutput::NONE
+        };
+        let output = stage.output(&answer);
+        let step = size(&output) - last;
+        assert!(step.abs() <= 2.2001);
+        if step.abs() > 1.1 && stage.asked.off != [0.0; 3] {
+            drops += 1;
+        }
+        last = size(&output);
+    }
+    assert!(drops > 0, "the controller took nothing off");
+}
