@@ -194,7 +194,8 @@ pub unsafe extern "C" fn chaincell_stage_delayed(stage: *mut StageStorage, ticks
 }
 
 /// No force is above `max_force_n` from here on, besides the stage's own largest: for the `max_force_n`
-/// of the tissue's settings, which shortens the tissue's force alone while a coupling shows its own.
+/// of the tissue's settings, which shortens the tissue's force alone while a coupling shows its own. Up to
+/// a higher one the force may grow by the device's largest within `ramp_ticks`.
 ///
 /// # Safety
 /// As [`chaincell_stage_delayed`].

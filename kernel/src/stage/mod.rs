@@ -120,7 +120,8 @@ const SHARE_MIN: f32 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     settings: StageSettings,
-    /// What the tissue's own limit admits, see [`Self::limit_force`] \[N\].
+    /// The tissue's own limit, see [`Self::limit_force`], and what of a raised one is in force \[N\].
+    limit_to_n: f32,
     limit_n: f32,
     proxy: Proxy,
     observer: Observer,
@@ -174,7 +175,8 @@ kept!(Stage {
     given: [f32; 3],
     energy_j: f32,
     contacts: u32,
-} but settings: StageSettings::NONE, limit_n: f32::INFINITY);
+    limit_n: f32,
+} but settings: StageSettings::NONE, limit_to_n: f32::INFINITY);
 
 impl Stage {
     /// A stage at rest.
@@ -185,6 +187,7 @@ impl Stage {
         settings.check()?;
         Ok(Self {
             settings,
+            limit_to_n: f32::INFINITY,
             limit_n: f32::INFINITY,
             proxy: Proxy::NEW,
             observer: Observer::NEW,
@@ -215,8 +218,9 @@ impl Stage {
         let is_within = sqrt(dot(other.given, other.given)) <= finite_number(most);
         let given = if is_within { other.given } else { clamped(other.given, most).0 };
         let energy_j = finite_number(other.energy_j);
-        let (settings, limit_n, ramp) = (self.settings, self.limit_n, self.ramp.along(other.ramp));
-        *self = Self { settings, limit_n, ramp, given, energy_j, ..other };
+        let (settings, limit_to_n) = (self.settings, self.limit_to_n);
+        let ramp = self.ramp.along(other.ramp);
+        *self = Self { settings, limit_to_n, ramp, given, energy_j, ..other };
     }
 
     /// The settings.
@@ -257,12 +261,19 @@ impl Stage {
             return finite::made_bad(device);
         }
         let position: [f32; 3] = device.position_m.into();
-        let pose = self.reach.judge(position, device.engaged == 1, self.reach_m());
+        let reach_m = self.settings.max_speed_m_per_s * self.settings.tick_s;
+        let ticks = f32::from(self.ticks.max(1));
+        let pose = self.reach.judge(position, device.engaged == 1, reach_m, ticks);
         self.is_good = pose != Pose::Bad;
         if !self.is_good {
             return finite::made_bad(device);
         }
-        let engaged = device.engaged == 1 && pose == Pose::Good;
+        let engaged = device.engaged == 1 && pose != Pose::Elsewhere;
+        if pose == Pose::Unseen {
+            self.has_gap = true;
+            self.ramp.fall();
+            self.observer.lost_sight();
+        }
         // Until an answer has come: the first one may get lost.
         self.begins = engaged && (self.begins || !self.engaged);
         self.engaged = engaged;
@@ -285,11 +296,6 @@ impl Stage {
         ToolSample { position_m: self.proxy.at().into(), engaged: held }
     }
 
-    /// How far a hand can have gone since the last good sample \[m\].
-    fn reach_m(&self) -> f32 {
-        self.settings.max_speed_m_per_s * self.settings.tick_s * f32::from(self.ticks.max(1))
-    }
-
     /// So many samples in front of the next one got lost: the hand has had the time of them too. Called
     /// before [`Self::sample`].
     pub fn skipped(&mut self, ticks: u16) {
@@ -298,9 +304,21 @@ impl Stage {
 
     /// No force is above this from here on, besides the device's largest: for
     /// [`Settings::max_force_n`](crate::Settings::max_force_n), which shortens the tissue's force alone
-    /// while a coupling shows its own. Not part of a snapshot \[N\].
+    /// while a coupling shows its own. A lower one holds at once, within the slew limit; up to a higher one
+    /// the force may grow by the device's largest within [`StageSettings::ramp_ticks`] \[N\].
     pub fn limit_force(&mut self, max_force_n: f32) {
-        self.limit_n = max_force_n;
+        self.limit_to_n = max_force_n;
+        if max_force_n < self.limit_n || max_force_n.is_nan() {
+            self.limit_n = max_force_n;
+        }
+    }
+
+    /// A step of a raised limit.
+    fn raise_limit(&mut self) {
+        let most = self.settings.max_force_n;
+        let raised = self.limit_n + most / f32::from(self.settings.ramp_ticks.max(1));
+        let is_there = raised >= self.limit_to_n || raised >= most;
+        self.limit_n = if is_there { self.limit_to_n } else { raised };
     }
 
     /// The largest force \[N\].
@@ -501,22 +519,26 @@ impl Stage {
         self.controller.control(&self.observer, self.settings.tick_s, &self.delay, limits, force)
     }
 
-    /// Whether passivity control has taken off more than half of a force, and the force given has changed
-    /// by more than half of what the slew limit admits, or of itself without one.
+    /// Whether passivity control has taken off more than half of a force, and more than half of the one
+    /// before is gone, by more than half of what the slew limit admits.
     fn takes_most_of(&self, whole: [f32; 3], before: [f32; 3]) -> bool {
+        if self.settings.passivity.is_none() {
+            return false;
+        }
         let (whole, _) = clamped(whole, self.most_n());
-        let left = sub(self.asked.force, self.asked.off);
-        let taken = sub(whole, left);
+        let taken = sub(whole, sub(self.asked.force, self.asked.off));
         let step = sub(self.given, before);
         let slew = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let half = if slew < f32::INFINITY { slew * slew } else { dot(before, before) };
         let is_most = 4.0 * dot(taken, taken) > dot(whole, whole);
-        self.settings.passivity.is_some() && is_most && 4.0 * dot(step, step) > half
+        let is_gone = 4.0 * dot(self.given, self.given) < dot(before, before);
+        let is_fast = 4.0 * dot(step, step) > slew * slew || slew == f32::INFINITY;
+        is_most && is_gone && is_fast
     }
 
     /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the
     /// observer: the force before clamp and ramp, and the slew's lag.
     fn give(&mut self, answer: &mut TickOutput) {
+        self.raise_limit();
         let share = self.ramp.share();
         let Asked { force, off } = self.asked;
         let (asked, is_clamped) = clamped(force, self.most_n());

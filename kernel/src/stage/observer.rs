@@ -25,7 +25,8 @@
 //! within the ramp.
 //!
 //! Where ticks are missing in the ledger (an answer was lost, or a silence in which the force
-//! fell), L begins anew, S and H stay.
+//! fell), L begins anew, S and H stay, but for what the device gave if it held its last force on the way
+//! that the hand went meanwhile.
 //!
 //! **Quantised positions.** A count q of an encoder that comes after m ticks was a slow motion, not
 //! a jump in the last one: the device has just crossed the border of two counts and is, at a motion
@@ -85,6 +86,8 @@ pub(super) struct Observer {
     hand: TwoFloat,
     sampling: TwoFloat,
     shown: [f32; 3],
+    /// The last force before ticks in which the device was not given what was computed \[N\].
+    held: [f32; 3],
 }
 
 kept!(Observer {
@@ -101,6 +104,7 @@ kept!(Observer {
     hand: TwoFloat,
     sampling: TwoFloat,
     shown: [f32; 3],
+    held: [f32; 3],
 });
 
 impl Observer {
@@ -118,6 +122,7 @@ impl Observer {
         hand: TwoFloat::ZERO,
         sampling: TwoFloat::ZERO,
         shown: [0.0; 3],
+        held: [0.0; 3],
     };
 
     /// A sample of the device's position, `ticks` after the last one.
@@ -168,12 +173,18 @@ impl Observer {
         (self.port, self.hand) = (TwoFloat::ZERO, TwoFloat::ZERO);
         (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
         // What was given still acts.
-        self.asked = [[0.0; 3]; 2];
+        (self.asked, self.held) = ([[0.0; 3]; 2], [0.0; 3]);
     }
 
-    /// Ticks are missing: L begins anew, `shown` being the spring's force \[N\].
+    /// Ticks are missing: L begins anew, `shown` being the spring's force \[N\]. Where the hand went the
+    /// way of the last force, the device may have held that all the way.
     pub(super) fn resume(&mut self, shown: [f32; 3]) {
         (self.sampling, self.shown) = (TwoFloat::ZERO, shown);
+        let paid = -dot(self.held, self.dx);
+        if paid < 0.0 {
+            (self.port, self.hand) = (self.port.plus(paid.into()), self.hand.plus(paid.into()));
+        }
+        self.held = [0.0; 3];
     }
 
     /// Books a tick after which the spring's force is `shown` \[N\], and tissue and coupling store at
@@ -215,8 +226,17 @@ impl Observer {
         self.dx = [0.0; 3];
     }
 
-    /// The device has none of the forces that were on their way.
+    /// Nobody saw on which way the hand went: the device may have held the last force all the way.
+    pub(super) fn lost_sight(&mut self) {
+        let [last, ..] = self.given;
+        if last != [0.0; 3] {
+            self.held = last;
+        }
+    }
+
+    /// The device has none of the forces that were on their way, though it may have held the last one.
     pub(super) fn felt_nothing(&mut self) {
+        self.lost_sight();
         (self.given, self.asked) = ([[0.0; 3]; WAY], [[0.0; 3]; 2]);
     }
 

@@ -20,6 +20,8 @@ const AGREEING: u16 = 50;
 pub enum Pose {
     /// A hand can have gone there.
     Good,
+    /// A hand can have gone there since the last good one, but not in a tick: nobody saw on which way.
+    Unseen,
     /// A bad sample.
     Bad,
     /// The device is elsewhere: a release at this place.
@@ -44,17 +46,18 @@ impl Reach {
     /// No pose has come yet.
     pub const NEW: Self = Self { good: [0.0; 3], last: [0.0; 3], agreeing: 0, engaged: false };
 
-    /// Judges a finite pose, a hand having gone at most `reach_m` since the last good one \[m\];
-    /// infinite admits all.
-    pub fn judge(&mut self, position: [f32; 3], engaged: bool, reach_m: f32) -> Pose {
+    /// Judges a finite pose, a hand going at most `reach_m` in a tick \[m\] and `ticks` having passed since
+    /// the last good one; an infinite reach admits all.
+    pub fn judge(&mut self, position: [f32; 3], engaged: bool, reach_m: f32, ticks: f32) -> Pose {
         let [way, step] = [self.good, self.last].map(|from| sub(position, from));
         let [way, step] = [dot(way, way), dot(step, step)];
         self.last = position;
-        // With one that is not finite the squares are beyond the numbers, and out of reach.
-        let is_near = !(way > reach_m * reach_m) || reach_m == f32::INFINITY;
-        if engaged && self.engaged {
+        // Squares that are beyond the numbers are out of reach.
+        let is_within = |reach_m: f32| way <= reach_m * reach_m || reach_m == f32::INFINITY;
+        let is_seen = !engaged || !self.engaged || is_within(reach_m);
+        if engaged && self.engaged && !(is_seen && self.agreeing == 0) {
             let agrees = self.agreeing > 0 && step < way;
-            if !is_near || agrees {
+            if !is_within(reach_m * ticks) || agrees {
                 self.agreeing = if agrees { self.agreeing.saturating_add(1) } else { 1 };
                 if self.agreeing <= AGREEING {
                     return Pose::Bad;
@@ -64,7 +67,7 @@ impl Reach {
             }
         }
         *self = Self { good: position, last: position, agreeing: 0, engaged };
-        Pose::Good
+        if is_seen { Pose::Good } else { Pose::Unseen }
     }
 
     /// The next pose is taken wherever it is: nobody knows how long ago the last one was.
@@ -75,7 +78,7 @@ impl Reach {
 
 #[cfg(test)]
 mod tests {
-    use super::Pose::{Bad, Elsewhere, Good};
+    use super::Pose::{Bad, Elsewhere, Good, Unseen};
     use super::*;
 
     /// What becomes of engaged poses on a line, a reach of 5 mm apart.
@@ -83,7 +86,7 @@ mod tests {
         let mut reach = Reach::NEW;
         let mut ticks = 1.0;
         let judge = |&x: &f32| {
-            let pose = reach.judge([x, 0.0, 0.0], true, 5.0e-3 * ticks);
+            let pose = reach.judge([x, 0.0, 0.0], true, 5.0e-3, ticks);
             ticks = if pose == Good { 1.0 } else { ticks + 1.0 };
             pose
         };
@@ -113,14 +116,22 @@ mod tests {
     }
 
     #[test]
+    fn after_a_silence_nobody_saw_how_a_hand_went_far() {
+        let mut reach = Reach::NEW;
+        let mut judge = |x: f32, ticks: f32| reach.judge([x, 0.0, 0.0], true, 5.0e-3, ticks);
+        assert_eq!([judge(0.0, 1.0), judge(4.0e-3, 9.0), judge(0.03, 9.0)], [Good, Good, Unseen]);
+        assert_eq!([judge(0.03, 1.0), judge(0.09, 9.0), judge(0.031, 10.0)], [Good, Bad, Good]);
+    }
+
+    #[test]
     fn a_released_tool_may_be_anywhere() {
         let mut reach = Reach::NEW;
         for (x, engaged) in [(0.0, true), (9.0, false), (-9.0, false), (9.0, true)] {
-            assert_eq!(reach.judge([x, 0.0, 0.0], engaged, 5.0e-3), Good);
+            assert_eq!(reach.judge([x, 0.0, 0.0], engaged, 5.0e-3, 1.0), Good);
         }
-        assert_eq!(reach.judge([0.0; 3], true, 5.0e-3), Bad);
+        assert_eq!(reach.judge([0.0; 3], true, 5.0e-3, 1.0), Bad);
         reach.forget();
-        assert_eq!(reach.judge([0.0; 3], true, 5.0e-3), Good);
-        assert_eq!(reach.judge([900.0; 3], true, f32::INFINITY), Good);
+        assert_eq!(reach.judge([0.0; 3], true, 5.0e-3, 1.0), Good);
+        assert_eq!(reach.judge([900.0; 3], true, f32::INFINITY, 1.0), Good);
     }
 }

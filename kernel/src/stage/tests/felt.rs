@@ -67,13 +67,14 @@ fn a_device_that_is_elsewhere_takes_hold_anew() {
     assert!(sizes[first..].windows(2).all(|two| two[1] - two[0] <= 0.5), "{sizes:?}");
 }
 
+/// 18 mm in four ticks of 1 ms: nobody saw on which way, and the ramp begins anew.
 #[test]
 fn lost_samples_give_the_hand_their_time() {
-    let (mut stage, mut wall, _) = pressed(Device::Premium);
+    let (mut stage, mut wall, before) = pressed(Device::Premium);
     stage.skipped(3);
-    // 18 mm in four ticks of 1 ms.
-    let output = tick(&mut stage, &mut wall, &at_height(0.012));
-    assert!(!output.flags.contains(Flags::BAD_SAMPLE));
+    let output = tick(&mut stage, &mut wall, &at_height(-0.024));
+    assert!(!output.flags.contains(Flags::BAD_SAMPLE) && size(&output) <= size(&before));
+    assert!(stage.share() <= 0.01, "{}", stage.share());
     let output = tick(&mut stage, &mut wall, &at_height(-0.006));
     assert!(output.flags.contains(Flags::BAD_SAMPLE));
 }
@@ -86,6 +87,11 @@ fn no_force_is_above_the_tissues_own_limit() {
     let sizes: Vec<f32> =
         (0..60).map(|_| size(&tick(&mut stage, &mut wall, &at_height(-6.0e-3)))).collect();
     assert!(sizes[10..].iter().all(|&n| n <= 0.5 && n > 0.4), "{sizes:?}");
+    stage.limit_force(f32::INFINITY);
+    let raised: Vec<f32> =
+        (0..60).map(|_| size(&tick(&mut stage, &mut wall, &at_height(-6.0e-3)))).collect();
+    assert!(raised.windows(2).all(|two| two[1] - two[0] <= 0.2201), "{raised:?}");
+    assert!(raised[59] > 2.0, "{raised:?}");
 }
 
 /// After a force that the device did not feel the ramp begins at 0, and nothing that was not felt is
@@ -124,7 +130,8 @@ fn most_of_a_force_taken_off_at_once_is_said() {
         let output = stage.output(&answer);
         let step = size(&output) - last;
         assert!(step.abs() <= 2.2001);
-        if step.abs() > 1.1 && stage.asked.off != [0.0; 3] {
+        if step < -1.1 && 2.0 * size(&output) < last && stage.asked.off != [0.0; 3] {
+            assert!(output.flags.contains(Flags::FORCE_WITHHELD), "tick {at}");
             drops += 1;
         }
         last = size(&output);

@@ -63,12 +63,13 @@ impl SpeedGate {
         self.ticks[tool] = self.ticks[tool].saturating_add(step);
         let by_ticks_ns = self.ticks[tool].saturating_mul(MILLISECOND_NS);
         let since_ns = at_ns.saturating_sub(self.good_ns[tool]).max(by_ticks_ns);
-        let reach_m = self.max_speed_m_per_s * (since_ns as f32 * 1e-9);
-        match self.reaches[tool].judge(position_m, engaged == 1, reach_m) {
+        let reach_m = self.max_speed_m_per_s * 1e-3;
+        let ticks = since_ns as f32 / MILLISECOND_NS as f32;
+        match self.reaches[tool].judge(position_m, engaged == 1, reach_m, ticks) {
             Pose::Bad => BAD,
             good => {
                 (self.good_ns[tool], self.ticks[tool]) = (at_ns, 0);
-                if good == Pose::Good { engaged } else { 0 }
+                if good == Pose::Elsewhere { 0 } else { engaged }
             }
         }
     }

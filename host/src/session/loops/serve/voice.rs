@@ -90,7 +90,8 @@ impl Voice {
 
     /// The force may jump for a cause that an output stage sees itself: without one it goes along a ramp.
     pub(super) fn force_jumps(&mut self) {
-        if !self.has_stage {
+        // On its way to 0 it would never get there.
+        if !self.has_stage && !self.overload.is_on() {
             self.shaper.begin_ramp();
         }
     }
