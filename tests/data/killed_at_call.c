@@ -41,9 +41,12 @@ static void done(const char *call)
         return;
     if (__sync_add_and_fetch(&calls, 1) == atoi(at)) {
         dprintf(2, "reached\n");
-        kill(getpid(), getenv("KILL_STOPS") ? SIGSTOP : SIGKILL);
-        while (!getenv("KILL_STOPS"))
-            pause();
+        int stops = getenv("KILL_STOPS") != 0;
+        kill(getpid(), stops ? SIGSTOP : SIGKILL);
+        /* Another thread may be the first to stop. */
+        do
+            sleep(1);
+        while (!stops);
     }
 }
 

@@ -158,7 +158,8 @@ fn a_program_that_stands_still_at_its_start_is_named_within_seconds() {
         until grep -q reached told; do sleep 0.01; done
         timeout -k 1 20 \"$chaincell\" {SERVE}; echo \"code $?\"
         timeout -s INT -k 8 0.5 \"$chaincell\" {SERVE}; echo \"code $?\"
-        kill -CONT $stands; wait $stands; echo \"code $?\""
+        kill -KILL $stands; wait $stands
+        timeout -k 1 20 \"$chaincell\" {SERVE} > /dev/null; echo \"code $?\""
     );
     let Some(ended) = in_own_memory("stands-still", &place, &lines) else { return };
     // `timeout` tells its own end by 124.
