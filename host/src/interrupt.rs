@@ -2,6 +2,7 @@
 //! that writes nothing ends at once.
 
 use std::cell::Cell;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -10,6 +11,7 @@ use crate::terminal;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 static ENDS_AT_ONCE: AtomicBool = AtomicBool::new(false);
+static BESIDES: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
 
 /// A repeat within this span is the same wish: signals reach a process and its group at once.
 const SAME_WISH: Duration = Duration::from_millis(500);
@@ -23,6 +25,9 @@ pub fn install() -> Result<()> {
             terminal::note(format_args!("chaincell: {}", Error::Interrupted));
             std::process::exit(Error::Interrupted.exit_code().into());
         }
+        if let Some(work) = BESIDES.get() {
+            work();
+        }
         let since = first.get_or_insert_with(Instant::now).elapsed();
         if since > SAME_WISH {
             terminal::note("chaincell: interrupted twice; results are lost");
@@ -30,6 +35,12 @@ pub fn install() -> Result<()> {
         }
     })
     .map_err(|why| Error::check(format!("cannot catch Ctrl-C: {why}")))
+}
+
+/// The first such work is done besides when the user asks to stop, in a thread of its own: it lets go what
+/// the loop may hang in.
+pub fn besides(work: impl Fn() + Send + Sync + 'static) {
+    let _ = BESIDES.set(Box::new(work));
 }
 
 /// From here on asking to stop ends the process at once: for work that writes nothing.

@@ -4,6 +4,7 @@
 //!
 //! - [`words`], [`error`], [`terminal`], [`interrupt`]: counts in words, errors with exit codes,
 //!   printing, Ctrl-C.
+//! - [`input`]: what a command reads, and so neither removes nor replaces.
 //! - [`text`]: reads text files that users write.
 //! - [`choice`]: the kernel's choices in JSON and in sentences.
 //! - [`mesh`]: reads, generates and checks meshes.
@@ -19,6 +20,7 @@ pub mod cli;
 pub mod engine;
 pub mod error;
 pub mod files;
+pub mod input;
 pub mod interrupt;
 pub mod mesh;
 pub mod session;

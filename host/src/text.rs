@@ -1,8 +1,9 @@
 //! Text files that users write: bounded, without a byte order mark.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+
+use crate::input;
 
 /// What some editors put in front of UTF-8 text; it is passed over.
 pub const BYTE_ORDER_MARK: &str = "\u{feff}";
@@ -20,7 +21,7 @@ pub fn gzip(front: &[u8]) -> Option<&'static str> {
 /// Why it cannot be read.
 pub fn read(path: &Path, bytes_max: u64) -> Result<String, String> {
     let mut bytes = Vec::new();
-    File::open(path)
+    input::open(path)
         .and_then(|file| file.take(bytes_max.saturating_add(1)).read_to_end(&mut bytes))
         .map_err(|why| why.to_string())?;
     if let Some(why) = gzip(&bytes) {

@@ -114,14 +114,15 @@ impl Client {
     ///
     /// # Errors
     /// As there, and the wish to stop as [`Kind::Stopped`].
-    pub fn open_unless(options: &Options, stop: impl FnMut() -> bool) -> Result<Self> {
+    pub fn open_unless(options: &Options, mut stop: impl FnMut() -> bool) -> Result<Self> {
         for (name, ms) in [("watchdog_ms", options.watchdog_ms), ("ramp_ms", options.ramp_ms)] {
             if ms > MS_MAX {
                 let text = format!("`{name}` {ms}: must be from 0 to {MS_MAX}");
                 return Err(Error::new(Kind::Argument, text));
             }
         }
-        let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
+        let scene =
+            SceneServices::open_unless(options.scene.as_deref(), &options.domain, &mut stop)?;
         let ports = match options.role {
             Role::Viewer => None,
             Role::Controller => Some(scene.tools_control_ports(options.wait == Wait::Event)?),

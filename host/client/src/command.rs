@@ -55,6 +55,10 @@ pub enum Refusal {
     NoTrace = 11,
     /// The last snapshot is still being written.
     Busy = 12,
+    /// The snapshot could not be written.
+    NotWritten = 13,
+    /// The session has taken as many snapshots as it may.
+    Snapshots = 14,
 }
 
 impl From<CommandError> for Refusal {
@@ -93,6 +97,13 @@ pub fn refusal_text(reason: u32) -> &'static str {
              --out"
         }
         12 => "the last snapshot is still being written: ask again",
+        13 => {
+            "the snapshot could not be written: the disk is full, or the folder of the trace cannot be \
+             written; chaincell serve has said why"
+        }
+        14 => {
+            "a session takes at most 1000 snapshots: start chaincell serve again, with --restore to go on"
+        }
         _ => "for a reason unknown to this release",
     }
 }
@@ -129,9 +140,12 @@ pub type Service = request_response::PortFactory<Ipc, CommandMessage, (), ReplyM
 /// # Errors
 /// One with other types or limits.
 pub fn service(scene: &SceneServices) -> Result<Service> {
-    scene
-        .node
-        .service_builder(&scene.command_name)
+    let name = scene.command_name.clone();
+    scene.further(move |node| opened(node, &name))
+}
+
+fn opened(node: &Node<Ipc>, name: &ServiceName) -> Result<Service> {
+    node.service_builder(name)
         .request_response::<CommandMessage, ReplyMessage>()
         .enable_safe_overflow_for_requests(true)
         .enable_safe_overflow_for_responses(true)
@@ -142,7 +156,7 @@ pub fn service(scene: &SceneServices) -> Result<Service> {
         .max_clients(CLIENTS_MAX)
         .max_nodes(NODES_MAX)
         .open_or_create()
-        .map_err(|why| service_error(&scene.command_name, why))
+        .map_err(|why| service_error(name, why))
 }
 
 /// Sends commands.

@@ -1,29 +1,62 @@
 //! Room in shared memory, taken before it is written: the system kills a program that writes where
-//! none is left.
+//! none is left. And room for open files: each piece of shared memory is one.
 
 use std::fs::{OpenOptions, read_dir};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 
 use rustix::fs::{FallocateFlags, OFlags, fallocate, statvfs};
 use rustix::io::Errno;
-use rustix::process::geteuid;
+use rustix::process::{Resource, Rlimit, geteuid, getrlimit, setrlimit};
 
 use crate::error::{Error, Kind, Result};
 
 /// Where Linux keeps shared memory.
-const FOLDER: &str = "/dev/shm";
-/// What a server and a controller of either version take at most before the states \[bytes\].
-const ROOM_BYTES: u64 = 8 << 20;
+pub(crate) const FOLDER: &str = "/dev/shm";
+/// What joining a scene takes at most \[bytes\].
+pub(crate) const JOIN_BYTES: u64 = 256 << 10;
+/// What a server takes at most before the states, and its clients beside it \[bytes\].
+pub(crate) const SERVER_BYTES: u64 = 8 << 20;
+/// What a controller of either version and some viewers take at most \[bytes\].
+pub(crate) const CLIENTS_BYTES: u64 = 4 << 20;
+/// Files that a program opens to join a scene.
+pub(crate) const JOIN_FILES: u64 = 32;
+/// Files that a server opens besides, and those of its clients: two senders, eight readers of everything,
+/// eight programs that send commands.
+pub(crate) const SERVER_FILES: u64 = 96;
 
-/// Refuses to begin where there is too little room for a scene.
+/// Refuses to begin where there is too little room for `what`.
 ///
 /// # Errors
 /// The room that there is, and the remedy.
-pub(crate) fn check() -> Result<()> {
+pub(crate) fn check(what: &str, bytes: u64) -> Result<()> {
     // Where that cannot be told, iceoryx2 says what it lacks.
     let Ok(found) = statvfs(FOLDER) else { return Ok(()) };
     let free_bytes = found.f_bavail.saturating_mul(found.f_frsize);
-    if free_bytes < ROOM_BYTES { Err(full(free_bytes)) } else { Ok(()) }
+    if free_bytes < bytes { Err(full(free_bytes, what, bytes)) } else { Ok(()) }
+}
+
+/// Sees to it that so many more files may be opened, for `what`: raises this process's limit as far as it
+/// may.
+///
+/// # Errors
+/// The limit, and what is needed.
+pub(crate) fn take_files(what: &str, more: u64) -> Result<()> {
+    let Ok(open) = read_dir("/proc/self/fd") else { return Ok(()) };
+    let needed = open.count() as u64 + more;
+    let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+    let Some(limit) = current.filter(|&limit| limit < needed) else { return Ok(()) };
+    let raised = Rlimit { current: Some(needed), maximum };
+    if maximum.is_none_or(|most| needed <= most) && setrlimit(Resource::Nofile, raised).is_ok() {
+        return Ok(());
+    }
+    Err(Error::new(
+        Kind::Memory,
+        format!(
+            "a process may open {limit} files here, and {what} needs {needed}, since each piece of shared \
+             memory is one: raise the limit with ulimit -n {}",
+            needed.next_power_of_two()
+        ),
+    ))
 }
 
 /// Takes every page of the files whose names begin with `prefix` and that are this user's.
@@ -46,20 +79,20 @@ pub(crate) fn take(prefix: &str) -> Result<()> {
         options.write(true).custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32);
         let Ok(file) = options.open(entry.path()) else { continue };
         if fallocate(&file, FallocateFlags::KEEP_SIZE, 0, details.len()) == Err(Errno::NOSPC) {
-            return Err(full(0));
+            return Err(full(0, "a scene", SERVER_BYTES));
         }
     }
     Ok(())
 }
 
-fn full(free_bytes: u64) -> Error {
+fn full(free_bytes: u64, what: &str, bytes: u64) -> Error {
     Error::new(
         Kind::Memory,
         format!(
-            "shared memory is full: {FOLDER} has {} kB left, a scene takes up to {} kB and its states \
+            "shared memory is full: {FOLDER} has {} kB left, {what} takes up to {} kB and its states \
          more; end programs that use it, remove what they left there, or give it more room",
             free_bytes / 1024,
-            ROOM_BYTES / 1024
+            bytes / 1024
         ),
     )
 }

@@ -59,6 +59,15 @@ impl SceneNames {
     }
 }
 
+impl SceneNames {
+    /// The names of all services.
+    pub(crate) fn services(&self) -> Vec<String> {
+        let Self { pose, force, tools, forces, state, contacts, command, .. } = self;
+        let all = [pose, force, tools, forces, state, contacts, command];
+        all.map(|name| name.as_str().to_owned()).into()
+    }
+}
+
 /// A scene name that no other run on this machine has.
 #[must_use]
 pub fn unique_scene(what: &str) -> String {

@@ -25,7 +25,7 @@
 
 use std::fmt::Debug;
 use std::os::unix::ffi::OsStrExt;
-use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use iceoryx2::identifiers::{UniqueNodeId, UniquePublisherId};
@@ -36,23 +36,21 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
+pub use crate::domain::Domain;
 use crate::error::{Error, Kind, Result};
 use crate::foreign;
+use crate::leftovers::Leftovers;
+pub use crate::limits::{
+    NODES_MAX, PUBLISHERS_MAX, QUEUE_MESSAGES, SUBSCRIBERS_MAX, port_error, service_error,
+};
 use crate::memory;
 pub use crate::names::Ipc;
 use crate::names::SceneNames;
+use crate::opening::Opening;
 use crate::owner;
 use crate::payload::{TOOL_FORCE, TOOL_POSE, ToolForce, ToolPose};
 use crate::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
-/// Messages that a reader may leave unread before the oldest is lost.
-pub const QUEUE_MESSAGES: usize = 1024;
-/// One program of ours, and a free place for a bridge to another machine.
-pub const PUBLISHERS_MAX: usize = 2;
-/// Our own reader, viewers, recorders, bridges.
-pub const SUBSCRIBERS_MAX: usize = 8;
-/// Processes that may have a service open.
-pub const NODES_MAX: usize = 20;
 /// Longest wait for another process that is clearing up after a killed one.
 const CLEAR_UP_LIMIT: Duration = Duration::from_millis(500);
 
@@ -62,46 +60,12 @@ const CONTROL_PORT: &str = "chaincell.control";
 /// Factory of the ports of one publish-subscribe service.
 pub type Topic<Payload> = publish_subscribe::PortFactory<Ipc, Payload, ()>;
 
-/// Where iceoryx2 keeps its files; programs with different ones never meet.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Domain {
-    /// Prefix of all file names; iceoryx2's own default if absent.
-    pub prefix: Option<String>,
-    /// Folder of the files; iceoryx2's own default if absent.
-    pub root: Option<PathBuf>,
-}
-
-impl Domain {
-    /// iceoryx2's built-in configuration: no file is read, wherever the program is started.
-    fn config(&self) -> Result<Config> {
-        let mut config = Config::default();
-        if let Some(prefix) = &self.prefix {
-            config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|why| {
-                Error::new(
-                    Kind::Argument,
-                    format!("iceoryx2 prefix \"{prefix}\" is no file name ({why:?})"),
-                )
-            })?;
-        }
-        if let Some(root) = &self.root {
-            let path = Path::new(root.as_os_str().as_encoded_bytes()).map_err(|why| {
-                Error::new(
-                    Kind::Argument,
-                    format!("iceoryx2 folder {} is no path it accepts ({why:?})", root.display()),
-                )
-            })?;
-            config.global.set_root_path(&path);
-        }
-        Ok(config)
-    }
-}
-
 /// One scene's services, open in this process.
 #[derive(Debug)]
 pub struct SceneServices {
     /// This process in shared memory.
-    pub node: Node<Ipc>,
-    label: String,
+    pub node: Arc<Node<Ipc>>,
+    opening: Opening,
     /// Service of states.
     pub state_name: ServiceName,
     /// Service of contacts.
@@ -158,18 +122,45 @@ impl Wake {
 }
 
 impl SceneServices {
-    /// Opens or creates the services, after clearing up what killed processes left behind.
+    /// Opens or creates the services, after clearing up what killed processes left behind: within
+    /// seconds, or not at all.
+    ///
+    /// # Errors
+    /// A service with other types or limits, files of somebody else, no room, or a program that holds
+    /// things up.
     pub fn open(scene: Option<&str>, domain: &Domain) -> Result<Self> {
+        Self::open_unless(scene, domain, || false)
+    }
+
+    /// As [`Self::open`], asking every 2 ms whether to stop.
+    ///
+    /// # Errors
+    /// As there, and the wish to stop as [`Kind::Stopped`].
+    pub fn open_unless(
+        scene: Option<&str>,
+        domain: &Domain,
+        stop: impl FnMut() -> bool,
+    ) -> Result<Self> {
         // iceoryx2 writes its remarks to standard error unless IOX2_LOG_LEVEL asks for them.
         set_log_level_from_env_or(LogLevel::Fatal);
         let names = SceneNames::new(scene)?;
         let config = domain.config()?;
         let root = std::ffi::OsStr::from_bytes(config.global.root_path().as_bytes());
         owner::take(root.as_ref())?;
-        memory::check()?;
+        memory::check("joining a scene", memory::JOIN_BYTES)?;
+        memory::take_files("joining a scene", memory::JOIN_FILES)?;
+        let opening = Opening {
+            leftovers: Leftovers::of(&config),
+            label: names.label.clone(),
+            names: names.services(),
+        };
+        opening.clone().within(stop, move || Self::join(&names, &config, opening))
+    }
+
+    fn join(names: &SceneNames, config: &Config, opening: Opening) -> Result<Self> {
         let node = NodeBuilder::new()
             .name(&node_name()?)
-            .config(&config)
+            .config(config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|why| {
@@ -190,12 +181,27 @@ impl SceneServices {
             forces: topic(&node, &names.forces, TOOL_FORCES)?,
             pose_wake: wake_topic(&node, &names.pose)?,
             force_wake: wake_topic(&node, &names.force)?,
-            label: names.label,
-            state_name: names.state,
-            contacts_name: names.contacts,
-            command_name: names.command,
-            node,
+            state_name: names.state.clone(),
+            contacts_name: names.contacts.clone(),
+            command_name: names.command.clone(),
+            opening,
+            node: Arc::new(node),
         })
+    }
+
+    /// What clears up behind killed programs.
+    #[must_use]
+    pub fn leftovers(&self) -> Leftovers {
+        self.opening.leftovers.clone()
+    }
+
+    /// Opens a further service of the scene, within seconds or not at all.
+    pub(crate) fn further<T: Send + 'static>(
+        &self,
+        open: impl FnOnce(&Node<Ipc>) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        let node = Arc::clone(&self.node);
+        self.opening.within(|| false, move || open(&node))
     }
 
     /// Ports of the controller's side; refused while another `control` is alive on the scene.
@@ -228,6 +234,8 @@ impl SceneServices {
     {
         self.refuse_second(&self.pose, CONTROL_PORT, None, "control")?;
         self.refuse_second(&self.tools, CONTROL_PORT, None, "control")?;
+        let messages = (QUEUE_MESSAGES * SUBSCRIBERS_MAX * size_of::<Out>()) as u64;
+        memory::check("a controller", messages + memory::JOIN_BYTES)?;
         let ports = Ports {
             subscriber: subscriber(answers, CONTROL_PORT)?,
             publisher: self.publisher(poses, CONTROL_PORT, "control")?,
@@ -239,6 +247,23 @@ impl SceneServices {
         self.refuse_second(&self.tools, CONTROL_PORT, own, "control")?;
         self.take_memory()?;
         Ok(ports)
+    }
+
+    /// Refuses to begin where there is too little room for a server and its clients.
+    ///
+    /// # Errors
+    /// What there is of memory or open files, and what is needed.
+    pub fn check_room_to_serve(&self) -> Result<()> {
+        memory::take_files("a server with its clients", memory::SERVER_FILES)?;
+        memory::check("a server with its clients", memory::SERVER_BYTES)
+    }
+
+    /// Refuses to say that a server is ready where nobody could join.
+    ///
+    /// # Errors
+    /// What there is of memory, and what is needed.
+    pub fn check_room_to_join(&self) -> Result<()> {
+        memory::check("what joins a server", memory::CLIENTS_BYTES)
     }
 
     /// Takes the memory of all ports so far, so that nothing fails for want of it later.
@@ -278,7 +303,7 @@ impl SceneServices {
     /// What a message calls the scene.
     #[must_use]
     pub fn label(&self) -> &str {
-        &self.label
+        &self.opening.label
     }
 
     /// The node behind a publisher of poses of either version that is still registered.
@@ -328,13 +353,13 @@ impl SceneServices {
         let text = if is_own {
             format!(
                 "this process has a running chaincell {program} on {} already; close it",
-                self.label
+                self.label()
             )
         } else {
             let pid = pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
             format!(
                 "{} has a running chaincell {program}, or a program that has its part{pid}; end it",
-                self.label
+                self.label()
             )
         };
         Error::new(Kind::Taken, format!("{text}, or take another scene with `scene` NAME"))
@@ -454,32 +479,4 @@ fn node_name() -> Result<NodeName> {
 fn port_name(name: &str) -> Result<PortName> {
     PortName::new(name)
         .map_err(|why| Error::new(Kind::Connection, format!("port name {name}: {why:?}")))
-}
-
-/// Why a service cannot be opened.
-pub fn service_error(name: &ServiceName, why: impl Debug) -> Error {
-    refusal(
-        name,
-        ("open", why),
-        "a program that created it with other limits or types is still running: end it and start chaincell serve first",
-    )
-}
-
-/// Why a service cannot be connected to.
-pub fn port_error(name: &ServiceName, why: impl Debug) -> Error {
-    refusal(name, ("connect to", why), "end programs that use it")
-}
-
-fn refusal(name: &ServiceName, (what, why): (&str, impl Debug), remedy: &str) -> Error {
-    let why = format!("{why:?}");
-    let (kind, text) = if why.contains("ExceedsMax") {
-        let text = format!(
-            "service {name} has no place left: at most {NODES_MAX} programs, {PUBLISHERS_MAX} of them sending \
-             and {SUBSCRIBERS_MAX} reading; end one of them"
-        );
-        (Kind::Full, text)
-    } else {
-        (Kind::Service, format!("cannot {what} service {name} ({why}); {remedy}"))
-    };
-    Error::new(kind, format!("{text}, or take another scene with `scene` NAME"))
 }

@@ -36,10 +36,12 @@ pub type Topic<T> = publish_subscribe::PortFactory<Ipc, [T], <T as Viewed>::Head
 /// # Errors
 /// One with other types or limits.
 pub fn topic<T: Viewed>(scene: &SceneServices) -> Result<Topic<T>> {
-    let name = T::name(scene);
-    scene
-        .node
-        .service_builder(name)
+    let name = T::name(scene).clone();
+    scene.further(move |node| opened::<T>(node, &name))
+}
+
+fn opened<T: Viewed>(node: &Node<Ipc>, name: &ServiceName) -> Result<Topic<T>> {
+    node.service_builder(name)
         .publish_subscribe::<[T]>()
         .user_header::<T::Header>()
         .enable_safe_overflow(true)

@@ -7,9 +7,10 @@ use serde::Serialize;
 use crate::choice;
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::session::ipc;
 use crate::session::ipc::command::{CommandClient, SWEEPS_MAX, refusal_text};
 use crate::session::ipc::payload::CommandMessage;
-use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::ipc::services::Domain;
 use crate::session::timing::clock::SECOND_NS;
 use crate::terminal;
 use crate::words::counted;
@@ -93,7 +94,7 @@ pub fn execute(args: &Args) -> Result<()> {
         Action::Snapshot => Command::Snapshot { checksum: 0 },
         Action::LetGo { tool, ticks } => Command::LetGo { tool: *tool, ticks: *ticks },
     };
-    let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
+    let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
     let client = CommandClient::open(&scene)?;
     if !client.is_served() {
         return Err(Error::input(format!(

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use super::watch::{Until, watch};
+use super::watch::{ServerWait, Until, watch};
 use crate::error::{Error, Result};
+use crate::session::ipc;
 use crate::session::ipc::contacts::{Contact, ContactReader, ContactsHeader};
-use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::ipc::services::Domain;
 use crate::session::timing::clock::{now_ns, span_ns};
 use crate::terminal;
 use crate::words::counted;
@@ -25,6 +26,8 @@ pub struct Args {
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
+    #[command(flatten)]
+    server: ServerWait,
     /// Print JSON objects, one a line
     #[arg(long)]
     json: bool,
@@ -78,9 +81,10 @@ pub fn execute(args: &Args) -> Result<()> {
         Some(seconds) => now_ns().saturating_add(span_ns("`seconds`", seconds)?),
         None => u64::MAX,
     };
-    let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
+    args.server.check()?;
+    let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
     let reader = ContactReader::open(&scene)?;
-    if !reader.is_served() {
+    if !args.server.wait(&scene, &reader)? {
         return Err(Error::input(format!(
             "no contacts on {}; start chaincell serve with the same --scene, --contact probe:RADIUS \
              on a model baked with --probe-contact surface, and a --state-hz above 0",

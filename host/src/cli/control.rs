@@ -11,6 +11,7 @@ use super::press::{Motion, PressArgs};
 use super::session::{LoopArgs, tell_refused};
 use super::tissue;
 use super::verdict::{Counts, Verdict, VerdictArgs};
+use super::watch::ServerWait;
 use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::files::path::Rules;
@@ -46,9 +47,8 @@ pub struct Args {
     /// Play the path or the motion so many times, its ticks counting on
     #[arg(long, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     repeat: u64,
-    /// Longest wait for a server [s]
-    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
-    wait_for_server_s: f64,
+    #[command(flatten)]
+    server: ServerWait,
     /// Silence of the server after which the force at the device falls to 0, 0 for never [ms]
     #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true)]
     watchdog_ms: u32,
@@ -104,12 +104,7 @@ fn released_first(paths: Paths) -> (Vec<Pose>, Vec<OneTool>) {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    if !(args.wait_for_server_s.is_finite() && args.wait_for_server_s >= 0.0) {
-        return Err(Error::input(format!(
-            "--wait-for-server-s {}: must be 0 or more",
-            args.wait_for_server_s
-        )));
-    }
+    args.server.check()?;
     let faults = args.inject.faults()?;
     if faults.is_some_and(|(faults, _)| faults.sweep > 0.0) && !args.common.ends_with_parent {
         return Err(Error::input(
@@ -123,7 +118,7 @@ pub fn execute(args: &Args) -> Result<()> {
         wait: args.common.wait,
         realtime: !args.common.no_realtime,
         ends_with_parent: args.common.ends_with_parent,
-        wait_for_server_s: args.wait_for_server_s,
+        wait_for_server_s: args.server.wait_for_server_s,
         repeats: args.repeat,
         histogram: args.common.histogram,
         watchdog_ms: args.watchdog_ms,

@@ -46,6 +46,7 @@ use std::process::ExitCode;
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::interrupt;
 use crate::terminal;
 
@@ -55,6 +56,7 @@ pub fn process(command: Command, execute: impl FnOnce() -> Result<()>) -> ExitCo
     env_logger::Builder::from_env(env_logger::Env::new().filter_or("CHAINCELL_LOG", "warn"))
         .format_timestamp(None)
         .init();
+    input::begin();
     match interrupt::install().and_then(|()| execute()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {

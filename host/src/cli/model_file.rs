@@ -1,6 +1,5 @@
 //! Reading a baked model, with errors that name the file.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -8,6 +7,7 @@ use chaincell_kernel::Model;
 
 use crate::bake::ImageBytes;
 use crate::error::{Error, Result};
+use crate::input;
 
 /// Share of a bound that single precision may have taken from it.
 const ROUNDING: f64 = 1.0e-3;
@@ -18,7 +18,7 @@ const BYTES_MAX: u64 = 1 << 30;
 pub fn read(path: &Path) -> Result<ImageBytes> {
     let failed = |why: std::io::Error| Error::file("read model", path, why);
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|why| {
+    let file = input::open(path).map_err(|why| {
         Error::file("read model", path, format!("{why}; a model is made by chaincell bake"))
     })?;
     file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;

@@ -27,6 +27,7 @@ use crate::files::recording::{self, Recording, TraceFile};
 use crate::files::snapshot::{self, SessionSnapshot};
 use crate::files::whole::write_whole;
 use crate::files::{path, tools_path};
+use crate::input;
 use crate::session::ipc::payload::ToolForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
@@ -167,7 +168,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let (dynamics, number) = (tissue.engine().scheme(), args.tissue.number);
     let begun = Recording::begin(tissue.engine(), dynamics, number, tissue.settings())?;
     let (folder, mut recorder, server) = recorded(args, begun, &image, server, &mut tissue)?;
-    terminal::say("ready")?;
+    server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;
     let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
     // Told last, so that it costs no other result.
@@ -225,6 +226,9 @@ fn recorded(
 ) -> Result<(Option<Folder>, Recorder, Server)> {
     let from =
         args.restore.as_ref().map(|path| restore(path, begun.bytes(), tissue)).transpose()?;
+    let places = [args.record.clone(), args.out.as_ref().map(|out| out.join(recording::TRACE))];
+    // Before anything is replaced.
+    places.iter().flatten().try_for_each(|trace| input::keep(&snapshot::start_place(trace)))?;
     let header = begun.bytes().to_vec();
     let (folder, mut recorder) = recorder(args, begun, image, tissue.tools())?;
     let of_folder = folder.as_ref().map(|folder| folder.file(recording::TRACE));

@@ -14,7 +14,8 @@ use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::files::path;
 use crate::files::whole::write_whole;
-use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::ipc;
+use crate::session::ipc::services::Domain;
 use crate::session::ipc::serving::ServePorts;
 use crate::session::loops::floor::{self, Floor};
 use crate::session::loops::inject::{Faults, Plan};
@@ -54,7 +55,7 @@ pub struct LoopArgs {
 impl LoopArgs {
     /// Refuses a scene that cannot be served, before anything is measured or written.
     pub fn check(&self) -> Result<()> {
-        let scene = SceneServices::open(self.scene.as_deref(), &Domain::default())?;
+        let scene = ipc::open(self.scene.as_deref(), &Domain::default())?;
         ServePorts::open(&scene, false).map(|_| ())
     }
 

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::watch::{Until, watch};
+use super::watch::{ServerWait, Until, watch};
 use crate::engine::Nodes;
 use crate::error::{Error, Result};
 use crate::files::output::cells_csv;
 use crate::files::whole::write_whole;
+use crate::session::ipc;
 use crate::session::ipc::payload::{NodePosition, StateHeader};
-use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::ipc::services::Domain;
 use crate::session::ipc::state::StateReader;
 use crate::terminal;
 use crate::words::counted;
@@ -29,6 +30,8 @@ pub struct Args {
     /// At the end, write the last state here: node,x_m,y_m,z_m by ascending node
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    #[command(flatten)]
+    server: ServerWait,
     /// Print JSON objects, one a line
     #[arg(long)]
     json: bool,
@@ -47,9 +50,10 @@ struct Printed {
 }
 
 pub fn execute(args: &Args) -> Result<()> {
-    let scene = SceneServices::open(args.scene.as_deref(), &Domain::default())?;
+    args.server.check()?;
+    let scene = ipc::open(args.scene.as_deref(), &Domain::default())?;
     let reader = StateReader::open(&scene)?;
-    if !reader.is_served() {
+    if !args.server.wait(&scene, &reader)? {
         return Err(Error::input(format!(
             "no states on {}; start chaincell serve with the same --scene and a --state-hz above 0",
             scene.label()

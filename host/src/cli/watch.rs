@@ -2,15 +2,63 @@
 
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::session::ipc::services::SceneServices;
 use crate::session::ipc::viewed::{Reader, Viewed};
-use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns};
+use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until_ns, span_ns};
 
 /// Span between looks for a message \[ns\].
 const LOOK_NS: u64 = MILLISECOND_NS;
 /// Span between lines \[ns\].
 const LINE_NS: u64 = SECOND_NS;
+/// A server sends what viewers read this long after it has begun to take poses, or not at all \[ns\].
+const START_NS: u64 = SECOND_NS;
 /// Longest wait for the first message of a server \[ns\].
 const FIRST_NS: u64 = 5 * SECOND_NS;
+
+/// How long to wait for a server.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct ServerWait {
+    /// Longest wait for a server [s]
+    #[arg(long, default_value_t = 10.0, value_name = "S", allow_negative_numbers = true)]
+    pub wait_for_server_s: f64,
+}
+
+impl ServerWait {
+    /// A time that can be waited, before anything is opened.
+    ///
+    /// # Errors
+    /// None that can be.
+    pub fn check(&self) -> Result<()> {
+        if self.wait_for_server_s.is_finite() && self.wait_for_server_s >= 0.0 {
+            return Ok(());
+        }
+        let Self { wait_for_server_s } = self;
+        Err(Error::input(format!("--wait-for-server-s {wait_for_server_s}: must be 0 or more")))
+    }
+
+    /// Waits until a server sends; whether one does. One that serves the scene and does not send is none
+    /// that is starting.
+    ///
+    /// # Errors
+    /// Ctrl-C.
+    pub fn wait<T: Viewed>(&self, scene: &SceneServices, reader: &Reader<T>) -> Result<bool> {
+        let at_most_ns = span_ns("`wait_for_server_s`", self.wait_for_server_s)?;
+        let end_ns = now_ns().saturating_add(at_most_ns);
+        let mut started_ns = None;
+        while !reader.is_served() {
+            interrupt::check()?;
+            let now_ns = now_ns();
+            let is_started = scene.is_served() && scene.serves_tools();
+            let since_ns = *started_ns.get_or_insert(now_ns);
+            started_ns = is_started.then_some(since_ns);
+            if now_ns >= end_ns || (is_started && now_ns - since_ns >= START_NS) {
+                return Ok(false);
+            }
+            sleep_until_ns(now_ns + LOOK_NS);
+        }
+        Ok(true)
+    }
+}
 
 /// When to end.
 #[derive(Debug, Clone, Copy)]

@@ -262,7 +262,8 @@ impl Staged<'_> {
             }
         }
         let [first, ..] = self.last;
-        first
+        // Whatever the device is given: these are the tissue's, and a replay goes by them.
+        TickOutput { energy_j: output.energy_j, sweeps: output.sweeps, ..first }
     }
 
     /// What one of several tools has felt, as the answer to it alone.

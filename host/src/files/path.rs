@@ -2,13 +2,13 @@
 //! sweeps of its tick.
 
 use std::fmt::Write as _;
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use crate::engine::motion::Pose;
 use crate::engine::order::follows;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::text::{BYTE_ORDER_MARK, gzip};
 
 /// First line of every path file.
@@ -35,7 +35,7 @@ pub enum Rules {
 /// # Errors
 /// File, line and field of the first thing that breaks the rules, and the remedy.
 pub fn read(path: &Path, rules: Rules) -> Result<Vec<Vec<Pose>>> {
-    let file = File::open(path).map_err(|why| Error::file("open path", path, why))?;
+    let file = input::open(path).map_err(|why| Error::file("open path", path, why))?;
     parse(BufReader::new(file), &path.display().to_string(), rules)
 }
 

@@ -16,7 +16,6 @@
 //!                with, the tissue's snapshot, the stage's (none without a stage)
 //! ```
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +24,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
 use crate::engine::snapshot::Saved;
 use crate::error::{Error, Result};
+use crate::input;
 
 const MAGIC: [u8; 8] = *b"CHAINSES";
 const VERSION: u32 = 1;
@@ -138,7 +138,7 @@ impl SessionSnapshot {
         if !std::fs::metadata(path).map_err(failed)?.is_file() {
             return Err(Error::file("read snapshot", path, "it is no file"));
         }
-        let file = File::open(path).map_err(failed)?;
+        let file = input::open(path).map_err(failed)?;
         file.take(BYTES_MAX + 1).read_to_end(&mut bytes).map_err(failed)?;
         Self::of(&bytes).map_err(|why| Error::file("read snapshot", path, why))
     }

@@ -2,7 +2,6 @@
 //! [`path`].
 
 use std::fmt::Write as _;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -13,6 +12,7 @@ use crate::engine::motion::Pose;
 use crate::engine::order::follows;
 use crate::engine::tools::{is_unit, length_of};
 use crate::error::{Error, Result};
+use crate::input;
 use crate::text::BYTE_ORDER_MARK;
 
 /// First line of a path of several tools.
@@ -83,7 +83,7 @@ struct Row {
 pub fn read(file: &Path, rules: Rules) -> Result<Paths> {
     let name = file.display().to_string();
     let failed = |why: std::io::Error| Error::file("open path", file, why);
-    let mut text = BufReader::new(File::open(file).map_err(failed)?);
+    let mut text = BufReader::new(input::open(file).map_err(failed)?);
     let front = text.fill_buf().map_err(failed)?;
     let mark = BYTE_ORDER_MARK.as_bytes();
     let front = front.strip_prefix(mark).unwrap_or(front);

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::input;
 
 /// The folder that a file stands in.
 #[must_use]
@@ -34,9 +35,11 @@ pub fn keep_input(input: &str, output: &Path) -> Result<()> {
 /// link the file is written that it leads to.
 ///
 /// # Errors
-/// What the system says, with the path; a place that holds something other than a file; a link to nothing.
+/// What the system says, with the path; a place that holds an input or something other than a file; a link to
+/// nothing.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     let failed = |why: std::io::Error| Error::file("write", path, cause(&why));
+    input::keep(path)?;
     if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return Err(Error::file("write", path, "it is there and no file; name another one"));
     }

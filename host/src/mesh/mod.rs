@@ -27,11 +27,12 @@ mod vtk;
 mod write;
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::Read;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::text::{BYTE_ORDER_MARK, gzip};
 
 pub use selector::{select, select_among};
@@ -298,7 +299,7 @@ fn content(path: &Path, what: &str) -> Result<Vec<u8>> {
         let why = format!("it is a folder, a pipe or a device, no file; {what}");
         return Err(Error::file("read mesh", path, why));
     }
-    let file = File::open(path).map_err(refuse)?;
+    let file = input::open(path).map_err(refuse)?;
     let mut bytes = Vec::new();
     let taken = file.take(FILE_BYTES_MAX + 1).read_to_end(&mut bytes);
     let length = taken.map_err(|why| Error::file("read mesh", path, why))?;

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod handout;
+mod inputs;
 mod latency;
 mod motion;
 mod output;

@@ -7,6 +7,7 @@ use std::time::Duration;
 use chaincell_tests::files::{Table, play, summary, text, write_path};
 use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Row, Viewer};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 
 /// Longest life of a server that has got its last pose.
@@ -220,4 +221,29 @@ fn states_that_are_off_are_not_sent() {
     let refused = run(["state", "--scene", &place.scene]).with(2);
     assert!(refused.err.contains("--state-hz above 0"), "{}", refused.err);
     serve.interrupt().with(130);
+}
+
+/// Started first, it sees the states of the server that comes.
+#[test]
+fn a_viewer_waits_for_a_server_that_is_starting() {
+    let _turn = turn();
+    let place = Place::new("waits");
+    let mut viewer = Running::chaincell(["state", "--scene", &place.scene, "--once", "--json"]);
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(viewer.is_running());
+    let serve = place.serve(&[]);
+    let outsider = Outsider::join(&place.scene, true);
+    let mut tick = 0;
+    while viewer.is_running() {
+        outsider.send(Pose { tick, ..Pose::default() });
+        tick += 1;
+        std::thread::sleep(Duration::from_millis(1));
+        assert!(tick < 20_000, "no end of the viewer");
+    }
+    assert!(viewer.end(SHORT).with(0).json()["nodes"].as_u64() > Some(0));
+    serve.interrupt().with(130);
+    let args = ["state", "--scene", &place.scene, "--wait-for-server-s"];
+    let refused = run([&args[..], &["0.2"]].concat()).with(2);
+    assert!(refused.err.contains("no states on"), "{}", refused.err);
+    run([&args[..], &["nan"]].concat()).with(2);
 }

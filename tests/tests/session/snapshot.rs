@@ -226,3 +226,36 @@ fn a_session_without_a_tick_is_told_as_such() {
     let from = replay(&["--from", "0"]);
     assert!(from.contains("no tick stands behind the snapshot"), "{from}");
 }
+
+/// The reply waits for the file: a disk that is full is an error of the command, and one without it means
+/// that the file is there.
+#[test]
+fn a_snapshot_that_cannot_be_written_is_refused() {
+    let _turn = turn();
+    let place = Place::new("full-disk");
+    let lines = format!(
+        "mount -t tmpfs -o size=1m none disk || exit 99
+        \"$0\" serve {} --scene {} --contact 40 --late-share off --record disk/a.trace --record-ticks 10 > out 2> err & s=$!
+        until grep -q ready out; do sleep 0.01; done
+        dd if=/dev/zero of=disk/fill bs=4k 2> /dev/null
+        \"$0\" command --scene {1} snapshot; echo $?; ls disk
+        rm disk/fill
+        \"$0\" command --scene {1} snapshot > /dev/null; echo $?; ls disk
+        kill -INT $s; wait $s; echo $?",
+        text(&place.model),
+        place.scene
+    );
+    std::fs::create_dir(place.folder.path().join("disk")).unwrap();
+    let binary = chaincell_tests::chaincell().get_program().to_owned();
+    let mut command = std::process::Command::new("unshare");
+    command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", &lines]);
+    let ended = Running::start(command.arg(binary)).end(SOON);
+    if ended.code == Some(99) || ended.err.contains("unshare") {
+        println!("SKIPPED a_snapshot_that_cannot_be_written_is_refused: no right to mount");
+        return;
+    }
+    let said: Vec<&str> = ended.out.split_whitespace().collect();
+    let wanted = ["2", "a.trace", "fill", "0", "a.trace", "a.trace.0.snapshot", "130"];
+    assert_eq!(said, wanted, "{ended:?}");
+    assert!(ended.err.contains("(reason 13): the snapshot could not be written"), "{}", ended.err);
+}

@@ -8,6 +8,7 @@ mod holds;
 mod long;
 mod passivity;
 mod probe;
+mod replayed;
 mod softening;
 mod tools;
 mod walls;

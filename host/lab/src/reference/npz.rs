@@ -7,6 +7,7 @@ use ndarray::{ArrayD, IxDyn, OwnedRepr};
 use ndarray_npy::{NpzReader, ReadNpzError, ReadableElement};
 
 use chaincell_host::error::{Error, Result};
+use chaincell_host::input;
 
 /// An open archive.
 pub struct Npz {
@@ -21,7 +22,7 @@ impl Npz {
     /// A file that cannot be read or is no archive.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |why: &dyn std::fmt::Display| Error::file("read", path, why);
-        let file = File::open(path).map_err(|why| failed(&why))?;
+        let file = input::open(path).map_err(|why| failed(&why))?;
         let reader = NpzReader::new(file).map_err(|why| failed(&why))?;
         Ok(Self { path: path.to_owned(), reader })
     }

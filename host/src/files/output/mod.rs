@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::files::recording::{self, check_idle};
 use crate::files::whole::write_whole;
+use crate::input;
 
 pub use cells::cells_csv;
 pub use contacts::ContactRows;
@@ -35,11 +36,13 @@ impl Folder {
     /// files of an earlier run in it are then removed, everything else stays.
     ///
     /// # Errors
-    /// A folder that cannot be made or written, that has content, or that a run is recording to.
+    /// A folder that cannot be made or written, that has content or an input of this command, or that a run
+    /// is recording to.
     pub fn open(path: &Path, force: bool) -> Result<Self> {
         fs::create_dir_all(path).map_err(|why| Error::file("create folder", path, why))?;
         check_idle("`out`", &path.join(recording::TRACE))?;
         let entries = fs::read_dir(path).map_err(|why| Error::file("read folder", path, why))?;
+        let mut earlier = Vec::new();
         for entry in entries {
             let entry = entry.map_err(|why| Error::file("read folder", path, why))?;
             if !force {
@@ -51,9 +54,12 @@ impl Folder {
                 )));
             }
             if is_ours(&entry.file_name().to_string_lossy()) {
-                let file = entry.path();
-                fs::remove_file(&file).map_err(|why| Error::file("remove", &file, why))?;
+                input::keep_there(&entry.path())?;
+                earlier.push(entry.path());
             }
+        }
+        for file in earlier {
+            fs::remove_file(&file).map_err(|why| Error::file("remove", &file, why))?;
         }
         let folder = Self { path: path.to_owned() };
         // A folder that cannot be written is told before the run, not after it.

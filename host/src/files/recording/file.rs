@@ -25,6 +25,7 @@ use super::Recording;
 use super::map::{Map, Pages};
 use super::room::{self, no_room};
 use crate::error::{Error, Result};
+use crate::input;
 
 /// Bytes ahead of the loop that are kept writable: six seconds at 1 kHz.
 const AHEAD_BYTES: usize = 1 << 18;
@@ -174,6 +175,7 @@ pub(super) fn check_content(option: &str, path: &Path, file: &File, force: bool)
 fn open(option: &str, path: &Path, force: bool) -> Result<File> {
     let failed = |why: std::io::Error| Error::file("write", path, why);
     check_kind(option, path)?;
+    input::keep(path)?;
     let mut options = OpenOptions::new();
     let mut file =
         options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;

@@ -24,6 +24,7 @@ use crate::engine::tools::Poses;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
 use crate::files::whole::folder_of;
+use crate::input;
 
 pub use file::{TraceFile, check_idle};
 pub use room::{check as check_room, taken};
@@ -258,6 +259,7 @@ pub fn play(
 /// A file that is there, with what to do; a folder that cannot be written.
 pub fn check_place(path: &Path, force: bool) -> Result<()> {
     file::check_kind("`trace`", path)?;
+    input::keep(path)?;
     if path.is_file() {
         let file = File::open(path).map_err(|why| Error::file("read", path, why))?;
         file::check_content("`trace`", path, &file, force)?;
@@ -273,7 +275,7 @@ pub fn check_place(path: &Path, force: bool) -> Result<()> {
 /// What the system says, or that it is no trace, with the path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let failed = |why: std::io::Error| Error::file("read trace", path, why);
-    let file = File::open(path).map_err(failed)?;
+    let file = input::open(path).map_err(failed)?;
     let mut bytes = Vec::new();
     let magic_bytes = MAGIC.len() as u64;
     (&file).take(magic_bytes).read_to_end(&mut bytes).map_err(failed)?;

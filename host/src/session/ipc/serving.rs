@@ -50,6 +50,7 @@ impl ServePorts {
     /// Another server; no places, or too little memory.
     pub fn open(scene: &SceneServices, woken: bool) -> error::Result<Self> {
         scene.refuse_second(&scene.force, SERVE_PORT, None, "serve")?;
+        scene.check_room_to_serve()?;
         let force = scene.publisher(&scene.force, SERVE_PORT, "serve")?;
         let id = force.id();
         let forces = scene.publisher(&scene.forces, SERVE_PORT, "serve")?;

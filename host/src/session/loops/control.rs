@@ -11,6 +11,7 @@ use chaincell_kernel::{Flags, ToolPose as OneTool};
 use crate::engine::flag_ticks::FlagTicks;
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::session::ipc;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::payload::{ToolForce, ToolPose};
 use crate::session::ipc::services::{Domain, SceneServices};
@@ -169,7 +170,7 @@ pub fn control_tools(
     if options.ends_with_parent {
         realtime::end_with_parent()?;
     }
-    let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
+    let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
     let woken = options.wait == Wait::Event;
     let ports = match tools {
         [] => Link::One(scene.control_ports(woken)?),

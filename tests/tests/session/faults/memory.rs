@@ -93,3 +93,79 @@ fn a_session_goes_on_while_another_program_fills_it() {
     let step_n = control["largest_force_step_n"].as_f64().unwrap();
     tell("shared memory filled by another program", 1600, 0, step_n, f64::NAN);
 }
+
+/// A server that says that it is ready has room for a controller and a viewer; else it says what is needed.
+#[test]
+fn a_server_is_ready_only_where_others_can_join() {
+    let _turn = turn();
+    let place = place("joins");
+    let path = hold(&place, 20);
+    let (scene, folder) = (&place.scene, text(place.folder.path()));
+    let lines = format!(
+        "\"$chaincell\" serve {} --scene {scene} --contact 40 --late-share off > {folder}/out 2> {folder}/err & s=$!
+        until grep -q ready {folder}/out || ! kill -0 $s 2> /dev/null; do sleep 0.01; done
+        if grep -q ready {folder}/out; then
+            \"$chaincell\" control --late-share off --scene {scene} --path {} > /dev/null; echo $?
+            \"$chaincell\" command --scene {scene} pause > /dev/null; echo $?
+            kill -INT $s
+        fi
+        wait $s; echo $?; cat {folder}/err >&2; {LEFT}",
+        text(&place.model),
+        text(&path)
+    );
+    let mut ready = 0;
+    for kilobytes in [8400, 9216, 10_240, 11_264, 12_288] {
+        let Some(ended) = with_memory("joins", kilobytes, &lines) else { return };
+        match ended.out.split_whitespace().collect::<Vec<_>>()[..] {
+            ["0", "0", "130"] => ready += 1,
+            ["2"] => {
+                assert!(ended.err.contains("what joins a server takes up to"), "{}", ended.err)
+            }
+            _ => panic!("{kilobytes} kB: {ended:?}"),
+        }
+    }
+    assert!((3..5).contains(&ready), "{ready}");
+}
+
+/// Each piece of shared memory is an open file.
+#[test]
+fn too_few_open_files_are_told_before_ready() {
+    let _turn = turn();
+    let place = place("files");
+    let serve = |limit: &str| {
+        let line = format!(
+            "ulimit {limit}; exec \"$0\" serve {} --scene {} --contact 40 --seconds 0.1",
+            text(&place.model),
+            place.scene
+        );
+        let mut command = Command::new("sh");
+        Running::start(command.args(["-c", &line]).arg(chaincell().get_program())).end(SOON)
+    };
+    for limit in ["-n 36", "-n 60", "-n 100"] {
+        let ended = serve(limit).with(2);
+        assert!(ended.err.contains("raise the limit with ulimit -n"), "{}", ended.err);
+        assert_eq!(ended.out, "");
+    }
+    // Its own limit it raises by itself.
+    assert!(serve("-Sn 36").with(0).out.starts_with("ready"));
+}
+
+#[test]
+fn files_that_somebody_removed_are_named_as_the_cause() {
+    let _turn = turn();
+    let place = place("removed");
+    let (scene, folder) = (&place.scene, text(place.folder.path()));
+    let lines = format!(
+        "\"$chaincell\" serve {} --scene {scene} --contact 40 > {folder}/out & s=$!
+        until grep -q ready {folder}/out; do sleep 0.01; done
+        rm /dev/shm/*
+        \"$chaincell\" command --scene {scene} pause; echo $? $s
+        kill -INT $s; wait $s; echo $?",
+        text(&place.model)
+    );
+    let Some(ended) = with_memory("removed", 65_536, &lines) else { return };
+    let numbers: Vec<&str> = ended.out.split_whitespace().collect();
+    assert!(matches!(numbers[..], ["2", _, "130"]), "{ended:?}");
+    let wanted = format!("files in /dev/shm are gone, although process {} has it open", numbers[1]);
+    assert!(ended.err.contains(&wanted), "{}", ended.err);
+}

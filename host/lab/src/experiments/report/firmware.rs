@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use chaincell_host::error::{Error, Result};
+use chaincell_host::input;
 
 /// An image with a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,7 +40,8 @@ impl FirmwareRow {
 /// A file that cannot be read, the first line that is no such object, a file without any.
 pub fn read(file: &Path) -> Result<Vec<FirmwareRow>> {
     let name = file.display();
-    let text = std::fs::read_to_string(file)
+    let text = input::open(file)
+        .and_then(std::io::read_to_string)
         .map_err(|why| Error::input(format!("--firmware {name}: {why}")))?;
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let rows = lines.map(|(at, line)| {

@@ -14,6 +14,7 @@ use chaincell_host::bake::tissue::{Band, Tissue};
 use chaincell_host::bake::{BakeOptions, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::{Error, Result};
+use chaincell_host::input;
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{self as kernel, Network, Settings, ToolSample, Unloading};
 
@@ -53,7 +54,8 @@ pub struct SpecimenRow {
 
 fn data(reference: &Path) -> Result<Vec<[f64; 2]>> {
     let path = reference.join(DATA);
-    let text = std::fs::read_to_string(&path)
+    let text = input::open(&path)
+        .and_then(std::io::read_to_string)
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
     let rows = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     rows.map(|(at, line)| {

@@ -30,11 +30,14 @@ impl Run<'_> {
             return;
         }
         let now_ns = now_ns();
+        self.told_of_file();
         if self.commands.as_ref().is_some_and(|commands| commands.is_due(now_ns, idle))
-            && let Some(mut commands) = self.commands.take()
+            && let Some(request) = self.commands.as_mut().and_then(|of| of.receive(now_ns))
         {
-            commands.serve(now_ns, |message| self.carry_out(message));
-            self.commands = Some(commands);
+            let (reply, is_later) = self.carry_out(&request);
+            if let Some(commands) = &mut self.commands {
+                commands.reply(request, reply, is_later);
+            }
         }
         if self.state.as_mut().is_some_and(|state| state.feed.is_due(now_ns, idle)) {
             let header = StateHeader {
@@ -69,7 +72,8 @@ impl Run<'_> {
         }
     }
 
-    fn carry_out(&mut self, message: &CommandMessage) -> ReplyMessage {
+    /// The reply, and whether it is to wait until a snapshot is written.
+    fn carry_out(&mut self, message: &CommandMessage) -> (ReplyMessage, bool) {
         let done = message.command().and_then(|command| self.obey(&command));
         let reply = ReplyMessage {
             tick: self.session.last_tick(),
@@ -87,7 +91,7 @@ impl Run<'_> {
                 self.changed();
             }
         }
-        reply
+        (reply, matches!(done, Ok(Command::Snapshot { .. })))
     }
 
     fn obey(&mut self, command: &Command) -> Result<Command, Refusal> {

@@ -36,6 +36,7 @@ use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::tissue::TissueEngine;
 use crate::error::Result;
 use crate::interrupt;
+use crate::session::ipc;
 use crate::session::ipc::command::CommandServer;
 use crate::session::ipc::contacts::ContactPublisher;
 use crate::session::ipc::services::{QUEUE_MESSAGES, SceneServices};
@@ -91,7 +92,7 @@ pub fn serve(
     recorder: &mut Recorder,
 ) -> Result<ServeReport> {
     let server = Server::open(options)?;
-    terminal::say("ready")?;
+    server.say_ready()?;
     server.run(engine, recorder)
 }
 
@@ -106,7 +107,7 @@ impl Server {
         if options.ends_with_parent {
             realtime::end_with_parent()?;
         }
-        let scene = SceneServices::open(options.scene.as_deref(), &options.domain)?;
+        let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
         let ports = ServePorts::open(&scene, options.wait == Wait::Event)?;
         Ok(Self {
             options: options.clone(),
@@ -168,6 +169,15 @@ impl Server {
         Self { resumed: Some(resumed), ..self }
     }
 
+    /// Says that clients may come.
+    ///
+    /// # Errors
+    /// Too little room for them; standard output that cannot be written.
+    pub fn say_ready(&self) -> Result<()> {
+        self.scene.check_room_to_join()?;
+        terminal::say("ready")
+    }
+
     /// Serves until the end of the run. Allocates nothing of its own from the first pose on, but for
     /// snapshots.
     pub fn run(
@@ -179,20 +189,19 @@ impl Server {
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
-        let mouth = &self.ports.mouth;
+        let (mouth, leftovers) = (&self.ports.mouth, self.scene.leftovers());
         let (ended_by, refused) = std::thread::scope(|scope| {
             let (taken, files) = snapshots;
             run.snapshots = taken;
             if let Some(files) = files {
-                scope.spawn(move || snapshots::write_all(&files));
+                scope.spawn(move || files.write_all());
             }
             // Before the loop asks for its privileges, which a thread would inherit: on the loop's
             // core, at its priority, it would not come to its turn while the loop is in a tick.
-            scope.spawn(|| shared.watch(mouth));
+            scope.spawn(|| shared.watch(mouth, || leftovers.clear()));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
-            // The writer ends with what is under way.
-            run.snapshots = None;
+            run.end_snapshots();
             ended
         });
         // A reader that has only just joined loses what a publisher sends right before its end.
@@ -310,6 +319,7 @@ impl<'a> Run<'a> {
 
     fn until_the_end(&mut self) -> Ending {
         loop {
+            self.shared.begin_round();
             if self.server.options.ticks.is_some_and(|ticks| self.session.executed >= ticks) {
                 return Ending::Ticks;
             }

@@ -3,7 +3,7 @@
 //! It looks every [`LOOK_NS`], and every millisecond while the force falls. It speaks only while the
 //! loop is in a tick: between ticks the loop itself is the watchdog.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::voice::Voice;
@@ -12,6 +12,8 @@ use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_unt
 
 /// Span between looks while nothing is to be said \[ns\].
 const LOOK_NS: u64 = 4 * MILLISECOND_NS;
+/// After so long the loop stands still: it looks at itself every 5 ms \[ns\].
+const STANDS_NS: u64 = 100 * MILLISECOND_NS;
 
 /// What the loop and the watcher share.
 #[derive(Debug)]
@@ -19,6 +21,8 @@ pub struct Shared {
     voice: Mutex<Voice>,
     in_tick: AtomicBool,
     has_ended: AtomicBool,
+    /// Rounds of the loop.
+    rounds: AtomicU64,
 }
 
 impl Shared {
@@ -29,6 +33,7 @@ impl Shared {
             voice: Mutex::new(voice),
             in_tick: AtomicBool::new(false),
             has_ended: AtomicBool::new(false),
+            rounds: AtomicU64::new(0),
         }
     }
 
@@ -47,13 +52,20 @@ impl Shared {
         self.in_tick.store(false, Ordering::Release);
     }
 
+    /// The loop begins a further round.
+    pub(super) fn begin_round(&self) {
+        self.rounds.fetch_add(1, Ordering::Relaxed);
+    }
+
     /// The loop has ended.
     pub(super) fn end(&self) {
         self.has_ended.store(true, Ordering::Release);
     }
 
-    /// Looks until the loop has ended.
-    pub(super) fn watch(&self, mouth: &Mouth) {
+    /// Looks until the loop has ended. Where the loop stands still, a program may have been killed that
+    /// made a connection to it: `clear` then clears up, every 100 ms.
+    pub(super) fn watch(&self, mouth: &Mouth, clear: impl Fn()) {
+        let (mut rounds, mut since_ns) = (0, now_ns());
         while !self.has_ended.load(Ordering::Acquire) {
             let mut span_ns = LOOK_NS;
             if self.in_tick.load(Ordering::Acquire) {
@@ -69,7 +81,15 @@ impl Shared {
                     span_ns = PERIOD_NS;
                 }
             }
-            sleep_until_ns(now_ns() + span_ns);
+            let now_ns = now_ns();
+            let reached = self.rounds.load(Ordering::Relaxed);
+            if reached != rounds {
+                (rounds, since_ns) = (reached, now_ns);
+            } else if now_ns > since_ns + STANDS_NS {
+                since_ns = now_ns;
+                clear();
+            }
+            sleep_until_ns(now_ns + span_ns);
         }
     }
 }

@@ -1,0 +1,90 @@
+//! Opening services with an end. iceoryx2 may wait for another program for ever, and looks at no wish to
+//! stop: it opens in a thread, and what stands in its way is cleared up meanwhile.
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::error::{Error, Kind, Result};
+use crate::leftovers::{Cause, Leftovers};
+
+/// Longest wait for iceoryx2, which waits for a second for another program.
+const LIMIT: Duration = Duration::from_secs(4);
+/// Span between looks at the wish to stop.
+const LOOK: Duration = Duration::from_millis(2);
+/// Span between looks at what other programs left.
+const CLEAR: Duration = Duration::from_millis(100);
+
+/// What is opened: the services of a scene, by their names.
+#[derive(Debug, Clone)]
+pub(crate) struct Opening {
+    pub leftovers: Leftovers,
+    pub label: String,
+    pub names: Vec<String>,
+}
+
+impl Opening {
+    /// Opens them, asking every 2 ms whether to stop.
+    ///
+    /// # Errors
+    /// That of `open`, or what stands in its way; the wish to stop.
+    pub(crate) fn within<T: Send + 'static>(
+        &self,
+        mut stop: impl FnMut() -> bool,
+        open: impl FnOnce() -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        self.leftovers.clear();
+        let (done, opened) = channel();
+        // One that never returns ends with the process.
+        let thread = thread::Builder::new().name("opening".into()).spawn(move || {
+            // Nobody waits any more: what was opened is closed.
+            let _ = done.send(open());
+        });
+        thread.map_err(|why| Error::new(Kind::Memory, format!("cannot begin a thread: {why}")))?;
+        let start = Instant::now();
+        let mut cleared = start;
+        loop {
+            match opened.recv_timeout(LOOK) {
+                Ok(Err(why)) if why.kind() == Kind::Service => return Err(self.refusal(Some(why))),
+                Ok(done) => return done,
+                Err(RecvTimeoutError::Disconnected) => return Err(self.refusal(None)),
+                Err(RecvTimeoutError::Timeout) if stop() => {
+                    let text = format!("asked to stop before {} was open", self.label);
+                    return Err(Error::new(Kind::Stopped, text));
+                }
+                Err(RecvTimeoutError::Timeout) if start.elapsed() >= LIMIT => {
+                    return Err(self.refusal(None));
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if cleared.elapsed() >= CLEAR {
+                cleared = Instant::now();
+                self.leftovers.clear();
+            }
+        }
+    }
+
+    /// What stands in the way, else what iceoryx2 says.
+    fn refusal(&self, why: Option<Error>) -> Error {
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let text = match (self.leftovers.cause(&names), why) {
+            (Some(Cause::Gone { process }), _) => format!(
+                "its files in /dev/shm are gone, although process {process} has it open: somebody \
+                 removed them; end process {process} and start it again"
+            ),
+            (Some(Cause::Unfinished { path, process: Some(process) }), _) => format!(
+                "process {process} began to make {} and does not go on: let it go on, or end it",
+                path.display()
+            ),
+            (_, Some(why)) => return why,
+            (Some(Cause::Unfinished { path, process: None }), None) => {
+                format!("nobody finishes {}: remove it", path.display())
+            }
+            (None, None) => format!(
+                "iceoryx2 has not opened it within {} s: end the programs that use it",
+                LIMIT.as_secs()
+            ),
+        };
+        Error::new(Kind::Service, format!("cannot open {}: {text}", self.label))
+    }
+}
