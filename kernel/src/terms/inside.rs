@@ -14,10 +14,11 @@
 //!
 //! A point within rounding of the surface is outside. A body without thickness has no inside.
 //!
-//! Cost: one look at each triangle of the surface, or at each surface cell with a root and a division.
+//! Cost: one look at each triangle of the surface, or at each surface cell with a root and a division;
+//! seven where there is a margin.
 
 use crate::model::Model;
-use crate::number::cell::{dot, peak, sub};
+use crate::number::cell::{add, dot, peak, scale, sub};
 use crate::number::sqrt::sqrt;
 
 /// Rounding of a distance in the size of its coordinates.
@@ -25,17 +26,32 @@ const GRAIN: f32 = 4.0 * f32::EPSILON;
 /// Share of what the cells weigh in all from which on a point is inside.
 const BEHIND: f32 = 0.5;
 
-/// Whether a point lies in the body, cells being where `at` says [mean link lengths]. One function,
-/// whatever the number of callers.
-#[inline(never)]
+/// A point, and the ways from it along the axes.
+const AROUND: [[f32; 3]; 7] = [
+    [0.0; 3],
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+
+/// Whether a point lies in the body, or one at a distance of `margin` from it along an axis, cells being
+/// where `at` says [mean link lengths].
 pub(crate) fn is_inside(
     model: &Model<'_>,
     at: &impl Fn(usize) -> [f32; 3],
-    point: [f32; 3],
+    (point, margin): ([f32; 3], f32),
 ) -> bool {
-    if model.dimension() < 3 {
-        return false;
-    }
+    let points = if margin > 0.0 { AROUND.len() } else { 1 };
+    let mut points = AROUND.iter().take(points).map(|way| add(point, scale(margin, *way)));
+    model.dimension() == 3 && points.any(|point| holds(model, at, point))
+}
+
+/// Whether a point lies in a body that has an inside. One function, whatever the number of callers.
+#[inline(never)]
+fn holds(model: &Model<'_>, at: &impl Fn(usize) -> [f32; 3], point: [f32; 3]) -> bool {
     let grain = GRAIN * (1.0 + peak(point));
     if model.triangles.is_empty() {
         return is_seen_from_behind(model, at, (point, grain));
@@ -156,7 +172,7 @@ mod tests {
         all.filter(|place| ![1.0, 3.0].contains(&peak(*place)))
     }
 
-    fn holds(triangles: &[[u16; 3]], corners: &[[f32; 3]], point: [f32; 3]) -> bool {
+    fn between(triangles: &[[u16; 3]], corners: &[[f32; 3]], point: [f32; 3]) -> bool {
         is_between(triangles, &|cell| corners[cell], (point, 1e-6))
     }
 
@@ -170,7 +186,7 @@ mod tests {
             let corners: Vec<_> = corners.iter().map(|corner| turned(*corner)).collect();
             for place in places() {
                 let is_in = peak(place) < 3.0 && peak(place) > 1.0;
-                assert_eq!(holds(&triangles, &corners, turned(place)), is_in, "{place:?}");
+                assert_eq!(between(&triangles, &corners, turned(place)), is_in, "{place:?}");
             }
         }
     }
@@ -181,16 +197,16 @@ mod tests {
         let second = FACES.iter().map(|face| face.map(|id| id + 8));
         let both: Vec<_> = FACES.into_iter().chain(second).collect();
         for x in [-0.75, 0.25, 1.75] {
-            assert!(holds(&both, &corners, [x, 0.1, 0.2]), "{x}");
+            assert!(between(&both, &corners, [x, 0.1, 0.2]), "{x}");
         }
-        assert!(!holds(&both, &corners, [2.25, 0.1, 0.2]));
+        assert!(!between(&both, &corners, [2.25, 0.1, 0.2]));
         // Without its top.
         for z in [-2.0, 0.0, 2.0] {
-            assert!(!holds(&FACES[..10], &corners, [0.1, 0.2, z]), "{z}");
+            assert!(!between(&FACES[..10], &corners, [0.1, 0.2, z]), "{z}");
         }
         // On its surface.
         for place in [[0.1, 0.2, 1.0], [0.1, 0.2, -1.0], [0.5, 0.5, 1.0]] {
-            assert!(!holds(&FACES, &corners, place), "{place:?}");
+            assert!(!between(&FACES, &corners, place), "{place:?}");
         }
     }
 }

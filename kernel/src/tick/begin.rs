@@ -6,7 +6,7 @@
 //!
 //! **In contact** a tool of its whole size would press in its first tick on tissue that has had no time
 //! to give way, with up to twice the force that stays. It begins with so small a share of its radius
-//! that it touches nothing, and grows. Where the tissue closes over it before it is whole it waits.
+//! that it hardly touches, and grows. Where the tissue closes over it before it is whole it waits.
 
 /// Growth a tick, in shares of the whole radius.
 const GROWTH: f32 = 0.01;
@@ -25,7 +25,7 @@ pub(super) fn is_clear(nearest: f32) -> bool {
 
 /// The share with which a tool begins: the surface is so many radii away from its core.
 pub(super) fn begins(nearest: f32) -> f32 {
-    if is_clear(nearest) { 1.0 } else { nearest }
+    if is_clear(nearest) { 1.0 } else { grown(nearest) }
 }
 
 /// The share that a tool has grown to a tick later.

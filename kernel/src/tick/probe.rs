@@ -19,17 +19,6 @@ const LOOK: f32 = 0.125;
 /// The middle of a sphere that is engaged lies outside the body by this share of its radius at least:
 /// cells at the height of its middle, which stick to it, would draw it in.
 const OUT: f32 = 0.125;
-/// The middle, and the ways along the axes.
-const AROUND: [[f32; 3]; 7] = [
-    [0.0; 3],
-    [1.0, 0.0, 0.0],
-    [-1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.0, -1.0, 0.0],
-    [0.0, 0.0, 1.0],
-    [0.0, 0.0, -1.0],
-];
-
 /// Whether a probe may move a cell.
 fn is_free(model: &Model<'_>, cell: usize) -> bool {
     model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0)
@@ -74,9 +63,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             return share;
         }
         let (model, at) = (self.network.model(), places(self.network.model(), self.state));
-        let is_inside = |way: [f32; 3]| is_inside(model, &at, add(whole.centre, way));
+        let is_inside = |margin| is_inside(model, &at, (whole.centre, margin));
         if share > begin::WAITS {
-            return if is_inside([0.0; 3]) { begin::WAITS } else { begin::grown(share) };
+            return if is_inside(0.0) { begin::WAITS } else { begin::grown(share) };
         }
         let nearest = model.surface.iter().fold(whole.radius, |nearest, &cell| {
             let cell = usize::from(cell);
@@ -84,15 +73,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             if is_free(model, cell) && distance < nearest { distance } else { nearest }
         });
         let nearest = nearest / whole.radius;
-        let way = OUT * whole.radius;
-        let waits = if share < begin::WAITS {
-            let mut ways = AROUND.iter().map(|way_of| scale(way, *way_of));
-            ways.any(is_inside)
-        } else {
-            !begin::is_clear(nearest) || is_inside([0.0; 3])
-        };
+        let has_waited = share >= begin::WAITS;
+        let waits = (has_waited && !begin::is_clear(nearest)) || is_inside(OUT * whole.radius);
         // A cell at the centre is in no way of the growth: it goes out along its normal.
-        if waits { begin::WAITS } else { begin::begins(nearest).max(begin::grown(0.0)) }
+        if waits { begin::WAITS } else { begin::begins(nearest) }
     }
 
     /// Finds the contacts of this tick; whether they are others than in the last one. A late tick

@@ -13,11 +13,15 @@ use crate::tick::touch_room::TouchArrays;
 /// Least share of its radii with which a tool begins: the tissue would close over a smaller one.
 const LEAST: f32 = 0.04;
 
-/// Whether a core of a tool lies in the body, be it in part. A half space has no inside: it pushes all
-/// tissue the same way.
-pub(super) fn is_inside(
+/// The middle of a core of a tool that begins lies outside the body by this share of its radius at least.
+const OUT: f32 = 1.0 / 16.0;
+
+/// Whether a core of a tool lies in the body, be it in part, or its middle nearer to it than a share of
+/// the radius. A half space has no inside: it pushes all tissue the same way.
+fn is_inside(
     model: &Model<'_>,
     (tool, number): (&ToolState, usize),
+    margin: f32,
     near: &[NearTriangle],
     at: &impl Fn(usize) -> [f32; 3],
 ) -> bool {
@@ -28,25 +32,30 @@ pub(super) fn is_inside(
             |near: &NearTriangle| solid.is_crossed(near.corners.map(|cell| at(cell.into())));
         !solid.is_endless()
             && (near.iter().filter(own).any(is_crossed)
-                || inside::is_inside(model, at, solid.middle()))
+                || inside::is_inside(model, at, (solid.middle(), margin * solid.whole)))
     })
 }
 
-/// The tool as it begins, with samples around; one that waits has `waited`.
+/// The tool as it begins, and the contact that it meets: with an energy within `room`. One that waits
+/// has `waited`.
 pub(super) fn begun(
     model: &Model<'_>,
     (tool, number): (&ToolState, usize),
-    waited: bool,
+    (waited, room): (bool, f32),
     near: &[NearTriangle],
     at: &impl Fn(usize) -> [f32; 3],
-) -> Proxy {
+) -> (Proxy, Meeting) {
     let proxy = &tool.proxy;
-    let nearest = Meeting::of((proxy, number), (near, &[]), at).nearest;
+    let met = |proxy: &Proxy| Meeting::of((proxy, number), (near, &[]), at);
+    let with = |share| proxy.at(proxy.pivot, proxy.turn, share);
+    let nearest = met(proxy).nearest;
     let is_clear = begin::is_clear(nearest);
-    let waits =
-        (waited && !is_clear) || nearest < LEAST || is_inside(model, (tool, number), near, at);
-    let share = if waits { begin::WAITS } else { begin::begins(nearest) };
-    proxy.at(proxy.pivot, proxy.turn, share)
+    if (waited && !is_clear) || nearest < LEAST || is_inside(model, (tool, number), OUT, near, at) {
+        return (with(begin::WAITS), Meeting::NONE);
+    }
+    let begun = with(begin::begins(nearest));
+    let meets = met(&begun);
+    if meets.energy.hi <= room { (begun, meets) } else { (with(nearest), Meeting::NONE) }
 }
 
 /// Lets tools that grow wait where the tissue has closed over them; what that does to the energy,
@@ -60,7 +69,7 @@ fn closed_over(
     let mut before = None;
     for number in 0..arrays.tools.len() {
         let Some(tool) = arrays.tools.get(number).filter(|tool| grows(tool)) else { continue };
-        if !is_inside(model, (tool, number), arrays.near(), at) {
+        if !is_inside(model, (tool, number), 0.0, arrays.near(), at) {
             continue;
         }
         before = before.or_else(|| Some(energy_of(arrays, at)));

@@ -290,11 +290,11 @@ fn advance(
         let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
         let near = arrays.near();
         let is_new = edge != Edge::None;
+        let room = room - taken;
         let (proxy, met) = if is_new {
-            let waited = edge == Edge::Waits;
-            (inside::begun(model, (tool, number), waited, near, at), Meeting::NONE)
+            inside::begun(model, (tool, number), (edge == Edge::Waits, room), near, at)
         } else {
-            Go { tool, number, room: room - taken, distance, extent, near }.go(at)
+            Go { tool, number, room, distance, extent, near }.go(at)
         };
         taken += met.energy.hi;
         let from = tool.proxy;
