@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::words::counted;
 
 /// Names of the flags, in the order of their bits.
-const NAMES: [(&str, Flags); 11] = [
+const NAMES: [(&str, Flags); 12] = [
     ("motion_clamped", Flags::MOTION_CLAMPED),
     ("bad_sample", Flags::BAD_SAMPLE),
     ("stale", Flags::STALE),
@@ -21,6 +21,7 @@ const NAMES: [(&str, Flags); 11] = [
     ("late", Flags::LATE),
     ("release_first", Flags::RELEASE_FIRST),
     ("force_withheld", Flags::FORCE_WITHHELD),
+    ("starts_inside", Flags::STARTS_INSIDE),
 ];
 
 /// Counts the ticks on which each flag was set. As JSON an object that has the flags seen, each
@@ -98,6 +99,6 @@ mod tests {
     #[test]
     fn every_bit_has_one_name() {
         let named = NAMES.iter().fold(0, |bits, (_, flag)| bits + flag.0);
-        assert_eq!(named, 2047);
+        assert_eq!(named, 4095);
     }
 }

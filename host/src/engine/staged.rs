@@ -170,6 +170,9 @@ impl TissueEngine for Staged<'_> {
             (force_n, contacts, flags) = (felt.force_n, felt.contacts, self.clamped(felt.force_n));
         }
         let share = stage.map_or(1.0, Stage::share);
+        if self.engine.waits(tool) {
+            flags.insert(Flags::STARTS_INSIDE);
+        }
         let torque_n_m = if self.feels(tool) { felt.torque_nm * share } else { Vector3::zeros() };
         let (torque_n_m, is_short) = shortened(torque_n_m, self.max_torque_n_m);
         if is_short {

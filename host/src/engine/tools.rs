@@ -111,16 +111,22 @@ pub struct Felt {
     pub torque_n_m: [f32; 3],
     /// Triangles that it is in contact with, or whose samples it grips.
     pub contacts: u32,
-    /// What bit at this tool alone: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`] and
-    /// [`Flags::RELEASE_FIRST`].
+    /// What bit at this tool alone: [`Flags::FORCE_CLAMPED`], [`Flags::FORCE_WITHHELD`],
+    /// [`Flags::RELEASE_FIRST`] and [`Flags::STARTS_INSIDE`].
     pub flags: Flags,
 }
 
 impl Felt {
-    /// The flags of the tool in a tick: those of the tick, but for the three that each has of its own.
+    /// The flags of the tool in a tick: those of the tick, but for the four that each has of its own.
     #[must_use]
     pub fn all_flags(&self, of_tick: u32) -> u32 {
-        let own = Flags::FORCE_CLAMPED.0 | Flags::FORCE_WITHHELD.0 | Flags::RELEASE_FIRST.0;
+        let own = [
+            Flags::FORCE_CLAMPED,
+            Flags::FORCE_WITHHELD,
+            Flags::RELEASE_FIRST,
+            Flags::STARTS_INSIDE,
+        ];
+        let own = own.iter().fold(0, |own, flag| own | flag.0);
         of_tick & !own | self.flags.0
     }
 }
@@ -205,6 +211,11 @@ impl Engine<'_> {
     /// Where the tissue meets a tool; `None` while that is not engaged.
     pub fn proxy_pose(&mut self, tool: usize) -> Option<ProxyPose> {
         self.tissue.proxy_pose(&self.network, tool)
+    }
+
+    /// Whether a tool waits inside the tissue: it has no force until it was outside.
+    pub(super) fn waits(&mut self, tool: usize) -> bool {
+        self.proxy_pose(tool).is_some_and(|pose| pose.share <= 0.0)
     }
 
     /// Tools on a contact surface; 0 with held cells and with a probe among cells.

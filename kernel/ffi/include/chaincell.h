@@ -197,6 +197,12 @@
 #define CHAINCELL_FLAG_FORCE_WITHHELD 1024
 
 /**
+ * A tool was engaged inside the tissue, or the tissue closed over it while it grew: it has no contact
+ * and no force until it has been outside once.
+ */
+#define CHAINCELL_FLAG_STARTS_INSIDE 2048
+
+/**
  * At most so many bytes the room for contact on surfaces takes beside those of the four numbers
  * below: what `CHAINCELL_TOUCH_BYTES` goes by.
  */

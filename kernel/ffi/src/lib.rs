@@ -73,9 +73,9 @@ pub use storage::{
 pub use tick::{
     FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
     FLAG_FORCE_WITHHELD, FLAG_LATE, FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK,
-    FLAG_SAFE_STATE, FLAG_STALE, More, Output, Sample, chaincell_fine_position, chaincell_position,
-    chaincell_positions, chaincell_set_positions, chaincell_state_hash, chaincell_tick,
-    chaincell_tick_late, chaincell_tick_while,
+    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, More, Output, Sample, chaincell_fine_position,
+    chaincell_position, chaincell_positions, chaincell_set_positions, chaincell_state_hash,
+    chaincell_tick, chaincell_tick_late, chaincell_tick_while,
 };
 pub use tools::{
     ContactForce, ToolOutput, ToolPart, ToolPose, chaincell_choose_tools, chaincell_contact_forces,

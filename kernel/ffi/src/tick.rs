@@ -81,6 +81,9 @@ pub const FLAG_RELEASE_FIRST: u32 = 512;
 /// The stage lets the force go along its ramp or holds it back: passivity control cannot make up for the
 /// energy that sampling and delay make, or the hand has not paid for the force.
 pub const FLAG_FORCE_WITHHELD: u32 = 1024;
+/// A tool was engaged inside the tissue, or the tissue closed over it while it grew: it has no contact
+/// and no force until it has been outside once.
+pub const FLAG_STARTS_INSIDE: u32 = 2048;
 
 const _: () = assert!(FLAG_MOTION_CLAMPED == Flags::MOTION_CLAMPED.0);
 const _: () = assert!(FLAG_BAD_SAMPLE == Flags::BAD_SAMPLE.0);
@@ -93,6 +96,7 @@ const _: () = assert!(FLAG_CONTACT_CAPACITY == Flags::CONTACT_CAPACITY.0);
 const _: () = assert!(FLAG_LATE == Flags::LATE.0);
 const _: () = assert!(FLAG_RELEASE_FIRST == Flags::RELEASE_FIRST.0);
 const _: () = assert!(FLAG_FORCE_WITHHELD == Flags::FORCE_WITHHELD.0);
+const _: () = assert!(FLAG_STARTS_INSIDE == Flags::STARTS_INSIDE.0);
 
 /// The answer to a call without a body.
 pub(crate) const SAFE: Output = Output {

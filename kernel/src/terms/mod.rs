@@ -11,6 +11,7 @@
 //! - `current`: a load, the current into the contact cells.
 //! - `nodal`: shapes of the tissue around each cell, in place of links.
 //! - `stiffening`: bands on the links of such a body, which resist large strain.
+//! - `inside`: whether a point lies in the tissue.
 //! - `probe`: which cells a sphere touches, and where it puts them.
 //! - [`rounding`]: how far rounding may move the energy.
 //! - `surface`: a sphere that meets the triangles of the surface.
@@ -42,6 +43,7 @@
 
 pub(crate) mod current;
 pub mod held;
+pub(crate) mod inside;
 pub mod links;
 #[cfg(feature = "nodal")]
 pub(crate) mod nodal;

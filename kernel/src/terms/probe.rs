@@ -28,6 +28,9 @@
 //! w |`D_i` - `D_j`|^2 over the links. Where that may lead beyond the model's largest energy, and
 //! the energy does rise, all moves are shortened alike.
 //!
+//! **Engaged in contact or inside the body** the sphere begins as [`begin`](crate::tick::begin) says: what
+//! is said here holds of the sphere as it has grown.
+//!
 //! **Late ticks.** Without a sweep nothing is let go and nothing is brought back: contacts inside the
 //! sphere are pushed out, those beyond it stay. Other cells are looked for where the centre has come
 //! an eighth of the radius further since the last look, so a tool that dives in takes the surface
@@ -65,10 +68,15 @@ impl Sphere {
         Self { centre, radius, grain: GRAIN * (peak(centre) + radius), only_pushes: false }
     }
 
+    /// The distance of a point from the centre.
+    pub(crate) fn distance(&self, at: [f32; 3]) -> f32 {
+        let way = sub(at, self.centre);
+        sqrt(dot(way, way))
+    }
+
     /// The way from the centre, and its length less the radius.
     fn beyond(&self, at: [f32; 3]) -> ([f32; 3], f32) {
-        let way = sub(at, self.centre);
-        (way, sqrt(dot(way, way)) - self.radius)
+        (sub(at, self.centre), self.distance(at) - self.radius)
     }
 
     pub(crate) fn is_inside(&self, at: [f32; 3]) -> bool {

@@ -21,11 +21,13 @@
 //! - [`settings`], [`sample`]: a run's parameters, a tick's input and output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, whether a model fits it, and why it refuses a
 //!   model or a state.
+//! - `begin`: a tool that is engaged in contact or inside the tissue.
 //! - [`order`]: one tick; `tool`, `probe`, `surface`, `current`, `unloading`, `output`: its parts.
 //! - [`tools`], [`pose`]: tools on a model with a contact surface; [`touch_room`]: memory for them.
 //! - [`hash`]: the state hash.
 //! - [`handover`]: samples from an interrupt to the tick.
 
+mod begin;
 pub mod choice;
 pub mod choices;
 mod current;

@@ -1,12 +1,13 @@
 //! What a tick answers.
 
+use super::begin;
 use super::order::Tick;
 use super::sample::{Flags, TickOutput};
 use crate::number::cell::scale;
 use crate::number::clamp::{clamped, finite};
 use crate::solver::Dynamics;
 use crate::terms::held;
-use crate::terms::surface::IS_BUILT;
+use crate::terms::surface::{IS_BUILT, ToolState};
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// Upper bound of the stiffness at the tool \[N/m\]: E curves by at most half the weight of the
@@ -28,6 +29,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             }),
         };
         model.stiffness_n_per_m() * weight
+    }
+
+    /// Whether a tool is engaged that has no contact until it was outside.
+    fn waits(&self) -> bool {
+        if IS_BUILT && self.network.model().has_contact_surface() {
+            return self.touch.tools().iter().any(ToolState::waits);
+        }
+        self.head.engaged && self.head.probe.is_some() && self.head.share <= begin::WAITS
     }
 
     /// Cells that the tool acts on, or triangles of the surface.
@@ -63,6 +72,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             }
         }
         self.head.force_n = force_n;
+        if self.waits() {
+            self.flags.insert(Flags::STARTS_INSIDE);
+        }
         TickOutput {
             force_n: force_n.into(),
             energy_j: finite(self.head.level.published() * model.energy_unit_j()),

@@ -1,17 +1,28 @@
 //! The tool's part of a tick where it is a sphere, see [`probe`](crate::terms::probe).
 
+use super::begin;
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
+use super::surface::places;
+use crate::model::Model;
 use crate::number::Number;
 use crate::number::cell::{Cell, add, from_single, output, scale, single, sub};
 use crate::solver::Dynamics;
 use crate::terms::held;
+use crate::terms::inside::is_inside;
 use crate::terms::probe::{Contacts, Sphere, normal, residual, spread};
 
 /// Largest coordinate of a centre [mean link lengths], so that its square stays finite.
 const CENTRE_MAX: f32 = 2.0e6;
 /// Share of the radius that the sphere goes in late ticks before it looks for cells again.
 const LOOK: f32 = 0.125;
+/// The middle of a sphere that is engaged lies outside the body by this share of its radius at least:
+/// cells at the height of its middle, which stick to it, would draw it in.
+const OUT: f32 = 0.125;
+/// Whether a probe may move a cell.
+fn is_free(model: &Model<'_>, cell: usize) -> bool {
+    model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0)
+}
 
 impl<D: Dynamics> Tick<'_, '_, D> {
     /// The sphere follows the tool and pushes cells out.
@@ -24,7 +35,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let unit = model.unit_m();
         let start = sub(self.head.tool_origin_m, model.centre_m())
             .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
-        let sphere = Sphere::new(add(start, self.head.applied), radius);
+        let whole = Sphere::new(add(start, self.head.applied), radius);
+        self.head.share = self.share::<LATE>(&whole);
+        let sphere = Sphere::new(whole.centre, self.head.share * radius);
         let sphere = Sphere { only_pushes: LATE, ..sphere };
         let touched = self.head.chosen > 0;
         let changed = self.renew::<LATE>(&sphere);
@@ -40,6 +53,30 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if changed || moved {
             self.head.dynamics.pushed();
         }
+    }
+
+    /// The share of its radius that the sphere has in this tick, see [`begin`]. It grows with sweeps
+    /// alone.
+    fn share<const LATE: bool>(&self, whole: &Sphere) -> f32 {
+        let share = self.head.share;
+        if share >= 1.0 || LATE && share >= begin::WAITS {
+            return share;
+        }
+        let (model, at) = (self.network.model(), places(self.network.model(), self.state));
+        let is_inside = |margin| is_inside(model, &at, (whole.centre, margin));
+        if share > begin::WAITS {
+            return if is_inside(0.0) { begin::WAITS } else { begin::grown(share) };
+        }
+        let nearest = model.surface.iter().fold(whole.radius, |nearest, &cell| {
+            let cell = usize::from(cell);
+            let distance = whole.distance(at(cell));
+            if is_free(model, cell) && distance < nearest { distance } else { nearest }
+        });
+        let nearest = nearest / whole.radius;
+        let has_waited = share >= begin::WAITS;
+        let waits = (has_waited && !begin::is_clear(nearest)) || is_inside(OUT * whole.radius);
+        // A cell at the centre is in no way of the growth: it goes out along its normal.
+        if waits { begin::WAITS } else { begin::begins(nearest) }
     }
 
     /// Finds the contacts of this tick; whether they are others than in the last one. A late tick
@@ -58,7 +95,8 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         if !LATE {
             contacts.retain(|cell| {
                 let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
-                at(cell).is_some_and(|at| sphere.keeps(at, residual(terms, state, cell), mobility))
+                let keeps = |at| sphere.keeps(at, residual(terms, state, cell), mobility);
+                sphere.radius > 0.0 && at(cell).is_some_and(keeps)
             });
         }
         let is_looking = !LATE || self.head.unseen >= LOOK * sphere.radius;
@@ -68,8 +106,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         for &id in surface {
             let cell = usize::from(id);
-            let is_free = model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
-            if is_free && at(cell).is_some_and(|at| sphere.is_inside(at)) {
+            if is_free(model, cell) && at(cell).is_some_and(|at| sphere.is_inside(at)) {
                 contacts.insert(id);
             }
         }

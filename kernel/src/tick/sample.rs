@@ -95,6 +95,9 @@ impl Flags {
     /// The output stage lets the force go along its ramp or holds it back: passivity control cannot
     /// make up for the energy that sampling and delay make, or the hand has not paid for the force.
     pub const FORCE_WITHHELD: Self = Self(1024);
+    /// A tool was engaged inside the tissue, or the tissue closed over it while it grew: it has no
+    /// contact and no force until it has been outside once.
+    pub const STARTS_INSIDE: Self = Self(2048);
 
     /// Sets every bit of `other`.
     pub const fn insert(&mut self, other: Self) {

@@ -16,7 +16,7 @@ use crate::model::image::{ModelError, kind, params};
 use crate::model::pin::{PINS, Pin};
 use crate::model::{Model, range};
 use crate::number::Number;
-use crate::number::cell::sub;
+use crate::number::cell::{add, scale, sub};
 use crate::number::two_float::{LANES, TwoFloat};
 use crate::solver::{Dynamics, Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track};
 use crate::terms::pin::Displaced;
@@ -156,8 +156,10 @@ fn session<D: Dynamics>(
         }
     }
     let surface = model.rest_position(usize::from(model.surface()[40]));
+    // The middle of the probe is outside the body.
+    let outside = add(surface, scale(0.7, model.normals()[40]));
     let start = [0, 1, 2].map(|axis| match tool {
-        Tool::Probe => model.centre_m()[axis] + surface[axis] * model.unit_m(),
+        Tool::Probe => model.centre_m()[axis] + outside[axis] * model.unit_m(),
         _ => 0.0,
     });
     let (mut discarded, mut last) = (0, f64::INFINITY);

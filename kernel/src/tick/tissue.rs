@@ -35,6 +35,8 @@ pub struct Head<D> {
     pub(crate) chosen: usize,
     /// Radius of the probe, where contact is by shape [mean link lengths].
     pub(crate) probe: Option<f32>,
+    /// Share of that radius that the probe has while engaged, 0 where it waits inside the tissue.
+    pub(crate) share: f32,
     /// Number of basis functions left out for the probe's contacts; `None` where that cannot be
     /// done.
     pub(crate) deflated: Option<u16>,
@@ -72,6 +74,7 @@ kept!(@[D: Dynamics] Head<D> {
     model: Option<u32>,
     chosen: usize,
     probe: Option<f32>,
+    share: f32,
     deflated: Option<u16>,
     unseen: f32,
     touched_at: [f32; 3],
@@ -96,6 +99,7 @@ impl<D: Dynamics> Head<D> {
         model: None,
         chosen: 0,
         probe: None,
+        share: 0.0,
         deflated: None,
         unseen: 0.0,
         touched_at: [0.0; 3],

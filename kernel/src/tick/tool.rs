@@ -1,5 +1,6 @@
 //! The tool's part of a tick where it holds chosen cells.
 
+use super::begin;
 use super::choices::Drive;
 use super::order::Tick;
 use super::sample::{Flags, ToolSample};
@@ -47,6 +48,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
                 self.head.chosen = 0;
                 // The first tick looks, late or not.
                 self.head.unseen = f32::INFINITY;
+                self.head.share = begin::NEW;
             }
         } else if engaged && !self.head.engaged {
             let model = self.network.model();

@@ -53,7 +53,8 @@ pub struct ProxyPose {
     pub position_m: [f32; 3],
     /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
     pub turn: [f32; 4],
-    /// Share of the parts' radii that it has: below 1 behind an engagement inside the body.
+    /// Share of the parts' radii that it has: below 1 behind an engagement in contact, 0 while it waits
+    /// inside the tissue.
     pub share: f32,
 }
 

@@ -9,6 +9,7 @@ mod energy;
 mod float_environment;
 mod hard_states;
 mod hostile_images;
+mod inside;
 mod invariants;
 mod limits;
 mod model_image;

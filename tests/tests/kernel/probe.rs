@@ -32,6 +32,17 @@ fn engine_of(
     variant.engine(model, contact, variant.sweeps(), change).ok()
 }
 
+/// An engine whose tool may go anywhere in a tick, engaged far above the body: whole from there on.
+fn engaged_above(model: Model<'_>, scheme: Scheme, capacity: usize) -> Engine<'_> {
+    let contact = Contact::Probe { radius_m: RADIUS_M, capacity };
+    let variant = Variant::plain(scheme, Arithmetic::F32);
+    let change =
+        |settings| Settings { unloading: Unloading::Off, max_tool_step_m: 1.0, ..settings };
+    let mut engine = variant.engine(model, contact, variant.sweeps(), change).unwrap();
+    engine.tick(&sample([0.0, 0.0, 0.5], 1));
+    engine
+}
+
 /// Hats with the scheme that has them; no hats with all.
 fn cases() -> impl Iterator<Item = (BasisSpacing, Variant)> {
     let spacing = |hats| if hats { BasisSpacing::Links(2.5) } else { BasisSpacing::None };
@@ -103,13 +114,7 @@ fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
     let image = image(BOX, BasisSpacing::None);
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for (capacity, full) in [(3, true), (8, true), (200, false)] {
-        let mut engine = engine_of(
-            model,
-            Variant::plain(Scheme::Track, Arithmetic::F32),
-            Unloading::Off,
-            capacity,
-        )
-        .unwrap();
+        let mut engine = engaged_above(model, Scheme::Track, capacity);
         let at = [0.0, 0.0, TOP_M + 0.005];
         let before = beyond_m(&mut engine, at);
         let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
@@ -133,9 +138,7 @@ fn a_cell_at_the_centre_leaves_along_its_normal() {
             assert_eq!(model.surface().len(), model.cells());
             assert!(model.normals().iter().all(|normal| *normal == [0.0, 0.0, 1.0]));
         }
-        let mut engine =
-            engine_of(model, Variant::plain(Scheme::Euler, Arithmetic::F32), Unloading::Off, 200)
-                .unwrap();
+        let mut engine = engaged_above(model, Scheme::Euler, 200);
         let near = |at: [f64; 3]| at[0].abs() + at[1].abs() + (at[2] - f64::from(top)).abs() < 1e-6;
         let cell = engine.positions_m().into_iter().position(near).unwrap();
         engine.tick(&sample([0.0, 0.0, top], 1));

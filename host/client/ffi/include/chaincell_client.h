@@ -145,6 +145,11 @@
 #define CHAINCELL_CLIENT_FLAG_FORCE_WITHHELD 1024
 
 /**
+ * The tool was engaged inside the tissue: it has no force until it has been outside once.
+ */
+#define CHAINCELL_CLIENT_FLAG_STARTS_INSIDE 2048
+
+/**
  * No answer has come yet.
  */
 #define CHAINCELL_CLIENT_NOTE_NOTHING_YET 1

@@ -24,6 +24,8 @@ pub const FLAG_LATE: u32 = 256;
 pub const FLAG_RELEASE_FIRST: u32 = 512;
 /// The output stage lets the force go along its ramp.
 pub const FLAG_FORCE_WITHHELD: u32 = 1024;
+/// The tool was engaged inside the tissue: it has no force until it has been outside once.
+pub const FLAG_STARTS_INSIDE: u32 = 2048;
 
 /// No answer has come yet.
 pub const NOTE_NOTHING_YET: u32 = 1;
@@ -47,6 +49,7 @@ const _: () = {
     assert!(FLAG_LATE == Flags::LATE.0);
     assert!(FLAG_RELEASE_FIRST == Flags::RELEASE_FIRST.0);
     assert!(FLAG_FORCE_WITHHELD == Flags::FORCE_WITHHELD.0);
+    assert!(FLAG_STARTS_INSIDE == Flags::STARTS_INSIDE.0);
     assert!(NOTE_NOTHING_YET == Notes::NOTHING_YET.0);
     assert!(NOTE_SILENT == Notes::SILENT.0);
     assert!(NOTE_RAMP == Notes::RAMP.0);

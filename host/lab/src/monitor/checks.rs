@@ -1,5 +1,6 @@
 //! The checks of a tick on plain numbers, and how close a run came to their bounds.
 
+use chaincell_kernel::Flags;
 use serde::Serialize;
 
 use crate::reference::vectors::norm;
@@ -11,6 +12,15 @@ const SINGLE: f64 = 1e-4;
 const LEVEL: f64 = 1e-6;
 /// Rounding of a coordinate at its bound K.
 const RANGE: f64 = 1e-6;
+
+/// The flags that a tissue sets, not what is around it.
+const OF_TISSUE: u32 = 511 | Flags::STARTS_INSIDE.0;
+
+/// Whether all flags are such as a tissue sets.
+#[must_use]
+pub fn is_of_tissue(flags: Flags) -> bool {
+    flags.0 & !OF_TISSUE == 0
+}
 
 /// What a published level says of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]

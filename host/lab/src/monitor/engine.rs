@@ -2,7 +2,7 @@
 
 use chaincell_kernel::{Drive, Flags, Model, TickOutput, ToolSample, Unloading};
 
-use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst};
+use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst, is_of_tissue};
 use super::energy::{Energy, energy, energy_of_shapes};
 use crate::reference::{Links, Nodal, Stiffening};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
@@ -220,7 +220,7 @@ impl<'m> Monitor<'m> {
             format!("{force_n:e} N, at most {most_n:e} N are set")
         });
         let safe = output.flags.contains(Flags::SAFE_STATE);
-        let known = output.flags.0 < 512 && output.contacts as usize <= self.model.cells();
+        let known = is_of_tissue(output.flags) && output.contacts as usize <= self.model.cells();
         // A late tick repeats a force, also where a probe has just left the body.
         let late = output.flags.contains(Flags::LATE);
         let touches = force_n == 0.0 || (!safe && (late || output.contacts > 0));

@@ -8,7 +8,7 @@
 
 use chaincell_kernel::{Flags, Model, ProxyPose, TickOutput, ToolPart, ToolPose};
 
-use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst};
+use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst, is_of_tissue};
 use super::contact::{ExactContact, Stored};
 use crate::reference::vectors::{farthest, minus, norm};
 use chaincell_host::engine::Engine;
@@ -244,7 +244,7 @@ impl<'m> ToolMonitor<'m> {
         let safe = output.flags.contains(Flags::SAFE_STATE);
         let late = output.flags.contains(Flags::LATE);
         let touches = force_n == 0.0 || (!safe && (late || output.contacts > 0));
-        self.hold(Check::Answer, output.flags.0 < 512 && touches, || format!("{output:?}"));
+        self.hold(Check::Answer, is_of_tissue(output.flags) && touches, || format!("{output:?}"));
         // The contacts of each tool add up to its force.
         let tools = self.exact.tools();
         let mut sums = vec![([0.0; 3], 0.0); tools];

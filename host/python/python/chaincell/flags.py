@@ -28,6 +28,8 @@ class Flags(IntFlag):
     """The tool counts as not engaged until a pose has released it."""
     FORCE_WITHHELD = 1024
     """The output stage lets the force go."""
+    STARTS_INSIDE = 2048
+    """The tool was engaged inside the tissue: no force until it has been outside once."""
 
 
 class Notes(IntFlag):

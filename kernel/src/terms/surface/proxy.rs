@@ -70,6 +70,11 @@ impl Proxy {
         proxy
     }
 
+    /// Whether it has no size, and so no contact.
+    pub fn is_away(&self) -> bool {
+        self.share <= 0.0
+    }
+
     /// Its parts in the body's frame.
     pub fn parts(&self) -> &[Solid] {
         self.parts.get(..self.count).unwrap_or(&[])
@@ -101,7 +106,7 @@ impl Proxy {
     /// Whether it has a half space.
     pub fn is_endless(&self) -> bool {
         let shape = self.shape.get(..self.count).unwrap_or(&[]);
-        shape.iter().any(|part| !part.core[1][0].is_finite())
+        shape.iter().any(Solid::is_endless)
     }
 
     /// A point of the body in the tool's frame.

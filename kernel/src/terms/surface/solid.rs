@@ -10,9 +10,9 @@
 //! core's surface, and no sample is pushed there: it rises to that value and stays, which bends it
 //! downwards.
 
-use crate::number::cell::{add, sub};
+use crate::number::cell::{add, dot, scale, sub};
 use crate::number::kept::kept;
-use crate::number::turn::{Turn, turned};
+use crate::number::turn::{Turn, cross, turned};
 
 /// A part of a tool as the tissue meets it, in the body's frame [mean link lengths].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub(crate) struct Solid {
     pub turn: Turn,
     /// The core's lowest and highest coordinates in the part's frame.
     pub core: [[f32; 3]; 2],
-    /// Around the core. It grows where the tool was engaged inside the body.
+    /// Around the core. It grows where the tool was engaged in contact.
     pub radius: f32,
     /// As it was chosen.
     pub whole: f32,
@@ -80,6 +80,44 @@ impl Solid {
         turned(self.turn, out)
     }
 
+    /// Whether it is a half space: its core has no end.
+    pub fn is_endless(&self) -> bool {
+        !self.core[1][0].is_finite()
+    }
+
+    /// Half the edges of the core, and its middle in the body's frame.
+    fn box_of_core(&self) -> ([f32; 3], [f32; 3]) {
+        let [low, high] = self.core;
+        let middle = scale(0.5, add(low, high));
+        (scale(0.5, sub(high, low)), add(self.centre, turned(self.turn, middle)))
+    }
+
+    /// The middle of the core in the body's frame.
+    pub fn middle(&self) -> [f32; 3] {
+        self.box_of_core().1
+    }
+
+    /// Whether a triangle runs through the core: no axis across a face or an edge of either keeps the
+    /// two apart. A ball's core is a point, which none runs through.
+    pub fn is_crossed(&self, corners: [[f32; 3]; 3]) -> bool {
+        if self.is_ball() || self.is_endless() {
+            return false;
+        }
+        let (half, middle) = self.box_of_core();
+        let [a, b, c] = corners.map(|corner| turned(self.turn.back(), sub(corner, middle)));
+        let keeps_apart = |axis: [f32; 3]| {
+            let reach = dot(half, axis.map(f32::abs));
+            let along = [a, b, c].map(|corner| dot(axis, corner));
+            along.iter().all(|x| *x > reach) || along.iter().all(|x| *x < -reach)
+        };
+        let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let edges = [sub(b, a), sub(c, b), sub(a, c)];
+        let mut across = edges.iter().flat_map(|edge| units.map(|unit| cross(*edge, unit)));
+        !(units.into_iter().any(keeps_apart)
+            || keeps_apart(cross(edges[0], edges[1]))
+            || across.any(keeps_apart))
+    }
+
     /// The part of a tool at `pivot`, turned; the part itself is in the tool's frame.
     pub fn placed(&self, pivot: [f32; 3], turn: Turn) -> Self {
         let centre = add(pivot, turned(turn, self.centre));
@@ -95,7 +133,6 @@ impl Solid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::number::cell::dot;
 
     fn length(a: [f32; 3]) -> f32 {
         crate::number::sqrt::sqrt(dot(a, a))
@@ -118,6 +155,27 @@ mod tests {
             ([1.0, 1.9, 0.0], [0.0; 3]),
         ] {
             assert!(length(sub(capsule.way_to(point), way)) < 1e-6, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn a_triangle_runs_through_a_core_or_past_it() {
+        let corners = [[-9.0, -9.0, 0.25], [9.0, -9.0, 0.25], [0.0, 9.0, 0.25]];
+        let upright = Solid { core: [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], ..Solid::NONE };
+        let plate = Solid { core: [[-2.0, -1.0, -0.5], [2.0, 1.0, 0.5]], ..upright };
+        let turn = Turn::new([0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0, 0.0]).unwrap();
+        for (core, is_crossed) in [
+            (upright, true),
+            (Solid { centre: [0.0, 0.0, 1.5], ..upright }, false),
+            (Solid { centre: [0.0, 9.5, 0.0], ..upright }, false),
+            (Solid { turn, ..upright }, false),
+            (plate, true),
+            (Solid { centre: [0.0, 0.0, 0.8], ..plate }, false),
+            // On edge it is higher.
+            (Solid { centre: [0.0, 0.0, 0.8], turn, ..plate }, true),
+            (Solid { centre: [0.0, 0.0, 0.25], ..Solid::NONE }, false),
+        ] {
+            assert_eq!(core.is_crossed(corners), is_crossed, "{core:?}");
         }
     }
 

@@ -4,6 +4,7 @@ use crate::number::cell::{add, dot, scale, sub};
 use crate::number::sqrt::sqrt;
 use crate::number::turn::Turn;
 use crate::terms::surface::{Meeting, NearTriangle, Proxy, ToolState};
+use crate::tick::begin;
 
 /// Where a sample comes nearer to a core than this share of the part's radius the tool gives way, and
 /// it goes no farther in a tick near the surface.
@@ -14,8 +15,6 @@ pub(super) const HALF: f32 = 0.5;
 const FLOOR: f32 = 0.6;
 /// How far the tissue may come towards the tool in a tick, in radii.
 pub(super) const COMING: f32 = 0.25;
-/// Growth of a tool that was engaged inside the body.
-const GROWTH: f32 = 1.1;
 /// Looks for how far it may go.
 const LOOKS: usize = 4;
 
@@ -23,7 +22,6 @@ const LOOKS: usize = 4;
 pub(super) struct Go<'a> {
     pub tool: &'a ToolState,
     pub number: usize,
-    pub is_new: bool,
     /// What its energy of contact may become.
     pub room: f32,
     /// At most the distance of the surface from its cores.
@@ -41,11 +39,11 @@ impl Go<'_> {
     /// The proxy where it goes to, and the contact that it meets there.
     pub fn go(&self, at: &impl Fn(usize) -> [f32; 3]) -> (Proxy, Meeting) {
         let from = &self.tool.proxy;
-        let here = self.met(from, at);
-        if self.is_new {
-            return self.begin(&here, at);
+        if from.is_away() {
+            return (*from, Meeting::NONE);
         }
-        let share = grown(from.share, here.nearest);
+        let here = self.met(from, at);
+        let share = if from.share < 1.0 { self.grown(at) } else { 1.0 };
         let way = sub(self.tool.target, from.pivot);
         if let Some(found) = self.retreat(&here, way, at) {
             return found;
@@ -75,7 +73,8 @@ impl Go<'_> {
         let length = self.length(to);
         let radius = from.radius_min();
         let free = self.distance - from.radius_max();
-        let stride = if free > HALF * radius { free } else { HALF * radius };
+        let near = HALF * from.share * radius;
+        let stride = if free > near { free } else { near };
         let mut part = if length > stride { stride / length } else { 1.0 };
         for _ in 0..LOOKS {
             let next = self.between(to, part, share);
@@ -127,19 +126,13 @@ impl Go<'_> {
         from.at(pivot, from.turn.towards(turn, part), share)
     }
 
-    /// A tool that was engaged: as large as it has room for.
-    fn begin(&self, here: &Meeting, at: &impl Fn(usize) -> [f32; 3]) -> (Proxy, Meeting) {
-        let (from, widest) = (&self.tool.proxy, 2.0 * here.nearest);
-        let with = |share| from.at(from.pivot, from.turn, share);
-        let mut share = if widest < 1.0 { widest } else { 1.0 };
-        for _ in 0..LOOKS {
-            let meeting = self.met(&with(share), at);
-            if meeting.energy.hi <= self.room {
-                return (with(share), meeting);
-            }
-            share *= HALF;
-        }
-        (with(0.0), Meeting::NONE)
+    /// The share of its radii that a tool grows to: no sample comes nearer to a core than half of it.
+    fn grown(&self, at: &impl Fn(usize) -> [f32; 3]) -> f32 {
+        let from = &self.tool.proxy;
+        let whole = self.met(&from.at(from.pivot, from.turn, 1.0), at);
+        let (grown, widest) = (begin::grown(from.share), whole.nearest / HALF);
+        let grown = if grown < widest { grown } else { widest };
+        if grown > from.share { grown } else { from.share }
     }
 
     /// Where the tissue has come nearer to a core than half a radius: out along the force, unless the tool
@@ -164,13 +157,4 @@ impl Go<'_> {
         let meeting = self.met(&back, at);
         (meeting.energy.hi < here.energy.hi).then_some((back, meeting))
     }
-}
-
-/// The share of its radii that a tool grows to.
-fn grown(share: f32, nearest: f32) -> f32 {
-    let widest = 2.0 * nearest;
-    let grown = GROWTH * share + 0.01;
-    let grown = if grown < widest { grown } else { widest };
-    let grown = if grown > share { grown } else { share };
-    if grown < 1.0 { grown } else { 1.0 }
 }

@@ -13,8 +13,7 @@
 //! - It goes only so far as the model's largest energy allows. A move that lowers the energy is
 //!   never shortened.
 //!
-//! A tool that is engaged inside the body starts with smaller radii, which grow by a tenth a tick
-//! at most.
+//! A tool that is engaged in contact or inside the body begins as [`begin`](crate::tick::begin) says.
 //!
 //! **Energy.** The level changes by what the moves do to the term's energy at the positions as they
 //! are. What the hand feels is less: the sweeps take the rest out of the body within the tick. The
@@ -27,11 +26,13 @@
 //! twelve looks at the samples of those in reach, and one a sweep; with friction or grips two more.
 //!
 //! - `going`: how far a proxy goes.
+//! - `inside`: tools inside the body.
 //! - `bounds`: the bounds of the cells under tools.
 
 mod bounds;
 mod going;
 mod hold;
+mod inside;
 
 use super::order::Tick;
 use super::pose::ToolPose;
@@ -89,22 +90,30 @@ fn internal(model: &Model<'_>, position_m: [f32; 3]) -> [f32; 3] {
 }
 
 /// Whether a tool begins or ceases to be engaged.
-#[derive(PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 enum Edge {
     None,
     In,
+    /// It is engaged and has waited.
+    Waits,
     Out,
 }
 
 impl ToolState {
-    /// A tick begins: the tool is engaged or lets go.
+    /// Whether it is engaged and has no contact yet.
+    pub(crate) fn waits(&self) -> bool {
+        self.is_in && self.proxy.is_away()
+    }
+
+    /// A tick begins: the tool is engaged or lets go. One that waits is engaged anew.
     fn engage(&mut self, pose: Option<&ToolPose>) -> Edge {
         (self.way, self.spin) = ([0.0; 3], [0.0; 3]);
         match pose.map(|pose| pose.engaged == 1) {
-            Some(true) if !self.is_in => {
+            Some(true) if !self.is_in || self.waits() => {
+                let edge = if self.waits() { Edge::Waits } else { Edge::In };
                 self.proxy = self.proxy.at(self.target, self.target_turn, 1.0);
                 self.is_in = true;
-                Edge::In
+                edge
             }
             Some(false) if self.is_in => {
                 self.leave();
@@ -127,7 +136,7 @@ impl ToolState {
         if let Some(turn) = pose.turn() {
             self.target_turn = turn;
         }
-        if !self.is_in {
+        if !self.is_in || self.waits() {
             self.target = wished;
             return false;
         }
@@ -154,16 +163,15 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return false };
         let nothing = (TwoFloat::ZERO, [0.0; TOOLS_MAX]);
         let (before, own) = if LATE { nothing } else { energies_of(&arrays, &at) };
-        let (mut is_new, mut stays) = ([false; TOOLS_MAX], true);
-        for (number, (tool, is_new)) in arrays.tools.iter_mut().zip(&mut is_new).enumerate() {
+        let (mut edges, mut stays) = ([Edge::None; TOOLS_MAX], true);
+        for (number, (tool, edge)) in arrays.tools.iter_mut().zip(&mut edges).enumerate() {
             let pose = poses.get(number);
             if pose.is_some_and(|pose| tool.aim(model, pose, step)) {
                 self.flags.insert(Flags::MOTION_CLAMPED);
             }
             if !LATE {
-                let edge = tool.engage(pose);
-                *is_new = edge == Edge::In;
-                stays &= edge == Edge::None && (!tool.is_in || tool.is_there());
+                *edge = tool.engage(pose);
+                stays &= *edge == Edge::None && (!tool.is_in || tool.is_there());
             }
         }
         if let Some(tool) = arrays.tools.first() {
@@ -182,7 +190,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         hold::regroup(&mut arrays, found.count);
         let room = model.energy_max() - (self.head.level.at_most(model.energy_max()) - before.hi);
-        let (moved, going) = advance(&mut arrays, &found, (is_new, room, own), &at);
+        let (moved, going) = advance(model, &mut arrays, &found, (edges, room, own), &at);
         if arrays.tools.iter().any(|tool| tool.is_in && !tool.is_at_target()) {
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
@@ -236,6 +244,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
     /// What the tools meet behind the sweeps: the force on the first in internal units; the work of
     /// their moves is booked.
     pub(super) fn feel(&mut self) -> [f32; 3] {
+        self.leave_inside();
         let model = self.network.model();
         let at = places(model, &*self.state);
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return [0.0; 3] };
@@ -266,21 +275,27 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 /// The proxies go towards their tools; whether one moved or grew, and how much of the last
 /// tick's moves they make again, at most 1.
 fn advance(
+    model: &Model<'_>,
     arrays: &mut TouchArrays<'_>,
     found: &Near,
-    (is_new, room, own): ([bool; TOOLS_MAX], f32, [f32; TOOLS_MAX]),
+    (edges, room, own): ([Edge; TOOLS_MAX], f32, [f32; TOOLS_MAX]),
     at: &impl Fn(usize) -> [f32; 3],
 ) -> (bool, f32) {
     // What the others have: those before it as they go, those behind it as they are.
     let (mut moved, mut taken) = (false, own.iter().fold(0.0, |sum, own| sum + own));
     let (mut along, mut last) = (0.0, 0.0);
     let reach = found.distance.iter().zip(&found.extent);
-    for (number, (&is_new, (&distance, &extent))) in is_new.iter().zip(reach).enumerate() {
+    for (number, (&edge, (&distance, &extent))) in edges.iter().zip(reach).enumerate() {
         taken -= own.get(number).copied().unwrap_or(0.0);
         let Some(tool) = arrays.tools.get(number).filter(|tool| tool.is_in) else { continue };
         let near = arrays.near();
-        let go = Go { tool, number, is_new, room: room - taken, distance, extent, near };
-        let (proxy, met) = go.go(at);
+        let is_new = edge != Edge::None;
+        let room = room - taken;
+        let (proxy, met) = if is_new {
+            inside::begun(model, (tool, number), (edge == Edge::Waits, room), near, at)
+        } else {
+            Go { tool, number, room, distance, extent, near }.go(at)
+        };
         taken += met.energy.hi;
         let from = tool.proxy;
         if let Some(tool) = arrays.tools.get_mut(number) {

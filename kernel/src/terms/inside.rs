@@ -1,0 +1,212 @@
+//! Whether a point lies in the tissue, by the surface as it is now.
+//!
+//! **By triangles.** Of a line through the point along z the triangles that it crosses count 1 where
+//! it comes out of the body and -1 where it goes in. The point is inside where the sum is above 0
+//! both above and below it: on a closed surface the two are alike, also around cavities and where
+//! parts overlap, and an open one has no inside. Which triangles the line crosses is decided edge by
+//! edge, and two triangles decide alike about the edge that they share, so a line through an edge or a
+//! corner is counted once.
+//!
+//! **By cells**, where an image has no triangles. The surface cells are weighed by the angle that a
+//! part of the surface there fills as seen from the point: n . (x - p) / |x - p|^3, above 0 where it
+//! is seen from behind. Around a point inside nearly all are, around one outside as many as not. The
+//! normals are those at rest.
+//!
+//! A point within rounding of the surface is outside. A body without thickness has no inside.
+//!
+//! Cost: one look at each triangle of the surface, or at each surface cell with a root and a division;
+//! seven where there is a margin.
+
+use crate::model::Model;
+use crate::number::cell::{add, dot, peak, scale, sub};
+use crate::number::sqrt::sqrt;
+
+/// Rounding of a distance in the size of its coordinates.
+const GRAIN: f32 = 4.0 * f32::EPSILON;
+/// Share of what the cells weigh in all from which on a point is inside.
+const BEHIND: f32 = 0.5;
+
+/// A point, and the ways from it along the axes.
+const AROUND: [[f32; 3]; 7] = [
+    [0.0; 3],
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+
+/// Whether a point lies in the body, or one at a distance of `margin` from it along an axis, cells being
+/// where `at` says [mean link lengths].
+pub(crate) fn is_inside(
+    model: &Model<'_>,
+    at: &impl Fn(usize) -> [f32; 3],
+    (point, margin): ([f32; 3], f32),
+) -> bool {
+    let points = if margin > 0.0 { AROUND.len() } else { 1 };
+    let mut points = AROUND.iter().take(points).map(|way| add(point, scale(margin, *way)));
+    model.dimension() == 3 && points.any(|point| holds(model, at, point))
+}
+
+/// Whether a point lies in a body that has an inside. One function, whatever the number of callers.
+#[inline(never)]
+fn holds(model: &Model<'_>, at: &impl Fn(usize) -> [f32; 3], point: [f32; 3]) -> bool {
+    let grain = GRAIN * (1.0 + peak(point));
+    if model.triangles.is_empty() {
+        return is_seen_from_behind(model, at, (point, grain));
+    }
+    is_between(model.triangles, at, (point, grain))
+}
+
+/// Whether the line through a point comes out of the triangles above it and below it.
+fn is_between(
+    triangles: &[[u16; 3]],
+    at: &impl Fn(usize) -> [f32; 3],
+    (point, grain): ([f32; 3], f32),
+) -> bool {
+    let (mut above, mut below) = (0_i32, 0_i32);
+    for &corners in triangles {
+        let way = corners.map(|cell| sub(at(cell.into()), point));
+        let turns = turns(corners, way);
+        if turns == 0 {
+            continue;
+        }
+        let height = height(way);
+        if height > grain {
+            above += turns;
+        } else if height < -grain {
+            below -= turns;
+        }
+    }
+    above > 0 && below > 0
+}
+
+/// How often a triangle goes around the line, seen from above: 1 where it faces upwards, -1 where it
+/// faces downwards, 0 where the line passes it by.
+#[inline(always)]
+fn turns([a, b, c]: [u16; 3], [p, q, r]: [[f32; 3]; 3]) -> i32 {
+    edge((a, p), (b, q)) + edge((b, q), (c, r)) + edge((c, r), (a, p))
+}
+
+/// 1 where an edge passes the line on the side of larger x towards larger y, -1 where back.
+#[inline(always)]
+fn edge((a, p): (u16, [f32; 3]), (b, q): (u16, [f32; 3])) -> i32 {
+    let is_upward = q[1] > 0.0;
+    if (p[1] > 0.0) == is_upward {
+        return 0;
+    }
+    // From the lower id to the higher one: the other triangle at this edge gets the same sign.
+    let area = if a < b { p[0] * q[1] - q[0] * p[1] } else { q[0] * p[1] - p[0] * q[1] };
+    let is_beyond = (area > 0.0) == (is_upward == (a < b));
+    match (is_beyond, is_upward) {
+        (false, _) => 0,
+        (true, true) => 1,
+        (true, false) => -1,
+    }
+}
+
+/// How high the line crosses a triangle.
+fn height([p, q, r]: [[f32; 3]; 3]) -> f32 {
+    let area = |a: [f32; 3], b: [f32; 3]| a[0] * b[1] - b[0] * a[1];
+    let (of_p, of_q, of_r) = (area(q, r), area(r, p), area(p, q));
+    let height = (of_p * p[2] + of_q * q[2] + of_r * r[2]) / (of_p + of_q + of_r);
+    let lower = |a: f32, b: f32| if b < a { b } else { a };
+    let higher = |a: f32, b: f32| if b > a { b } else { a };
+    let (least, most) = (lower(lower(p[2], q[2]), r[2]), higher(higher(p[2], q[2]), r[2]));
+    // Of one that stands on edge the areas are rounding alone.
+    if height > least { lower(height, most) } else { least }
+}
+
+/// Whether the surface cells are seen from behind.
+fn is_seen_from_behind(
+    model: &Model<'_>,
+    at: &impl Fn(usize) -> [f32; 3],
+    (point, grain): ([f32; 3], f32),
+) -> bool {
+    let (mut sum, mut all) = (0.0_f32, 0.0_f32);
+    for (&cell, &normal) in model.surface.iter().zip(model.normals) {
+        let way = sub(at(cell.into()), point);
+        let squared = dot(way, way);
+        if squared <= grain * grain {
+            return false;
+        }
+        let behind = dot(normal, way) / (squared * sqrt(squared));
+        sum += behind;
+        all += behind.abs();
+    }
+    sum > BEHIND * all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// The corners of a cube of this half edge.
+    fn cube(half: f32) -> impl Iterator<Item = [f32; 3]> {
+        (0..8).map(move |id| [1, 2, 4].map(|axis| if id & axis == 0 { -half } else { half }))
+    }
+
+    /// Its faces, outward.
+    const FACES: [[u16; 3]; 12] = [
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+    ];
+
+    /// Places of a grid that lie on no face; lines through them meet corners, edges and faces.
+    fn places() -> impl Iterator<Item = [f32; 3]> {
+        let steps = || (-7..=7).map(|step| 0.5 * step as f32);
+        let all =
+            steps().flat_map(move |x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])));
+        all.filter(|place| ![1.0, 3.0].contains(&peak(*place)))
+    }
+
+    fn between(triangles: &[[u16; 3]], corners: &[[f32; 3]], point: [f32; 3]) -> bool {
+        is_between(triangles, &|cell| corners[cell], (point, 1e-6))
+    }
+
+    #[test]
+    fn a_body_with_a_cavity_is_between_its_surfaces() {
+        let corners: Vec<_> = cube(3.0).chain(cube(1.0)).collect();
+        let inner = FACES.iter().map(|&[a, b, c]| [a + 8, c + 8, b + 8]);
+        let triangles: Vec<_> = FACES.into_iter().chain(inner).collect();
+        for turn in [[0, 1, 2], [1, 2, 0], [2, 0, 1]] {
+            let turned = |of: [f32; 3]| turn.map(|axis: usize| of[axis]);
+            let corners: Vec<_> = corners.iter().map(|corner| turned(*corner)).collect();
+            for place in places() {
+                let is_in = peak(place) < 3.0 && peak(place) > 1.0;
+                assert_eq!(between(&triangles, &corners, turned(place)), is_in, "{place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_overlaps_is_inside_and_what_is_open_has_no_inside() {
+        let corners: Vec<_> = cube(1.0).chain(cube(1.0).map(|[x, y, z]| [x + 1.0, y, z])).collect();
+        let second = FACES.iter().map(|face| face.map(|id| id + 8));
+        let both: Vec<_> = FACES.into_iter().chain(second).collect();
+        for x in [-0.75, 0.25, 1.75] {
+            assert!(between(&both, &corners, [x, 0.1, 0.2]), "{x}");
+        }
+        assert!(!between(&both, &corners, [2.25, 0.1, 0.2]));
+        // Without its top.
+        for z in [-2.0, 0.0, 2.0] {
+            assert!(!between(&FACES[..10], &corners, [0.1, 0.2, z]), "{z}");
+        }
+        // On its surface.
+        for place in [[0.1, 0.2, 1.0], [0.1, 0.2, -1.0], [0.5, 0.5, 1.0]] {
+            assert!(!between(&FACES, &corners, place), "{place:?}");
+        }
+    }
+}
