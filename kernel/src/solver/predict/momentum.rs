@@ -33,8 +33,8 @@ pub(super) struct Going {
     pub sweeps: u16,
     /// Whether the tools moved in the last tick too.
     pub is_marked: bool,
-    /// Whether the next pass is at a point beyond the published one: else that one is where the body
-    /// has been led to, and neither goes on nor teaches.
+    /// Whether the next pass is at a point beyond the published one. Else the guard discarded where
+    /// the way has led: it is forgotten, and the body stays.
     pub is_going: bool,
 }
 
@@ -54,12 +54,10 @@ pub(super) fn go_on(
     let Some((points, fields)) = own.split_at_mut_checked(TRACK * cells) else { return false };
     let Some((at, before)) = points.split_at_mut_checked(cells) else { return false };
     let Some((marks, ways)) = fields.split_at_mut_checked(cells) else { return false };
-    if !is_marked {
+    if !is_marked || !is_going {
         ways.iter_mut().for_each(|way| *way = Cell::ZERO);
     }
     if !is_going {
-        // The guard discarded where this way has led.
-        ways.iter_mut().for_each(|way| *way = Cell::ZERO);
         for (mark, here) in marks.iter_mut().zip(published) {
             *mark = *here;
         }
