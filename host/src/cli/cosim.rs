@@ -202,7 +202,7 @@ fn summary(
         late: reports.control.missed_deadlines,
         unanswered: reports.control.ticks_unanswered,
         floor_share: floor.floor_late_share,
-        ..Counts::of_tissue(&reports.serve, args.tissue.sweeps, tissue.engine().is_anytime())
+        ..Counts::of_tissue(&reports.serve, args.tissue.sweeps, tissue.engine())
     });
     let (serve, control) = (reports.serve, reports.control);
     let ended_early =

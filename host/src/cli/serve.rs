@@ -170,7 +170,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let (folder, mut recorder, server) = recorded(args, begun, &image, server, &mut tissue)?;
     server.say_ready()?;
     let report = server.run(&mut tissue, &mut recorder)?;
-    let verdict = args.verdict.judge(counts(args, &report, tissue.engine().is_anytime()));
+    let verdict = args.verdict.judge(counts(args, &report, tissue.engine()));
     // Told last, so that it costs no other result.
     let finished = recorder.finish_trace();
     let never_touched = folder.as_ref().and_then(|_| untouched(&tissue, recorder.rows(), &report));
@@ -281,13 +281,13 @@ fn faults(args: &Args) -> Result<Faults> {
 }
 
 /// What this process knows of late answers: those to poses that newer ones had overtaken.
-fn counts(args: &Args, report: &ServeReport, is_anytime: bool) -> Counts {
+fn counts(args: &Args, report: &ServeReport, engine: &Engine<'_>) -> Counts {
     Counts {
         answers: report.ticks_executed,
         late: report.flag_ticks.of(Flags::LATE),
         // Poses that came at once behind a silence: somebody stood still, not the tissue.
         floor_share: report.ticks_late_behind_gaps as f64 / report.ticks_executed.max(1) as f64,
-        ..Counts::of_tissue(report, args.tissue.sweeps, is_anytime)
+        ..Counts::of_tissue(report, args.tissue.sweeps, engine)
     }
 }
 

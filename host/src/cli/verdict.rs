@@ -4,8 +4,10 @@ use std::ffi::OsString;
 use std::fmt;
 use std::str::FromStr;
 
+use chaincell_kernel::Drive;
 use serde::Serialize;
 
+use crate::engine::{Contact, Engine};
 use crate::error::{Error, Result};
 use crate::session::loops::serve::{ServeReport, SweepBudget, SweepCounts};
 use crate::terminal;
@@ -96,17 +98,34 @@ pub struct Counts {
     pub is_fixed: bool,
     /// Whether it could do with fewer.
     pub is_anytime: bool,
+    /// What they are sweeps of: how near a force is depends on it as much as on their number.
+    pub contact: &'static str,
+}
+
+/// What a tool does to a body, as the tables of errors name it.
+fn contact(engine: &Engine<'_>) -> &'static str {
+    let model = engine.network().model();
+    match (engine.contact(), model.has_contact_surface(), model.kept_states() > 0) {
+        (Contact::Cells(_), _, _) if engine.network().settings().drive == Drive::Current => {
+            " with loaded cells"
+        }
+        (Contact::Cells(_), ..) => " with held cells",
+        (_, false, _) => " under a probe among cells",
+        (_, true, true) => " under a moving tool on shapes",
+        (_, true, false) => " under a moving tool on links",
+    }
 }
 
 impl Counts {
     /// What `serve` counted of the tissue, whose ticks make at most `sweeps_max` sweeps.
-    pub fn of_tissue(report: &ServeReport, sweeps_max: u16, is_anytime: bool) -> Self {
+    pub fn of_tissue(report: &ServeReport, sweeps_max: u16, engine: &Engine<'_>) -> Self {
         Self {
             sweeps: Some(report.sweeps),
             sweeps_max: sweeps_max.into(),
             overloads: report.overloads,
             is_fixed: report.budget_us == SweepBudget::Off,
-            is_anytime,
+            is_anytime: engine.is_anytime(),
+            contact: contact(engine),
             ..Self::default()
         }
     }
@@ -147,7 +166,7 @@ impl fmt::Display for Verdict {
             write!(f, ", {} without an answer", counted(self.counts.unanswered, "pose"))?;
         }
         if let Some(SweepCounts { p1, p50, .. }) = self.counts.sweeps {
-            write!(f, "; sweeps p1 {p1}, p50 {p50}")?;
+            write!(f, "; sweeps p1 {p1}, p50 {p50}{}", self.counts.contact)?;
         }
         match self.remedy() {
             Some(remedy) => write!(f, "; {remedy}"),
@@ -220,6 +239,7 @@ mod tests {
             sweeps,
             sweeps_max: 4,
             overloads,
+            contact: " with held cells",
             ..Counts::default()
         };
         VerdictArgs { late_share: share.parse().unwrap() }.judge(counts)
@@ -234,6 +254,7 @@ mod tests {
         assert!(
             verdict("1%", 31, 0).to_string().starts_with("1 kHz NOT held: 3.10 % of the answers")
         );
+        assert!(verdict("1%", 0, 0).to_string().contains("sweeps p1 1, p50 4 with held cells"));
         let text = verdict("1%", 0, 3).to_string();
         assert!(
             text.contains("sweep longer than a pose period") && text.contains("--cells"),

@@ -148,15 +148,37 @@ impl Guess {
     /// over, and each time costs a pass.
     const KEPT: f32 = 0.999;
 
+    /// How much steeper a direction is taken to be than it was, behind a pass that was discarded, and
+    /// where a tool had pushed the surface in between.
+    const RISE: f32 = 2.0;
+    const RISE_PUSHED: f32 = 1.15;
+    /// Of what it has risen a pass under such a tool leaves so much: what the tool meets changes as it
+    /// goes, and a guess that stays high makes the body lag behind it.
+    const KEPT_PUSHED: f32 = 0.99;
+
     pub fn value(self) -> f32 {
         Self::AT_REST + self.0
+    }
+
+    fn rise(&mut self, factor: f32) {
+        let more = factor * self.value();
+        self.0 = (if more < Self::MOST { more } else { Self::MOST }) - Self::AT_REST;
+    }
+
+    /// After a pass behind a push of the surface that the guard discarded.
+    pub fn judge_pushed(&mut self) {
+        self.rise(Self::RISE_PUSHED);
+    }
+
+    /// After a pass under a tool on the surface that it did not.
+    pub fn fall_back(&mut self) {
+        self.0 *= Self::KEPT_PUSHED;
     }
 
     /// After a pass: whether the guard discarded it.
     pub fn judge(&mut self, is_discarded: bool) {
         if is_discarded {
-            let more = 2.0 * self.value();
-            self.0 = (if more < Self::MOST { more } else { Self::MOST }) - Self::AT_REST;
+            self.rise(Self::RISE);
         } else {
             self.0 *= Self::KEPT;
         }

@@ -130,9 +130,10 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
         let pass = Pass { at: points.at, residual: points.residual, energy, potential };
         if self.going && discards(body.terms, body.level, &pass) {
             self.going = false;
-            // Behind a tool's push the point says nothing of how stiff the body is.
-            if self.last != Last::Pushed || body.terms.touch.get().is_none() {
-                self.guess.judge(true);
+            // Behind a tool's push the point says less of how stiff the body is.
+            match self.last == Last::Pushed && body.terms.touch.get().is_some() {
+                true => self.guess.judge_pushed(),
+                false => self.guess.judge(true),
             }
             body.terms.states.restore(&body.awake.set, model.slice_count());
             return true;
@@ -185,7 +186,10 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             if !is_finite {
                 room.fill([0.0; LANES]);
             }
-            self.guess.judge(false);
+            match terms.touch.get() {
+                Some(_) => self.guess.fall_back(),
+                None => self.guess.judge(false),
+            }
             let (rz, rz_last) = (own.plus(product).hi, direction.plus(mixed).hi);
             let products = Products { rz, rs, rz_last };
             let guess = self.guess.value();

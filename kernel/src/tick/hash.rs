@@ -24,8 +24,9 @@ use crate::terms::state::{TermState, words};
 /// model, settings and samples; a change that alters any raises it. Traces name it. In revision 2
 /// the guard's allowance is that of [`Rounding`](crate::Rounding), a clamped force is rounded down,
 /// and large bodies are summed in [`parts`](crate::parts). In revision 3 a tool that the tissue stops
-/// turns where it cannot go. In revision 4 a tool that is engaged in contact grows from nothing, and
-/// one that is engaged inside the tissue waits.
+/// turns where it cannot go. In revision 4 a tool that is engaged in contact grows from nothing, one
+/// that is engaged inside the tissue waits, the momentum of a body under moving tools is learnt little
+/// by little, and samples that are about to be touched count in the elastic coarse level.
 pub const REVISION: u32 = 4;
 
 const START: u64 = 0xCBF2_9CE4_8422_2325;

@@ -30,12 +30,15 @@ use crate::number::kept::{Kept, Pass};
 use crate::number::sqrt::sqrt;
 use crate::number::two_float::Eight;
 use crate::terms::residual::Terms;
-use crate::terms::surface::{Anchor, NearTriangle, Proxies, each_met};
+use crate::terms::surface::{Anchor, NearTriangle, Proxies, Solid, each_met};
 
 /// Most columns of U.
 const COLUMNS: usize = 48;
 /// Basis functions at the corners of a triangle.
 const OF_TRIANGLE: usize = 24;
+/// Samples so near to a part count as touched [radii]: the tissue is led into it within the tick, and
+/// a direction that knew nothing of them would press them in as if nothing were there.
+const COMING: f32 = 0.2;
 /// Pivots of S below this share of the largest are taken as 0.
 const LEAST: f32 = 1.0e-5;
 
@@ -136,6 +139,7 @@ impl OneSample {
         place: &impl Fn(usize) -> [f32; 3],
     ) -> Option<Self> {
         let solid = under.tools.part(near.of)?;
+        let solid = &Solid { radius: (1.0 + COMING) * solid.radius, ..*solid };
         let (mut shares, mut way) = ([0.0; 3], [0.0; 3]);
         let [mut along, mut across] = [0.0; 2];
         each_met(

@@ -15,9 +15,9 @@
 //! A sweep a tick then has the work that is left: what the body does otherwise than the fields say.
 //!
 //! **Under tools on a surface** there are no fields, since what a tool touches changes as it moves. Where
-//! tools go on by a share of their last moves, the points go on by that share of the way that they have
-//! gone since the last tick: a body that follows a steady tool is in each tick ahead of it by what the
-//! last tick has learnt.
+//! tools go on by a share of their last moves, the points go on by that share of the way that they went
+//! in the last ticks ([`momentum`]): a body that follows a steady tool is in each tick where that will
+//! be.
 //!
 //! There are no fields, and the scheme is `track` bit for bit, while a probe touches cells, under a
 //! current, and on a body with slack (alpha above 0): there the answer is local and changes with
@@ -41,6 +41,7 @@ use crate::number::kept::kept;
 use crate::number::two_float::Eight;
 use crate::terms::held::Contact;
 use crate::terms::surface::IS_BUILT;
+use momentum::Going;
 
 /// Arrays of `track`, then one for each field.
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
@@ -59,8 +60,11 @@ pub struct Predict<const ROOM: usize = 0> {
     ahead: [f32; 3],
     /// Share of the body's last way that it goes on by, for tools that moved; `None` where none did.
     goes_on: Option<f32>,
-    /// Whether the first field is where the points were in the last tick.
+    /// Whether the first field is where the points were in the last tick, and the second one how far
+    /// they go on.
     is_marked: bool,
+    /// Sweeps since the last tick began.
+    sweeps: u16,
 }
 
 kept!(@[const ROOM: usize] Predict<ROOM> {
@@ -70,6 +74,7 @@ kept!(@[const ROOM: usize] Predict<ROOM> {
     ahead: [f32; 3],
     goes_on: Option<f32>,
     is_marked: bool,
+    sweeps: u16,
 });
 
 impl<const ROOM: usize> Dynamics for Predict<ROOM> {
@@ -81,6 +86,7 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
         ahead: [0.0; 3],
         goes_on: None,
         is_marked: false,
+        sweeps: 0,
     };
     const IS_ANYTIME: bool = true;
     const TAKES_SHAPES: bool = true;
@@ -93,7 +99,7 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
 
     fn stilled(self) -> Self {
         let track = self.track.stilled();
-        Self { track, ahead: [0.0; 3], goes_on: None, is_marked: false, ..self }
+        Self { track, ahead: [0.0; 3], goes_on: None, is_marked: false, sweeps: 0, ..self }
     }
 }
 
@@ -112,17 +118,23 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
         }
         let goes_on = core::mem::take(&mut self.goes_on).filter(|_| IS_BUILT);
         if let Some(share) = goes_on {
-            let share = if self.is_marked && self.track.is_going() { share } else { 0.0 };
-            if momentum::go_on(body.terms.model, own, share) {
+            let going = Going {
+                share,
+                sweeps: self.sweeps,
+                is_marked: self.is_marked,
+                is_going: self.track.is_going(),
+            };
+            if momentum::go_on(body.terms.model, own, body.state, going) {
                 self.track.interrupt();
             }
         }
-        self.is_marked = goes_on.is_some();
+        (self.is_marked, self.sweeps) = (goes_on.is_some(), 0);
         body.own = own.get_mut(..TRACK * cells).unwrap_or(&mut []);
     }
 
     #[allow(private_interfaces)]
     fn sweep(&mut self, body: &mut Body<'_, '_>) -> bool {
+        self.sweeps = self.sweeps.saturating_add(1);
         self.track.sweep(body)
     }
 

@@ -2,8 +2,11 @@
 //!
 //! Round slabs of nodal shapes with three lengths of edges; spheres from half an edge to several
 //! edges in radius; over nodes, edges and triangles.
+//!
+//! - `moving`: the force of a tool that moves, at few sweeps a tick beside many.
 
 mod engine;
+mod moving;
 mod slab;
 #[cfg(test)]
 mod tests;
@@ -13,6 +16,7 @@ use chaincell_host::error::Result;
 
 use crate::reference::indentation::{self, Law, Press};
 pub use engine::forces;
+pub use moving::{Moving, MovingRow};
 pub use slab::Slab;
 pub use write::{bars, markdown};
 

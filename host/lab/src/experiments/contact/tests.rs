@@ -1,3 +1,9 @@
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, PerCell, ProbeContact, bake};
+use chaincell_host::engine::Contact;
+use chaincell_host::mesh::{MeshOptions, load};
+use chaincell_kernel::ToolPart;
+
 use super::*;
 
 /// A sphere of half an edge and one of an edge, where the bar is 30 %.
@@ -36,4 +42,23 @@ fn bars_count_the_judged_depths_alone() {
     let bars = bars(&rows);
     assert_eq!(bars.iter().map(|bar| bar.holds()).collect::<Vec<_>>(), [true, false, true]);
     assert!((bars[0].worst - 0.07).abs() < 1e-12 && bars[2].worst == 0.0);
+}
+
+/// What a budget leaves under load: one sweep a tick, under a tool that moves.
+#[test]
+fn one_sweep_holds_the_force_of_a_moving_tool() {
+    let tissue = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
+    let probe_contact = ProbeContact::Surface;
+    let options = BakeOptions { tissue: Some(tissue), probe_contact, ..BakeOptions::default() };
+    let mesh = load("organ:600", &MeshOptions::default()).unwrap();
+    let image = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    for way in [(0.043, 0.0, 1000), (0.02, 0.0, 500)] {
+        let tools = vec![vec![ToolPart::sphere(0.012)]];
+        let contact = Contact::Tools { tools, friction: 0.0 };
+        let moving = Moving::press(&image, contact, way, 24).unwrap();
+        let (one, two) = (moving.row(1).unwrap(), moving.row(2).unwrap());
+        println!("{way:?}: {:.3} N, {one:?}, {two:?}", moving.peak_n());
+        assert!(one.median < 0.02 && one.p90 < 0.10, "{way:?}: {one:?}");
+        assert!(two.median < 0.005 && two.p90 < 0.03, "{way:?}: {two:?}");
+    }
 }
