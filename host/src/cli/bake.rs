@@ -15,7 +15,7 @@ use crate::bake::{BakeOptions, BasisSpacing, ProbeContact, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
-use crate::mesh::{self, Mesh, MeshOptions};
+use crate::mesh::{self, Mesh, MeshOptions, Overlaps};
 use crate::terminal;
 
 /// Sizes of a body that need no remark \[m\].
@@ -161,6 +161,8 @@ struct Printed {
     model: ModelReport,
     #[serde(skip_serializing_if = "Option::is_none")]
     filled: Option<FilledReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlapping_tetrahedra: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -180,12 +182,17 @@ impl From<ProbeContactArg> for ProbeContact {
 
 pub fn execute(args: &Args) -> Result<()> {
     keep_input(&args.mesh, &args.output)?;
-    let (mesh, image) = interrupt::at_once(|| args.body.bake(&args.mesh))?;
+    let (mesh, image, overlaps) = interrupt::at_once(|| {
+        let (mesh, image) = args.body.bake(&args.mesh)?;
+        let overlaps = overlaps_of(&mesh);
+        Ok((mesh, image, overlaps))
+    })?;
     write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;
     let report = Printed {
         model: ModelReport::new(&model, image.as_bytes().len()),
         filled: FilledReport::of(&mesh),
+        overlapping_tetrahedra: overlaps.map(|of| of.tetrahedra),
     };
     if args.json {
         return terminal::say_json(&report);
@@ -198,6 +205,13 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     if mesh.flat_tetrahedra > 0 {
         terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
+    }
+    if let Some(Overlaps { tetrahedra, place_m }) = overlaps {
+        let [x, y, z] = place_m.map(|x| x / args.body.file.unit_m());
+        terminal::note(format_args!(
+            "note: {tetrahedra} tetrahedra overlap, the first two around ({x:.6}, {y:.6}, {z:.6}): the mesh is \
+             folded, or parts of it lie in each other; mesh it again"
+        ));
     }
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
     if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
@@ -213,6 +227,15 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
     }
     report.model.print()
+}
+
+/// Most tetrahedra that are looked at for overlaps.
+const TETRAHEDRA_MAX: usize = 2_000_000;
+
+/// The overlaps of a mesh of tetrahedra from a file; those made here have none, and nodes held by default.
+fn overlaps_of(mesh: &Mesh) -> Option<Overlaps> {
+    let is_own = mesh.filled.is_some() || !mesh.default_fixed.is_empty();
+    if is_own || mesh.tetrahedra.len() > TETRAHEDRA_MAX { None } else { mesh::overlaps(mesh) }
 }
 
 impl BodyArgs {
@@ -313,10 +336,26 @@ impl BodyArgs {
         Ok(fixed)
     }
 
+    /// Refuses what is for tissue by Young's modulus alone.
+    fn no_tissue(&self) -> Result<()> {
+        let given = [
+            ("poisson", self.poisson.is_some()),
+            ("law", self.law.is_some()),
+            ("stretch_min", self.stretch_min.is_some()),
+            ("stiffening", self.stiffening.is_some()),
+        ];
+        match given.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::input(format!(
+                "`{name}` goes with `young_pa` or `material`: give one of them, or leave it out"
+            ))),
+        }
+    }
+
     /// What the tissue is made of, where it is not made of links.
     fn tissue(&self, mesh: &Mesh) -> Result<Option<Tissue>> {
         if self.young_pa.is_none() && self.material.is_empty() {
-            return Ok(None);
+            return self.no_tissue().map(|()| None);
         }
         let young = self.young_pa.as_deref().map(|young| per_cell("--young-pa", young, mesh));
         let young = young.transpose()?;
