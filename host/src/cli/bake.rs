@@ -29,7 +29,8 @@ const POISSON: &str = "0.45";
     --fix file:liver.sets.json#fixed --alpha 0.05")]
 pub struct Args {
     /// A file of first-order tetrahedra: Gmsh .msh (2.2 or 4.1), legacy VTK .vtk or VTK XML .vtu
-    /// (unstructured grid), Abaqus .inp, TetGen .node or .ele (both are read), Medit .mesh (ASCII);
+    /// (unstructured grid), Abaqus or AVS UCD .inp, TetGen .node or .ele (both are read), Medit .mesh
+    /// (ASCII);
     /// a closed surface, .stl, .obj or .ply, with --fill; plane:NXxNYxD (nodes along x and y,
     /// spacing in m), box:NXxNYxNZxD, or organ[:NODES], a generated liver-like body
     mesh: String,

@@ -78,6 +78,10 @@ pub(in crate::mesh) fn fill_faces(
         )));
     }
     let closed = Closed::new(faces, unit_m).map_err(refuse)?;
+    let is_large = closed.triangles.len() > LARGE;
+    if !is_large {
+        closed.check_crossings(unit_m).map_err(refuse)?;
+    }
     let solid = Solid::new(&closed);
     check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
     let none_fits = || {
@@ -101,8 +105,8 @@ pub(in crate::mesh) fn fill_faces(
         return Err(refuse(too_many(more, nodes_max, &remedy)));
     }
     // What takes longer comes last: a size that is too coarse for a large surface is refused soon.
-    let is_coarse = closed.triangles.len() > LARGE.max(body.tetrahedra.len());
-    if !is_coarse {
+    let is_coarse = is_large && closed.triangles.len() > body.tetrahedra.len();
+    if is_large && !is_coarse {
         closed.check_crossings(unit_m).map_err(refuse)?;
     }
     check_early(&closed, &body, size_m, unit_m).map_err(refuse)?;
