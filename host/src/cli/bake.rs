@@ -337,26 +337,10 @@ impl BodyArgs {
         Ok(fixed)
     }
 
-    /// Refuses what is for tissue by Young's modulus alone.
-    fn no_tissue(&self) -> Result<()> {
-        let given = [
-            ("poisson", self.poisson.is_some()),
-            ("law", self.law.is_some()),
-            ("stretch_min", self.stretch_min.is_some()),
-            ("stiffening", self.stiffening.is_some()),
-        ];
-        match given.iter().find(|(_, is_given)| *is_given) {
-            None => Ok(()),
-            Some((name, _)) => Err(Error::input(format!(
-                "`{name}` goes with `young_pa` or `material`: give one of them, or leave it out"
-            ))),
-        }
-    }
-
     /// What the tissue is made of, where it is not made of links.
     fn tissue(&self, mesh: &Mesh) -> Result<Option<Tissue>> {
         if self.young_pa.is_none() && self.material.is_empty() {
-            return self.no_tissue().map(|()| None);
+            return Ok(None);
         }
         let young = self.young_pa.as_deref().map(|young| per_cell("--young-pa", young, mesh));
         let young = young.transpose()?;

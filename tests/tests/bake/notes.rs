@@ -80,23 +80,6 @@ fn a_modulus_out_of_range_is_named_as_itself() {
     refused("box:3x3x3x0.01", &["--stiffness-n-per-m", "1e30"], &["--stiffness-n-per-m"]);
 }
 
-/// What is for tissue by Young's modulus is not passed over where links are asked for.
-#[test]
-fn options_of_tissue_are_refused_for_links() {
-    for option in [
-        ["--poisson", "0.4"],
-        ["--law", "trace"],
-        ["--stretch-min", "none"],
-        ["--stiffening", "0.1=10000"],
-    ] {
-        for links in [&["--links"][..], &["--alpha", "0.1"], &["--stiffness-n-per-m", "10"], &[]] {
-            let parts: &[&str] =
-                if links.is_empty() { &["--young-pa"] } else { &[option[0], "--young-pa"] };
-            refused("box:3x3x3x0.01", &[links, &option[..]].concat(), parts);
-        }
-    }
-}
-
 /// Cells are numbered anew, and a node in front has no link.
 #[test]
 fn refusals_name_nodes_by_their_ids() {
