@@ -75,6 +75,14 @@ impl Sections {
     }
 }
 
+/// Whether forces and energies of a body of this mean link length and stiffness stay in the range of single
+/// precision.
+pub(super) fn holds_units(unit_m: f32, stiffness_n_per_m: f32) -> bool {
+    let unit_m = f64::from(unit_m);
+    let force_unit_n = 2.0 * f64::from(stiffness_n_per_m) * unit_m;
+    [force_unit_n, force_unit_n * unit_m].iter().all(|unit| (1e-17..=1e17).contains(unit))
+}
+
 /// The scalars of the body; `nodes` in the input's numbering.
 ///
 /// # Errors
@@ -89,8 +97,7 @@ pub(super) fn params(
     stiffness_n_per_m: f32,
 ) -> Result<[u32; params::WORDS]> {
     let unit_m = f64::from(body.unit_m);
-    let force_unit_n = 2.0 * f64::from(stiffness_n_per_m) * unit_m;
-    if ![force_unit_n, force_unit_n * unit_m].iter().all(|unit| (1e-17..=1e17).contains(unit)) {
+    if !holds_units(body.unit_m, stiffness_n_per_m) {
         return Err(Error::input(format!(
             "`stiffness_n_per_m` {stiffness_n_per_m} with links of {unit_m} m: forces or energies \
              leave the range of single precision; check `unit_m`"

@@ -15,7 +15,7 @@ use crate::bake::{BakeOptions, BasisSpacing, ProbeContact, bake};
 use crate::error::{Error, Result};
 use crate::files::whole::{keep_input, write_whole};
 use crate::interrupt;
-use crate::mesh::{self, Mesh, MeshOptions};
+use crate::mesh::{self, Mesh, MeshOptions, Overlaps};
 use crate::terminal;
 
 /// Sizes of a body that need no remark \[m\].
@@ -29,7 +29,8 @@ const POISSON: &str = "0.45";
     --fix file:liver.sets.json#fixed --alpha 0.05")]
 pub struct Args {
     /// A file of first-order tetrahedra: Gmsh .msh (2.2 or 4.1), legacy VTK .vtk or VTK XML .vtu
-    /// (unstructured grid), Abaqus .inp, TetGen .node or .ele (both are read), Medit .mesh (ASCII);
+    /// (unstructured grid), Abaqus or AVS UCD .inp, TetGen .node or .ele (both are read), Medit .mesh
+    /// (ASCII);
     /// a closed surface, .stl, .obj or .ply, with --fill; plane:NXxNYxD (nodes along x and y,
     /// spacing in m), box:NXxNYxNZxD, or organ[:NODES], a generated liver-like body
     mesh: String,
@@ -161,6 +162,8 @@ struct Printed {
     model: ModelReport,
     #[serde(skip_serializing_if = "Option::is_none")]
     filled: Option<FilledReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlapping_tetrahedra: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -180,12 +183,17 @@ impl From<ProbeContactArg> for ProbeContact {
 
 pub fn execute(args: &Args) -> Result<()> {
     keep_input(&args.mesh, &args.output)?;
-    let (mesh, image) = interrupt::at_once(|| args.body.bake(&args.mesh))?;
+    let (mesh, image, overlaps) = interrupt::at_once(|| {
+        let (mesh, image) = args.body.bake(&args.mesh)?;
+        let overlaps = overlaps_of(&mesh);
+        Ok((mesh, image, overlaps))
+    })?;
     write_whole(&args.output, image.as_bytes())?;
     let model = model_file::parse(&image, &args.output)?;
     let report = Printed {
         model: ModelReport::new(&model, image.as_bytes().len()),
         filled: FilledReport::of(&mesh),
+        overlapping_tetrahedra: overlaps.map(|of| of.tetrahedra),
     };
     if args.json {
         return terminal::say_json(&report);
@@ -198,6 +206,13 @@ pub fn execute(args: &Args) -> Result<()> {
     }
     if mesh.flat_tetrahedra > 0 {
         terminal::note(format_args!("note: {} tetrahedra are flat", mesh.flat_tetrahedra));
+    }
+    if let Some(Overlaps { tetrahedra, place_m }) = overlaps {
+        let [x, y, z] = place_m.map(|x| x / args.body.file.unit_m());
+        terminal::note(format_args!(
+            "note: {tetrahedra} tetrahedra overlap, the first two around ({x:.6}, {y:.6}, {z:.6}): the mesh is \
+             folded, or parts of it lie in each other; mesh it again"
+        ));
     }
     terminal::say(format_args!("baked {} from {}", args.output.display(), args.mesh))?;
     if let Some(wanted) = args.body.cells.filter(|&wanted| wanted != model.cells()) {
@@ -213,6 +228,15 @@ pub fn execute(args: &Args) -> Result<()> {
         terminal::say(format_args!("  {:<14}{}", "tetrahedra", mesh.tetrahedra.len()))?;
     }
     report.model.print()
+}
+
+/// Most tetrahedra that are looked at for overlaps.
+const TETRAHEDRA_MAX: usize = 2_000_000;
+
+/// The overlaps of a mesh of tetrahedra from a file; those made here have none, and nodes held by default.
+fn overlaps_of(mesh: &Mesh) -> Option<Overlaps> {
+    let is_own = mesh.filled.is_some() || !mesh.default_fixed.is_empty();
+    if is_own || mesh.tetrahedra.len() > TETRAHEDRA_MAX { None } else { mesh::overlaps(mesh) }
 }
 
 impl BodyArgs {

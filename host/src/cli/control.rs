@@ -6,6 +6,7 @@ use chaincell_kernel::ToolPose as OneTool;
 use serde::Serialize;
 
 use super::inject::{InjectArgs, tell_injected};
+use super::mesh_file::Units;
 use super::model_file;
 use super::press::{Motion, PressArgs};
 use super::session::{LoopArgs, tell_refused};
@@ -33,6 +34,10 @@ pub struct Args {
     /// one message
     #[arg(long, value_name = "PATH.csv", conflicts_with = "motion")]
     path: Option<PathBuf>,
+    /// Unit of the coordinates of --path
+    #[arg(long, value_name = "UNITS", value_enum, default_value_t, requires = "path",
+        conflicts_with_all = ["motion", "model"])]
+    path_units: Units,
     /// Built-in motion: approach, minimum-jerk press, hold with an 8 to 12 Hz tremor, retreat
     #[arg(long, value_enum, default_value_t)]
     motion: Motion,
@@ -66,9 +71,16 @@ pub struct Args {
 
 impl Args {
     fn poses(&self) -> Result<(Vec<Pose>, Vec<OneTool>)> {
-        match &self.path {
-            Some(file) => Ok(released_first(tools_path::read(file, Rules::Strict)?)),
-            None => Ok((self.press()?, Vec::new())),
+        match (&self.path, &self.contact) {
+            (Some(_), Some(contact)) => Err(Error::input(format!(
+                "--contact {contact}: it is for the press on a --model, and --path moves the tool itself: \
+                 leave it out"
+            ))),
+            (Some(file), None) => {
+                let paths = tools_path::read(file, Rules::Strict)?;
+                Ok(released_first(paths.in_metres(self.path_units.unit_m())))
+            }
+            (None, _) => Ok((self.press()?, Vec::new())),
         }
     }
 

@@ -1,4 +1,4 @@
-//! How a mesh file is read: options that `bake` and `convert` share.
+//! How a mesh file is read: options that `bake` and `convert` share; and the units of files.
 
 use clap::ValueEnum;
 
@@ -14,19 +14,27 @@ pub(super) struct MeshFileArgs {
 }
 
 /// Unit of a file's coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Units {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum Units {
+    #[default]
     M,
     Mm,
+}
+
+impl Units {
+    /// The unit in metres.
+    pub(super) fn unit_m(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Mm => 0.001,
+        }
+    }
 }
 
 impl MeshFileArgs {
     /// The unit in metres.
     pub(super) fn unit_m(&self) -> f64 {
-        match self.units {
-            Units::M => 1.0,
-            Units::Mm => 0.001,
-        }
+        self.units.unit_m()
     }
 
     /// Names of the unit, and of the other one.

@@ -8,11 +8,13 @@ use chaincell_kernel::trace::Record;
 use chaincell_kernel::{Choice, TickOutput, ToolSample};
 use serde::Serialize;
 
+use super::mesh_file::Units;
 use super::model_file;
 use super::press::{Motion, PressArgs};
 use super::snapshots::{SnapshotArgs, Snapshots};
 use super::stage::{StageArgs, StageReport};
 use super::tissue::{TissueArgs, TissueReport};
+use crate::engine::far::Far;
 use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::order::{TickOrder, TickPlace};
@@ -48,6 +50,9 @@ pub struct Args {
     model: PathBuf,
     #[command(flatten)]
     source: Source,
+    /// Unit of the coordinates of --path
+    #[arg(long, value_name = "UNITS", value_enum, default_value_t, conflicts_with = "motion")]
+    path_units: Units,
     #[command(flatten)]
     press: PressArgs,
     /// Folder for the results
@@ -181,7 +186,8 @@ pub fn execute(args: &Args) -> Result<()> {
         stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
-    report(args, &summary, &played)?;
+    let far = args.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), &executed));
+    report(args, &summary, &played, far)?;
     if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
 }
 
@@ -192,7 +198,7 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
         return Ok(Paths::of(vec![args.press.on(engine.network().model(), engine.contact())?]));
     };
     let rules = if args.recorded { Rules::Recorded } else { Rules::Strict };
-    let paths = tools_path::read(file, rules)?;
+    let paths = tools_path::read(file, rules)?.in_metres(args.path_units.unit_m());
     if paths.tools > 0 && paths.tools != tissue.tools() {
         return Err(Error::input(format!(
             "{}: it moves {}, and --tool chooses {}: give --tool once for each tool of the path",
@@ -316,15 +322,22 @@ impl Played {
     }
 }
 
-fn report(args: &Args, summary: &RunSummary, played: &Played) -> Result<()> {
-    if args.json {
-        return terminal::say_json(summary);
-    }
+fn report(args: &Args, summary: &RunSummary, played: &Played, far: Option<Far>) -> Result<()> {
     let magnitude = |a: &Answer| {
         let [x, y, z]: [f32; 3] = a.output.force_n.into();
         x.hypot(y).hypot(z)
     };
     let peak = played.answers.iter().map(magnitude).fold(0.0, f32::max);
+    if let Some(far) = far {
+        let remedy = match args.path_units {
+            Units::M => "where the path is in millimetres, pass --path-units mm",
+            Units::Mm => "where the path is in metres, leave --path-units out",
+        };
+        terminal::note(format_args!("note: {far}: the largest force is {peak:.3} N; {remedy}"));
+    }
+    if args.json {
+        return terminal::say_json(summary);
+    }
     let step = &summary.step_ns;
     terminal::say(format_args!(
         "{}, {}, {}",

@@ -173,6 +173,12 @@ impl TissueArgs {
     pub fn staged<'m>(&self, model: Model<'m>, stage: Option<StageSettings>) -> Result<Staged<'m>> {
         let mut staged = Staged::new(self.engine(model)?, stage)?;
         if let Some(most_n_m) = self.max_torque_n_m {
+            if self.tool.is_empty() {
+                return Err(Error::input(format!(
+                    "--max-torque-n-m {most_n_m}: it is for tools by their parts; give --tool, or leave it \
+                     out"
+                )));
+            }
             if !(most_n_m > 0.0 && most_n_m.is_finite()) {
                 let why = format!("--max-torque-n-m {most_n_m}: must be above 0 and finite");
                 return Err(Error::input(why));

@@ -1,6 +1,7 @@
 //! A tissue of any size on the heap: memory sized once, then ticked like the firmware's.
 
 pub mod contact;
+pub mod far;
 #[cfg(test)]
 pub(crate) mod fixture;
 pub mod flag_ticks;

@@ -2,7 +2,7 @@
 //! sweeps of its tick.
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use crate::engine::motion::Pose;
@@ -18,7 +18,7 @@ pub const HEADER_WITH_SWEEPS: &str = "tick,x_m,y_m,z_m,engaged,sweeps";
 /// Largest number of rows that is read: a day and a quarter at 1 kHz.
 const ROWS_MAX: u64 = 100_000_000;
 /// Longest line that is read, its end included: a row of five numbers is far shorter.
-const LINE_BYTES_MAX: u64 = 4096;
+const LINE_BYTES_MAX: usize = 4096;
 
 /// What a path may hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,17 +91,15 @@ pub(super) fn each_line(
     let mut bytes = Vec::new();
     for line in 1_u64.. {
         bytes.clear();
-        let read = Read::by_ref(&mut text)
-            .take(LINE_BYTES_MAX + 1)
-            .read_until(b'\n', &mut bytes)
+        read_line(&mut text, &mut bytes)
             .map_err(|why| Error::input(format!("{name}:{line}: cannot read: {why}")))?;
-        if read == 0 {
+        if bytes.is_empty() {
             break;
         }
         if let (1, Some(why)) = (line, gzip(&bytes)) {
             return Err(Error::input(format!("{name}: {why}")));
         }
-        if read as u64 > LINE_BYTES_MAX {
+        if bytes.len() > LINE_BYTES_MAX {
             return Err(Error::input(format!(
                 "{name}:{line}: the line has more than {LINE_BYTES_MAX} bytes: save it as CSV, one \
                  row a line"
@@ -115,6 +113,34 @@ pub(super) fn each_line(
         let row = std::str::from_utf8(&bytes)
             .map_err(|_| Error::input(format!("{name}:{line}: not text: save it as CSV")))?;
         each(line, row.trim_end_matches(['\n', '\r']))?;
+    }
+    Ok(())
+}
+
+/// Reads a line with its end, a line feed, a carriage return or both in a row; of one that is too long no
+/// more than a byte too many.
+fn read_line(text: &mut impl BufRead, bytes: &mut Vec<u8>) -> std::io::Result<()> {
+    while bytes.len() <= LINE_BYTES_MAX {
+        let front = match text.fill_buf() {
+            Err(why) if why.kind() == std::io::ErrorKind::Interrupted => continue,
+            front => front?,
+        };
+        let is_split = bytes.last() == Some(&b'\r');
+        if front.is_empty() || is_split && front[0] != b'\n' {
+            break;
+        }
+        let end = if is_split {
+            Some(0)
+        } else {
+            front.iter().position(|of| matches!(of, b'\n' | b'\r'))
+        };
+        let room = LINE_BYTES_MAX + 1 - bytes.len();
+        let count = end.map_or(front.len(), |end| end + 1).min(room);
+        bytes.extend_from_slice(&front[..count]);
+        text.consume(count);
+        if bytes.last() == Some(&b'\n') {
+            break;
+        }
     }
     Ok(())
 }

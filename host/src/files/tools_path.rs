@@ -47,6 +47,19 @@ impl Paths {
         each.get(tick * self.tools..(tick + 1) * self.tools).unwrap_or(&[])
     }
 
+    /// The same path, whose coordinates are in a unit of so many metres.
+    #[must_use]
+    pub fn in_metres(mut self, unit_m: f64) -> Self {
+        let metres = |x: f32| (f64::from(x) * unit_m) as f32;
+        for pose in self.poses.iter_mut().flatten() {
+            pose.position_m = pose.position_m.map(metres);
+        }
+        for pose in self.each.iter_mut().flatten() {
+            pose.position_m = pose.position_m.map(metres);
+        }
+        self
+    }
+
     /// All sequences one behind the other: the poses, and those of all tools in the same ticks.
     #[must_use]
     pub fn concat(self) -> (Vec<Pose>, Vec<ToolPose>) {
@@ -261,6 +274,9 @@ mod tests {
             );
             assert_eq!(found.poses[0][0].sweeps, sweeps);
             assert_eq!((found.poses[0][1].tick, found.poses[0][1].position_m[2]), (8, 0.32));
+            let metres = found.in_metres(0.001);
+            assert_eq!(metres.poses[0][1].position_m[2], 0.00032);
+            assert_eq!(metres.each(0, 1)[0].position_m[2], 0.00032);
         }
         // Another controller, which counts from below.
         let text = to_text([(7, None, &poses[..2]), (2, None, &poses[2..])]);

@@ -29,6 +29,28 @@ pub(super) fn shown(text: &str) -> String {
     text.chars().take(SHOWN).flat_map(char::escape_default).collect()
 }
 
+/// The first line of a text without its end, and its length with it: a line feed, a carriage return, or
+/// both in a row.
+pub(super) fn first_line(text: &[u8]) -> (&[u8], usize) {
+    let end = text.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(text.len());
+    let (line, rest) = text.split_at(end);
+    let ends = match rest {
+        [] => 0,
+        [b'\r', b'\n', ..] => 2,
+        _ => 1,
+    };
+    (line, end + ends)
+}
+
+/// A word as a real number; the exponent may begin with Fortran's `D`.
+pub(super) fn real_of(word: &str) -> Option<f64> {
+    word.parse().ok().or_else(|| {
+        let (front, exponent) = word.split_once(['d', 'D'])?;
+        let is_number = front.ends_with(|last: char| last.is_ascii_digit() || last == '.');
+        if is_number { format!("{front}e{exponent}").parse().ok() } else { None }
+    })
+}
+
 /// A line with names as text, trimmed: UTF-8, else Latin-1, in which older programs write.
 pub(super) fn name_line(line: &[u8]) -> Cow<'_, str> {
     let line = line.trim_ascii();
@@ -141,9 +163,9 @@ impl<'a> Bytes<'a> {
             return None;
         }
         self.item = self.at;
-        let end = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
-        self.skip(end + 1);
-        Some(&rest[..end])
+        let (line, length) = first_line(rest);
+        self.skip(length);
+        Some(line)
     }
 
     /// The next line that is neither blank nor begins with `comment`; none at the end of the file.
@@ -204,16 +226,23 @@ impl<'a> Bytes<'a> {
 
     /// A word as a coordinate in the file's unit, returned in metres; `name` is its axis.
     pub(super) fn metres_of(&self, word: &str, unit_m: f64, name: &str) -> Result<f64> {
-        let value = word.parse().map_err(|_| self.no_number(name, word, "a number"))?;
-        self.metres(value, unit_m, name)
+        self.metres(self.real_of(word, name)?, unit_m, name)
+    }
+
+    /// A word as a real number; `what` it is, for errors.
+    pub(super) fn real_of(&self, word: &str, what: &str) -> Result<f64> {
+        real_of(word).ok_or_else(|| self.no_number(what, word, "a number"))
     }
 
     /// What should be a number is none.
     pub(super) fn no_number(&self, what: &str, word: &str, wanted: &str) -> Error {
-        self.error(format!(
-            "{what} is '{}'; it must be {wanted}: save or copy the mesh again",
-            shown(word)
-        ))
+        let is_comma = |(front, back): (&str, &str)| real_of(&format!("{front}.{back}")).is_some();
+        let remedy = if word.split_once(',').is_some_and(is_comma) {
+            "save the mesh with a point in front of decimals, not a comma"
+        } else {
+            "save or copy the mesh again"
+        };
+        self.error(format!("{what} is '{}'; it must be {wanted}: {remedy}", shown(word)))
     }
 
     /// The next word of text; none at the end of the file.
@@ -225,6 +254,18 @@ impl<'a> Bytes<'a> {
         self.skip(end);
         // What is no text shows as no word that anyone expects.
         (end > 0).then(|| std::str::from_utf8(&rest[..end]).unwrap_or("?"))
+    }
+
+    /// The next word, which is read again.
+    pub(super) fn peek(&self) -> Option<&'a str> {
+        let rest = self.rest().trim_ascii_start();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        std::str::from_utf8(&rest[..end]).ok()
+    }
+
+    /// Passes over what is left of the line, which may be nothing.
+    pub(super) fn rest_of_line(&mut self) {
+        self.skip(first_line(self.rest()).0.len());
     }
 
     /// Passes over blanks and ends of lines.
@@ -248,5 +289,11 @@ impl<'a> Bytes<'a> {
 }
 
 fn line_number(all: &[u8], at: usize) -> usize {
-    1 + all.iter().take(at).filter(|byte| **byte == b'\n').count()
+    let front = all.get(..at).unwrap_or(all);
+    let is_end = |at: usize| match front[at] {
+        b'\n' => true,
+        b'\r' => all.get(at + 1) != Some(&b'\n'),
+        _ => false,
+    };
+    1 + (0..front.len()).filter(|&at| is_end(at)).count()
 }

@@ -102,8 +102,8 @@ fn places(mesh: &Mesh, cells: &[u32]) -> std::result::Result<(), String> {
     }
     match sorted.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         Some(pair) => Err(format!(
-            "nodes {} and {} are both at {:?} m; merge duplicate nodes (in Gmsh: Coherence Mesh) \
-             or check `unit_m`",
+            "nodes {} and {} are both at {:?} m; merge duplicate nodes (in Gmsh: Coherence Mesh; in \
+             ParaView: Clean to Grid) or check `unit_m`",
             pair[0].1, pair[1].1, pair[0].0
         )),
         None => Ok(()),

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use super::bytes::{Bytes, shown};
+use super::format::{begins, first_line};
 use super::groups::Groups;
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
@@ -33,16 +34,17 @@ impl MeshReader for Medit {
         "Medit .mesh (ASCII)"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        has_extension(path, "mesh")
-            || has_extension(path, "meshb")
-            || head.trim_ascii_start().starts_with(MAGIC.as_bytes())
+    fn is_in(&self, head: &[u8]) -> bool {
+        begins(first_line(head, b"#"), MAGIC.as_bytes()) || is_binary(head)
+    }
+
+    fn has_name(&self, path: &Path) -> bool {
+        has_extension(path, "mesh") || has_extension(path, "meshb")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
         let mut words = Words(Bytes::new(path, bytes, 0));
-        // The number 1 in either byte order begins the binary form.
-        if bytes.starts_with(&[1, 0, 0, 0]) || bytes.starts_with(&[0, 0, 0, 1]) {
+        if is_binary(bytes) {
             return Err(words.0.error_of_file(
                 "a binary Medit file (.meshb); text is read: meshio convert IN.meshb OUT.mesh",
             ));
@@ -66,6 +68,11 @@ impl MeshReader for Medit {
         }
         Content::new(unit_m).read(words)
     }
+}
+
+/// Whether a file is of the binary form, which begins with the number 1 in either byte order.
+fn is_binary(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[1, 0, 0, 0]) || bytes.starts_with(&[0, 0, 0, 1])
 }
 
 /// Words of the file without comments.

@@ -9,20 +9,24 @@ mod abaqus;
 mod bytes;
 mod check;
 mod cuboid;
+mod format;
 pub(crate) mod geometry;
 mod gmsh;
 mod groups;
 mod medit;
 mod number;
 mod organ;
+mod overlap;
 mod plane;
 mod rings;
+mod rows;
 mod selector;
 mod size;
 mod solid;
 mod stuffing;
 mod surface;
 mod tetgen;
+mod ucd;
 mod vtk;
 mod write;
 
@@ -34,7 +38,9 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::text::{BYTE_ORDER_MARK, gzip};
+use format::Format;
 
+pub use overlap::{Overlaps, overlaps};
 pub use selector::{select, select_among};
 pub use solid::Filled;
 pub use surface::{boundary, vertex_normals};
@@ -162,15 +168,24 @@ impl From<RawMesh> for Mesh {
 trait MeshReader: Sync {
     /// The format in words, for error texts.
     fn name(&self) -> &'static str;
-    /// Whether a file of this path that begins with `head` is of the format.
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool;
+    /// Whether a file that begins with `head` tells by itself that it is of the format.
+    fn is_in(&self, head: &[u8]) -> bool;
+    /// Whether a path is named as files of the format are.
+    fn has_name(&self, path: &Path) -> bool;
     /// Reads the whole file; `unit_m` is metres per unit of its coordinates.
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh>;
 }
 
 /// The formats, tried in this order.
-const READERS: &[&dyn MeshReader] =
-    &[&gmsh::Gmsh, &vtk::Vtk, &vtk::Vtu, &abaqus::Abaqus, &tetgen::TetGen, &medit::Medit];
+const READERS: &[&dyn MeshReader] = &[
+    &gmsh::Gmsh,
+    &vtk::Vtk,
+    &vtk::Vtu,
+    &abaqus::Abaqus,
+    &tetgen::TetGen,
+    &medit::Medit,
+    &ucd::Ucd,
+];
 
 /// Reads or generates the body of `spec` and checks it.
 pub fn load(spec: &str, options: &MeshOptions) -> Result<Mesh> {
@@ -270,10 +285,10 @@ fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
         return Ok(parse(path, bytes, options.unit_m)?.into());
     };
     let bytes = without_mark(path, bytes)?;
-    let head = head(bytes);
-    if solid::recognises(path, bytes) && !READERS.iter().any(|reader| reader.recognises(path, head))
-    {
-        return solid::fill(path, bytes, options.unit_m, size_m, options.nodes_max);
+    if let Some(Format::Surface(reader)) = format::of(path, bytes)? {
+        let faces = solid::read(reader, path, bytes, options.unit_m)?;
+        let name = path.display().to_string();
+        return solid::fill_faces(&name, faces, options.unit_m, size_m, options.nodes_max);
     }
     let names: Vec<_> = solid::names().collect();
     Err(Error::file(
@@ -284,11 +299,6 @@ fn body(path: &Path, bytes: &[u8], options: &MeshOptions) -> Result<Mesh> {
             names.join(", ")
         ),
     ))
-}
-
-/// The first bytes of a file, which tell its format.
-fn head(bytes: &[u8]) -> &[u8] {
-    &bytes[..bytes.len().min(256)]
 }
 
 /// The bytes of a file that belongs to a mesh; `what` it is, for errors.
@@ -331,16 +341,15 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 }
 
 /// The nodes and tetrahedra of a mesh file's bytes, not yet checked as a body; `unit_m` is metres
-/// per unit of its coordinates. The format is told by the path's extension and the first bytes.
+/// per unit of its coordinates. The format is told by the content, else by the path's extension.
 ///
 /// # Errors
 /// Place and remedy of the first thing that cannot be read.
 pub fn parse(path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
     let bytes = without_mark(path, bytes)?;
-    let head = head(bytes);
-    match READERS.iter().find(|reader| reader.recognises(path, head)) {
-        Some(reader) => reader.read(path, bytes, unit_m),
-        None if solid::recognises(path, bytes) => Err(Error::file("read mesh", path, A_SURFACE)),
+    match format::of(path, bytes)? {
+        Some(Format::Volume(reader)) => reader.read(path, bytes, unit_m),
+        Some(Format::Surface(_)) => Err(Error::file("read mesh", path, A_SURFACE)),
         None => {
             let names: Vec<_> =
                 READERS.iter().map(|reader| reader.name()).chain(solid::names()).collect();

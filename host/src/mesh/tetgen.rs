@@ -6,8 +6,8 @@
 
 use std::path::Path;
 
-use super::bytes::{Bytes, shown};
 use super::groups::Groups;
+use super::rows::Rows;
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
 
@@ -19,7 +19,11 @@ impl MeshReader for TetGen {
         "TetGen .node and .ele"
     }
 
-    fn recognises(&self, path: &Path, _: &[u8]) -> bool {
+    fn is_in(&self, _: &[u8]) -> bool {
+        false
+    }
+
+    fn has_name(&self, path: &Path) -> bool {
         has_extension(path, "node") || has_extension(path, "ele")
     }
 
@@ -49,94 +53,6 @@ pub(super) fn join(node: (&Path, &[u8]), ele: (&Path, &[u8]), unit_m: f64) -> Re
     let (nodes_m, first) = points(Rows::new(node.0, node.1), unit_m, &mut groups)?;
     let tetrahedra = tetrahedra(Rows::new(ele.0, ele.1), first, nodes_m.len(), &mut groups)?;
     Ok(RawMesh { nodes_m, tetrahedra, groups: groups.finish() })
-}
-
-/// Lines of numbers without comments.
-struct Rows<'a> {
-    bytes: Bytes<'a>,
-    words: Vec<&'a str>,
-    at: usize,
-}
-
-impl<'a> Rows<'a> {
-    fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
-        let mut bytes = Bytes::new(path, bytes, 0);
-        bytes.lines = true;
-        Self { bytes, words: Vec::new(), at: 0 }
-    }
-
-    /// Goes to the next line that is not blank.
-    fn next(&mut self, what: &str) -> Result<()> {
-        loop {
-            let Some(line) = self.bytes.text_line("#")? else {
-                return Err(self.bytes.truncated(what));
-            };
-            let numbers = line.split('#').next().unwrap_or_default();
-            (self.words, self.at) = (numbers.split_ascii_whitespace().collect(), 0);
-            if !self.words.is_empty() {
-                return Ok(());
-            }
-        }
-    }
-
-    fn word(&mut self, what: &str) -> Result<&'a str> {
-        let word = self.words.get(self.at).copied();
-        self.at += 1;
-        word.ok_or_else(|| {
-            self.bytes.error(format!(
-                "the line ends before {what}; it is cut off or a number in the first line is wrong: \
-                 save or copy the mesh again"
-            ))
-        })
-    }
-
-    fn whole(&mut self, what: &str) -> Result<u64> {
-        let word = self.word(what)?;
-        self.bytes.whole_of(word, what)
-    }
-
-    /// A whole number that may be left out of the first line.
-    fn optional(&mut self, what: &str) -> Result<u64> {
-        if self.at < self.words.len() { self.whole(what) } else { Ok(0) }
-    }
-
-    /// Refuses a line that goes on.
-    fn end(&self) -> Result<()> {
-        match self.words.get(self.at) {
-            None => Ok(()),
-            Some(word) => Err(self.bytes.error(format!(
-                "the line goes on with '{}' after its last number; a number in the first line is \
-                 wrong: save the mesh again",
-                shown(word)
-            ))),
-        }
-    }
-
-    /// Refuses lines behind the last one that was promised.
-    fn end_of_file(mut self, what: &str) -> Result<()> {
-        match self.bytes.text_line("#")? {
-            None => Ok(()),
-            Some(_) => Err(self.bytes.error(format!(
-                "a line more than the number of {what} in the first line; save or copy the mesh again"
-            ))),
-        }
-    }
-
-    /// Passes over so many numbers.
-    fn skip(&mut self, count: u64, what: &str) -> Result<()> {
-        for _ in 0..count {
-            self.word(what)?;
-        }
-        Ok(())
-    }
-
-    /// An attribute or a marker as a reference number; 0 where it is no whole number.
-    fn reference(&mut self, what: &str) -> Result<i64> {
-        let word = self.word(what)?;
-        let value: f64 = word.parse().map_err(|_| self.bytes.no_number(what, word, "a number"))?;
-        let is_whole = value.fract() == 0.0 && value.abs() < 1e15;
-        Ok(if is_whole { value as i64 } else { 0 })
-    }
 }
 
 /// `points dimension attributes markers`, then `number x y z attributes.. marker` a line; returns the

@@ -18,6 +18,7 @@ def by_meshio():
     mesh = meshio.Mesh(box.points, **plain)
     meshio.vtu.write(path("box.meshio.ascii.vtu"), mesh, binary=False)
     meshio.vtu.write(path("box.meshio.zlib.vtu"), mesh)
+    meshio.write(path("box.meshio.avs"), mesh)
     sets = {"body": np.arange(len(box.points)), "held below": np.unique(box.cells[0].data[group[0] == 7])}
     meshio.write(path("box.meshio.inp"), meshio.Mesh(box.points, box.cells, point_sets=sets))
     meshio.write(path("box.meshio.mesh"), meshio.Mesh(box.points, box.cells, cell_data={"medit:ref": group}))

@@ -97,7 +97,7 @@ fn formats_that_are_not_read_name_the_way_out() {
     text_refused(&SOUND.replacen("2.2 0 8", "2.2 1 8", 1), &["body.msh: byte", "byte order"]);
     text_refused("", &["empty"]);
     text_refused("\u{0}\u{1}\u{2}", &["$MeshFormat"]);
-    text_refused("solid body\nendsolid\n", &["$MeshFormat"]);
+    text_refused("solid body\nendsolid\n", &["a surface", "--fill SIZE"]);
     let folder = scratch();
     let file = folder.path().join("body.stl");
     std::fs::write(&file, "solid body\nendsolid\n").unwrap();

@@ -6,6 +6,7 @@ mod convert;
 mod crafted_models;
 mod mesh_formats;
 mod mesh_options;
+mod notes;
 mod readers;
 mod scenes;
 mod selectors;

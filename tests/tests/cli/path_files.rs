@@ -44,8 +44,17 @@ fn errors_name_line_and_field() {
 }
 
 #[test]
-fn line_ends_of_either_kind_are_read() {
-    assert_eq!(strict(&format!("{HEADER}\r\n3,1,2,3,1\r\n")).unwrap()[0][0].tick, 3);
+fn line_ends_of_every_kind_are_read() {
+    for end in ["\n", "\r\n", "\r"] {
+        let text = [HEADER, "3,1,2,3,1", "4,1,2,3,1", ""].join(end);
+        for bytes in [1, 7, 4096] {
+            let text = BufReader::with_capacity(bytes, text.as_bytes());
+            let poses = parse(text, "p.csv", Rules::Strict).unwrap();
+            assert_eq!((poses[0].len(), poses[0][1].tick), (2, 4), "{end:?} {bytes}");
+        }
+        let wrong = error(&[HEADER, "3,1,2,3,1", "4,x,2,3,1", ""].join(end));
+        assert!(wrong.starts_with("p.csv:3: field x_m `x`"), "{end:?} {wrong}");
+    }
 }
 
 #[test]

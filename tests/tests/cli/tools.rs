@@ -59,6 +59,11 @@ fn a_tool_that_cannot_be_is_refused_with_its_place_and_the_remedy() {
         let (found, wanted) = (err.replace('\n', " "), wanted.replace('\n', " "));
         assert!(found.contains(&wanted), "{options:?}: {found}");
     }
+    for options in [&["--contact", "probe:0.01"][..], &[]] {
+        let options = [options, &["--max-torque-n-m", "1"]].concat();
+        let err = press(&model, &out, &options).with(2).err;
+        assert!(err.contains("--tool"), "{options:?}: {err}");
+    }
     let nine = ["--tool=sphere:0.01"; 9];
     assert!(press(&model, &out, &nine).with(2).err.contains("at most 8 tools"));
     let cells = folder.path().join("cells");

@@ -15,11 +15,11 @@ mod tests;
 use chaincell_kernel::image::{LAW_DET1, LAW_TRACE, kind, nodal};
 use chaincell_kernel::number::two_float::LANES;
 
-use super::image::Sections;
+use super::image::{Sections, holds_units};
 use super::{OrderedCells, PerCell};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-use shape::Shape;
+use shape::{Fault, Shape};
 pub use stiffening::Band;
 use stiffening::Stiffening;
 
@@ -105,6 +105,24 @@ fn check_stiffening(bands: &[Band], unit_pa: f64) -> Result<()> {
     )))
 }
 
+/// Why a mesh has no shapes, by the ids of its nodes.
+fn refused(fault: Fault, mesh: &Mesh, body: &OrderedCells) -> Error {
+    Error::input(match fault {
+        Fault::Tetrahedron(number) => {
+            let nodes = mesh.tetrahedra[number];
+            let [x, y, z] = mesh.nodes_m[nodes[0] as usize];
+            format!(
+                "`young_pa`: the tetrahedron of nodes {nodes:?}, at ({x:.6}, {y:.6}, {z:.6}) m, has no \
+                 volume: remove flat tetrahedra or mesh again, or leave it out and bake links"
+            )
+        }
+        Fault::Node(cell) => format!(
+            "`young_pa`: node {} is in no tetrahedron: remove it, or leave `young_pa` out and bake links",
+            body.node[cell]
+        ),
+    })
+}
+
 impl Shapes {
     /// The shapes of a body made of `tissue`.
     ///
@@ -129,12 +147,20 @@ impl Shapes {
         let (mut mu, mut lambda): (Vec<f64>, Vec<f64>) = moduli.unzip();
         let unit_pa = mu.iter().sum::<f64>() / mu.len() as f64;
         let stiffness_n_per_m = (0.5 * unit_pa * f64::from(body.unit_m)) as f32;
+        if !holds_units(body.unit_m, stiffness_n_per_m) {
+            let pick = if stiffness_n_per_m > 1.0 { f64::max } else { f64::min };
+            let young_pa = young.iter().copied().fold(young[0], pick);
+            return Err(Error::input(format!(
+                "`young_pa` {young_pa:e} with links of {} m: forces or energies leave the range of single \
+                 precision; soft tissue has 1e2 to 1e6 Pa; check `unit_m` too",
+                body.unit_m
+            )));
+        }
         let stored_pa = 2.0 * f64::from(stiffness_n_per_m) / f64::from(body.unit_m);
         mu.iter_mut().chain(&mut lambda).for_each(|modulus| *modulus /= stored_pa);
         let mean = |nodes: [u32; 4]| nodes.iter().map(|&i| mu[i as usize]).sum::<f64>() / 4.0;
-        let shape = Shape::weighted(&rest, &tetrahedra, mean).map_err(|why| {
-            Error::input(format!("`young_pa`: {why}; numbers are those of cells"))
-        })?;
+        let shape = Shape::weighted(&rest, &tetrahedra, mean)
+            .map_err(|fault| refused(fault, mesh, body))?;
         check_stiffening(&tissue.stiffening, stored_pa)?;
         let stiffening = Stiffening::new(&tissue.stiffening, stored_pa, &rest, &tetrahedra);
         let (law, bound, weights) = (tissue.law, Vec::new(), Vec::new());

@@ -32,13 +32,31 @@ pub struct Shape {
     half: Vec<Half>,
 }
 
+/// Why a mesh has no shapes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The tetrahedron of this number has no positive volume, or a node beyond the last.
+    Tetrahedron(usize),
+    /// This node is in no tetrahedron.
+    Node(usize),
+}
+
 impl Shape {
     /// The shapes of nodes at `rest_m` in `tetrahedra` of positive volume.
     ///
     /// # Errors
     /// A node beyond the last, a tetrahedron without positive volume, a node in no tetrahedron.
     pub fn new(rest_m: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Result<Self> {
-        Self::weighted(rest_m, tetrahedra, |_| 1.0)
+        Self::weighted(rest_m, tetrahedra, |_| 1.0).map_err(|fault| {
+            Error::input(match fault {
+                Fault::Tetrahedron(number) => format!(
+                    "tetrahedron {number} of nodes {:?}: give nodes below {} that span a positive volume",
+                    tetrahedra[number],
+                    rest_m.len()
+                ),
+                Fault::Node(node) => format!("node {node} is in no tetrahedron: leave it out"),
+            })
+        })
     }
 
     /// The same, the weights of links times a factor of each tetrahedron.
@@ -49,17 +67,11 @@ impl Shape {
         rest_m: &[[f64; 3]],
         tetrahedra: &[[u32; 4]],
         factor: impl Fn([u32; 4]) -> f64,
-    ) -> Result<Self> {
+    ) -> std::result::Result<Self, Fault> {
         let mut volume_m3 = vec![0.0; rest_m.len()];
         let mut parts: Vec<(u32, Half)> = Vec::with_capacity(12 * tetrahedra.len());
         for (number, nodes) in tetrahedra.iter().enumerate() {
-            let (volume, gradients) = element(rest_m, *nodes).ok_or_else(|| {
-                Error::input(format!(
-                    "tetrahedron {number} of nodes {nodes:?}: give nodes below {} that span a \
-                     positive volume",
-                    rest_m.len()
-                ))
-            })?;
+            let (volume, gradients) = element(rest_m, *nodes).ok_or(Fault::Tetrahedron(number))?;
             let factor = factor(*nodes);
             for (a, &i) in nodes.iter().enumerate() {
                 volume_m3[i as usize] += 0.25 * volume;
@@ -71,7 +83,7 @@ impl Shape {
             }
         }
         if let Some(node) = volume_m3.iter().position(|volume| *volume <= 0.0) {
-            return Err(Error::input(format!("node {node} is in no tetrahedron: leave it out")));
+            return Err(Fault::Node(node));
         }
         parts.sort_by_key(|(i, half)| (*i, half.to));
         Ok(Self::gathered(volume_m3, &parts))

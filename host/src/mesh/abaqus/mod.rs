@@ -20,6 +20,7 @@ use sets::{Numbers, Set, Sets};
 use solid::{Kind, kind};
 
 use super::bytes::{Bytes, name_line, shown};
+use super::format::{begins, first_line};
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
 
@@ -47,11 +48,16 @@ impl MeshReader for Abaqus {
         "Abaqus .inp"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        let begins = |word: &[u8]| {
-            head.get(..word.len()).is_some_and(|front| front.eq_ignore_ascii_case(word))
-        };
-        has_extension(path, "inp") || begins(b"*heading") || begins(b"*node")
+    fn is_in(&self, head: &[u8]) -> bool {
+        let front = head.trim_ascii_start();
+        let is_keyword = |letter: &u8| letter.is_ascii_alphabetic() || *letter == b'*';
+        front.starts_with(b"*")
+            && front.get(1).is_some_and(is_keyword)
+            && !begins(first_line(front, COMMENT.as_bytes()), b"*KEYWORD")
+    }
+
+    fn has_name(&self, path: &Path) -> bool {
+        has_extension(path, "inp")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {

@@ -129,7 +129,8 @@ pub(super) fn read<'a>(
         file.bytes.enter(section);
         match (section, version) {
             ("MeshFormat", _) => {
-                return Err(file.bytes.error("a second $MeshFormat; keep one"));
+                content.view(file.bytes.rest(), &file)?;
+                break;
             }
             ("PhysicalNames", _) => {
                 let before = file.bytes.line_number() - 1;
@@ -145,7 +146,8 @@ pub(super) fn read<'a>(
                      again",
                 ));
             }
-            ("Nodes", Version::V2) => binary_v2::nodes(&mut file, &mut content)?,
+            ("Nodes", Version::V2) => binary_v2::nodes(&mut file, &mut content, false)?,
+            ("ParametricNodes", Version::V2) => binary_v2::nodes(&mut file, &mut content, true)?,
             ("Nodes", Version::V4) => binary_v4::nodes(&mut file, &mut content)?,
             ("Elements", Version::V2) => binary_v2::elements(&mut file, &mut content)?,
             ("Elements", Version::V4) => binary_v4::elements(&mut file, &mut content)?,

@@ -5,8 +5,9 @@ use super::content::Content;
 use super::elements;
 use crate::error::Result;
 
-/// `$Nodes`: the count as text, then a 32-bit tag and three doubles a node.
-pub(super) fn nodes(file: &mut Binary, content: &mut Content) -> Result<()> {
+/// `$Nodes`: the count as text, then a 32-bit tag and three doubles a node; of `$ParametricNodes` with
+/// the dimension and the number of the entity behind them, and the place on a curve or a surface.
+pub(super) fn nodes(file: &mut Binary, content: &mut Content, parametric: bool) -> Result<()> {
     content.begin_nodes(file)?;
     let count = file.count_line("number of nodes")?;
     file.bytes.fits(count, 4 + 3 * 8, "nodes")?;
@@ -14,6 +15,13 @@ pub(super) fn nodes(file: &mut Binary, content: &mut Content) -> Result<()> {
         let tag = file.whole("node tag")?;
         content.tag(tag, file)?;
         content.position(file)?;
+        if parametric {
+            let dimension = file.whole("entity dimension")?;
+            file.bytes.i32("an entity tag")?;
+            for _ in 0..if dimension < 3 { dimension } else { 0 } {
+                file.bytes.f64("a node's parameters")?;
+            }
+        }
     }
     Ok(())
 }

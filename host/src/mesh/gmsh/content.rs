@@ -73,6 +73,19 @@ impl Content {
         Ok(())
     }
 
+    /// What follows a second `$MeshFormat`, at `at`: a view that was appended, which the body does not need.
+    pub(super) fn view(&self, rest: &[u8], at: &impl Place) -> Result<()> {
+        let holds = |section: &[u8]| rest.windows(section.len()).any(|part| part == section);
+        let meshes: [&[u8]; 3] = [b"$Nodes", b"$ParametricNodes", b"$Elements"];
+        if !self.nodes_m.is_empty() && !meshes.into_iter().any(holds) {
+            return Ok(());
+        }
+        Err(at.refuse(
+            "a second $MeshFormat with a mesh of its own; join them (gmsh -save -format msh41 -o OUT.msh \
+             IN.msh) or keep one",
+        ))
+    }
+
     /// Gives the next position to a node's tag, which stands at `at`.
     pub(super) fn tag(&mut self, tag: u64, at: &impl Place) -> Result<()> {
         let place = u32::try_from(self.places.len())

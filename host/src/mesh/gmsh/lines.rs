@@ -6,7 +6,7 @@ use std::str::SplitAsciiWhitespace;
 
 use super::source::{Place, Source};
 use crate::error::{Error, Result};
-use crate::mesh::bytes::{name_line, shown};
+use crate::mesh::bytes::{first_line, name_line, real_of, shown};
 
 /// The lines of a file, counted from 1, and the section they are in.
 pub(super) struct Lines<'a> {
@@ -33,9 +33,8 @@ impl<'a> Lines<'a> {
             return None;
         }
         self.number += 1;
-        let end = self.rest.iter().position(|b| *b == b'\n').unwrap_or(self.rest.len());
-        let (line, rest) = self.rest.split_at(end);
-        self.rest = rest.get(1..).unwrap_or(rest);
+        let (line, length) = first_line(self.rest);
+        self.rest = &self.rest[length..];
         Some(line)
     }
 
@@ -180,9 +179,8 @@ impl Source for Fields<'_> {
         let mut position = [0.0; 3];
         for (value, name) in position.iter_mut().zip(["x", "y", "z"]) {
             let word = self.word(name)?;
-            let metres = word.parse::<f64>().map(|x| x * unit_m);
-            *value = match metres {
-                Ok(x) if x.abs() <= f64::from(f32::MAX) => x,
+            *value = match real_of(word).map(|x| x * unit_m) {
+                Some(x) if x.abs() <= f64::from(f32::MAX) => x,
                 _ => {
                     return Err(self.error(format!(
                         "the {name} is '{}'; it must be a finite number of at most {:e} m: mend \
@@ -257,12 +255,12 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// The rest of the line between double quotes.
+    /// The rest of the line between double quotes; what follows the second one is a remark.
     pub(super) fn quoted(self, name: &str) -> Result<String> {
         let rest: Vec<&str> = self.words.clone().collect();
         let text = rest.join(" ");
-        let inner = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
-        inner.map(str::to_string).ok_or_else(|| {
+        let inner = text.strip_prefix('"').and_then(|text| text.split_once('"'));
+        inner.map(|(inner, _)| inner.to_string()).ok_or_else(|| {
             self.error(format!("the {name} is '{}'; put it between double quotes", shown(&text)))
         })
     }

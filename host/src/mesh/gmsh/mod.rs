@@ -21,8 +21,13 @@ use content::Content;
 use lines::Lines;
 
 use super::bytes::Bytes;
+use super::format::{self, begins};
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
+
+/// Sections that a file may begin with.
+const SECTIONS: [&str; 6] =
+    ["$MeshFormat", "$Comments", "$PhysicalNames", "$NOD", "$Nodes", "$Elements"];
 
 /// Reader of `.msh` files.
 pub(super) struct Gmsh;
@@ -32,8 +37,15 @@ impl MeshReader for Gmsh {
         "Gmsh .msh 2.2 and 4.1 (ASCII and binary)"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        has_extension(path, "msh") || head.starts_with(b"$MeshFormat")
+    fn is_in(&self, head: &[u8]) -> bool {
+        let mut lines = head.split(|byte| matches!(byte, b'\n' | b'\r')).map(<[u8]>::trim_ascii);
+        let first = format::first_line(head, b"#");
+        let is_section = |section: &&str| begins(first, section.as_bytes());
+        SECTIONS.iter().any(is_section) || lines.any(|line| line == b"$MeshFormat")
+    }
+
+    fn has_name(&self, path: &Path) -> bool {
+        has_extension(path, "msh")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
@@ -46,7 +58,7 @@ impl MeshReader for Gmsh {
             lines.enter(section);
             match (section, version) {
                 ("MeshFormat", None) => {
-                    let (found, coding) = format(&mut lines)?;
+                    let (found, coding) = version_of(&mut lines)?;
                     // In 4.1 an element has no group but through its entity.
                     content.physicals = matches!(found, Version::V4).then(BTreeMap::new);
                     if matches!(coding, Coding::Binary) {
@@ -56,7 +68,8 @@ impl MeshReader for Gmsh {
                     version = Some(found);
                 }
                 ("MeshFormat", Some(_)) => {
-                    return Err(lines.error("a second $MeshFormat; keep one"));
+                    content.view(lines.rest(), &lines)?;
+                    return content.finish(|why| lines.error_of_file(why));
                 }
                 ("PhysicalNames", Some(_)) => content.names(&mut lines)?,
                 ("Entities", Some(Version::V4)) => v4::entities(&mut lines, &mut content)?,
@@ -65,14 +78,16 @@ impl MeshReader for Gmsh {
                         "a partitioned mesh; unpartition it in Gmsh (Mesh, Unpartition) and save it again",
                     ));
                 }
-                ("Nodes", Some(Version::V2)) => v2::nodes(&mut lines, &mut content)?,
+                ("Nodes" | "ParametricNodes", Some(Version::V2)) => {
+                    v2::nodes(&mut lines, &mut content, section == "ParametricNodes")?;
+                }
                 ("Nodes", Some(Version::V4)) => v4::nodes(&mut lines, &mut content)?,
                 ("Elements", Some(Version::V2)) => v2::elements(&mut lines, &mut content)?,
                 ("Elements", Some(Version::V4)) => v4::elements(&mut lines, &mut content)?,
                 ("NOD" | "ELM", None) => {
                     return Err(lines.error(format!("Gmsh format 1; 2.2 and 4.1 are read: {SAVE}")));
                 }
-                ("Nodes" | "Elements", None) => {
+                ("Nodes" | "ParametricNodes" | "Elements", None) => {
                     return Err(lines.error(format!("${section} comes before $MeshFormat; {SAVE}")));
                 }
                 _ => {
@@ -105,7 +120,7 @@ enum Coding {
     Binary,
 }
 
-fn format(lines: &mut Lines) -> Result<(Version, Coding)> {
+fn version_of(lines: &mut Lines) -> Result<(Version, Coding)> {
     let mut fields = lines.record("the format")?;
     let number = fields.word("version")?;
     let kind = fields.whole("file type")?;

@@ -5,8 +5,9 @@ use super::elements;
 use super::lines::Lines;
 use crate::error::Result;
 
-/// `$Nodes`: a count, then `tag x y z` a line.
-pub(super) fn nodes(lines: &mut Lines, content: &mut Content) -> Result<()> {
+/// `$Nodes`: a count, then `tag x y z` a line; of `$ParametricNodes` with the dimension and the number of
+/// the entity behind them, and the place in it.
+pub(super) fn nodes(lines: &mut Lines, content: &mut Content, parametric: bool) -> Result<()> {
     content.begin_nodes(lines)?;
     let count = lines.record("the number of nodes")?.whole("number of nodes")?;
     for _ in 0..count {
@@ -14,7 +15,9 @@ pub(super) fn nodes(lines: &mut Lines, content: &mut Content) -> Result<()> {
         let tag = fields.whole("node tag")?;
         content.tag(tag, &fields)?;
         content.position(&mut fields)?;
-        fields.finish()?;
+        if !parametric {
+            fields.finish()?;
+        }
     }
     Ok(())
 }

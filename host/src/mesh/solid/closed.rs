@@ -28,7 +28,8 @@ pub(super) struct Closed {
 }
 
 impl Closed {
-    /// Checks a surface; `unit_m` is that of the file, for the places that errors name.
+    /// Checks a surface but for [`Self::check_crossings`]; `unit_m` is that of the file, for the places that
+    /// errors name.
     pub(super) fn new(faces: Faces, unit_m: f64) -> Result<Self, Refusal> {
         let (points_m, mut triangles) = merged(faces);
         if triangles.is_empty() {
@@ -54,8 +55,12 @@ impl Closed {
         }
         let shells = Shells::new(&points_m, &mut triangles, &mut across, &at)?;
         let tree = Tree::new(triangles.iter().map(|t| t.map(|id| points_m[id as usize])).collect());
-        crossings(&triangles, &tree, unit_m)?;
         Ok(Self { points_m, triangles, across, tree, shells })
+    }
+
+    /// Refuses triangles that run through each other, which takes longer than all else of a large surface.
+    pub(super) fn check_crossings(&self, unit_m: f64) -> Result<(), Refusal> {
+        crossings(&self.triangles, &self.tree, unit_m)
     }
 }
 

@@ -77,6 +77,10 @@ impl Shape for Solid<'_> {
         self.distance_m(place_m)
     }
 
+    fn same_side_m(&self, value: f64) -> f64 {
+        value.abs()
+    }
+
     /// By the Illinois form of the false position.
     fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3] {
         let way = minus(outside, inside);

@@ -1,7 +1,6 @@
 //! From a closed surface to tetrahedra of a size, and how good they are.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use super::Faces;
 use super::closed::{Closed, shown};
@@ -10,9 +9,10 @@ use super::distance::Solid;
 use super::tree::Tree;
 use crate::error::{Error, Result};
 use crate::mesh::check::parts;
-use crate::mesh::geometry::{corners, cross, distance, dot, minus, volume6};
+use crate::mesh::geometry::{corners, cross, distance, dot, edges, minus, volume6};
 use crate::mesh::stuffing::smooth::roundness;
-use crate::mesh::stuffing::{Shape, fill as stuff, points};
+use crate::mesh::stuffing::{Shape, TetMesh, fill as stuff, points};
+use crate::mesh::surface::boundary;
 use crate::mesh::{Mesh, too_many};
 use crate::words::counted;
 
@@ -25,6 +25,13 @@ const LATTICE_MAX: f64 = 2.4e7;
 const VOLUME_ERROR_MAX: f64 = 0.1;
 /// Largest distance between the surfaces, in sizes: the tip of a spike is always lost.
 const DISTANCE_MAX: f64 = 3.0;
+
+/// Largest distance between the surfaces before smoothing, in sizes.
+const DISTANCE_EARLY_MAX: f64 = 6.0;
+/// Triangles of a surface whose checks take longer than the work of a coarse size.
+const LARGE: usize = 100_000;
+/// Points of the surface that are looked at before smoothing.
+const POINTS_EARLY: usize = 10_000;
 
 /// How a surface was filled, and how near the tetrahedra come to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,19 +62,8 @@ pub struct Filled {
     pub handles: [i64; 2],
 }
 
-/// Fills the surface of a file with tetrahedra of a mean edge of `size_m`, at most `nodes_max` nodes.
-pub(in crate::mesh) fn fill(
-    path: &Path,
-    bytes: &[u8],
-    unit_m: f64,
-    size_m: f64,
-    nodes_max: usize,
-) -> Result<Mesh> {
-    let name = path.display().to_string();
-    fill_faces(&name, super::read(path, bytes, unit_m)?, unit_m, size_m, nodes_max)
-}
-
-/// The same of triangles; errors call them `name`, and places in them are in their own unit.
+/// Fills a surface with tetrahedra of a mean edge of `size_m`, at most `nodes_max` nodes; errors call it
+/// `name`, and places in them are in its own unit.
 pub(in crate::mesh) fn fill_faces(
     name: &str,
     faces: Faces,
@@ -82,6 +78,10 @@ pub(in crate::mesh) fn fill_faces(
         )));
     }
     let closed = Closed::new(faces, unit_m).map_err(refuse)?;
+    let is_large = closed.triangles.len() > LARGE;
+    if !is_large {
+        closed.check_crossings(unit_m).map_err(refuse)?;
+    }
     let solid = Solid::new(&closed);
     check_size(&solid, closed.shells.volume_m3, size_m, nodes_max).map_err(refuse)?;
     let none_fits = || {
@@ -104,11 +104,20 @@ pub(in crate::mesh) fn fill_faces(
         let remedy = format!("take `fill_m` {fits_m:.2e} or more");
         return Err(refuse(too_many(more, nodes_max, &remedy)));
     }
+    // What takes longer comes last: a size that is too coarse for a large surface is refused soon.
+    let is_coarse = is_large && closed.triangles.len() > body.tetrahedra.len();
+    if is_large && !is_coarse {
+        closed.check_crossings(unit_m).map_err(refuse)?;
+    }
+    check_early(&closed, &body, size_m, unit_m).map_err(refuse)?;
     Creases::new(&closed, &solid).smooth(&solid, &mut body, size_m);
     let mesh = Mesh::from_tetrahedra(body.nodes_m, &body.tetrahedra, BTreeMap::new());
     let (away_m, place_m) = farthest(&closed, &mesh);
     let filled = measure(&closed, &mesh, away_m);
     check(&filled, size_m, &shown(place_m, unit_m)).map_err(refuse)?;
+    if is_coarse {
+        closed.check_crossings(unit_m).map_err(refuse)?;
+    }
     Ok(Mesh { filled: Some(filled), ..mesh })
 }
 
@@ -205,23 +214,36 @@ fn middle([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0)
 }
 
+/// Refuses what smoothing cannot mend, before the long work: another number of parts, and a surface that is
+/// far away, as some of its points tell.
+fn check_early(
+    closed: &Closed,
+    body: &TetMesh,
+    size_m: f64,
+    unit_m: f64,
+) -> std::result::Result<(), String> {
+    let skin = boundary(&body.tetrahedra);
+    let skin = Tree::new(skin.iter().map(|ids| ids.map(|id| body.nodes_m[id as usize])).collect());
+    let each = closed.points_m.len().div_ceil(POINTS_EARLY);
+    let away = closed.points_m.iter().step_by(each);
+    let away = away.map(|place_m| (skin.nearest(*place_m).square.sqrt(), place_m));
+    let farthest = away.max_by(|a, b| a.0.total_cmp(&b.0));
+    let found = parts(body.nodes_m.len(), body.nodes_m.len(), &edges(&body.tetrahedra));
+    let most = if found == closed.shells.bodies { DISTANCE_EARLY_MAX } else { DISTANCE_MAX };
+    match farthest {
+        Some((away_m, place_m)) if away_m > most * size_m => {
+            Err(too_far(&shown(*place_m, unit_m), away_m, size_m))
+        }
+        _ => check_parts(closed.shells.bodies, found, size_m),
+    }
+}
+
 /// Refuses a body that has lost a part, which is farthest around `place`, or too much of its shape.
 fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), String> {
     if filled.distance_m > DISTANCE_MAX * size_m {
-        return Err(format!(
-            "around {place} the tetrahedra of `fill_m` {size_m:?} are {:.2e} m from the surface: what is \
-             thinner than they are is lost; take a smaller size, or thicken it",
-            filled.distance_m
-        ));
+        return Err(too_far(place, filled.distance_m, size_m));
     }
-    if filled.parts != filled.bodies {
-        return Err(format!(
-            "the surface has {} and the tetrahedra of `fill_m` {size_m:?} {}: what is thinner than they are \
-             is lost, a neck or a gap; take a smaller size",
-            counted(filled.bodies, "part"),
-            filled.parts
-        ));
-    }
+    check_parts(filled.bodies, filled.parts, size_m)?;
     if filled.volume_error.abs() > VOLUME_ERROR_MAX {
         return Err(format!(
             "the volume of the tetrahedra of `fill_m` {size_m:?} is off by {:.1} %, the limit is {:.0} %; \
@@ -231,6 +253,24 @@ fn check(filled: &Filled, size_m: f64, place: &str) -> std::result::Result<(), S
         ));
     }
     Ok(())
+}
+
+fn check_parts(bodies: usize, found: usize, size_m: f64) -> std::result::Result<(), String> {
+    if bodies == found {
+        return Ok(());
+    }
+    Err(format!(
+        "the surface has {} and the tetrahedra of `fill_m` {size_m:?} {found}: what is thinner than they are \
+         is lost, a neck or a gap; take a smaller size",
+        counted(bodies, "part")
+    ))
+}
+
+fn too_far(place: &str, away_m: f64, size_m: f64) -> String {
+    format!(
+        "around {place} the tetrahedra of `fill_m` {size_m:?} are {away_m:.2e} m from the surface: what is \
+         thinner than they are is lost; take a smaller size, or thicken it"
+    )
 }
 
 /// Angles between the faces of a tetrahedron at its six edges \[degrees\].

@@ -13,7 +13,7 @@ mod ply;
 mod polygon;
 mod shells;
 mod stl;
-mod tree;
+pub(super) mod tree;
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 use crate::words::counted;
 
 pub use fill::Filled;
-pub(super) use fill::{fill, fill_faces};
+pub(super) use fill::fill_faces;
 
 /// Most triangles of a surface.
 const TRIANGLES_MAX: usize = 5_000_000;
@@ -103,8 +103,8 @@ impl Faces {
         };
         let Some(triangles) = polygon::cut(corners, &at) else {
             return Err(bytes.error(format!(
-                "a face of {} corners that has no area, runs through itself, or has more than {} corners \
-                 and is not convex; triangulate faces when you save it",
+                "a face of {} corners that is not flat and convex, the limit is {}; triangulate faces \
+                 when you save it",
                 corners.len(),
                 polygon::CORNERS_MAX
             )));
@@ -115,7 +115,7 @@ impl Faces {
 }
 
 /// One format of surfaces.
-trait SurfaceReader: Sync {
+pub(super) trait SurfaceReader: Sync {
     /// The format in words, for error texts.
     fn name(&self) -> &'static str;
     /// What its files' names end in.
@@ -134,24 +134,24 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
     READERS.iter().map(|reader| reader.name())
 }
 
-/// The reader of a file: by its content, else by its name.
-fn reader(path: &Path, bytes: &[u8]) -> Option<&'static dyn SurfaceReader> {
-    let by_content = READERS.iter().find(|reader| reader.is_in(bytes));
-    let by_name = || READERS.iter().find(|reader| has_extension(path, reader.extension()));
-    by_content.or_else(by_name).copied()
+/// The reader of a file whose content tells it.
+pub(super) fn by_content(bytes: &[u8]) -> Option<&'static dyn SurfaceReader> {
+    READERS.iter().find(|reader| reader.is_in(bytes)).copied()
 }
 
-/// Whether a file is one of the surfaces that are read.
-pub(super) fn recognises(path: &Path, bytes: &[u8]) -> bool {
-    reader(path, bytes).is_some()
+/// The reader of files that are named so.
+pub(super) fn by_name(path: &Path) -> Option<&'static dyn SurfaceReader> {
+    READERS.iter().find(|reader| has_extension(path, reader.extension())).copied()
 }
 
 /// The triangles of a surface file.
-fn read(path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
-    let faces = match reader(path, bytes) {
-        Some(reader) => reader.read(path, bytes, unit_m)?,
-        None => return Err(Error::file("read mesh", path, "this is no surface file")),
-    };
+pub(super) fn read(
+    reader: &dyn SurfaceReader,
+    path: &Path,
+    bytes: &[u8],
+    unit_m: f64,
+) -> Result<Faces> {
+    let faces = reader.read(path, bytes, unit_m)?;
     faces.check_count(&path.display().to_string())?;
     Ok(faces)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::{Faces, SurfaceReader};
 use crate::error::Result;
-use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::bytes::{Bytes, first_line, shown};
 use crate::mesh::number::Number;
 
 /// Reader of `.ply` files.
@@ -21,7 +21,7 @@ impl SurfaceReader for Ply {
     }
 
     fn is_in(&self, bytes: &[u8]) -> bool {
-        bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r\n")
+        first_line(bytes).0.trim_ascii_end() == b"ply"
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
@@ -87,7 +87,7 @@ fn number_type(name: &str) -> Option<Number> {
 fn real(number: Number, bytes: &mut Bytes, text: bool, what: &str) -> Result<f64> {
     if text {
         let word = bytes.word().ok_or_else(|| bytes.truncated(what))?;
-        return word.parse().map_err(|_| bytes.no_number(what, word, "a number"));
+        return bytes.real_of(word, what);
     }
     number.real(bytes, what)
 }

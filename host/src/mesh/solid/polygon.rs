@@ -1,25 +1,29 @@
 //! Faces of more than three corners, cut into triangles.
 //!
 //! A face is looked at along its normal (Newell's). One that can be cut as a fan from its first corner is;
-//! of others ears are cut off one by one (G. H. Meisters, *Polygons have ears*, 1975). Cost: the square of
-//! the corners, at worst the cube.
+//! of others ears are cut off one by one (G. H. Meisters, *Polygons have ears*, 1975). Where it runs through
+//! itself as the normal sees it, as a face does that is far from flat, the corner with the shortest diagonal
+//! in front is cut off each time; later checks find what is wrong with it. Cost: the square of the corners,
+//! at worst the cube.
 
 use robust::{Coord, orient2d};
+
+use crate::mesh::geometry::distance;
 
 /// Most corners of a face that is no fan.
 pub(super) const CORNERS_MAX: usize = 1000;
 
 type Flat = Coord<f64>;
 
-/// The triangles of a face, `at` being where its corners are; none where it runs through itself, has no
-/// area, or too many corners.
+/// The triangles of a face, `at` being where its corners are; none where it is no fan and has too many
+/// corners.
 pub(super) fn cut(corners: &[u32], at: &[[f64; 3]]) -> Option<Vec<[u32; 3]>> {
-    let flat = flattened(at)?;
+    let flat = flattened(at);
     let fan: Vec<[usize; 3]> = (2..corners.len()).map(|last| [0, last - 1, last]).collect();
-    let is_fan = fan.iter().all(|triangle| turns_left(&flat, *triangle));
+    let is_fan = |flat: &Vec<Flat>| fan.iter().all(|triangle| turns_left(flat, *triangle));
     let triangles = match corners.len() {
-        _ if is_fan => fan,
-        4..=CORNERS_MAX => ears(&flat)?,
+        _ if flat.as_ref().is_some_and(is_fan) => fan,
+        4..=CORNERS_MAX => flat.and_then(|flat| ears(&flat)).unwrap_or_else(|| shortest(at)),
         _ => return None,
     };
     Some(triangles.into_iter().map(|triangle| triangle.map(|corner| corners[corner])).collect())
@@ -62,6 +66,28 @@ fn ears(flat: &[Flat]) -> Option<Vec<[usize; 3]>> {
     let last = [left[0], left[1], left[2]];
     triangles.push(last);
     turns_left(flat, last).then_some(triangles)
+}
+
+/// Cuts off the corner whose neighbours are nearest to each other until a triangle is left.
+fn shortest(at: &[[f64; 3]]) -> Vec<[usize; 3]> {
+    let mut left: Vec<usize> = (0..at.len()).collect();
+    let mut triangles = Vec::with_capacity(at.len() - 2);
+    while left.len() > 3 {
+        let count = left.len();
+        let around = |place: usize| {
+            [left[(place + count - 1) % count], left[place], left[(place + 1) % count]]
+        };
+        let diagonal = |place: &usize| {
+            let [a, _, c] = around(*place);
+            distance(at[a], at[c])
+        };
+        let order = |a: &usize, b: &usize| diagonal(a).total_cmp(&diagonal(b));
+        let place = (0..count).min_by(order).unwrap_or(0);
+        triangles.push(around(place));
+        left.remove(place);
+    }
+    triangles.push([left[0], left[1], left[2]]);
+    triangles
 }
 
 /// Whether a corner sticks out and no other one lies in the triangle of it and its neighbours.
@@ -118,8 +144,23 @@ mod tests {
     }
 
     #[test]
-    fn what_runs_through_itself_or_has_no_area_is_refused() {
-        assert!(area(&turned(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]], 0)).is_none());
-        assert!(area(&turned(&[[0., 0.], [1., 0.], [2., 0.], [3., 0.]], 0)).is_none());
+    fn what_is_not_flat_is_cut_by_the_shorter_diagonals() {
+        // Seen along its normal it runs through itself.
+        let twisted =
+            [[0., 0.02, 0.037], [0.04, 0.02, 0.042], [0.04, 0.021, 0.0386], [0., 0.0203, 0.043]];
+        assert!(flattened(&twisted).is_none_or(|flat| ears(&flat).is_none()));
+        for first in 0..4_u32 {
+            let corners = [0, 1, 2, 3].map(|place| (first + place) % 4);
+            let at = corners.map(|corner| twisted[corner as usize]);
+            let triangles = cut(&corners, &at).unwrap();
+            let has_shorter = |of: &[u32; 3]| of.contains(&1) && of.contains(&3);
+            assert!(triangles.len() == 2 && triangles.iter().all(has_shorter), "{triangles:?}");
+        }
+        // Later checks refuse what has no area.
+        assert_eq!(
+            cut(&[0, 1, 2, 3], &[[0.; 3], [1., 0., 0.], [2., 0., 0.], [3., 0., 0.]]).unwrap().len(),
+            2
+        );
+        assert!(cut(&[0; CORNERS_MAX + 1], &[[0.; 3]; CORNERS_MAX + 1]).is_none());
     }
 }

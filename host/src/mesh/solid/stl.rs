@@ -3,14 +3,17 @@
 use std::path::Path;
 
 use super::{Faces, SurfaceReader};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::format::begins;
 
 /// Reader of `.stl` files.
 pub(super) struct Stl;
 
 /// Bytes of the head of a binary file, which the number of triangles follows.
 const HEAD: usize = 80;
+/// Bytes at the front in which no text has a zero.
+const FRONT: usize = 1000;
 /// Bytes of a triangle: a normal, three corners, two bytes that mean nothing.
 const TRIANGLE: u64 = 50;
 
@@ -24,15 +27,15 @@ impl SurfaceReader for Stl {
     }
 
     fn is_in(&self, bytes: &[u8]) -> bool {
-        bytes.starts_with(b"solid ") || is_binary(bytes)
+        begins(bytes.trim_ascii_start(), b"solid") || is_binary(bytes)
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<Faces> {
-        let front = bytes.trim_ascii_start();
         // Some binary files begin with "solid" too.
+        let front = bytes.get(..FRONT).unwrap_or(bytes);
         if is_binary(bytes) {
             binary(Bytes::new(path, bytes, HEAD), unit_m)
-        } else if front.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
+        } else if begins(front.trim_ascii_start(), b"solid") && !front.contains(&0) {
             text(Bytes::new(path, bytes, 0), unit_m)
         } else if std::str::from_utf8(bytes).is_ok_and(|text| !text.contains('\0')) {
             Err(Bytes::new(path, bytes, 0).error_of_file(
@@ -85,61 +88,84 @@ fn text(mut bytes: Bytes, unit_m: f64) -> Result<Faces> {
     bytes.enter("the triangles");
     let (mut faces, mut open) = (Faces::default(), false);
     while let Some(word) = bytes.word() {
-        match (word.to_ascii_lowercase().as_str(), open) {
-            ("solid", false) => {
-                open = true;
-                name(&mut bytes);
-            }
-            ("endsolid", true) => {
-                open = false;
-                name(&mut bytes);
-            }
-            ("facet", true) => {
-                keyword(&mut bytes, "normal")?;
-                for _ in 0..3 {
-                    next(&mut bytes, "a normal")?;
-                }
-                keyword(&mut bytes, "outer")?;
-                keyword(&mut bytes, "loop")?;
-                let mut corners = [[0.0; 3]; 3];
-                for corner in &mut corners {
-                    keyword(&mut bytes, "vertex")?;
-                    for (value, name) in corner.iter_mut().zip(["x", "y", "z"]) {
-                        let word = next(&mut bytes, name)?;
-                        *value = bytes.metres_of(word, unit_m, name)?;
-                    }
-                }
-                faces.triangle(corners);
-                keyword(&mut bytes, "endloop")?;
-                keyword(&mut bytes, "endfacet")?;
-            }
-            _ => {
-                return Err(bytes.error(format!(
-                    "'{}' where {} should be; save or copy it again",
-                    shown(word),
-                    if open { "facet or endsolid" } else { "solid" }
-                )));
-            }
+        if !open && word.eq_ignore_ascii_case("solid") {
+            open = true;
+            bytes.rest_of_line();
+        } else if open && word.eq_ignore_ascii_case("facet") {
+            facet(&mut bytes, unit_m, &mut faces)?;
+        } else if open && is_end(word, "solid", &mut bytes) {
+            open = false;
+            bytes.rest_of_line();
+        } else {
+            return Err(bytes.error(format!(
+                "'{}' where {} should be; save or copy it again",
+                shown(word),
+                if open { "facet or endsolid" } else { "solid" }
+            )));
         }
     }
     if open { Err(bytes.truncated("endsolid")) } else { Ok(faces) }
 }
 
-/// Passes over the name of a solid, which may be left out.
-fn name(bytes: &mut Bytes) {
-    if !bytes.rest().starts_with(b"\n") {
-        bytes.line();
+/// What follows the word facet: a normal, which may be left out, a loop of three corners or more, and the
+/// ends of both.
+fn facet(bytes: &mut Bytes, unit_m: f64, faces: &mut Faces) -> Result<()> {
+    let mut word = next(bytes, "outer")?;
+    if word.eq_ignore_ascii_case("normal") {
+        for _ in 0..=3 {
+            word = next(bytes, "outer")?;
+            if word.eq_ignore_ascii_case("outer") {
+                break;
+            }
+        }
     }
+    expect(word, "outer", bytes)?;
+    let word = next(bytes, "loop")?;
+    expect(word, "loop", bytes)?;
+    let first = faces.points_m.len();
+    for number in 0.. {
+        let word = next(bytes, "vertex")?;
+        if number >= 3 && is_end(word, "loop", bytes) {
+            break;
+        }
+        expect(word, if number < 3 { "vertex" } else { "endloop" }, bytes)?;
+        let mut corner = [0.0; 3];
+        for (value, name) in corner.iter_mut().zip(["x", "y", "z"]) {
+            let word = next(bytes, name)?;
+            *value = bytes.metres_of(word, unit_m, name)?;
+        }
+        faces.points_m.push(corner);
+    }
+    let corners: Vec<u32> = (first as u32..faces.points_m.len() as u32).collect();
+    faces.polygon(&corners, bytes)?;
+    let word = next(bytes, "endfacet")?;
+    if is_end(word, "facet", bytes) { Ok(()) } else { Err(unexpected(word, "endfacet", bytes)) }
+}
+
+/// Whether a word, or it and the next, end what is named so; the next is passed over then.
+fn is_end(word: &str, what: &str, bytes: &mut Bytes) -> bool {
+    let Some(rest) = word.get(3..).filter(|_| word[..3].eq_ignore_ascii_case("end")) else {
+        return false;
+    };
+    if !rest.is_empty() {
+        return rest.eq_ignore_ascii_case(what);
+    }
+    let next = bytes.peek();
+    let is_end = next.is_some_and(|next| next.eq_ignore_ascii_case(what));
+    if is_end {
+        bytes.word();
+    }
+    is_end
 }
 
 fn next<'a>(bytes: &mut Bytes<'a>, what: &str) -> Result<&'a str> {
     bytes.word().ok_or_else(|| bytes.truncated(what))
 }
 
-fn keyword(bytes: &mut Bytes, wanted: &str) -> Result<()> {
-    let word = next(bytes, wanted)?;
-    if word.eq_ignore_ascii_case(wanted) {
-        return Ok(());
-    }
-    Err(bytes.error(format!("'{}' where {wanted} should be; save or copy it again", shown(word))))
+fn expect(word: &str, wanted: &str, bytes: &Bytes) -> Result<()> {
+    if word.eq_ignore_ascii_case(wanted) { Ok(()) } else { Err(unexpected(word, wanted, bytes)) }
+}
+
+fn unexpected(word: &str, wanted: &str, bytes: &Bytes) -> Error {
+    bytes.error(format!("'{}' where {wanted} should be; save or copy it again", shown(word)))
 }

@@ -1,24 +1,25 @@
-//! A tree of boxes around triangles: what lies near a place is found without looking at the rest.
+//! A tree of boxes around triangles or tetrahedra: what lies near a place is found without looking at the
+//! rest.
 
 use crate::mesh::geometry::{cross, dot, minus};
 
-/// Triangles in one box at most.
+/// Elements in one box at most.
 const LEAF: usize = 4;
 
-/// A box with two boxes or a few triangles in it.
+/// A box with two boxes or a few elements in it.
 struct Node {
     low: [f64; 3],
     high: [f64; 3],
-    /// Of the triangles in `order`.
+    /// Of the elements in `order`.
     first: u32,
     count: u32,
-    /// The second of its boxes; the first follows it. 0 for a box of triangles.
+    /// The second of its boxes; the first follows it. 0 for a box of elements.
     second: u32,
 }
 
-/// Corners of triangles, and the boxes around them.
-pub(super) struct Tree {
-    corners: Vec<[[f64; 3]; 3]>,
+/// Corners of elements, triangles unless said otherwise, and the boxes around them.
+pub(in crate::mesh) struct Tree<const N: usize = 3> {
+    corners: Vec<[[f64; 3]; N]>,
     order: Vec<u32>,
     nodes: Vec<Node>,
 }
@@ -41,9 +42,9 @@ pub(super) enum Part {
     Corner(usize),
 }
 
-impl Tree {
-    /// The tree of triangles, of which there must be one at least.
-    pub(super) fn new(corners: Vec<[[f64; 3]; 3]>) -> Self {
+impl<const N: usize> Tree<N> {
+    /// The tree of elements, of which there must be one at least.
+    pub(in crate::mesh) fn new(corners: Vec<[[f64; 3]; N]>) -> Self {
         let order = (0..corners.len() as u32).collect();
         let mut tree = Self { corners, order, nodes: Vec::new() };
         tree.split(0, tree.corners.len());
@@ -51,15 +52,8 @@ impl Tree {
     }
 
     fn split(&mut self, first: usize, end: usize) {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for triangle in &self.order[first..end] {
-            for corner in self.corners[*triangle as usize] {
-                for axis in 0..3 {
-                    low[axis] = low[axis].min(corner[axis]);
-                    high[axis] = high[axis].max(corner[axis]);
-                }
-            }
-        }
+        let elements = self.order[first..end].iter();
+        let [low, high] = bounds(elements.flat_map(|of| self.corners[*of as usize]));
         let (own, count) = (self.nodes.len(), end - first);
         self.nodes.push(Node { low, high, first: first as u32, count: count as u32, second: 0 });
         if count <= LEAF {
@@ -69,7 +63,7 @@ impl Tree {
         let axis = (0..3).max_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
         let corners = &self.corners;
         let middle =
-            |triangle: &u32| corners[*triangle as usize].iter().map(|c| c[axis]).sum::<f64>();
+            |element: &u32| corners[*element as usize].iter().map(|c| c[axis]).sum::<f64>();
         self.order[first..end].select_nth_unstable_by(count / 2, |a, b| {
             middle(a).total_cmp(&middle(b)).then(a.cmp(b))
         });
@@ -83,11 +77,47 @@ impl Tree {
         [self.nodes[0].low, self.nodes[0].high]
     }
 
-    /// Corners of a triangle.
-    pub(super) fn corners(&self, triangle: u32) -> [[f64; 3]; 3] {
-        self.corners[triangle as usize]
+    /// Corners of an element.
+    pub(in crate::mesh) fn corners(&self, element: u32) -> [[f64; 3]; N] {
+        self.corners[element as usize]
     }
 
+    /// Squared distance of a place from a box.
+    fn square_to(&self, node: u32, place: [f64; 3]) -> f64 {
+        let node = &self.nodes[node as usize];
+        let away = |axis: usize| {
+            let outside = (node.low[axis] - place[axis]).max(place[axis] - node.high[axis]);
+            outside.max(0.0)
+        };
+        (0..3).map(|axis| away(axis) * away(axis)).sum()
+    }
+
+    /// Calls `take` with the elements whose boxes meet that of an element and whose numbers are higher.
+    pub(in crate::mesh) fn meeting(&self, element: u32, mut take: impl FnMut(u32)) {
+        let own = bounds(self.corners[element as usize]);
+        let meets = |[low, high]: [[f64; 3]; 2]| {
+            (0..3).all(|axis| low[axis] <= own[1][axis] && high[axis] >= own[0][axis])
+        };
+        let mut open = vec![0u32];
+        while let Some(at) = open.pop() {
+            let node = &self.nodes[at as usize];
+            if !meets([node.low, node.high]) {
+                continue;
+            }
+            if node.second > 0 {
+                open.extend([node.second, at + 1]);
+                continue;
+            }
+            for other in &self.order[node.first as usize..][..node.count as usize] {
+                if *other > element && meets(bounds(self.corners[*other as usize])) {
+                    take(*other);
+                }
+            }
+        }
+    }
+}
+
+impl Tree {
     /// The nearest point of the triangles.
     pub(super) fn nearest(&self, place: [f64; 3]) -> Nearest {
         let mut best = Nearest { triangle: 0, place, part: Part::Face, square: f64::INFINITY };
@@ -115,46 +145,19 @@ impl Tree {
         }
         best
     }
-
-    /// Squared distance of a place from a box.
-    fn square_to(&self, node: u32, place: [f64; 3]) -> f64 {
-        let node = &self.nodes[node as usize];
-        let away = |axis: usize| {
-            let outside = (node.low[axis] - place[axis]).max(place[axis] - node.high[axis]);
-            outside.max(0.0)
-        };
-        (0..3).map(|axis| away(axis) * away(axis)).sum()
-    }
-
-    /// Calls `take` with the triangles whose boxes meet that of a triangle and whose numbers are higher.
-    pub(super) fn meeting(&self, triangle: u32, mut take: impl FnMut(u32)) {
-        let own = bounds(self.corners[triangle as usize]);
-        let meets = |[low, high]: [[f64; 3]; 2]| {
-            (0..3).all(|axis| low[axis] <= own[1][axis] && high[axis] >= own[0][axis])
-        };
-        let mut open = vec![0u32];
-        while let Some(at) = open.pop() {
-            let node = &self.nodes[at as usize];
-            if !meets([node.low, node.high]) {
-                continue;
-            }
-            if node.second > 0 {
-                open.extend([node.second, at + 1]);
-                continue;
-            }
-            for other in &self.order[node.first as usize..][..node.count as usize] {
-                if *other > triangle && meets(bounds(self.corners[*other as usize])) {
-                    take(*other);
-                }
-            }
-        }
-    }
 }
 
-fn bounds([a, b, c]: [[f64; 3]; 3]) -> [[f64; 3]; 2] {
-    let each =
-        |pick: fn(f64, f64) -> f64| [0, 1, 2].map(|axis| pick(pick(a[axis], b[axis]), c[axis]));
-    [each(f64::min), each(f64::max)]
+/// The box around places.
+#[inline]
+fn bounds(places: impl IntoIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for place in places {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(place[axis]);
+            high[axis] = high[axis].max(place[axis]);
+        }
+    }
+    [low, high]
 }
 
 /// The point of a triangle that is nearest to a place (Ericson, Real-Time Collision Detection, 5.1.5).

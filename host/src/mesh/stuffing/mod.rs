@@ -20,12 +20,19 @@ const NEAR_SHORT: f64 = 0.41189;
 /// Place of the lattice within its first cube, uneven so that no layer is the shape's own plane.
 const OFFSET: [f64; 3] = [0.137, 0.291, 0.413];
 
+/// Share of a distance that rounding leaves sure.
+const SURE: f64 = 0.999;
+
 /// A body that can be filled.
 pub(super) trait Shape {
     /// Opposite corners of a box around it, in metres.
     fn bounds_m(&self) -> [[f64; 3]; 2];
     /// Positive inside, negative outside.
     fn value(&self, place_m: [f64; 3]) -> f64;
+    /// How far around a place of this value every place lies on the same side of the surface.
+    fn same_side_m(&self, _value: f64) -> f64 {
+        0.0
+    }
     /// Where the line from a point inside to a point outside leaves it.
     fn crossing(&self, inside: [f64; 3], outside: [f64; 3]) -> [f64; 3];
     /// A point of its surface near a point that is near it.
@@ -43,7 +50,7 @@ struct Lattice<'a, S> {
     shape: &'a S,
     counts: [usize; 3],
     places_m: Vec<[f64; 3]>,
-    /// Of [`Shape::value`], 0 for points on the surface.
+    /// Of [`Shape::value`], or of a place near by on the same side; 0 for points on the surface.
     values: Vec<f64>,
 }
 
@@ -94,9 +101,35 @@ impl<'a, S: Shape> Lattice<'a, S> {
                 place_m[axis] = low_m[axis] + cubes * spacing_m;
             }
             lattice.places_m.push(place_m);
-            lattice.values.push(if is_point(at) { shape.value(place_m) } else { 0.0 });
+            lattice.values.push(if is_point(at) { f64::NAN } else { 0.0 });
+        }
+        for index in 0..total {
+            if lattice.values[index].is_nan() {
+                lattice.evaluate(index, spacing_m);
+            }
         }
         lattice
+    }
+
+    /// Evaluates the shape at a point, and gives those around that are on its side the same value.
+    fn evaluate(&mut self, index: usize, spacing_m: f64) {
+        let value = self.shape.value(self.places_m[index]);
+        self.values[index] = value;
+        // Half of a cube's diagonal leads to the points one step away along all axes.
+        let steps = SURE * self.shape.same_side_m(value) / (0.5 * spacing_m * 3f64.sqrt());
+        let at = self.at(index);
+        let range = |axis: usize| {
+            let last = at[axis].saturating_add(steps as usize).min(self.counts[axis] - 1);
+            at[axis].saturating_sub(steps as usize)..=last
+        };
+        let [ny, nz] = [self.counts[1], self.counts[2]];
+        for (i, j) in range(0).flat_map(|i| range(1).map(move |j| (i, j))) {
+            for index in range(2).map(|k| (i * ny + j) * nz + k) {
+                if self.values[index].is_nan() {
+                    self.values[index] = value;
+                }
+            }
+        }
     }
 
     fn at(&self, index: usize) -> [usize; 3] {

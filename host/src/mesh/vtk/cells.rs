@@ -178,15 +178,20 @@ impl Cells {
                 })?);
             }
         }
-        if tetrahedra.is_empty() {
-            let cells = counted(count, "cell");
-            return Err(bytes.error_of_file(format!(
-                "it has {cells} but no tetrahedra; a volume mesh is needed: mesh the volume \
-                 inside and save all cells"
-            )));
-        }
         Ok(tetrahedra)
     }
+}
+
+/// Refuses a file of so many cells that has no tetrahedra; `bytes` is where errors of the file come from.
+pub(super) fn check_tetrahedra(tetrahedra: &[[u32; 4]], cells: u64, bytes: &Bytes) -> Result<()> {
+    if !tetrahedra.is_empty() {
+        return Ok(());
+    }
+    let cells = counted(cells, "cell");
+    Err(bytes.error_of_file(format!(
+        "it has {cells} but no tetrahedra; a volume mesh is needed: mesh the volume inside and save all \
+         cells"
+    )))
 }
 
 /// Type number of a first-order tetrahedron.

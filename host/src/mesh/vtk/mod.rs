@@ -13,10 +13,11 @@ mod xml;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use cells::Cells;
+use cells::{Cells, check_tetrahedra};
 use values::{Values, number_type};
 
 use super::bytes::{Bytes, shown};
+use super::format::begins;
 use super::number::Number;
 use super::{MeshReader, RawMesh, has_extension};
 use crate::error::Result;
@@ -36,8 +37,12 @@ impl MeshReader for Vtk {
         "legacy VTK .vtk unstructured grid (ASCII and binary)"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        has_extension(path, "vtk") || head.starts_with(MAGIC)
+    fn is_in(&self, head: &[u8]) -> bool {
+        begins(head, b"# vtk ")
+    }
+
+    fn has_name(&self, path: &Path) -> bool {
+        has_extension(path, "vtk")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
@@ -81,8 +86,7 @@ fn version(bytes: &mut Bytes) -> Result<u32> {
     let number = line.strip_prefix(MAGIC).and_then(|text| std::str::from_utf8(text).ok());
     let Some(number) = number else {
         return Err(bytes.error(
-            "no legacy VTK file: its first line is not '# vtk DataFile Version'; save the mesh \
-             as .vtk (an XML .vtu is another format)",
+            "no legacy VTK file: its first line is not '# vtk DataFile Version'; save the mesh again",
         ));
     };
     let first = number.trim().split('.').next().and_then(|number| number.parse().ok());
@@ -140,6 +144,7 @@ fn sections(values: &mut Values, version: u32, unit_m: f64) -> Result<RawMesh> {
         return Err(values.bytes.error_of_file("it has no POINTS; save the mesh with its nodes"));
     }
     let tetrahedra = cells.tetrahedra(&values.bytes, nodes_m.len())?;
+    check_tetrahedra(&tetrahedra, cells.count(), &values.bytes)?;
     let groups = match attached {
         Some(begun) => groups::read(values, &cells, begun)?,
         None => BTreeMap::new(),

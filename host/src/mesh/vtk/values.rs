@@ -91,7 +91,7 @@ impl<'a> Values<'a> {
             return number.real(&mut self.bytes, what);
         }
         let word = self.text(what)?;
-        word.parse().map_err(|_| self.bytes.no_number(what, word, "a number"))
+        self.bytes.real_of(word, what)
     }
 
     /// The next number of an array of whole ones, which counts from 0.

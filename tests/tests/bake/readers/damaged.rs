@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 
 /// One file of every format and coding.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "box.meshio.ascii.vtu",
     "box.meshio.zlib.vtu",
     "box.vtk.raw.vtu",
@@ -16,6 +16,7 @@ const FILES: [&str; 10] = [
     "box.meshio.mesh",
     "box.meshio.node",
     "box.meshio.ele",
+    "box.meshio.avs",
 ];
 
 fn bytes_of(name: &str) -> Vec<u8> {

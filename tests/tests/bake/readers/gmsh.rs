@@ -103,6 +103,45 @@ fn with(text: &str, from: &str, to: &str) -> String {
 }
 
 #[test]
+fn what_follows_a_quoted_name_is_a_remark() {
+    for text in [OLD, NEW] {
+        let named = with(text, "\"the skin\"", "\"the skin\"  lower \"block\" 2");
+        assert_eq!(read(&named).unwrap(), read(text).unwrap());
+        refused(&with(text, "\"body\"", "body"), &["the group name is 'body'", "double quotes"]);
+        refused(&with(text, "\"body\"", "\"body"), &["double quotes"]);
+    }
+}
+
+/// With the dimension, the entity and the place in it behind each node, as Gmsh writes them.
+#[test]
+fn parametric_nodes_are_read() {
+    let mut text = with(OLD, "$Nodes", "$ParametricNodes");
+    text = with(&text, "$EndNodes", "$EndParametricNodes");
+    for (from, to) in [
+        ("900 0 0 0\n", "900 0 0 0 0 4\n"),
+        ("7 1 0 0\n", "7 1 0 0 1 2 0.5\n"),
+        ("3 0 0 1\n", "3 0 0 1 2 1 0.25 -3e-5\n"),
+        ("12 1 1 1e0\n", "12 1 1 1e0 3 1\n"),
+    ] {
+        text = with(&text, from, to);
+    }
+    assert_eq!(read(&text).unwrap(), read(OLD).unwrap());
+    refused(&with(&text, "7 1 0 0 1", "7 1 x 0 1"), &["a.msh:", "the y is 'x'"]);
+}
+
+#[test]
+fn views_behind_a_mesh_are_passed_over() {
+    let view = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$NodeData\n1\n\"u\"\n1\n0.0\n3\n0\n1\n1\n900 0\n\
+                $EndNodeData\n";
+    for text in [OLD, NEW] {
+        assert_eq!(read(&format!("{text}{view}{view}")).unwrap(), read(text).unwrap());
+        let second = ["a.msh:", "a second $MeshFormat with a mesh of its own", "keep one"];
+        refused(&format!("{text}{text}"), &second);
+    }
+    refused(&format!("{view}{NEW}"), &["a second $MeshFormat with a mesh of its own"]);
+}
+
+#[test]
 fn both_formats_give_the_same_body() {
     let old = read(OLD).unwrap();
     assert_eq!(old.nodes_m[2], [0.0, 1.0, 0.0]);

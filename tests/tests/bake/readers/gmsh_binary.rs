@@ -114,6 +114,52 @@ fn new(little: bool) -> Vec<u8> {
     file.bytes
 }
 
+/// The body of `OLD` as Gmsh writes it with `Mesh.SaveParametric`: behind a node its entity, and the place
+/// on a curve or a surface.
+fn parametric(little: bool) -> Vec<u8> {
+    let whole = old(little);
+    let mut file = Writer::new("2.2", little);
+    file.text("$ParametricNodes\n5\n");
+    for (tag, position, dimension) in [
+        (900, [0.0, 0.0, 0.0], 0),
+        (7, [1.0, 0.0, 0.0], 1),
+        (i32::MAX, [0.0, 1.0, 0.0], 2),
+        (3, [0.0, 0.0, 1.0], 3),
+        (12, [1.0, 1.0, 1.0], 0),
+    ] {
+        file.ints(&[tag]);
+        file.reals(&position);
+        file.ints(&[dimension, 1]);
+        file.reals(&[0.5, 0.25][..if dimension < 3 { dimension as usize } else { 0 }]);
+    }
+    file.text("\n$EndParametricNodes");
+    file.bytes.extend(&whole[behind(&whole, "$EndNodes")..]);
+    file.bytes
+}
+
+#[test]
+fn parametric_nodes_and_views_behind_are_read() {
+    for little in [true, false] {
+        let wanted = read(&old(little)).unwrap();
+        let bytes = parametric(little);
+        assert_eq!(read(&bytes).unwrap(), wanted);
+        for end in 0..bytes.len() - 40 {
+            assert!(is_sound(&read(&bytes[..end]), "a.msh"), "cut at {end}");
+        }
+        for (version, whole) in [("2.2", old(little)), ("4.1", new(little))] {
+            let mut view = Writer::new(version, little);
+            view.text("$NodeData\n1\n\"u\"\n0\n3\n0\n1\n1\n");
+            view.ints(&[900]);
+            view.reals(&[0.5]);
+            view.text("\n$EndNodeData\n");
+            let appended = [whole.clone(), view.bytes].concat();
+            assert_eq!(read(&appended).unwrap(), read(&whole).unwrap());
+            let twice = read(&[whole.clone(), whole].concat());
+            assert_refused(twice, &["a.msh: byte", "a second $MeshFormat with a mesh of its own"]);
+        }
+    }
+}
+
 fn read(bytes: &[u8]) -> Result<RawMesh> {
     parse(Path::new("a.msh"), bytes, 1.0)
 }

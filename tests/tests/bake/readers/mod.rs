@@ -3,12 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 mod abaqus;
+mod contents;
 mod damaged;
 mod gmsh;
 mod gmsh_binary;
 mod medit;
 mod surface;
 mod tetgen;
+mod ucd;
 mod vtk;
 mod xml;
 

@@ -151,7 +151,10 @@ fn what_is_not_read_names_the_place_and_the_remedy() {
     stl("vertex 0 0e0 0", "vertex 0 zero 0", &["a.stl:4: y is 'zero'"]);
     stl("endsolid a name", "", &["a.stl:31: the file ends", "cut off"]);
     refused("a.stl", b"solid\nendsolid\n", &["a.stl: it has no triangles"]);
-    refused("a.stl", OBJ.as_bytes(), &["a.stl: a text that does not begin with 'solid'", ".obj"]);
+    refused("a.stl", b"a text\n", &["a.stl: a text that does not begin with 'solid'", ".obj"]);
+    // A binary file of another length than it says, which begins as a text does.
+    let longer = [&binary_stl()[..], b"xx"].concat();
+    refused("a.stl", &longer, &["2 bytes behind the last of 4 triangles"]);
     refused("a.stl", &[0; 20], &["a.stl: byte 20: the file ends", "cut off"]);
     let mut many = binary_stl();
     many[80..84].fill(0xff);
@@ -199,6 +202,59 @@ fn with_zero(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes[0] = 0;
     bytes
 }
+
+/// As programs write them that follow the format loosely.
+#[test]
+fn loose_texts_give_the_same_body() {
+    let wanted = fill("a.stl", &text_stl()).unwrap();
+    let text = String::from_utf8(text_stl()).unwrap();
+    let changes: [&[(&str, &str)]; 8] = [
+        &[("endsolid", "end solid")],
+        &[("endfacet", "end facet"), ("endloop", "END LOOP")],
+        &[("facet normal nan 0 0", "facet")],
+        &[("facet normal nan 0 0", "facet normal")],
+        &[("solid a name", "solid")],
+        &[("solid a name", "  SOLID\t\"a name\"\n")],
+        &[("\n", "\r")],
+        &[("  vertex", "\t\tVertex"), ("normal nan 0 0\n", "normal -nan(ind) 1.#QNAN 0 ")],
+    ];
+    for change in changes {
+        let loose = change.iter().fold(text.clone(), |text, (from, to)| text.replace(from, to));
+        assert_ne!(loose, text);
+        let body = fill("a.stl", loose.as_bytes()).unwrap();
+        assert_eq!(body.tetrahedra, wanted.tetrahedra, "{change:?}");
+    }
+    let loose = text.replace("endfacet", "end face");
+    refused("a.stl", loose.as_bytes(), &["a.stl:8: 'end' where endfacet should be"]);
+    let short = text.replacen("  vertex 0 1e0 0\n", "", 1);
+    refused("a.stl", short.as_bytes(), &["'endloop' where vertex should be"]);
+    // Names of objects and materials in any encoding.
+    let named = [b"o K\xf6rper\nusemtl \xff\n".as_slice(), OBJ.as_bytes()].concat();
+    let obj = fill("a.obj", OBJ.as_bytes()).unwrap();
+    assert_eq!(fill("a.obj", &named).unwrap().tetrahedra, obj.tetrahedra);
+}
+
+/// A box whose upper face is drawn as one polygon, which runs through itself as its normal sees it.
+#[test]
+fn a_face_that_is_not_flat_is_cut() {
+    let options = MeshOptions { fill_m: Some(0.006), ..MeshOptions::default() };
+    let read = |text: &str| from_bytes("a.obj", text.as_bytes(), &options);
+    let whole = read(&format!("{TWISTED}f 9 10 11 12\n")).unwrap();
+    let cut = read(&format!("{TWISTED}f 9 10 11\nf 9 11 12\n")).unwrap();
+    let volumes = [whole, cut].map(|mesh| mesh.filled.unwrap().volume_m3);
+    assert!((volumes[0] / volumes[1] - 1.0).abs() < 0.01, "{volumes:?}");
+    // What has no area, or crosses in its own plane, later checks refuse with its place.
+    for face in ["f 9 10 9 12\n", "f 9 11 10 12\n"] {
+        let why = read(&format!("{TWISTED}{face}")).unwrap_err().to_string();
+        assert!(why.contains("a.obj: ") && why.contains('('), "{why}");
+    }
+}
+
+const TWISTED: &str = "v 0 0 0\nv 0.04 0 0\nv 0.04 0.04 0\nv 0 0.04 0\nv 0 0 0.04\nv 0.04 0 0.04\n\
+    v 0.04 0.04 0.04\nv 0 0.04 0.04\nv 0 0.02 0.037079\nv 0.04 0.02 0.0420248\n\
+    v 0.04 0.0212621 0.0385561\nv 0 0.0202958 0.042921\nf 1 3 2\nf 1 4 3\nf 5 6 10\nf 5 10 9\n\
+    f 12 11 7\nf 12 7 8\nf 1 2 6\nf 1 6 5\nf 3 4 8\nf 3 8 7\nf 2 3 7\nf 2 7 11\nf 2 11 10\n\
+    f 2 10 6\nf 4 1 5\nf 4 5 9\nf 4 9 12\nf 4 12 8\n";
 
 #[test]
 fn every_cut_is_refused() {

@@ -129,7 +129,8 @@ fn heads_that_are_not_read() {
         &with(" byte_order", " compressor=\"vtkLZ4DataCompressor\" byte_order"),
         &["a.vtu:3:", "vtkLZ4DataCompressor", "vtkZLibDataCompressor and none", "one of these"],
     );
-    refused(&with("<Piece N", "<Piece/><Piece N"), &["a.vtu:5: a second Piece", "Merge Blocks"]);
+    refused(&with("<Piece N", "<Piece/><Piece N"), &["a.vtu:5: NumberOfPoints is ''"]);
+    refused("<!DOCTYPE X3D><X3D/>", &["a.vtu: it is no sound XML of VTK", "as .vtu or .vtk"]);
     refused(&with("NumberOfPoints=\"5\"", ""), &["a.vtu:5: NumberOfPoints is ''"]);
     refused(&with("<Cells>", "<Cell>").replace("</Cells>", "</Cell>"), &["'offsets' in Cells"]);
     let nested = "<VTKFile>".repeat(1_000_000);
@@ -145,6 +146,45 @@ fn heads_that_are_not_read() {
     refused(&behind, &["a.vtu:1: elements nested 33 deep"]);
     let bytes = [TEXT.as_bytes(), b"\xff"].concat();
     assert_refused(parse(Path::new("a.vtu"), &bytes, 1.0), &["a.vtu:25: no UTF-8"]);
+}
+
+#[test]
+fn pieces_are_put_one_behind_the_other() {
+    let one = read(TEXT).unwrap();
+    let piece = &TEXT[TEXT.find("<Piece").unwrap()..TEXT.find("</UnstructuredGrid").unwrap()];
+    let empty = "<Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"></Piece>";
+    let two = read(&TEXT.replacen(piece, &format!("{piece}{empty}{piece}"), 1)).unwrap();
+    let shifted = one.tetrahedra.iter().map(|ids| ids.map(|id| id + 5));
+    assert_eq!(two.nodes_m, [one.nodes_m.clone(), one.nodes_m.clone()].concat());
+    assert_eq!(two.tetrahedra, one.tetrahedra.iter().copied().chain(shifted).collect::<Vec<_>>());
+    let (name, ids) = one.groups.first_key_value().unwrap();
+    let both: Vec<u32> = ids.iter().copied().chain(ids.iter().map(|id| id + 5)).collect();
+    assert_eq!(two.groups[name], both);
+    // A fault in the second has its own line.
+    let wrong = piece.replace("NumberOfPoints=\"5\"", "NumberOfPoints=\"-5\"");
+    let text = TEXT.replacen(piece, &format!("{piece}{wrong}"), 1);
+    assert_refused(read(&text), &["a.vtu:23: NumberOfPoints is '-5'"]);
+    assert_refused(read(&TEXT.replacen(piece, empty, 1)), &["a.vtu: it has no Piece with points"]);
+}
+
+/// Pieces that all point at the same data take no more than the file may unpack to.
+#[test]
+fn pieces_that_share_data_are_bounded() {
+    let piece = "<Piece NumberOfPoints=\"100000\" NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" \
+                 NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points><Cells><DataArray \
+                 type=\"Int32\" Name=\"connectivity\">0 1 2 3</DataArray><DataArray type=\"Int32\" \
+                 Name=\"offsets\">4</DataArray><DataArray type=\"UInt8\" Name=\"types\">10</DataArray></Cells>\
+                 </Piece>";
+    let mut bytes = format!(
+        "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>{}</UnstructuredGrid>\
+         <AppendedData encoding=\"raw\">_",
+        piece.repeat(2_000)
+    )
+    .into_bytes();
+    bytes.extend(2_400_000_u32.to_le_bytes());
+    bytes.extend(vec![0; 2_400_000]);
+    bytes.extend(b"</AppendedData></VTKFile>");
+    assert_refused(parse(Path::new("a.vtu"), &bytes, 1.0), &["a.vtu", "has room for"]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use roxmltree::Node;
 
 use super::coding::Coding;
 use crate::error::Result;
-use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::bytes::{Bytes, real_of, shown};
 use crate::mesh::number::whole_of;
 
 /// What a count, a place or a kind must be.
@@ -135,7 +135,7 @@ impl<'a> Array<'a> {
     /// The real numbers, which must be so many.
     pub(super) fn real(&self, count: u64, coding: &Coding, place: &Bytes) -> Result<Vec<f64>> {
         if self.is_ascii() {
-            return self.words(count, "a number", place, |word| word.parse().ok());
+            return self.words(count, "a number", place, real_of);
         }
         let bytes = coding.decode(self.node, self.name, count, self.number.size, place)?;
         let numbers = bytes.chunks_exact(self.number.size).map(|bytes| coding.widened(bytes));

@@ -151,6 +151,7 @@ impl<'a> Coding<'a> {
 
     /// The number of bytes, then the bytes.
     fn plain(&self, mut stream: Stream, wanted: u64) -> std::result::Result<Vec<u8>, String> {
+        self.claim(wanted, wanted)?;
         let mut ahead = stream.clone();
         let bytes = self.number(&ahead.take(self.head as u64)?);
         if bytes != wanted {

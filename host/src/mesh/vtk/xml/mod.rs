@@ -1,5 +1,5 @@
-//! VTK XML files of unstructured grids, `.vtu`: one piece; ASCII, base64 or appended data, plain or
-//! compressed by zlib, either byte order.
+//! VTK XML files of unstructured grids, `.vtu`: ASCII, base64 or appended data, plain or compressed by
+//! zlib, either byte order. Several pieces are put one behind the other.
 //!
 //! What is read of the grid is what is read of a legacy file. Layout: Kitware, The VTK User's Guide,
 //! "XML File Formats".
@@ -12,10 +12,11 @@ use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::cells::Cells;
+use super::cells::{Cells, check_tetrahedra};
 use super::groups::{is_known, named};
 use crate::error::Result;
 use crate::mesh::bytes::{Bytes, shown};
+use crate::mesh::groups::Groups;
 use crate::mesh::{MeshReader, RawMesh, has_extension};
 use array::Array;
 use coding::Coding;
@@ -35,9 +36,12 @@ impl MeshReader for Vtu {
         "VTK XML .vtu unstructured grid"
     }
 
-    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        let holds = |text: &[u8]| head.windows(text.len()).any(|window| window == text);
-        has_extension(path, "vtu") || holds(b"<VTKFile")
+    fn is_in(&self, head: &[u8]) -> bool {
+        head.trim_ascii_start().starts_with(b"<")
+    }
+
+    fn has_name(&self, path: &Path) -> bool {
+        has_extension(path, "vtu")
     }
 
     fn read(&self, path: &Path, bytes: &[u8], unit_m: f64) -> Result<RawMesh> {
@@ -47,9 +51,13 @@ impl MeshReader for Vtu {
         check_depth(&text, &mut place)?;
         let options = ParsingOptions { nodes_limit: XML_NODES_MAX, ..ParsingOptions::default() };
         let document = Document::parse_with_options(&text, options).map_err(|why| {
-            place.error_of_file(format!(
-                "it is no sound XML ({why}); it is cut off or damaged: save or copy it again"
-            ))
+            place.error_of_file(if text.contains("<VTKFile") {
+                format!(
+                    "it is no sound XML ({why}); it is cut off or damaged: save or copy it again"
+                )
+            } else {
+                format!("it is no sound XML of VTK ({why}); save the tetrahedra as .vtu or .vtk")
+            })
         })?;
         let root = document.root_element();
         let kind = root.attribute("type").unwrap_or("");
@@ -62,7 +70,7 @@ impl MeshReader for Vtu {
             )));
         }
         let coding = Coding::of(root, appended, bytes.len() as u64, &mut place)?;
-        grid(piece(root, &mut place)?, &coding, &mut place, unit_m)
+        grid(root, &coding, &mut place, unit_m)
     }
 }
 
@@ -132,28 +140,40 @@ fn child<'a, 'input>(of: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input
     of.children().find(|node| node.has_tag_name(name))
 }
 
-/// The one piece of the grid.
-fn piece<'a, 'input>(root: Node<'a, 'input>, place: &mut Bytes) -> Result<Node<'a, 'input>> {
+/// Points, cells and groups of all pieces.
+fn grid(root: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<RawMesh> {
     let grid = child(root, "UnstructuredGrid");
-    let mut pieces =
+    let pieces =
         grid.iter().flat_map(|grid| grid.children()).filter(|node| node.has_tag_name("Piece"));
-    let Some(first) = pieces.next() else {
-        return Err(place.error_of_file("it has no Piece with points; save the mesh again"));
-    };
-    if let Some(second) = pieces.next() {
-        place.return_to(second.range().start);
-        return Err(place.error(
-            "a second Piece; one is read: merge them (in ParaView: Merge Blocks) and save the mesh",
-        ));
+    let (mut raw, mut cell_count, mut groups) = (RawMesh::default(), 0, Groups::default());
+    for piece in pieces {
+        let points = count(piece, "NumberOfPoints", place)?;
+        let own_count = count(piece, "NumberOfCells", place)?;
+        // Parallel programs write pieces without anything in them.
+        if points == 0 && own_count == 0 {
+            continue;
+        }
+        let first = raw.nodes_m.len() as u32;
+        let nodes_m = points_m(piece, points, coding, place, unit_m)?;
+        let cells = cells(piece, own_count, coding, place)?;
+        let tetrahedra = cells.tetrahedra(place, nodes_m.len())?;
+        for (name, ids) in of_cells(piece, &cells, coding, place)? {
+            groups.add(name, ids.into_iter().map(|id| first + id));
+        }
+        raw.nodes_m.extend(nodes_m);
+        raw.tetrahedra.extend(tetrahedra.into_iter().map(|ids| ids.map(|id| first + id)));
+        cell_count += own_count;
     }
-    Ok(first)
+    if raw.nodes_m.is_empty() {
+        return Err(place.error_of_file("it has no Piece with points; save the mesh again"));
+    }
+    check_tetrahedra(&raw.tetrahedra, cell_count, place)?;
+    raw.groups = groups.finish();
+    Ok(raw)
 }
 
-/// Points, cells and groups of a piece.
-fn grid(piece: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<RawMesh> {
-    let points = count(piece, "NumberOfPoints", place)?;
-    let cell_count = count(piece, "NumberOfCells", place)?;
-    let nodes_m = points_m(piece, points, coding, place, unit_m)?;
+/// The cells of a piece.
+fn cells(piece: Node, cell_count: u64, coding: &Coding, place: &mut Bytes) -> Result<Cells> {
     let mut cells = Cells { starts: vec![0], ..Cells::default() };
     for end in array(piece, "Cells", "offsets", place)?.whole(cell_count, coding, place)? {
         let last = cells.starts.last().copied().unwrap_or(0);
@@ -169,9 +189,7 @@ fn grid(piece: Node, coding: &Coding, place: &mut Bytes, unit_m: f64) -> Result<
     let size = cells.starts.last().copied().unwrap_or(0) as u64;
     cells.nodes = array(piece, "Cells", "connectivity", place)?.whole(size, coding, place)?;
     cells.types = array(piece, "Cells", "types", place)?.whole(cell_count, coding, place)?;
-    let tetrahedra = cells.tetrahedra(place, nodes_m.len())?;
-    let groups = groups(piece, &cells, coding, place)?;
-    Ok(RawMesh { nodes_m, tetrahedra, groups })
+    Ok(cells)
 }
 
 fn points_m(
@@ -222,7 +240,7 @@ fn array<'a>(piece: Node<'a, 'a>, of: &str, name: &str, place: &mut Bytes) -> Re
 }
 
 /// The groups of the first array of a known name with whole numbers alone, one a cell.
-fn groups(
+fn of_cells(
     piece: Node,
     cells: &Cells,
     coding: &Coding,
