@@ -41,6 +41,7 @@ use core::marker::PhantomData;
 use super::Dynamics;
 use super::coarse::deflation::{deflate, probe_room};
 use super::coarse::elastic::elastic_room;
+use super::coarse::elastic_held::{self, elastic_held_room, is_corrected};
 use super::coarse::held::{self, coarse_room};
 use super::coarse::{Coarse, CoarseTouch};
 use super::conjugate::{BOUNDED, Guess, Last, OF_SPHERE, PUSHED, PUSHED_BY_SPHERE, Products};
@@ -69,6 +70,8 @@ pub struct Track<const ROOM: usize = 0, N = f32> {
     going: bool,
     /// Some state is beyond K.
     saturated: bool,
+    /// Corrections of an elastic level for the chosen cells, which stand in the room.
+    corrections: u32,
     number: PhantomData<N>,
 }
 
@@ -77,6 +80,7 @@ kept!(@[const ROOM: usize, N: Kept] Track<ROOM, N> {
     guess: Guess,
     going: bool,
     saturated: bool,
+    corrections: u32,
     number: PhantomData<N>,
 });
 
@@ -87,6 +91,7 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
         guess: Guess::REST,
         going: false,
         saturated: false,
+        corrections: 0,
         number: PhantomData,
     };
     const IS_ANYTIME: bool = true;
@@ -96,12 +101,30 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 2];
     type Room = [Eight; ROOM];
+
+    fn stilled(self) -> Self {
+        Self { corrections: self.corrections, ..Self::REST }
+    }
 }
 
 impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
     /// Whether the next pass is at an extrapolated point.
     pub(super) fn is_going(&self) -> bool {
         self.going && !self.saturated
+    }
+
+    /// Corrections of an elastic level for the chosen cells.
+    pub(super) fn corrections(&self) -> usize {
+        self.corrections as usize
+    }
+
+    /// Goes on from the published point, whose copies the scheme's arrays get: the guard judges the
+    /// next pass. Not where some state is beyond K.
+    pub(super) fn go_from(&mut self, state: &[Cell<N>], own: &mut [Cell<N>]) {
+        if !self.saturated {
+            own.chunks_mut(state.len().max(1)).take(2).for_each(|array| copy(array, state));
+            (self.going, self.last) = (true, Last::None);
+        }
     }
 
     /// A pass at the extrapolated point. Whether the guard discarded it.
@@ -180,7 +203,11 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
     ) -> Chosen {
         let (model, rs) = (terms.model, way.hi);
         if coarse.is_some() && elastic_level::<N>(model).is_some() {
-            let [product, mixed] = N::elastic(terms, residual, room, touch);
+            let corrections = match coarse {
+                Some(Coarse::Corrected(held)) if held > 0 => self.corrections(),
+                _ => 0,
+            };
+            let [product, mixed] = N::elastic(terms, residual, room, corrections, touch);
             let is_finite = product.hi.is_finite() && mixed.hi.is_finite();
             let [product, mixed] = if is_finite { [product, mixed] } else { [TwoFloat::ZERO; 2] };
             if !is_finite {
@@ -355,6 +382,7 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
     fn room(model: &Model<'_>, held: usize) -> usize {
         coarse_basis::<N>(model).map_or(0, |basis| match basis.elastic() {
             None => coarse_room(basis.count, held),
+            Some(_) if is_corrected(model, &basis, held) => elastic_held_room(basis.count, held),
             Some(_) => elastic_room(basis.count),
         })
     }
@@ -377,10 +405,11 @@ impl<const ROOM: usize, N: Loops> Scheme for Track<ROOM, N> {
 
     #[allow(private_interfaces)]
     fn hold(&mut self, model: &Model<'_>, memory: Memory<'_, N>, held: &[Contact<N>]) {
-        if let Some(basis) = &coarse_basis::<N>(model)
-            && basis.elastic().is_none()
-        {
+        let Some(basis) = &coarse_basis::<N>(model) else { return };
+        if basis.elastic().is_none() {
             held::hold(model, basis, memory.room, held);
+        } else {
+            self.corrections = elastic_held::hold(model, basis, memory.room, held) as u32;
         }
     }
 }

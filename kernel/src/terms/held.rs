@@ -78,7 +78,8 @@ pub enum ContactError {
     #[error("the tissue belongs to another network: reset it first")]
     Model,
     /// The tissue has too little room to hold that many cells against the model's coarse level:
-    /// size it with [`coarse_room`](crate::coarse_room).
+    /// size it with [`coarse_room`](crate::coarse_room), or
+    /// [`elastic_held_room`](crate::elastic_held_room) for nodal shapes.
     #[error(
         "holding these cells needs {needed} blocks of eight f32 for the coarse level, there is \
          room for {room}"

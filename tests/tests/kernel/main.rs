@@ -18,6 +18,7 @@ mod numbers;
 mod plane;
 mod probe;
 mod same_bits;
+mod slender;
 mod snapshot;
 mod surface;
 mod surface_links;

@@ -14,13 +14,15 @@
 //! times 1 / W. What is published is the point of a pass that the guard took, plus its r / W alone,
 //! which is certain ([`track`](crate::Track)).
 //!
-//! A cell that the tool holds has no residual, and does not follow its basis functions; they are
-//! left as they are. That is as good as correcting B for it, and costs nothing when the tool takes
-//! hold, whatever it holds.
+//! A cell that the tool holds has no residual, and does not follow its basis functions. Where that cuts
+//! off more than the basis functions move, B is corrected
+//! ([`elastic_held`](super::elastic_held)).
 //!
 //! Memory with n basis functions: 36 n^2 bytes of the image for B; in RAM 36 bytes a basis function
-//! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications beside restriction and prolongation.
+//! ([`elastic_room`]). Cost of a sweep: 9 n^2 multiplications beside restriction and prolongation, and
+//! 6 n a correction.
 
+use super::solve::add_along;
 use super::touched::CoarseTouch;
 use super::vector;
 use crate::backend::Work;
@@ -80,6 +82,8 @@ fn turned_by(terms: Terms<'_, '_>, cell: u16, v: [f32; 3], back: bool) -> [f32; 
 pub(crate) struct ElasticSolve<'a, 'm> {
     pub basis: CoarseBasis<'m>,
     pub room: &'a mut [Eight],
+    /// How many corrections for held cells stand in the room.
+    pub corrections: usize,
     /// What a sphere makes of B.
     pub touch: Option<&'a CoarseTouch>,
 }
@@ -96,7 +100,10 @@ impl Work for ElasticSolve<'_, '_> {
         let Some((g, rest)) = self.room.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
-        let Some((c, last)) = rest.split_at_mut_checked(blocks) else {
+        let Some((c, rest)) = rest.split_at_mut_checked(blocks) else {
+            return [TwoFloat::ZERO; 2];
+        };
+        let Some((last, corrections)) = rest.split_at_mut_checked(blocks) else {
             return [TwoFloat::ZERO; 2];
         };
         let mut first = 0;
@@ -107,6 +114,9 @@ impl Work for ElasticSolve<'_, '_> {
         while first < blocks {
             columns::<V, 1>(self.basis.inverse, blocks, first, g, c);
             first += 1;
+        }
+        for along in corrections.chunks_exact(blocks).take(self.corrections) {
+            add_along::<V>(along, -1.0, g, c);
         }
         if IS_BUILT && let Some(touch) = self.touch {
             touch.correct::<V>(&self.basis, c);

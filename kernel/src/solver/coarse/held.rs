@@ -48,7 +48,7 @@ pub(crate) fn hold<N: Number>(
         for (link, other) in model.neighbours(cell) {
             couple(other, 0.5 * model.link_weight(link));
         }
-        apply(basis, earlier, row, adding);
+        apply(basis, earlier, true, row, adding);
         scale(adding, f64::from(diagonal) + dot(row, adding));
         // h = l p - a.
         for slot in row.as_flattened_mut() {
@@ -57,7 +57,7 @@ pub(crate) fn hold<N: Number>(
         for (function, weight) in basis.row_of(cell) {
             add(row, function, diagonal * weight);
         }
-        apply(basis, earlier, row, taking);
+        apply(basis, earlier, true, row, taking);
         let share = -dot(adding, row) as f32;
         for (slot, along) in taking.as_flattened_mut().iter_mut().zip(adding.as_flattened()) {
             *slot += share * along;
@@ -76,9 +76,16 @@ fn scale(vector: &mut [Eight], norm: f64) {
     }
 }
 
-/// The inverse with the corrections of `earlier` cells, times a vector.
-fn apply(basis: &CoarseBasis<'_>, earlier: &[Eight], of: &[Eight], product: &mut [Eight]) {
-    let blocks = basis.blocks();
+/// The inverse with `earlier` corrections, times a vector; every second correction adds where they are
+/// in `pairs`.
+pub(super) fn apply(
+    basis: &CoarseBasis<'_>,
+    earlier: &[Eight],
+    pairs: bool,
+    of: &[Eight],
+    product: &mut [Eight],
+) {
+    let blocks = basis.row_blocks();
     product.fill([0.0; LANES]);
     for (row, &factor) in basis.inverse.chunks_exact(blocks).zip(of.as_flattened()) {
         if factor != 0.0 {
@@ -89,14 +96,14 @@ fn apply(basis: &CoarseBasis<'_>, earlier: &[Eight], of: &[Eight], product: &mut
     }
     for (index, along) in earlier.chunks_exact(blocks).enumerate() {
         let share = dot(along, of) as f32;
-        let share = if index % 2 == 0 { -share } else { share };
+        let share = if pairs && index % 2 == 1 { share } else { -share };
         for (slot, along) in product.as_flattened_mut().iter_mut().zip(along.as_flattened()) {
             *slot += share * along;
         }
     }
 }
 
-fn dot(a: &[Eight], b: &[Eight]) -> f64 {
+pub(super) fn dot(a: &[Eight], b: &[Eight]) -> f64 {
     let terms = a.as_flattened().iter().zip(b.as_flattened());
     terms.fold(0.0, |sum, (&a, &b)| sum + f64::from(a) * f64::from(b))
 }

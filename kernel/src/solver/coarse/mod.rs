@@ -43,11 +43,13 @@
 //! - `deflation`: without the basis functions at a probe's contacts, or as tools on a surface resist
 //!   them.
 //! - `elastic`: the level of nodal shapes, which couples the axes.
+//! - `elastic_held`: its corrections for chosen cells.
 //! - `touched`: that level under tools.
 //! - `scalar`, `sliced`: restriction and prolongation, cell by cell and two cells side by side.
 
 pub(crate) mod deflation;
 pub(crate) mod elastic;
+pub(crate) mod elastic_held;
 pub(crate) mod held;
 pub(crate) mod scalar;
 pub(crate) mod sliced;
@@ -58,6 +60,7 @@ pub(crate) mod touched;
 
 pub use deflation::probe_room;
 pub use elastic::elastic_room;
+pub use elastic_held::elastic_held_room;
 pub use held::coarse_room;
 pub(crate) use solve::{Coarse, Solve};
 pub use touched::CoarseTouch;

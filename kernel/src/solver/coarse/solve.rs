@@ -113,17 +113,23 @@ fn columns<V: F32x8, const N: usize>(
 #[inline(always)]
 fn correct<V: F32x8>(along: &[Eight], blocks: usize, sign: f32, g: &[Eight], c: &mut [Eight]) {
     for axis in 0..3 {
-        let mut lanes = V::splat(0.0);
-        for (v, g) in along.iter().zip(vector(g, blocks, axis)) {
-            lanes = lanes.plus(V::load(v).times(V::load(g)));
-        }
-        let mut sums = [0.0; LANES];
-        lanes.store(&mut sums);
-        let [a, b, c0, d, e, f, h, i] = sums;
-        let factor = V::splat(sign * (((a + e) + (c0 + h)) + ((b + f) + (d + i))));
         let c = c.get_mut(axis * blocks..(axis + 1) * blocks).unwrap_or(&mut []);
-        for (v, c) in along.iter().zip(c) {
-            V::load(c).plus(V::load(v).times(factor)).store(c);
-        }
+        add_along::<V>(along, sign, vector(g, blocks, axis), c);
+    }
+}
+
+/// c += sign v (v . g).
+#[inline(always)]
+pub(super) fn add_along<V: F32x8>(along: &[Eight], sign: f32, g: &[Eight], c: &mut [Eight]) {
+    let mut lanes = V::splat(0.0);
+    for (v, g) in along.iter().zip(g) {
+        lanes = lanes.plus(V::load(v).times(V::load(g)));
+    }
+    let mut sums = [0.0; LANES];
+    lanes.store(&mut sums);
+    let [a, b, c0, d, e, f, h, i] = sums;
+    let factor = V::splat(sign * (((a + e) + (c0 + h)) + ((b + f) + (d + i))));
+    for (v, c) in along.iter().zip(c) {
+        V::load(c).plus(V::load(v).times(factor)).store(c);
     }
 }

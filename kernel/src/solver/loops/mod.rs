@@ -162,15 +162,16 @@ pub trait Loops: LinkNumber {
         false
     }
 
-    /// The direction of an elastic level, under a sphere or not, into the room; gives its inner products with the residual
-    /// and with the last one.
+    /// The direction of an elastic level, with so many corrections for held cells, under a sphere or
+    /// not, into the room; gives its inner products with the residual and with the last one.
     fn elastic(
         terms: Terms<'_, '_>,
         residual: &[Cell<Self>],
         room: &mut [Eight],
+        corrections: usize,
         touch: Option<&CoarseTouch>,
     ) -> [TwoFloat; 2] {
-        let _ = (terms, residual, room, touch);
+        let _ = (terms, residual, room, corrections, touch);
         [TwoFloat::ZERO; 2]
     }
 

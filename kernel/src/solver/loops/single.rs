@@ -98,13 +98,14 @@ impl Loops for f32 {
         terms: Terms<'_, '_>,
         residual: &[Cell],
         room: &mut [Eight],
+        corrections: usize,
         touch: Option<&CoarseTouch>,
     ) -> [TwoFloat; 2] {
         let Some(basis) = terms.model.coarse_basis else { return [TwoFloat::ZERO; 2] };
         restrict(terms, basis, residual, room);
         let vector = basis.row_blocks();
         elastic::turn(terms, &basis, room.get_mut(..vector).unwrap_or(&mut []), true);
-        let products = run(terms.vectors, ElasticSolve { basis, room, touch });
+        let products = run(terms.vectors, ElasticSolve { basis, room, corrections, touch });
         elastic::turn(terms, &basis, room.get_mut(vector..2 * vector).unwrap_or(&mut []), false);
         products
     }

@@ -8,7 +8,8 @@
 //!
 //! K the second derivative of the energy. The fields phi_x, phi_y and phi_z are solved for when the
 //! cells are chosen, for the rest shape with all links taut ([`response`]). When the tool moves, the point of
-//! the next pass and the one before it move along; the published point does not. The guard judges
+//! the next pass and the one before it move along; the published point does not. Behind a pass that was
+//! discarded both begin at the published point, or the body would be left behind at every move. The guard judges
 //! the pass as any other, so a prediction that is wrong, in a body that has turned or folded, costs
 //! a discarded pass at most, and the certificate is that of `track`.
 //!
@@ -111,7 +112,11 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
     fn begin(&mut self, body: &mut Body<'_, '_>) {
         let (cells, own) = (body.state.len(), core::mem::take(&mut body.own));
         let way = core::mem::take(&mut self.ahead);
-        let follows = way != [0.0; 3] && self.is_known && self.track.is_going();
+        let follows = way != [0.0; 3] && self.is_known;
+        if follows && !self.track.is_going() && !body.level.is_forgotten() {
+            self.track.go_from(body.state, own);
+        }
+        let follows = follows && self.track.is_going();
         if follows && fields::follow(body.terms.model, own, body.awake, way) {
             // Beyond the range: the next pass starts at the published point.
             self.track.interrupt();
@@ -191,8 +196,8 @@ impl<const ROOM: usize> Scheme for Predict<ROOM> {
     fn hold(&mut self, model: &Model<'_>, memory: Memory<'_>, held: &[Contact]) {
         let Memory { state, residual, own, room, states, vectors } = memory;
         self.track.hold(model, Memory { state, residual, own, room, states, vectors }, held);
-        self.is_known =
-            response::solve(model, Memory { state, residual, own, room, states, vectors }, held);
+        let memory = Memory { state, residual, own, room, states, vectors };
+        self.is_known = response::solve(model, memory, held, self.track.corrections());
         self.track.interrupt();
         self.ahead = [0.0; 3];
         self.prepared = Some(held.len());

@@ -23,10 +23,13 @@ use crate::terms::state::States;
 use crate::terms::term::Term;
 
 /// Most link passes for a field.
-pub const ITERATIONS_MAX: usize = 400;
+pub const ITERATIONS_MAX: usize = 2000;
 /// Part of the first residual, in the norm of the preconditioner, at which a field is good enough:
 /// what is left is far below what the body does otherwise than its field at rest says.
 const ENOUGH: f64 = 1.0e-3;
+/// So many times the field's own energy stands in for that norm where it is less: a slender body
+/// yields to the tool with a small part of the energy that the first residual has.
+const SOFT: f64 = 100.0;
 /// Largest displacement of a cell that a field may have, for a unit move of the tool.
 const FIELD_MAX: f32 = 1.0e3;
 
@@ -42,6 +45,8 @@ struct System<'a, 'm> {
     product: &'a mut [Cell],
     /// Room for a coarse level.
     room: &'a mut [Eight],
+    /// Corrections of an elastic level in the room.
+    corrections: usize,
     /// What the terms keep of the cells.
     states: States<'a>,
     vectors: Option<VectorUnit>,
@@ -49,14 +54,19 @@ struct System<'a, 'm> {
 
 /// Works out the three fields into the last arrays of the scheme. Whether they can be used: not on
 /// a body with slack, nor where nothing is held. The other arrays are at the state afterwards.
-pub(super) fn solve(model: &Model<'_>, mut memory: Memory<'_>, held: &[Contact]) -> bool {
+pub(super) fn solve(
+    model: &Model<'_>,
+    mut memory: Memory<'_>,
+    held: &[Contact],
+    corrections: usize,
+) -> bool {
     let cells = memory.state.len();
     if memory.own.len() != ARRAYS * cells || memory.residual.len() != cells {
         return false;
     }
     let mut is_good = !held.is_empty() && !model.has_slack();
     for axis in 0..ARRAYS - TRACK {
-        is_good = is_good && field(model, &mut memory, held, axis);
+        is_good = is_good && field(model, &mut memory, (held, corrections), axis);
     }
     memory.residual.fill(Cell::ZERO);
     for array in memory.own.chunks_mut(cells.max(1)).take(TRACK) {
@@ -66,7 +76,12 @@ pub(super) fn solve(model: &Model<'_>, mut memory: Memory<'_>, held: &[Contact])
 }
 
 /// Works out the field of an axis; whether it can be used.
-fn field(model: &Model<'_>, memory: &mut Memory<'_>, held: &[Contact], axis: usize) -> bool {
+fn field(
+    model: &Model<'_>,
+    memory: &mut Memory<'_>,
+    (held, corrections): (&[Contact], usize),
+    axis: usize,
+) -> bool {
     let cells = memory.state.len();
     let Some((points, fields)) = memory.own.split_at_mut_checked(TRACK * cells) else {
         return false;
@@ -78,19 +93,23 @@ fn field(model: &Model<'_>, memory: &mut Memory<'_>, held: &[Contact], axis: usi
     put(field, held, Cell::at(unit));
     let (residual, room) = (&mut *memory.residual, &mut *memory.room);
     let (states, vectors) = (memory.states, memory.vectors);
-    let mut system = System { model, held, residual, way, product, room, states, vectors };
-    system.begin(field);
+    let mut system =
+        System { model, held, residual, way, product, room, corrections, states, vectors };
+    let mut energy = system.begin(field);
     let first = system.precondition();
     let mut left = first;
     copy(system.way, system.product);
     for _ in 0..ITERATIONS_MAX {
-        if left <= ENOUGH * ENOUGH * first {
+        let of_energy = SOFT * energy;
+        let scale = if of_energy < first { of_energy } else { first };
+        if left <= ENOUGH * ENOUGH * scale {
             break;
         }
         let curvature = system.curvature();
         if curvature.is_nan() || curvature <= 0.0 {
             break;
         }
+        energy -= left / curvature * left;
         system.step(field, (left / curvature) as f32);
         let next = system.precondition();
         system.turn((next / left) as f32);
@@ -117,13 +136,15 @@ fn inner(a: &[Cell], b: &[Cell]) -> f64 {
 }
 
 impl System<'_, '_> {
-    /// The residual of a field.
-    fn begin(&mut self, field: &[Cell]) {
+    /// The residual of a field that is 0 but at the held cells; twice its energy.
+    fn begin(&mut self, field: &[Cell]) -> f64 {
         multiply(self.model, self.states, field, self.residual);
+        let energy = inner(field, self.residual);
         put(self.residual, self.held, Cell::ZERO);
         for residual in &mut *self.residual {
             *residual = Cell::at(scale(-1.0, residual.xyz()));
         }
+        energy
     }
 
     /// The search direction's inner product with K times itself; that stands in the product.
@@ -149,7 +170,15 @@ impl System<'_, '_> {
         if let Some(basis) = basis {
             scalar::restrict(&basis, self.residual, self.room);
             if basis.elastic().is_some() {
-                run(self.vectors, ElasticSolve { basis, room: self.room, touch: None });
+                run(
+                    self.vectors,
+                    ElasticSolve {
+                        basis,
+                        room: self.room,
+                        corrections: self.corrections,
+                        touch: None,
+                    },
+                );
             } else {
                 let coarse = Coarse::Corrected(self.held.len());
                 run(self.vectors, Solve { basis, room: self.room, coarse });
