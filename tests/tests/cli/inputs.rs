@@ -79,8 +79,8 @@ fn no_output_stands_in_the_place_of_an_input() {
     refused(to(&path));
     let serve = |options: &[&str]| {
         let scene = chaincell_tests::scene("inputs");
-        let args =
-            ["serve", text(&out.join("model.chaincell")), "--scene", &scene, "--seconds", "0.1"];
+        let copy = out.join("model.chaincell");
+        let args = ["serve", text(&copy), "--scene", &scene, "--seconds", "0.1"];
         run([&args[..], options].concat())
     };
     refused(serve(&["--out", text(&out), "--force"]));
