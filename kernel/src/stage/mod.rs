@@ -73,10 +73,12 @@
 //! # Ok::<(), chaincell_kernel::stage::StageError>(())
 //! ```
 
+mod answer;
 mod controller;
 mod coupling;
 mod delay;
 mod finite;
+mod limit;
 mod observer;
 mod ramp;
 mod reach;
@@ -104,25 +106,19 @@ use crate::tick::sample::{Flags, TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
 use delay::Delay;
+use limit::Limit;
 use nalgebra::Vector3;
 use observer::Observer;
 use ramp::Ramp;
 use watchdog::Watchdog;
-
-/// Share of the force from which on it is said that so much is taken off, in a press that began within
-/// the ramp.
-const OFF_SAID: f32 = 0.5;
-/// Share of the ramp from which on the slew limit's doing is told from the ramp's.
-const SHARE_MIN: f32 = 0.01;
 
 /// The output stage of one device: [`Self::sample`], the tissue's tick, [`Self::output`]; or
 /// [`Self::missed`] alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     settings: StageSettings,
-    /// The tissue's own limit, see [`Self::limit_force`], and what of a raised one is in force \[N\].
-    limit_to_n: f32,
-    limit_n: f32,
+    /// The tissue's own limit, see [`Self::limit_force`].
+    limit: Limit,
     proxy: Proxy,
     observer: Observer,
     controller: Controller,
@@ -175,8 +171,8 @@ kept!(Stage {
     given: [f32; 3],
     energy_j: f32,
     contacts: u32,
-    limit_n: f32,
-} but settings: StageSettings::NONE, limit_to_n: f32::INFINITY);
+    limit: Limit,
+} but settings: StageSettings::NONE);
 
 impl Stage {
     /// A stage at rest.
@@ -187,8 +183,7 @@ impl Stage {
         settings.check()?;
         Ok(Self {
             settings,
-            limit_to_n: f32::INFINITY,
-            limit_n: f32::INFINITY,
+            limit: Limit::NONE,
             proxy: Proxy::NEW,
             observer: Observer::NEW,
             controller: Controller::NEW,
@@ -218,9 +213,8 @@ impl Stage {
         let is_within = sqrt(dot(other.given, other.given)) <= finite_number(most);
         let given = if is_within { other.given } else { clamped(other.given, most).0 };
         let energy_j = finite_number(other.energy_j);
-        let (settings, limit_to_n) = (self.settings, self.limit_to_n);
-        let ramp = self.ramp.along(other.ramp);
-        *self = Self { settings, limit_to_n, ramp, given, energy_j, ..other };
+        let (settings, ramp) = (self.settings, self.ramp.along(other.ramp));
+        *self = Self { settings, ramp, given, energy_j, ..other };
     }
 
     /// The settings.
@@ -307,118 +301,12 @@ impl Stage {
     /// while a coupling shows its own. A lower one holds at once, within the slew limit; up to a higher one
     /// the force may grow by the device's largest within [`StageSettings::ramp_ticks`] \[N\].
     pub fn limit_force(&mut self, max_force_n: f32) {
-        self.limit_to_n = max_force_n;
-        if max_force_n < self.limit_n || max_force_n.is_nan() {
-            self.limit_n = max_force_n;
-        }
-    }
-
-    /// A step of a raised limit.
-    fn raise_limit(&mut self) {
-        let most = self.settings.max_force_n;
-        let raised = self.limit_n + most / f32::from(self.settings.ramp_ticks.max(1));
-        let is_there = raised >= self.limit_to_n || raised >= most;
-        self.limit_n = if is_there { self.limit_to_n } else { raised };
+        self.limit.set(max_force_n);
     }
 
     /// The largest force \[N\].
     fn most_n(&self) -> f32 {
-        let most = self.settings.max_force_n;
-        if self.limit_n < most { self.limit_n } else { most }
-    }
-
-    /// What the device is given for what the tissue has answered to [`Self::sample`].
-    ///
-    /// Energy, work, stiffness and contacts are the tissue's. To a late answer
-    /// ([`Flags::LATE`]) the device is given the force that it has. After a bad sample, and without one
-    /// since the last answer, it is that of [`Self::missed`], with the tissue's flags.
-    pub fn output(&mut self, tissue: &TickOutput) -> TickOutput {
-        let (mut answer, is_sound) = finite::checked(tissue);
-        (self.energy_j, self.contacts) = (answer.energy_j, answer.contacts);
-        let is_known = is_sound && !self.is_blind(&answer);
-        let is_safe = !is_known || answer.flags.contains(Flags::SAFE_STATE);
-        if is_safe {
-            self.asked = Asked::NONE;
-            self.ramp.fall();
-        }
-        if !self.is_good {
-            answer.flags.insert(Flags::BAD_SAMPLE);
-            self.observe(&answer);
-            return self.silent(answer);
-        }
-        self.watchdog.hear();
-        if self.begins {
-            self.ramp.fall();
-        }
-        let force: [f32; 3] = answer.force_n.into();
-        self.proxy.feel(
-            force,
-            answer.stiffness_n_per_m,
-            answer.flags.contains(Flags::MOTION_CLAMPED),
-        );
-        self.observe(&answer);
-        let mut whole = None;
-        if self.engaged && !is_safe {
-            // The force of a late answer is an old one: what is given stays.
-            if !answer.flags.contains(Flags::LATE) {
-                let force = self.before_control(&answer);
-                self.asked = self.controlled(&answer, force);
-                whole = Some(force);
-                self.go_on_ramp(&mut answer);
-            }
-        } else {
-            self.asked = Asked::NONE;
-            self.ramp.fall();
-        }
-        (self.begins, self.is_good, self.ticks) = (false, false, 1);
-        let before = self.given;
-        self.give(&mut answer);
-        if whole.is_some_and(|whole| self.takes_most_of(whole, before)) {
-            answer.flags.insert(Flags::FORCE_WITHHELD);
-        }
-        if is_safe {
-            self.mark_safe(&mut answer);
-        }
-        answer
-    }
-
-    /// Whether the tissue is under a current: coupling and passivity control go by a stiffness that it
-    /// does not tell. Cells that are held by position have a stiffness wherever they make a force.
-    fn is_blind(&self, answer: &TickOutput) -> bool {
-        let goes_by_position =
-            self.settings.coupling.is_some() || self.settings.passivity.is_some();
-        let is_stiff = answer.stiffness_n_per_m > 0.0;
-        goes_by_position && answer.contacts > 0 && !is_stiff && answer.force_n != Vector3::zeros()
-    }
-
-    /// A step of the ramp: down where L is overdrawn, the delay too long for a stage without a coupling,
-    /// or the hand has not paid; none where the hand would get more than it has put in.
-    fn go_on_ramp(&mut self, answer: &mut TickOutput) {
-        if self.settings.passivity.is_none() {
-            return self.ramp.up();
-        }
-        let push = dot(self.asked.force, self.observer.rate());
-        let cannot_hold = if self.delay.is_long() {
-            self.settings.coupling.is_none()
-        } else {
-            self.observer.is_overdrawn()
-        };
-        let most_n = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let ledger = (&self.observer, &self.delay);
-        let unpaid = unpaid::goes_down(ledger, self.is_early, (self.given, most_n));
-        let fast = if cannot_hold && unpaid < 0.5 { 0.5 } else { unpaid };
-        let is_less = fast > 0.0 && self.ramp.back_off(fast);
-        if !is_less && !unpaid::waits(&self.observer) {
-            if unpaid::is_in_debt(&self.observer) {
-                return self.ramp.creep_up();
-            }
-            if push <= self.observer.reserve_j(&self.delay) {
-                return self.ramp.up();
-            }
-        }
-        if self.ramp.share() < unpaid::SHARE_SAID {
-            answer.flags.insert(Flags::FORCE_WITHHELD);
-        }
+        self.limit.of(self.settings.max_force_n)
     }
 
     /// The device did not feel what was computed: the process around let its force fall, or gave none.
@@ -439,133 +327,5 @@ impl Stage {
         self.has_gap |= self.is_good;
         let (energy_j, contacts) = (self.energy_j, self.contacts);
         self.silent(TickOutput { energy_j, contacts, ..TickOutput::NONE })
-    }
-
-    /// The last force, or what the watchdog leaves of it.
-    fn silent(&mut self, mut answer: TickOutput) -> TickOutput {
-        self.ticks = self.ticks.saturating_add(1);
-        if self.watchdog.miss(self.settings.watchdog_ticks) {
-            self.has_gap = true;
-            self.ramp.down();
-            answer.flags.insert(Flags::STALE);
-        }
-        if !self.engaged {
-            // The answer to its release may have got lost.
-            self.asked = Asked::NONE;
-            self.ramp.fall();
-        }
-        self.give(&mut answer);
-        if answer.flags.contains(Flags::STALE) || answer.flags.contains(Flags::SAFE_STATE) {
-            self.mark_safe(&mut answer);
-        }
-        answer
-    }
-
-    /// The safe state is there once the force is.
-    fn mark_safe(&self, answer: &mut TickOutput) {
-        answer.flags.0 &= !Flags::SAFE_STATE.0;
-        if self.given == [0.0; 3] {
-            answer.flags.insert(Flags::SAFE_STATE);
-        }
-    }
-
-    /// Books what the tool has done and what the coupling stores.
-    fn observe(&mut self, answer: &TickOutput) {
-        let Some(passivity) = &self.settings.passivity else { return };
-        let is_free = self.ramp.share() == 1.0 && answer.force_n == Vector3::zeros();
-        self.is_early = self.ramp.share() == 0.0 || (self.is_early && !is_free);
-        let at = self.observer.at();
-        let (shown, stored) = match &self.coupling() {
-            Some(coupling) => {
-                let spring = scale(coupling.stiffness_n_per_m, sub(self.proxy.at(), at));
-                (spring, self.proxy.stored(coupling, at))
-            }
-            None => (answer.force_n.into(), 0.0),
-        };
-        if self.begins && self.is_good {
-            self.controller = Controller::NEW;
-            self.observer.begin(shown);
-        } else if self.has_gap && self.is_good {
-            self.controller = Controller::NEW;
-            self.observer.resume(shown);
-        } else if self.engaged {
-            let times = (self.settings.tick_s, &self.delay);
-            self.observer.book(passivity, times, shown, (answer.energy_j + stored, self.is_early));
-        }
-        self.has_gap &= !self.is_good;
-    }
-
-    /// Time of the last motion \[s\].
-    fn time_s(&self) -> f32 {
-        f32::from(self.took) * self.settings.tick_s
-    }
-
-    /// The force that the coupling shows, or the tissue's \[N\].
-    fn before_control(&self, answer: &TickOutput) -> [f32; 3] {
-        match &self.coupling() {
-            Some(coupling) => self.proxy.force(coupling, self.time_s(), self.device, self.dx),
-            None => answer.force_n.into(),
-        }
-    }
-
-    /// What passivity control leaves of a force.
-    fn controlled(&mut self, answer: &TickOutput, force: [f32; 3]) -> Asked {
-        if self.settings.passivity.is_none() {
-            return Asked::all_of(force);
-        }
-        let stiffness =
-            self.coupling().map_or(answer.stiffness_n_per_m, |coupling| coupling.stiffness_n_per_m);
-        let limits = [stiffness, self.most_n()];
-        self.controller.control(&self.observer, self.settings.tick_s, &self.delay, limits, force)
-    }
-
-    /// Whether passivity control has taken off more than half of a force, and more than half of the one
-    /// before is gone, by more than half of what the slew limit admits.
-    fn takes_most_of(&self, whole: [f32; 3], before: [f32; 3]) -> bool {
-        if self.settings.passivity.is_none() {
-            return false;
-        }
-        let (whole, _) = clamped(whole, self.most_n());
-        let taken = sub(whole, sub(self.asked.force, self.asked.off));
-        let step = sub(self.given, before);
-        let slew = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let is_most = 4.0 * dot(taken, taken) > dot(whole, whole);
-        let is_gone = 4.0 * dot(self.given, self.given) < dot(before, before);
-        let is_fast = 4.0 * dot(step, step) > slew * slew || slew == f32::INFINITY;
-        is_most && is_gone && is_fast
-    }
-
-    /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the
-    /// observer: the force before clamp and ramp, and the slew's lag.
-    fn give(&mut self, answer: &mut TickOutput) {
-        self.raise_limit();
-        let share = self.ramp.share();
-        let Asked { force, off } = self.asked;
-        let (asked, is_clamped) = clamped(force, self.most_n());
-        if is_clamped {
-            answer.flags.insert(Flags::FORCE_CLAMPED);
-        }
-        if self.is_early && dot(off, off) > OFF_SAID * OFF_SAID * dot(asked, asked) {
-            answer.flags.insert(Flags::FORCE_WITHHELD);
-        }
-        let (asked, _) = clamped(sub(asked, off), self.most_n());
-        // From +0.0: -0.0 becomes +0.0.
-        let target = on_ramp([0.0; 3], asked, share);
-        let most = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let mut given = slew_limited(self.given, target, most);
-        if !given.iter().all(|x| x.is_finite()) {
-            (self.asked, given) = (Asked::NONE, [0.0; 3]);
-            answer.flags.insert(Flags::SAFE_STATE);
-        }
-        self.given = given;
-        if self.settings.passivity.is_some() {
-            let mut counts = sub(force, off);
-            // Where next to nothing is given there is nothing to tell.
-            if share > SHARE_MIN {
-                counts = add(counts, scale(1.0 / share, sub(given, target)));
-            }
-            self.observer.give(counts, given);
-        }
-        answer.force_n = given.into();
     }
 }

@@ -1,0 +1,39 @@
+//! The tissue's own force limit, for what a coupling shows too: a lower one holds at once, a raised one
+//! comes into force step by step.
+
+use crate::number::kept::kept;
+
+/// A limit, and what of it is in force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Limit {
+    /// Where it goes \[N\].
+    to_n: f32,
+    /// What is in force \[N\].
+    now_n: f32,
+}
+
+kept!(Limit { to_n: f32, now_n: f32 });
+
+impl Limit {
+    pub(super) const NONE: Self = Self { to_n: f32::INFINITY, now_n: f32::INFINITY };
+
+    /// Another limit. What is not above 0 admits no force.
+    pub(super) fn set(&mut self, max_force_n: f32) {
+        self.to_n = if max_force_n > 0.0 { max_force_n } else { 0.0 };
+        if self.to_n < self.now_n {
+            self.now_n = self.to_n;
+        }
+    }
+
+    /// A tick of a rise by the device's largest force within `ticks`.
+    pub(super) fn rise(&mut self, device_n: f32, ticks: u16) {
+        let raised = self.now_n + device_n / f32::from(ticks.max(1));
+        let is_there = raised >= self.to_n || raised >= device_n;
+        self.now_n = if is_there { self.to_n } else { raised };
+    }
+
+    /// The largest force of a device \[N\].
+    pub(super) fn of(&self, device_n: f32) -> f32 {
+        if self.now_n < device_n { self.now_n } else { device_n }
+    }
+}
