@@ -186,8 +186,7 @@ pub fn execute(args: &Args) -> Result<()> {
         stage: args.stage.report()?,
     };
     folder.write_json("summary.json", &summary)?;
-    let far = args.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), &executed));
-    report(args, &summary, &played, far)?;
+    report(args, &summary, &played, far(args, &tissue, &executed))?;
     if summary.interrupted { Err(Error::Interrupted) } else { Ok(()) }
 }
 
@@ -208,6 +207,11 @@ fn paths(args: &Args, tissue: &Staged<'_>) -> Result<Paths> {
         )));
     }
     Ok(paths)
+}
+
+/// How far a path leads beyond the body.
+fn far(args: &Args, tissue: &Staged<'_>, executed: &[Pose]) -> Option<Far> {
+    args.source.path.as_ref().and_then(|_| Far::of(tissue.engine(), executed))
 }
 
 /// The record of a tick that has been made.
