@@ -77,10 +77,10 @@ fn no_output_stands_in_the_place_of_an_input() {
         run([&args[..], &["--trace", text(place)]].concat())
     };
     refused(to(&path));
+    let own = out.join("model.chaincell");
     let serve = |options: &[&str]| {
         let scene = chaincell_tests::scene("inputs");
-        let args =
-            ["serve", text(&out.join("model.chaincell")), "--scene", &scene, "--seconds", "0.1"];
+        let args = ["serve", text(&own), "--scene", &scene, "--seconds", "0.1"];
         run([&args[..], options].concat())
     };
     refused(serve(&["--out", text(&out), "--force"]));
