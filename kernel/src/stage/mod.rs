@@ -56,8 +56,7 @@
 //! ```
 //! use chaincell_kernel::stage::{Device, Stage, StageSettings};
 //! use chaincell_kernel::{TickOutput, ToolSample};
-//! use nalgebra::Vector3;
-//!
+//! //!
 //! let mut stage = Stage::new(StageSettings::for_device(Device::Falcon))?;
 //! let mut tick = |sample: Option<ToolSample>| match sample {
 //!     Some(sample) => {
@@ -98,11 +97,11 @@ pub use settings::{
 };
 pub use slew::slew_limited;
 
-use crate::number::cell::{add, dot, scale, sub};
+use crate::number::cell::{dot, sub};
 use crate::number::clamp::{clamped, finite as finite_number};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
-use crate::tick::sample::{Flags, TickOutput, ToolSample};
+use crate::tick::sample::{TickOutput, ToolSample};
 use controller::{Asked, Controller};
 use coupling::Proxy;
 use delay::Delay;

@@ -103,7 +103,7 @@ fn a_server_is_ready_only_where_others_can_join() {
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
         "\"$chaincell\" serve {} --scene {scene} --contact 40 --late-share off > {folder}/out 2> {folder}/err & s=$!
-        until grep -q ready {folder}/out || ! kill -0 $s 2> /dev/null; do sleep 0.01; done
+        until grep -q ready {folder}/out || grep -q \"shared memory\" {folder}/err; do sleep 0.01; done
         if grep -q ready {folder}/out; then
             \"$chaincell\" control --late-share off --scene {scene} --path {} > /dev/null; echo $?
             \"$chaincell\" command --scene {scene} pause > /dev/null; echo $?
