@@ -106,7 +106,6 @@ use controller::{Asked, Controller};
 use coupling::Proxy;
 use delay::Delay;
 use limit::Limit;
-use nalgebra::Vector3;
 use observer::Observer;
 use ramp::Ramp;
 use watchdog::Watchdog;

@@ -80,12 +80,7 @@ fn no_output_stands_in_the_place_of_an_input() {
     let own = out.join("model.chaincell");
     let serve = |options: &[&str]| {
         let scene = chaincell_tests::scene("inputs");
-<<<<<<< HEAD
-        let copy = out.join("model.chaincell");
-        let args = ["serve", text(&copy), "--scene", &scene, "--seconds", "0.1"];
-=======
         let args = ["serve", text(&own), "--scene", &scene, "--seconds", "0.1"];
->>>>>>> procs
         run([&args[..], options].concat())
     };
     refused(serve(&["--out", text(&out), "--force"]));

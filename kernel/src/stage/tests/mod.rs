@@ -6,6 +6,7 @@ mod missing;
 mod restored;
 
 use super::*;
+use crate::tick::sample::Flags;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use std::vec::Vec;
