@@ -30,7 +30,7 @@ use crate::terms::held::Contact;
 const BEARABLE: f32 = 20.0;
 /// The own part of a direction, in mean diagonal elements of K, as the bake has it.
 const OWN_PART: f32 = 0.7;
-/// Pivots of P_h' D P_h below this share of their element are 0.
+/// Pivots of `P_h' D P_h` below this share of their element are 0.
 const LEAST: f32 = 1.0e-4;
 /// A cut that adds less to the matrix than this share stays.
 const SLIGHT: f64 = 0.1;
@@ -158,7 +158,7 @@ fn number<N: Number>(
     count
 }
 
-/// P_h' D P_h: a row for each basis function at a held cell, which become those of U'.
+/// `P_h' D P_h`: a row for each basis function at a held cell, which become those of U'.
 struct Rows<'a> {
     rows: &'a mut [Eight],
     blocks: usize,
@@ -232,7 +232,7 @@ mod tests {
         free.take(count).map(Contact::new).collect()
     }
 
-    /// With c = (B^-1 + P_h' D P_h)^-1 g, c + B P_h' D P_h c is B g.
+    /// With `c = (B^-1 + P_h' D P_h)^-1 g`, `c + B P_h' D P_h c` is B g.
     #[test]
     fn held_cells_are_corrected_for() {
         let model = Model::from_bytes(TISSUE).unwrap();

@@ -30,6 +30,8 @@ const ENOUGH: f64 = 1.0e-3;
 /// So many times the field's own energy stands in for that norm where it is less: a slender body
 /// yields to the tool with a small part of the energy that the first residual has.
 const SOFT: f64 = 100.0;
+/// Part of that norm below which the energy of a field is lost in rounding.
+const ROUNDING: f64 = 1.0e-6;
 /// Largest displacement of a cell that a field may have, for a unit move of the tool.
 const FIELD_MAX: f32 = 1.0e3;
 
@@ -100,9 +102,7 @@ fn field(
     let mut left = first;
     copy(system.way, system.product);
     for _ in 0..ITERATIONS_MAX {
-        let of_energy = SOFT * energy;
-        let scale = if of_energy < first { of_energy } else { first };
-        if left <= ENOUGH * ENOUGH * scale {
+        if left <= ENOUGH * ENOUGH * measure(first, energy) {
             break;
         }
         let curvature = system.curvature();
@@ -119,6 +119,18 @@ fn field(
     put(field, held, Cell::ZERO);
     // What is not finite is not below it either.
     field.iter().all(|field| field.xyz().iter().all(|x| x.abs() <= FIELD_MAX))
+}
+
+/// What is left of a field is compared with this, for the first residual and the field's energy.
+fn measure(first: f64, energy: f64) -> f64 {
+    let soft = SOFT * energy;
+    if soft > first {
+        first
+    } else if soft > ROUNDING * first {
+        soft
+    } else {
+        ROUNDING * first
+    }
 }
 
 /// Gives the held cells a value.
