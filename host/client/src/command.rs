@@ -140,7 +140,7 @@ pub type Service = request_response::PortFactory<Ipc, CommandMessage, (), ReplyM
 /// # Errors
 /// One with other types or limits.
 pub fn service(scene: &SceneServices) -> Result<Service> {
-    let name = scene.command_name.clone();
+    let name = scene.command_name;
     scene.further(move |node| opened(node, &name))
 }
 

@@ -181,9 +181,9 @@ impl SceneServices {
             forces: topic(&node, &names.forces, TOOL_FORCES)?,
             pose_wake: wake_topic(&node, &names.pose)?,
             force_wake: wake_topic(&node, &names.force)?,
-            state_name: names.state.clone(),
-            contacts_name: names.contacts.clone(),
-            command_name: names.command.clone(),
+            state_name: names.state,
+            contacts_name: names.contacts,
+            command_name: names.command,
             opening,
             node: Arc::new(node),
         })

@@ -36,7 +36,7 @@ pub type Topic<T> = publish_subscribe::PortFactory<Ipc, [T], <T as Viewed>::Head
 /// # Errors
 /// One with other types or limits.
 pub fn topic<T: Viewed>(scene: &SceneServices) -> Result<Topic<T>> {
-    let name = T::name(scene).clone();
+    let name = *T::name(scene);
     scene.further(move |node| opened::<T>(node, &name))
 }
 

@@ -138,29 +138,7 @@ pub fn execute(args: &Args) -> Result<()> {
     let model = model_file::parse(&image, &args.model)?;
     let mut tissue = args.tissue.staged(model, args.stage.settings()?)?;
     let faults = faults(args)?;
-    let options = ServeOptions {
-        scene: args.common.scene.clone(),
-        wait: args.common.wait,
-        realtime: !args.common.no_realtime,
-        ends_with_parent: args.common.ends_with_parent,
-        watchdog_ms: args.watchdog_ms,
-        ramp_ms: args.ramp_ms,
-        max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
-        hash_every: args.hash_every,
-        max_pose_hz: args.max_pose_hz,
-        // A stage judges the speed of its device itself.
-        max_speed_m_per_s: tissue
-            .settings()
-            .map_or(args.stage.max_speed_m_per_s(), |_| f32::INFINITY),
-        budget: args.budget.of(tissue.engine())?,
-        delay_period_ns: args.stage.delay_period_ns(),
-        sweep_ns: faults.sweep_ns(),
-        sweep_after: faults.sweep_after.into(),
-        histogram: args.common.histogram,
-        ticks: args.ticks,
-        seconds: args.seconds,
-        ..ServeOptions::default()
-    };
+    let options = options(args, &tissue, &faults)?;
     // A scene that is refused leaves the folder as it was.
     let server = open(&options, tissue.engine(), args.state_hz)?;
     // Commands may set parameters: what is written is what the session began with.
@@ -205,6 +183,33 @@ pub fn execute(args: &Args) -> Result<()> {
         Err(Error::Interrupted)
     } else {
         verdict.check(!args.json)
+    })
+}
+
+/// How the scene is served.
+fn options(args: &Args, tissue: &Staged<'_>, faults: &Faults) -> Result<ServeOptions> {
+    Ok(ServeOptions {
+        scene: args.common.scene.clone(),
+        wait: args.common.wait,
+        realtime: !args.common.no_realtime,
+        ends_with_parent: args.common.ends_with_parent,
+        watchdog_ms: args.watchdog_ms,
+        ramp_ms: args.ramp_ms,
+        max_slew_n_per_s: tissue.settings().map_or(f32::INFINITY, |stage| stage.max_slew_n_per_s),
+        hash_every: args.hash_every,
+        max_pose_hz: args.max_pose_hz,
+        // A stage judges the speed of its device itself.
+        max_speed_m_per_s: tissue
+            .settings()
+            .map_or(args.stage.max_speed_m_per_s(), |_| f32::INFINITY),
+        budget: args.budget.of(tissue.engine())?,
+        delay_period_ns: args.stage.delay_period_ns(),
+        sweep_ns: faults.sweep_ns(),
+        sweep_after: faults.sweep_after.into(),
+        histogram: args.common.histogram,
+        ticks: args.ticks,
+        seconds: args.seconds,
+        ..ServeOptions::default()
     })
 }
 
