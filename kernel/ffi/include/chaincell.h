@@ -92,7 +92,7 @@
  * At most so many bytes stand before a tissue's arrays, and so many words of the size of an
  * address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
  */
-#define CHAINCELL_TISSUE_BYTES_FIXED 2464
+#define CHAINCELL_TISSUE_BYTES_FIXED 2496
 
 /**
  * Those words.
@@ -502,6 +502,10 @@ enum chaincell_code
      */
     CHAINCELL_CODE_STAGE_DEVICE = -126,
     /**
+     * The stage's `max_speed_m_per_s` is not positive.
+     */
+    CHAINCELL_CODE_STAGE_MAX_SPEED = -127,
+    /**
      * The buffer is shorter than the snapshot: `needed`, `available` bytes.
      */
     CHAINCELL_CODE_SNAPSHOT_BUFFER = -140,
@@ -844,6 +848,11 @@ typedef struct chaincell_stage_settings {
      */
     float max_force_n;
     /**
+     * Largest speed of the hand, infinite for none: an engaged pose farther from the last one than this
+     * admits is a bad sample [m/s].
+     */
+    float max_speed_m_per_s;
+    /**
      * Ticks in which the force rises after engaging and after a silence, and in which it falls
      * when samples stop; 0 for none, at most 60,000.
      */
@@ -1166,6 +1175,26 @@ chaincell_code chaincell_stage_init(struct chaincell_stage *stage,
  */
 chaincell_code chaincell_stage_delayed(struct chaincell_stage *stage,
                                        uint32_t ticks);
+
+/**
+ * No force is above `max_force_n` from here on, besides the stage's own largest: for the `max_force_n`
+ * of the tissue's settings, which shortens the tissue's force alone while a coupling shows its own. Up to
+ * a higher one the force may grow by the device's largest within `ramp_ticks`.
+ *
+ * Safety
+ * As [`chaincell_stage_delayed`].
+ */
+chaincell_code chaincell_stage_limit_force(struct chaincell_stage *stage,
+                                           float max_force_n);
+
+/**
+ * The device did not feel what was computed: its force was let fall, or it was given none, as in a pause
+ * or before a restored session. The ramp begins anew. Called before `chaincell_stage_sample`.
+ *
+ * Safety
+ * As [`chaincell_stage_delayed`].
+ */
+chaincell_code chaincell_stage_restart_ramp(struct chaincell_stage *stage);
 
 /**
  * What the tissue is to be given for what the device has measured: the tool behind the coupling.

@@ -35,7 +35,7 @@ pub const ALIGN: usize = 16;
 pub const SHAPE_ALIGN: usize = 64;
 /// At most so many bytes stand before a tissue's arrays, and so many words of the size of an
 /// address (the next number): what `CHAINCELL_TISSUE_BYTES` goes by.
-pub const TISSUE_BYTES: usize = 2464;
+pub const TISSUE_BYTES: usize = 2496;
 /// Those words.
 pub const TISSUE_WORDS: usize = 96;
 /// Bytes a cell under track and rkl1.

@@ -46,7 +46,7 @@ fn what_is_no_tissue_is_refused_by_name() {
     for (mesh, options, places) in [
         (&plane, good(), ["`young_pa`", "no tetrahedra"]),
         (&far, good(), ["`young_pa`", "`rings`"]),
-        (&inverted, good(), ["`young_pa`", "tetrahedron 7"]),
+        (&inverted, good(), ["`young_pa`", "nodes [1, 5, 21, 6]"]),
         (&block, of(tissue(0.0, 0.3)), ["`young_pa` 0", "above 0"]),
         (&block, of(tissue(f64::NAN, 0.3)), ["`young_pa` NaN", "above 0"]),
         (&block, of(tissue(5000.0, 0.5)), ["`poisson` 0.5", "to 0.495"]),

@@ -30,7 +30,12 @@ fn every_version_is_read() {
     }
     let stage = |trace| Reader::open(trace).unwrap().header().stage;
     assert_eq!((stage(TRACK), stage(CURRENT)), (None, None));
-    let falcon = StageSettings { watchdog_ticks: 0, ..StageSettings::for_device(Device::Falcon) };
+    // It knew no limit of the hand's speed.
+    let falcon = StageSettings {
+        watchdog_ticks: 0,
+        max_speed_m_per_s: f32::INFINITY,
+        ..StageSettings::for_device(Device::Falcon)
+    };
     assert_eq!(stage(FALCON), Some(falcon));
 }
 
