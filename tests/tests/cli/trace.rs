@@ -343,8 +343,8 @@ fn a_trace_takes_no_others_place_and_costs_no_earlier_results() {
         (&trace, &[][..], "pass --force"),
         (&nowhere, &["--force"], "no/such/a.trace"),
         (&out, &["--force"], "it is there and no file"),
-        (&model, &["--force"], "is no trace: name another one"),
-        (&path, &["--force"], "is no trace: name another one"),
+        (&model, &["--force"], "it is the input"),
+        (&path, &["--force"], "it is the input"),
     ] {
         let ended = traced(place, how).with(2);
         assert!(ended.err.contains(wanted), "wanted `{wanted}`, got {}", ended.err);

@@ -272,7 +272,8 @@ fn tools_together_stay_below_the_level() {
             for _ in 0..40 {
                 run.tick(&[]);
             }
-            assert!(run.touched > 100, "{}: {}", run.name, run.touched);
+            // Where they take hold within the block they wait.
+            assert!(run.touched > 60, "{}: {}", run.name, run.touched);
         }
     }
 }

@@ -13,7 +13,8 @@ use crate::tick::touch_room::TouchArrays;
 /// Least share of its radii with which a tool begins: the tissue would close over a smaller one.
 const LEAST: f32 = 0.04;
 
-/// The middle of a core of a tool that begins lies outside the body by this share of its radius at least.
+/// The middle of a core of a tool that begins or grows lies outside the body by this share of its radius at
+/// least.
 const OUT: f32 = 1.0 / 16.0;
 
 /// Whether a core of a tool lies in the body, be it in part, or its middle nearer to it than a share of
@@ -69,7 +70,7 @@ fn closed_over(
     let mut before = None;
     for number in 0..arrays.tools.len() {
         let Some(tool) = arrays.tools.get(number).filter(|tool| grows(tool)) else { continue };
-        if !is_inside(model, (tool, number), 0.0, arrays.near(), at) {
+        if !is_inside(model, (tool, number), OUT, arrays.near(), at) {
             continue;
         }
         before = before.or_else(|| Some(energy_of(arrays, at)));
