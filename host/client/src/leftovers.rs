@@ -85,16 +85,19 @@ impl Leftovers {
         }
     }
 
-    /// Removes what no living process is making.
-    pub fn clear(&self) {
-        for fault in self.faults() {
-            let is_left =
-                fault.makers.is_empty() && !(fault.is_anonymous && is_young(&fault.details));
-            if is_left {
+    /// Removes what no living process is making. Whether something stays that may be one in the making,
+    /// until it is old.
+    pub fn clear(&self) -> bool {
+        let mut is_young_left = false;
+        for fault in self.faults().into_iter().filter(|fault| fault.makers.is_empty()) {
+            if fault.is_anonymous && is_young(&fault.details) {
+                is_young_left = true;
+            } else {
                 remove_same(&fault.path, &fault.details);
             }
         }
         self.clear_nodes();
+        is_young_left
     }
 
     /// What a program waits for that cannot open the services of these names.

@@ -10,10 +10,19 @@ use crate::leftovers::{Cause, Leftovers};
 
 /// Longest wait for iceoryx2, which waits for a second for another program.
 const LIMIT: Duration = Duration::from_secs(4);
+/// Time within which iceoryx2 is asked again.
+const AGAIN: Duration = Duration::from_secs(3);
 /// Span between looks at the wish to stop.
 const LOOK: Duration = Duration::from_millis(2);
+/// Longest wait for what another program may be making.
+const YOUNG: Duration = Duration::from_millis(600);
 /// Span between looks at what other programs left.
 const CLEAR: Duration = Duration::from_millis(100);
+
+/// Whether another program is making what cannot be opened yet.
+fn is_in_creation(why: &Error) -> bool {
+    why.kind() == Kind::Service && why.to_string().contains("InCreation")
+}
 
 /// What is opened: the services of a scene, by their names.
 #[derive(Debug, Clone)]
@@ -31,18 +40,30 @@ impl Opening {
     pub(crate) fn within<T: Send + 'static>(
         &self,
         mut stop: impl FnMut() -> bool,
-        open: impl FnOnce() -> Result<T> + Send + 'static,
+        open: impl Fn() -> Result<T> + Send + 'static,
     ) -> Result<T> {
-        self.leftovers.clear();
+        // iceoryx2 gives up a file that stays half made sooner than it is old.
+        let start = Instant::now();
+        while self.leftovers.clear() && start.elapsed() < YOUNG && !stop() {
+            thread::sleep(LOOK);
+        }
         let (done, opened) = channel();
         // One that never returns ends with the process.
         let thread = thread::Builder::new().name("opening".into()).spawn(move || {
-            // Nobody waits any more: what was opened is closed.
-            let _ = done.send(open());
+            // iceoryx2 gives up on a service that another program is slow to make: it is asked again.
+            let opened = loop {
+                match open() {
+                    Err(why) if is_in_creation(&why) && start.elapsed() < AGAIN => {
+                        thread::sleep(LOOK);
+                    }
+                    opened => break opened,
+                }
+            };
+            // Where nobody waits any more what was opened is closed.
+            let _ = done.send(opened);
         });
         thread.map_err(|why| Error::new(Kind::Memory, format!("cannot begin a thread: {why}")))?;
-        let start = Instant::now();
-        let mut cleared = start;
+        let mut cleared = Instant::now();
         loop {
             match opened.recv_timeout(LOOK) {
                 Ok(Err(why)) if why.kind() == Kind::Service => return Err(self.refusal(Some(why))),

@@ -154,7 +154,7 @@ impl SceneServices {
             label: names.label.clone(),
             names: names.services(),
         };
-        opening.clone().within(stop, move || Self::join(&names, &config, opening))
+        opening.clone().within(stop, move || Self::join(&names, &config, opening.clone()))
     }
 
     fn join(names: &SceneNames, config: &Config, opening: Opening) -> Result<Self> {
@@ -198,7 +198,7 @@ impl SceneServices {
     /// Opens a further service of the scene, within seconds or not at all.
     pub(crate) fn further<T: Send + 'static>(
         &self,
-        open: impl FnOnce(&Node<Ipc>) -> Result<T> + Send + 'static,
+        open: impl Fn(&Node<Ipc>) -> Result<T> + Send + 'static,
     ) -> Result<T> {
         let node = Arc::clone(&self.node);
         self.opening.within(|| false, move || open(&node))

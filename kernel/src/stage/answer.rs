@@ -48,13 +48,11 @@ impl Stage {
             answer.flags.contains(Flags::MOTION_CLAMPED),
         );
         self.observe(&answer);
-        let mut whole = None;
         if self.engaged && !is_safe {
             // The force of a late answer is an old one: what is given stays.
             if !answer.flags.contains(Flags::LATE) {
                 let force = self.before_control(&answer);
                 self.asked = self.controlled(&answer, force);
-                whole = Some(force);
                 self.go_on_ramp(&mut answer);
             }
         } else {
@@ -62,11 +60,7 @@ impl Stage {
             self.ramp.fall();
         }
         (self.begins, self.is_good, self.ticks) = (false, false, 1);
-        let before = self.given;
         self.give(&mut answer);
-        if whole.is_some_and(|whole| self.takes_most_of(whole, before)) {
-            answer.flags.insert(Flags::FORCE_WITHHELD);
-        }
         if is_safe {
             self.mark_safe(&mut answer);
         }
@@ -188,22 +182,6 @@ impl Stage {
             self.coupling().map_or(answer.stiffness_n_per_m, |coupling| coupling.stiffness_n_per_m);
         let limits = [stiffness, self.most_n()];
         self.controller.control(&self.observer, self.settings.tick_s, &self.delay, limits, force)
-    }
-
-    /// Whether passivity control has taken off more than half of a force, and more than half of the one
-    /// before is gone, by more than half of what the slew limit admits.
-    fn takes_most_of(&self, whole: [f32; 3], before: [f32; 3]) -> bool {
-        if self.settings.passivity.is_none() {
-            return false;
-        }
-        let (whole, _) = clamped(whole, self.most_n());
-        let taken = sub(whole, sub(self.asked.force, self.asked.off));
-        let step = sub(self.given, before);
-        let slew = self.settings.max_slew_n_per_s * self.settings.tick_s;
-        let is_most = 4.0 * dot(taken, taken) > dot(whole, whole);
-        let is_gone = 4.0 * dot(self.given, self.given) < dot(before, before);
-        let is_fast = 4.0 * dot(step, step) > slew * slew || slew == f32::INFINITY;
-        is_most && is_gone && is_fast
     }
 
     /// Clamp, share, slew limit; notes what the device gets, and what of it counts for the

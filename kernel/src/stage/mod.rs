@@ -56,7 +56,8 @@
 //! ```
 //! use chaincell_kernel::stage::{Device, Stage, StageSettings};
 //! use chaincell_kernel::{TickOutput, ToolSample};
-//! //!
+//! use nalgebra::Vector3;
+//!
 //! let mut stage = Stage::new(StageSettings::for_device(Device::Falcon))?;
 //! let mut tick = |sample: Option<ToolSample>| match sample {
 //!     Some(sample) => {
@@ -319,7 +320,8 @@ impl Stage {
     }
 
     /// What the device is given in a tick without a sample; the tissue has no tick then. Flags
-    /// [`Flags::STALE`] once the watchdog lets the force fall, [`Flags::SAFE_STATE`] once it is 0.
+    /// [`STALE`](crate::Flags::STALE) once the watchdog lets the force fall, [`SAFE_STATE`](crate::Flags::SAFE_STATE)
+    /// once it is 0.
     pub fn missed(&mut self) -> TickOutput {
         // The answer to the last sample has not come; one that comes late is no longer on time.
         self.has_gap |= self.is_good;

@@ -61,6 +61,9 @@ impl Block {
 /// A server to which no silence counts as one, and whose forces are published as they are.
 const PLAIN: [&str; 7] = ["--watchdog-ms", "0", "--ramp-ms", "0", "--budget-us", "off", "--json"];
 
+/// Ticks of two presses and twenty in between.
+const ALL: u64 = 2 * (TICKS + 1) + 20;
+
 /// Where tool 0 and tool 1 are: half over the sides of the block, as deep as the tick is late.
 fn position_m(tick: u64, tool: u32) -> [f32; 3] {
     let x = if tool == 0 { SIDE_M } else { -SIDE_M };
@@ -116,7 +119,8 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let _turn = turn();
     let block = Block::new("two-tools");
     let out = block.file("out");
-    let server = block.serve(&[&PLAIN[..], &["--ticks", "62", "--out", text(&out)]].concat());
+    let server =
+        block.serve(&[&PLAIN[..], &["--ticks", &ALL.to_string(), "--out", text(&out)]].concat());
     let outsider = ToolsOutsider::join(&block.scene);
     let pressed = press(&outsider);
     for (number, sign) in [(0, 1.0), (1, -1.0)] {
@@ -148,12 +152,16 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     // A pose of version 1 moves tool 0 alone.
     let one = Outsider::join(&block.scene, true);
     drop(outsider);
-    one.send(Pose { tick: 1000, position_m: position_m(TICKS, 0), engaged: 1 });
-    assert!(size(one.receive().force_n) > 0.01);
+    let pressed_anew = last((0..=TICKS).map(|tick| {
+        let engaged = u32::from(tick > 0);
+        one.send(Pose { tick: 1000 + tick, position_m: position_m(tick, 0), engaged });
+        one.receive()
+    }));
+    assert!(size(pressed_anew.force_n) > 0.01);
     let served = server.end(SOON).with(0).json();
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);
-    assert_eq!(replayed["ticks"], 62);
+    assert_eq!(replayed["ticks"], ALL);
     let again = block.file("again");
     let (path, folder) = (out.join("path.csv"), text(&again));
     let args = ["run", text(&block.model), "--path", text(&path), "--recorded", "--out", folder];
@@ -166,7 +174,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
     let table = Table::read(&out.join("tools.csv"));
     assert_eq!(table.header, "tick,tool,fx_n,fy_n,fz_n,tx_n_m,ty_n_m,tz_n_m,contacts,flags");
     assert_eq!(table.whole("tool")[..4], [0, 1, 0, 1]);
-    assert_eq!(table.vectors("fx_n").len(), 2 * 62);
+    assert_eq!(table.vectors("fx_n").len(), 2 * ALL as usize);
     let written = table.vectors("tx_n_m")[2 * TICKS as usize];
     assert_eq!(written.map(|x| x as f32), of(&pressed, 0).torque_n_m);
 }

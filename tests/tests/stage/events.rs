@@ -23,8 +23,10 @@ use crate::served::{MS_NS, Server, World, plane, premium, tissue};
 const CYCLE: u64 = 900;
 /// Ticks of a session: two presses.
 const TICKS: u64 = 2 * CYCLE;
-/// Most energy out of nothing, and where the tool takes hold inside the tissue \[J\].
-const MADE_MAX_J: f64 = 1.0e-3;
+/// Most energy out of nothing of a pair of events, of a sequence, and where the tool takes hold inside the
+/// tissue \[J\].
+const PAIR_MAX_J: f64 = 1.0e-3;
+const MADE_MAX_J: f64 = 1.5e-3;
 const INSIDE_MAX_J: f64 = 13.0e-3;
 /// States that are kept for a server that is killed.
 const SAVED: usize = 60;
@@ -284,7 +286,7 @@ fn takes_hold_inside(events: &[(u64, Event)]) -> bool {
 
 /// Plays sessions behind a stage, and holds the largest energy out of nothing against its bound: where
 /// the tool takes hold within the tissue, and of all others.
-fn hold(name: &str, cases: impl Iterator<Item = (Vec<(u64, Event)>, f64)>) {
+fn hold(name: &str, most_j: f64, cases: impl Iterator<Item = (Vec<(u64, Event)>, f64)>) {
     let image = plane();
     let mut most = [(0.0, String::new()), (0.0, String::new())];
     for (events, stiffness) in cases {
@@ -294,10 +296,10 @@ fn hold(name: &str, cases: impl Iterator<Item = (Vec<(u64, Event)>, f64)>) {
             *most = (made_j, format!("{events:?} in a hand of {stiffness} N/m, up to {most_n} N"));
         }
     }
-    for ((made_j, what), bound_j) in most.iter().zip([MADE_MAX_J, INSIDE_MAX_J]) {
+    for ((made_j, what), bound_j) in most.iter().zip([most_j, INSIDE_MAX_J]) {
         println!("EVENTS | {name} | {made_j:.2e} of {bound_j:.0e} J | {what}");
     }
-    assert!(most[0].0 <= MADE_MAX_J && most[1].0 <= INSIDE_MAX_J, "{most:?}");
+    assert!(most[0].0 <= most_j && most[1].0 <= INSIDE_MAX_J, "{most:?}");
 }
 
 #[test]
@@ -318,7 +320,7 @@ fn no_pair_of_events_gives_a_hand_energy_out_of_nothing() {
         let apart = [0, 7, 60, 140][at % 4];
         (vec![(start, first), (start + apart, second)], [1000.0, 100.0, 300.0][at % 3])
     });
-    hold("pairs", cases);
+    hold("pairs", PAIR_MAX_J, cases);
 }
 
 #[test]
@@ -334,5 +336,5 @@ fn no_sequence_of_events_gives_a_hand_energy_out_of_nothing() {
         events.sort_by_key(|&(at, _)| at);
         (events, [1000.0, 300.0, 100.0, 50.0][below(4) as usize])
     });
-    hold("sequences", cases);
+    hold("sequences", MADE_MAX_J, cases);
 }

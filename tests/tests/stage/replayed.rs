@@ -6,6 +6,7 @@ use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::order::skipped;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::{Sweeps, TissueEngine};
 use chaincell_host::engine::tools::Poses;
@@ -102,7 +103,7 @@ fn staged<'m>(image: &'m ImageBytes, settings: &StageSettings) -> (Staged<'m>, R
 
 /// What a server does with these events, recorded.
 fn session(staged: &mut Staged<'_>, recorder: &mut Recorder, events: &[Event]) {
-    let mut is_paused = false;
+    let (mut is_paused, mut last) = (false, None);
     for (tick, event) in (1..).zip(events) {
         match event {
             Event::Command(command) => {
@@ -117,11 +118,13 @@ fn session(staged: &mut Staged<'_>, recorder: &mut Recorder, events: &[Event]) {
             }
             Event::Tick { poses, sweeps, delay, is_behind_gap } => {
                 let poses = Poses::of(poses);
-                let mut made = None;
+                let (mut made, lost) = (None, last.map_or(0, |last| skipped(last, tick)));
+                last = Some(tick);
                 if !is_paused {
                     if *is_behind_gap {
                         staged.restart_ramp();
                     }
+                    staged.skipped(lost);
                     delay.iter().for_each(|&ticks| staged.delayed(ticks));
                     let mut more = |done| done < *sweeps;
                     let chosen = if *sweeps == 0 { Sweeps::LATE } else { Sweeps::While(&mut more) };

@@ -23,6 +23,8 @@ pub mod viewed;
 pub fn open(scene: Option<&str>, domain: &Domain) -> Result<SceneServices> {
     let scene = SceneServices::open_unless(scene, domain, interrupt::asked)?;
     let leftovers = scene.leftovers();
-    interrupt::besides(move || leftovers.clear());
+    interrupt::besides(move || {
+        leftovers.clear();
+    });
     Ok(scene)
 }

@@ -110,31 +110,3 @@ fn what_was_not_felt_is_not_booked() {
     let (least, most) = booked.iter().fold((f32::MAX, f32::MIN), |(a, b), &j| (a.min(j), b.max(j)));
     assert!(most - least < 1.0e-4, "{least} to {most} J");
 }
-
-/// What the controller takes off at once has its flag.
-#[test]
-fn most_of_a_force_taken_off_at_once_is_said() {
-    let (mut stage, _, _) = pressed(Device::Premium);
-    // A tissue that has got stiffer behind the hand's back pushes it out with more than it has paid.
-    let (mut last, mut drops) = (size(&stage.output(&TickOutput::NONE)), 0);
-    for at in 0..200_u16 {
-        let tool = stage.sample(&at_height(-6.0e-3 + 1.0e-3 * f32::from(at)));
-        let depth = (0.02 - tool.position_m.z).max(0.0);
-        let answer = TickOutput {
-            force_n: nalgebra::Vector3::new(0.0, 0.0, 3000.0 * depth),
-            stiffness_n_per_m: 3000.0,
-            energy_j: 1500.0 * depth * depth,
-            contacts: 1,
-            ..TickOutput::NONE
-        };
-        let output = stage.output(&answer);
-        let step = size(&output) - last;
-        assert!(step.abs() <= 2.2001);
-        if step < -1.1 && 2.0 * size(&output) < last && stage.asked.off != [0.0; 3] {
-            assert!(output.flags.contains(Flags::FORCE_WITHHELD), "tick {at}");
-            drops += 1;
-        }
-        last = size(&output);
-    }
-    assert!(drops > 0, "the controller took nothing off");
-}

@@ -198,7 +198,7 @@ impl Server {
             }
             // Before the loop asks for its privileges, which a thread would inherit: on the loop's
             // core, at its priority, it would not come to its turn while the loop is in a tick.
-            scope.spawn(|| shared.watch(mouth, || leftovers.clear()));
+            scope.spawn(|| shared.watch(mouth, || _ = leftovers.clear()));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
             run.end_snapshots();

@@ -57,10 +57,10 @@ impl SpeedGate {
         (position_m, engaged): ([f32; 3], u32),
         (at_ns, step): (u64, u64),
     ) -> u32 {
+        self.ticks[tool] = self.ticks[tool].saturating_add(step);
         if engaged > 1 || !position_m.iter().all(|x| x.is_finite()) {
             return engaged;
         }
-        self.ticks[tool] = self.ticks[tool].saturating_add(step);
         let by_ticks_ns = self.ticks[tool].saturating_mul(MILLISECOND_NS);
         let since_ns = at_ns.saturating_sub(self.good_ns[tool]).max(by_ticks_ns);
         let reach_m = self.max_speed_m_per_s * 1e-3;
