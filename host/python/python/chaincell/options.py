@@ -85,5 +85,6 @@ class TissueOptions(TypedDict, total=False):
     """From 10 to 100000."""
     max_slew_n_per_s: float | None
     max_device_force_n: float | None
+    max_speed_m_per_s: float | Literal["off"] | None
     engage_ramp_ms: int | None
     """From 0 to 60000."""
