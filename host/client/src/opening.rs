@@ -1,7 +1,7 @@
 //! Opening services with an end. iceoryx2 may wait for another program for ever, and looks at no wish to
 //! stop: it opens in a thread, and what stands in its way is cleared up meanwhile.
 
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{TryRecvError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -64,24 +64,26 @@ impl Opening {
         });
         thread.map_err(|why| Error::new(Kind::Memory, format!("cannot begin a thread: {why}")))?;
         let mut cleared = Instant::now();
+        // Asked, not waited for: a wait would leave a thread's handle behind in a program of C.
         loop {
-            match opened.recv_timeout(LOOK) {
+            match opened.try_recv() {
                 Ok(Err(why)) if why.kind() == Kind::Service => return Err(self.refusal(Some(why))),
                 Ok(done) => return done,
-                Err(RecvTimeoutError::Disconnected) => return Err(self.refusal(None)),
-                Err(RecvTimeoutError::Timeout) if stop() => {
-                    let text = format!("asked to stop before {} was open", self.label);
-                    return Err(Error::new(Kind::Stopped, text));
-                }
-                Err(RecvTimeoutError::Timeout) if start.elapsed() >= LIMIT => {
-                    return Err(self.refusal(None));
-                }
-                Err(RecvTimeoutError::Timeout) => {}
+                Err(TryRecvError::Disconnected) => return Err(self.refusal(None)),
+                Err(TryRecvError::Empty) => {}
+            }
+            if stop() {
+                let text = format!("asked to stop before {} was open", self.label);
+                return Err(Error::new(Kind::Stopped, text));
+            }
+            if start.elapsed() >= LIMIT {
+                return Err(self.refusal(None));
             }
             if cleared.elapsed() >= CLEAR {
                 cleared = Instant::now();
                 self.leftovers.clear();
             }
+            thread::sleep(LOOK);
         }
     }
 
