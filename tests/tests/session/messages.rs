@@ -222,7 +222,7 @@ fn one_publisher_is_in_charge_of_both_versions_and_the_force_rises_from_0_for_th
     let mut rising = Vec::new();
     for at in 0..700 {
         // Another publisher releases first.
-        second.send(Poses::of(2_000_000 + at, position_m(at), u32::from(at > 0)));
+        second.send(Poses::of(2_000_000 + at, position_m(at / 5), u32::from(at > 0)));
         // What it sent before may be in the queue still, of the time when it was not in charge.
         rising.push(size_n(second.receive().each[0].force_n));
         std::thread::sleep(Duration::from_millis(1));

@@ -256,11 +256,16 @@ fn a_tool_counts_as_released_until_it_was_released_itself() {
         assert_eq!((found.flags & RELEASE_FIRST, second.force_n), (RELEASE_FIRST, [0.0; 3]));
         assert!(tick < TICKS - 1 || first.force_n[2] > 0.02, "{first:?}");
     }
-    let mut released = poses(TICKS);
-    released.each[0].engaged = 0;
-    assert_eq!(answer(&outsider, released).flags & RELEASE_FIRST, 0);
-    let held = last((1..20).map(|tick| answer(&outsider, poses(TICKS + tick))));
-    // It took hold within the block.
+    // Released above the block, it presses as the other one did.
+    let held = last((0..=TICKS).map(|step| {
+        let mut sent = poses(TICKS);
+        sent.tick = TICKS + step;
+        sent.each[0].engaged = u32::from(step > 0);
+        sent.each[0].position_m = position_m(step, 1);
+        let found = answer(&outsider, sent);
+        assert_eq!(found.flags & RELEASE_FIRST, 0);
+        found
+    }));
     assert!(held.flags & RELEASE_FIRST == 0 && size(of(&held, 1).force_n) > 0.001, "{held:?}");
     server.interrupt().with(130);
 }
