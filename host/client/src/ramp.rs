@@ -107,7 +107,7 @@ impl Ramp {
         self.has_ended = self.length_ns == 0 && self.step_max_n == f32::INFINITY;
     }
 
-    /// As [`Self::begin`], for a limit that was changed: a force that grows takes [`RAISE_NS`] for it.
+    /// As [`Self::begin`], for a limit that was changed: a force that grows does so within a second.
     pub fn begin_raise(&mut self) {
         self.begin();
         (self.rise_ns, self.has_ended) = (self.length_ns.max(RAISE_NS), false);
