@@ -1,11 +1,11 @@
 //! How far the force of a moving tool is off at few sweeps a tick, beside 48 of them.
 //!
 //! ```sh
-//! cargo run --release -p chaincell-lab --example moving_tool -- organ:1000 organ:5783
+//! cargo run --release -p chaincell-lab --example moving_tool -- [links] organ:1000 organ:5783
 //! ```
 //!
 //! An argument is a body as `bake` generates it (without one: `organ:1000`), of 5 kPa and Poisson's
-//! ratio 0.45. Tools are pressed into it by the built-in press and slide while it holds. Prints a
+//! ratio 0.45, or of links behind the word `links`. Tools are pressed into it by the built-in press and slide while it holds. Prints a
 //! table, errors in percent of the largest force of the row's reference. A minute for each thousand
 //! cells.
 
@@ -21,7 +21,7 @@ use chaincell_lab::cli::exit_code;
 use chaincell_lab::experiments::contact::{Moving, POISSON, YOUNG_PA};
 
 /// Sweeps a tick that are measured, and those of the reference.
-const SWEEPS: [u16; 3] = [1, 2, 4];
+const SWEEPS: [u16; 4] = [1, 2, 4, 8];
 const REFERENCE_SWEEPS: u16 = 48;
 
 /// Name, tool, depth and way aside \[m\], and ticks.
@@ -42,13 +42,18 @@ fn cases() -> Vec<Case> {
 }
 
 fn measure() -> Result<()> {
-    let given: Vec<String> = std::env::args().skip(1).collect();
+    let mut given: Vec<String> = std::env::args().skip(1).collect();
+    let of_links = given.first().is_some_and(|first| first == "links");
+    if of_links {
+        given.remove(0);
+    }
     let bodies = if given.is_empty() { vec!["organ:1000".to_owned()] } else { given };
     for body in bodies {
         let mesh = load(&body, &MeshOptions::default())?;
-        let tissue = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
+        let shapes = Tissue::new(PerCell::Uniform(YOUNG_PA), PerCell::Uniform(POISSON));
+        let tissue = Some(shapes).filter(|_| !of_links);
         let probe_contact = ProbeContact::Surface;
-        let options = BakeOptions { tissue: Some(tissue), probe_contact, ..BakeOptions::default() };
+        let options = BakeOptions { tissue, probe_contact, ..BakeOptions::default() };
         let image = bake(&mesh, &mesh.default_fixed, &options)?;
         println!("| {body} | sweeps | median | p90 | largest | discarded |\n|-|-|-|-|-|-|");
         for (name, parts, depth_m, aside_m, ticks) in cases() {

@@ -190,8 +190,8 @@ impl Verdict {
                      0: take fewer --sweeps, --dynamics track, or fewer cells with `bake --cells N`"
                 }
                 (false, _) => {
-                    "a sweep longer than a pose period let the force fall to 0: bake fewer cells \
-                     with `bake --cells N`, or take a faster core"
+                    "the fewest sweeps of a tick, longer than a pose period, let the force fall to \
+                     0: bake fewer cells with `bake --cells N`, or take a faster core"
                 }
             });
         }
@@ -257,7 +257,7 @@ mod tests {
         assert!(verdict("1%", 0, 0).to_string().contains("sweeps p1 1, p50 4 with held cells"));
         let text = verdict("1%", 0, 3).to_string();
         assert!(
-            text.contains("sweep longer than a pose period") && text.contains("--cells"),
+            text.contains("longer than a pose period") && text.contains("--cells"),
             "{text}"
         );
     }

@@ -39,6 +39,11 @@ use tools::AnyTools;
 use touch::TouchMemory;
 pub use touch::{Contact, only_sphere};
 
+/// Fewest sweeps of a tick for links under a moving tool, where a press folds them: on a generated
+/// organ of 1,000 cells 9 of 10 forces are within 54 % of those of 48 sweeps at one sweep, within
+/// 19 % at four.
+const LINKS_LEAST_SWEEPS: u16 = 4;
+
 /// Arrays of a tissue under the scheme `D`.
 struct Memory<D: Dynamics> {
     head: Head<D>,
@@ -346,6 +351,17 @@ impl<'m> Engine<'m> {
     #[must_use]
     pub fn is_anytime(&self) -> bool {
         self.tissue.is_anytime()
+    }
+
+    /// Fewest sweeps of a tick whose force is one of this contact's: links under a moving tool are
+    /// torn into another equilibrium by fewer than [`LINKS_LEAST_SWEEPS`], where the settings have
+    /// so many.
+    #[must_use]
+    pub fn least_sweeps(&self) -> u16 {
+        let is_moving = !matches!(self.contact, Contact::Cells(_));
+        let is_of_links = self.network.model().kept_states() == 0;
+        let most = self.network.settings().sweeps;
+        if is_moving && is_of_links { most.min(LINKS_LEAST_SWEEPS) } else { 1 }
     }
 
     /// Carries out a command other than pause and resume, which are the loop's own. Allocates

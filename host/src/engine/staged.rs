@@ -118,6 +118,10 @@ impl TissueEngine for Staged<'_> {
         self.engine.is_anytime()
     }
 
+    fn least_sweeps(&self) -> u16 {
+        self.engine.least_sweeps()
+    }
+
     fn tick_by(&mut self, device: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
         self.limit_force();
         match self.stages.as_mut_slice() {

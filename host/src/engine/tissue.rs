@@ -49,6 +49,11 @@ pub trait TissueEngine {
         false
     }
 
+    /// Fewest sweeps of a tick that is not late, under whatever budget.
+    fn least_sweeps(&self) -> u16 {
+        1
+    }
+
     /// As [`Self::tick`], with these sweeps where [`Self::is_anytime`].
     fn tick_by(&mut self, sample: &ToolSample, _sweeps: Sweeps<'_>) -> TickOutput {
         self.tick(sample)

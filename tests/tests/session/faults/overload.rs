@@ -77,7 +77,7 @@ fn a_sweep_above_the_pose_period_takes_the_force_away() {
             Ok(())
         });
         let ended = stretched(periods).with(1);
-        assert!(ended.err.contains("sweep longer than a pose period"), "{}", ended.err);
+        assert!(ended.err.contains("longer than a pose period"), "{}", ended.err);
     }
 }
 

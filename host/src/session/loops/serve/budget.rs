@@ -1,6 +1,7 @@
 //! How many sweeps a tick may make: as many as fit the time between two poses.
 //!
-//! A further sweep is made where it would end in time by the p99 of the last [`COSTS`] sweeps. The
+//! The fewest that the contact needs are made in any case. A further sweep is made where it would
+//! end in time by the p99 of the last [`COSTS`] sweeps. The
 //! time is counted from the arrival of the pose. What stands behind the sweeps (hash, record, send)
 //! is measured and kept free. After a miss, a pose that came before the answer to the one before
 //! had left, sweeps count twice as long; that fades within a second.
@@ -84,6 +85,8 @@ impl fmt::Display for SweepBudget {
 #[derive(Debug)]
 pub(super) struct Budget {
     kind: SweepBudget,
+    /// Fewest sweeps of a tick.
+    least: u16,
     /// Shortest pose period that counts \[ns\].
     shortest_ns: u64,
     gaps_ns: [u64; GAPS],
@@ -106,9 +109,10 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    pub(super) fn new(kind: SweepBudget, max_pose_hz: u32) -> Self {
+    pub(super) fn new(kind: SweepBudget, least: u16, max_pose_hz: u32) -> Self {
         Self {
             kind,
+            least,
             shortest_ns: SECOND_NS / u64::from(max_pose_hz.max(POSE_HZ)),
             gaps_ns: [PERIOD_NS; GAPS],
             gaps: 0,
@@ -161,7 +165,13 @@ impl Budget {
         self.asked += 1;
         self.note(now_ns);
         let sweep_ns = (self.sweep_ns as f64 * self.care(now_ns)) as u64;
-        now_ns.saturating_add(sweep_ns) <= self.deadline_ns
+        self.asked < self.least || now_ns.saturating_add(sweep_ns) <= self.deadline_ns
+    }
+
+    /// Whether a tick of so many sweeps in this time was the shortest there is, and yet longer than
+    /// the period.
+    pub(super) fn is_behind(&self, sweeps: u16, step_ns: u64) -> bool {
+        sweeps <= self.least && step_ns > self.period_ns()
     }
 
     /// The tick has ended after so many sweeps: the last one is noted where nobody asked behind it.
@@ -226,7 +236,7 @@ mod tests {
 
     #[test]
     fn as_many_sweeps_as_fit_the_period() {
-        let mut budget = Budget::new(SweepBudget::Auto, POSE_HZ);
+        let mut budget = Budget::new(SweepBudget::Auto, 1, POSE_HZ);
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 8, "7/8 of a millisecond");
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 4), 4, "never more than the settings'");
         (0..64).for_each(|_| budget.arrived(1, 500 * US));
@@ -243,8 +253,17 @@ mod tests {
     }
 
     #[test]
+    fn no_fewer_than_the_contact_needs() {
+        let mut budget = Budget::new(SweepBudget::Us(1), 4, POSE_HZ);
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 300 * US, 64), 4);
+        assert_eq!(sweeps(&mut budget, SECOND_NS, 300 * US, 2), 2, "the settings' are the most");
+        assert!(budget.is_behind(4, 1200 * US) && budget.is_behind(2, 1200 * US));
+        assert!(!budget.is_behind(5, 1200 * US) && !budget.is_behind(4, 900 * US));
+    }
+
+    #[test]
     fn a_miss_makes_it_careful_for_a_second() {
-        let mut budget = Budget::new(SweepBudget::Auto, POSE_HZ);
+        let mut budget = Budget::new(SweepBudget::Auto, 1, POSE_HZ);
         let at = |budget: &mut Budget, ns| sweeps(budget, ns, 100 * US, 64);
         assert_eq!(at(&mut budget, SECOND_NS), 8);
         budget.answered(0, true, SECOND_NS);
@@ -257,12 +276,12 @@ mod tests {
 
     #[test]
     fn one_slow_sweep_in_a_hundred_and_more_counts() {
-        let mut budget = Budget::new(SweepBudget::Us(1000), POSE_HZ);
+        let mut budget = Budget::new(SweepBudget::Us(1000), 1, POSE_HZ);
         for tick in 0..200 {
             sweeps(&mut budget, tick, if tick % 20 == 0 { 400 * US } else { 100 * US }, 2);
         }
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 7, "the next may take 400 us");
-        let mut off = Budget::new(SweepBudget::Off, POSE_HZ);
+        let mut off = Budget::new(SweepBudget::Off, 1, POSE_HZ);
         assert_eq!(sweeps(&mut off, SECOND_NS, SECOND_NS, 64), 64);
     }
 

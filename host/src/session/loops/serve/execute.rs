@@ -34,7 +34,7 @@ impl Run<'_> {
         let is_behind = !self.inbox.is_empty();
         self.budget.answered(sent_ns.saturating_sub(end_ns), is_behind, sent_ns);
         let behind = match is_anytime {
-            true if output.sweeps == 1 && step_ns > self.budget.period_ns() => Behind::Yes,
+            true if self.budget.is_behind(output.sweeps, step_ns) => Behind::Yes,
             true => Behind::No,
             false if self.inbox.len() >= FAR => Behind::Far,
             false if is_behind => Behind::Yes,

@@ -279,6 +279,8 @@ impl<'a> Run<'a> {
         let resumed = server.resumed;
         let charge = resumed.map_or_else(Charge::new, Charge::resuming);
         let paused = resumed.is_some_and(|of| of.is_paused);
+        let least = engine.least_sweeps();
+        let budget = Budget::new(server.options.budget, least, server.options.max_pose_hz);
         let session = Session::new(engine, shared, &server.options, (charge, paused));
         Ok(Self {
             server,
@@ -297,7 +299,7 @@ impl<'a> Run<'a> {
             in_charge: None,
             rate: server.rate,
             alive_until_ns: 0,
-            budget: Budget::new(server.options.budget, server.options.max_pose_hz),
+            budget,
             delay: LoopDelay::new(server.options.delay_period_ns),
             looked_ns: start_ns,
             end_ns: start_ns.saturating_add(server.length_ns),
