@@ -67,37 +67,25 @@ int shm_unlink(const char *name)
     return failed;
 }
 
-int open(const char *path, int how, ...)
-{
-    REAL(open);
-    mode_t mode = 0;
-    if (how & O_CREAT) {
-        va_list more;
-        va_start(more, how);
-        mode = va_arg(more, mode_t);
-        va_end(more);
+#define ON_OPEN(name) \
+    int name(const char *path, int how, ...) \
+    { \
+        REAL(name); \
+        mode_t mode = 0; \
+        if (how & O_CREAT) { \
+            va_list more; \
+            va_start(more, how); \
+            mode = va_arg(more, mode_t); \
+            va_end(more); \
+        } \
+        int file = real(path, how, mode); \
+        if ((how & O_CREAT) && is_ours(path)) \
+            done("open"); \
+        return file; \
     }
-    int file = real(path, how, mode);
-    if ((how & O_CREAT) && is_ours(path))
-        done("open");
-    return file;
-}
 
-int open64(const char *path, int how, ...)
-{
-    REAL(open64);
-    mode_t mode = 0;
-    if (how & O_CREAT) {
-        va_list more;
-        va_start(more, how);
-        mode = va_arg(more, mode_t);
-        va_end(more);
-    }
-    int file = real(path, how, mode);
-    if ((how & O_CREAT) && is_ours(path))
-        done("open");
-    return file;
-}
+ON_OPEN(open)
+ON_OPEN(open64)
 
 #define ON_FILE(name, call, declared, passed) \
     int name declared \
