@@ -124,7 +124,7 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
 fn force_is_minus_the_gradient_of_the_energy() {
     let shape = Shape::generated("box:5x5x4x0.01").unwrap().holding(&[51, 71]);
     let probe_contact = ProbeContact::Surface;
-    for options in kinds(&BakeOptions { probe_contact, ..BakeOptions::default() }) {
+    for options in kinds(&BakeOptions { probe_contact, colours: true, ..BakeOptions::default() }) {
         let image = shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let held = shape.cells(&model);
@@ -132,7 +132,7 @@ fn force_is_minus_the_gradient_of_the_energy() {
         for variant in Variant::singles_of(&model) {
             let contact = Contact::Cells(held.clone());
             let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
-            let (mut moving, mut still) = (0.0_f64, 0.0_f64);
+            let mut largest = 0.0_f64;
             for tick in 0..200_u16 {
                 let share = f32::from(tick.min(100)) / 100.0;
                 let output = engine.tick(&sample([0.004 * share, 0.0, -0.008 * share], 1));
@@ -150,12 +150,11 @@ fn force_is_minus_the_gradient_of_the_energy() {
                 };
                 let expected_n = [0, 1, 2].map(|axis| -slope(axis));
                 let force_n: [f64; 3] = output.force_n.cast::<f64>().into();
-                let off = norm(minus(force_n, expected_n)) / norm(expected_n);
-                let largest = if tick > 120 { &mut still } else { &mut moving };
-                *largest = largest.max(off);
+                largest = largest.max(norm(minus(force_n, expected_n)) / norm(expected_n));
             }
-            println!("{variant} nodal {}: {moving:e} {still:e}", model.is_nodal());
-            assert!(moving < 1e-3 && still < 1e-4, "{variant}: {moving} {still}");
+            // The rotations of shapes are those of the last pass.
+            let most = if model.is_nodal() { 5e-4 } else { 5e-6 };
+            assert!(largest < most, "{variant}: {largest}");
         }
     }
 }

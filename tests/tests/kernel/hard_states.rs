@@ -53,7 +53,9 @@ fn check(case: &Case, start: Start) -> Result<(), TestCaseError> {
     let fixed_point = start.variant.numbers == Arithmetic::Fixed;
     let baked =
         |saturation_m| case.shape.bake(&BakeOptions { saturation_m, ..case.options() }).unwrap();
-    let mut image = baked(if fixed_point { None } else { start.wide.then_some(1e4) });
+    // Of shapes within the range that an image of them may have.
+    let wide_m = if case.tissue.is_some() { 1e2 } else { 1e4 };
+    let mut image = baked(if fixed_point { None } else { start.wide.then_some(wide_m) });
     if fixed_point && start.wide {
         // As wide as it goes.
         let model = Model::from_bytes(image.as_bytes()).unwrap();

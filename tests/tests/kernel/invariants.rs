@@ -130,7 +130,7 @@ proptest! {
         let nodes_m = &case.shape.mesh.nodes_m;
         let alphas = |node: usize| case.alpha * (node % 3) as f64 / 3.0;
         let mut options = case.options();
-        if varied[0] {
+        if varied[0] && case.tissue.is_none() {
             options.alpha = PerCell::Each((0..nodes_m.len()).map(alphas).collect());
         }
         if !varied[1] {

@@ -42,8 +42,9 @@ fn the_energy_bound_never_locks_the_tool() {
         BakeOptions { energy_max_j: Some(energy_max_j), colours: true, ..BakeOptions::default() };
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
     // The middle of the top of the box.
-    let bodies = [("plane:9x9x0.01", CENTRE), ("box:5x5x3x0.01", 38)];
-    for ((spec, node), options) in bodies.into_iter().zip(kinds(&options)) {
+    let bodies = [("plane:9x9x0.01", CENTRE), ("box:5x5x3x0.01", 38), ("box:5x5x3x0.01", 38)];
+    let [links, shapes] = kinds(&options);
+    for ((spec, node), options) in bodies.into_iter().zip([links.clone(), links, shapes]) {
         let image = Shape::generated(spec).unwrap().bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         for Variant { scheme, .. } in Variant::singles_of(&model) {
