@@ -269,7 +269,9 @@ impl<'m> Engine<'m> {
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
             // A body without free cells has none either, and needs none.
             (Scheme::GaussSeidel, Arithmetic::F32)
-                if model.colours() == 0 && model.fixed().len() < model.cells() =>
+                if model.colours() == 0
+                    && model.fixed().len() < model.cells()
+                    && !model.is_nodal() =>
             {
                 return Err(Error::input(
                     "`dynamics` gauss-seidel: the model has no colours; bake it with `colours`",

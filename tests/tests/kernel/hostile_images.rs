@@ -81,7 +81,7 @@ fn groups_of_padding_are_refused() {
         forged.change(kind::SLICE_NEIGHBOURS, |of: &mut Vec<[u16; 8]>| of.extend([itself; 1000]));
         forged.change(kind::SLICE_LENGTHS, |of: &mut Vec<[f32; 8]>| of.extend([[0.0; 8]; 1000]));
         if is_nodal {
-            let idle = [[0.0; 8]; nodal::SLOT_ROWS];
+            let idle = [[0.0_f32; 8]; nodal::SLOT_ROWS];
             forged.change(kind::NODAL_SLOTS, |of: &mut Vec<_>| of.extend([idle; 1000]));
         }
         assert_eq!(error(&forged), ModelError::Index(kind::SLICE_ROWS, last));
