@@ -210,14 +210,15 @@ fn the_fields_outlive_positions_from_outside_and_end_with_the_choice() {
 fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
     for &(image, ids) in BODIES {
         let (network, held) = (network(image, 1), cells(image, ids));
+        let fields = TRACK * network.model().cells();
         let press = |body: &mut Body<Predict<ROOM>>| -> Vec<TickOutput> {
             (0..40).map(|tick| body.tick(&network, &sample(network.model(), tick, 0.02))).collect()
         };
         let mut body = body::<Predict<ROOM>>(&network, &held);
         let first = press(&mut body);
         // A mark that working the fields out anew would remove.
-        let mark = |body: &mut Body<Predict<ROOM>>| body.view().own[TRACK * CELLS].0[3] == 7.0;
-        body.view().own[TRACK * CELLS].0[3] = 7.0;
+        let mark = |body: &mut Body<Predict<ROOM>>| body.view().own[fields].0[3] == 7.0;
+        body.view().own[fields].0[3] = 7.0;
         body.reset(&network).unwrap();
         body.choose_contacts(&network, &held).unwrap();
         assert!(mark(&mut body));
@@ -239,7 +240,7 @@ fn wrong_fields_cost_a_discarded_pass_and_never_the_certificate() {
         let network = network(image, 4);
         let model = *network.model();
         let mut body = body::<Predict<ROOM>>(&network, &cells(image, ids));
-        for field in &mut body.view().own[TRACK * CELLS..] {
+        for field in &mut body.view().own[TRACK * model.cells()..] {
             *field = Cell::at(scale(strength, field.xyz()));
         }
         let (mut discarded, mut level_j) = (false, 0.0);
