@@ -1,8 +1,9 @@
-//! Random bodies of 4 to 40 cells for property tests: stiffness over six decades, alpha from 0 to
-//! 0.99, with and without a coarse level.
+//! Random bodies of 4 to 40 cells for property tests, with and without a coarse level: of links, with
+//! stiffness over six decades and alpha from 0 to 0.99, and of nodal shapes, with moduli over three.
 
+use chaincell_host::bake::tissue::{Band, STRETCH_MIN, Tissue, VolumeLaw};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
-use chaincell_host::engine::{Contact, Engine};
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::Error;
 use chaincell_host::mesh::Mesh;
 use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
@@ -20,6 +21,8 @@ pub struct Case {
     pub alpha: f64,
     /// Stiffness of each node [N/m].
     pub stiffness_n_per_m: Vec<f64>,
+    /// Nodal shapes in place of links: alpha is 0 then, and the stiffness without meaning.
+    pub tissue: Option<Tissue>,
     /// Distance of the coarse basis functions in mean link lengths.
     pub hats: Option<f64>,
     /// Sweeps a tick.
@@ -58,10 +61,101 @@ pub fn case(floating: bool) -> impl Strategy<Value = Case> {
                 let stiffness_n_per_m = decades.iter().map(|d| 10.0_f64.powf(*d)).collect();
                 let (sweeps, tick_time) = rates;
                 let shape = shape(nodes_m, links, fixed);
-                Case { shape, alpha, stiffness_n_per_m, hats, sweeps, tick_time }
+                Case { shape, alpha, stiffness_n_per_m, tissue: None, hats, sweeps, tick_time }
             },
         )
     })
+}
+
+/// Random tissue for so many nodes: under both laws, with the band and without, alike or varied,
+/// with up to two bands that stiffen it.
+fn tissue(nodes: usize) -> impl Strategy<Value = Tissue> {
+    let decades = prop_oneof![Just(vec![0.0]), prop::collection::vec(-1.5_f64..1.5, nodes),];
+    let ratios = prop_oneof![
+        (0.0_f64..0.49).prop_map(|ratio| vec![ratio]),
+        prop::collection::vec(0.0_f64..0.49, nodes),
+    ];
+    let law = prop::sample::select(vec![VolumeLaw::Det1, VolumeLaw::Trace]);
+    let stretch_min = prop::option::of(Just(STRETCH_MIN));
+    let bands = prop::collection::vec((0.01_f64..0.3, 0.1_f64..20.0), 0..3);
+    (2.0_f64..6.0, decades, ratios, law, stretch_min, bands).prop_map(
+        |(mean, decades, ratios, law, stretch_min, bands)| {
+            let young_pa = decades.iter().map(|decade| 10.0_f64.powf(mean + decade)).collect();
+            let mut widths: Vec<f64> = bands.iter().map(|(width, _)| *width).collect();
+            widths.sort_by(f64::total_cmp);
+            let band = |(half_width, (_, part)): (f64, &(f64, f64))| Band {
+                half_width,
+                modulus_pa: part * 10.0_f64.powf(mean),
+            };
+            let stiffening = widths.into_iter().zip(&bands).map(band).collect();
+            let tissue = Tissue::new(of_cells(young_pa), of_cells(ratios));
+            Tissue { law, stretch_min, stiffening, ..tissue }
+        },
+    )
+}
+
+/// What node i has, at `to[i]`.
+fn moved(values: &PerCell, to: &[usize]) -> PerCell {
+    let PerCell::Each(old) = values else { return values.clone() };
+    let mut new = old.clone();
+    old.iter().zip(to).for_each(|(value, &to)| new[to] = *value);
+    PerCell::Each(new)
+}
+
+/// One value for all cells, or one for each.
+fn of_cells(values: Vec<f64>) -> PerCell {
+    if values.len() == 1 { PerCell::Uniform(values[0]) } else { PerCell::Each(values) }
+}
+
+/// Random bodies of nodal shapes: boxes of 8 to 36 nodes with edges of random length, every node
+/// moved.
+fn shapes(floating: bool) -> impl Strategy<Value = Case> {
+    (2_usize..4, 2_usize..4, 2_usize..5).prop_flat_map(move |(a, b, c)| {
+        let nodes = a * b * c;
+        let moved = prop::collection::vec(prop::array::uniform3(-0.1_f64..0.1), nodes);
+        let apart_m = prop::array::uniform3(0.01_f64..0.05);
+        let fixed = prop::collection::btree_set(0..nodes as u32 - 1, 1..5);
+        let hats = prop::option::of(1.0_f64..4.0);
+        (moved, apart_m, fixed, tissue(nodes), hats, 1_u16..5).prop_map(
+            move |(moved, apart_m, fixed, tissue, hats, sweeps)| {
+                // A spacing of 1 in every direction, before that of the case.
+                let mut shape = Shape::generated(&format!("box:{a}x{b}x{c}x1")).unwrap();
+                for (node, by) in shape.mesh.nodes_m.iter_mut().zip(moved) {
+                    *node = std::array::from_fn(|axis| apart_m[axis] * (node[axis] + by[axis]));
+                }
+                shape.fixed = if floating { Vec::new() } else { fixed.into_iter().collect() };
+                let shape = shape.holding(&[nodes as u32 - 1]);
+                let stiffness_n_per_m = vec![1.0; nodes];
+                let (alpha, tissue, tick_time) = (0.0, Some(tissue), 1.0);
+                Case { shape, alpha, stiffness_n_per_m, tissue, hats, sweeps, tick_time }
+            },
+        )
+    })
+}
+
+/// Random bodies of both kinds, each in one of these variants that moves it; `floating` ones without
+/// fixed nodes.
+pub fn body(floating: bool, variants: Vec<Variant>) -> impl Strategy<Value = (Case, Variant)> {
+    let of_shapes: Vec<Variant> = variants.iter().copied().filter(Variant::takes_shapes).collect();
+    prop_oneof![
+        2 => (case(floating), prop::sample::select(variants)),
+        1 => (shapes(floating), prop::sample::select(of_shapes)),
+    ]
+}
+
+/// Schemes in single precision, without a coarse level but that of the model.
+#[must_use]
+pub fn singles(schemes: &[Scheme]) -> Vec<Variant> {
+    schemes.iter().map(|&scheme| Variant::plain(scheme, Arithmetic::F32)).collect()
+}
+
+/// Options for both kinds of body: of links, and of nodal shapes of 5 kPa.
+#[must_use]
+pub fn kinds(options: &BakeOptions) -> [BakeOptions; 2] {
+    let of = PerCell::Uniform;
+    let tissue = Some(Tissue::new(of(5000.0), of(0.45)));
+    let shapes = BakeOptions { tissue, alpha: of(0.0), colours: false, ..options.clone() };
+    [options.clone(), shapes]
 }
 
 /// Whether all nodes keep a distance from each other, so that the body can be baked.
@@ -79,6 +173,46 @@ pub fn shape(nodes_m: Vec<[f64; 3]>, links: Vec<[u32; 2]>, fixed: Vec<u32>) -> S
 }
 
 impl Case {
+    /// The same with node i called `to[i]`.
+    #[must_use]
+    pub fn renumbered(&self, to: &[usize]) -> Self {
+        let mut other = self.clone();
+        let call = |id: u32| to[id as usize] as u32;
+        for (from, &to) in to.iter().enumerate() {
+            other.shape.mesh.nodes_m[to] = self.shape.mesh.nodes_m[from];
+            other.stiffness_n_per_m[to] = self.stiffness_n_per_m[from];
+        }
+        let links = self.shape.mesh.links.iter().map(|link| {
+            let [a, b] = link.map(call);
+            [a.min(b), a.max(b)]
+        });
+        other.shape.mesh.links = links.collect();
+        other.shape.mesh.links.sort_unstable();
+        let mesh = &mut other.shape.mesh;
+        mesh.triangles
+            .iter_mut()
+            .flatten()
+            .chain(mesh.tetrahedra.iter_mut().flatten())
+            .for_each(|id| *id = call(*id));
+        other.shape.fixed = self.shape.fixed.iter().copied().map(call).collect();
+        if let Some((new, old)) = other.tissue.as_mut().zip(self.tissue.as_ref()) {
+            new.young_pa = moved(&old.young_pa, to);
+            new.poisson = moved(&old.poisson, to);
+        }
+        other
+    }
+
+    /// The same with triangles that a probe meets, where it has none.
+    #[must_use]
+    pub fn with_surface(&self) -> Self {
+        let mut case = self.clone();
+        let nodes = self.shape.mesh.nodes_m.len() as u32;
+        if self.tissue.is_none() {
+            case.shape.mesh.triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
+        }
+        case
+    }
+
     /// What the case says to the bake.
     #[must_use]
     pub fn options(&self) -> BakeOptions {
@@ -86,7 +220,8 @@ impl Case {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
             coarse_basis: self.hats.map_or(BasisSpacing::None, BasisSpacing::Links),
-            colours: true,
+            colours: self.tissue.is_none(),
+            tissue: self.tissue.clone(),
             ..BakeOptions::default()
         }
     }

@@ -9,9 +9,10 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
-    Euler, GaussSeidel, Head, Model, Network, ResetError, Rkl1, Rkl2, Settings, TermState, Tissue,
-    ToolSample, Track, include_model,
+    Dynamics, Euler, GaussSeidel, Head, Model, Network, ResetError, Rkl1, Rkl2, Settings,
+    TermState, Tissue, TissueMut, ToolSample, Track, include_model,
 };
+use chaincell_scenes::{Scene, tissue6_track};
 use chaincell_tests::allocations::{Counting, so_far};
 use nalgebra::Vector3;
 
@@ -20,7 +21,6 @@ static ALLOCATOR: Counting = Counting;
 
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean -o tests/data/plane9.chaincell`
 static IMAGE: &[u8] = include_model!("../data/plane9.chaincell");
-static TISSUE: Mutex<Tissue<81, Track, 8>> = Mutex::new(Tissue::new());
 
 fn sample(tick: u16) -> ToolSample {
     let position_m = Vector3::new(0.0, 0.0002 * f32::from(tick % 40), 0.001 * f32::from(tick % 60));
@@ -39,17 +39,27 @@ fn centre() -> u16 {
 
 #[test]
 fn a_static_tissue_gives_the_bits_of_the_heap_and_allocates_nothing() {
-    let network = network(IMAGE);
-    let contact = [centre()];
+    static TISSUE: Mutex<Tissue<81, Track, 8>> = Mutex::new(Tissue::new());
+    static SHAPES: Mutex<tissue6_track::Body> = Mutex::new(Tissue::new());
+    is_the_heaps(IMAGE, &[40], TISSUE.lock().unwrap().view());
+    let Scene { image, held, .. } = tissue6_track::SCENE;
+    is_the_heaps(image, held, SHAPES.lock().unwrap().view());
+}
+
+/// A tissue in static memory against the host's.
+fn is_the_heaps<D: Dynamics>(image: &[u8], held: &[u32], mut tissue: TissueMut<'_, D>) {
+    let network = network(image);
+    let cells = held.iter().map(|&id| network.model().cell_of_input(id).unwrap());
+    let mut contact: Vec<u16> = cells.collect();
+    contact.sort_unstable();
     let mut engine = Engine::new(network, Scheme::Track, &contact).unwrap();
-    let mut tissue = TISSUE.lock().unwrap();
     tissue.reset(&network).unwrap();
     tissue.choose_contacts(&network, &contact).unwrap();
     assert!(so_far().0 > 0, "nothing is counted");
     for tick in 0..500 {
         let before = so_far();
         let own = tissue.tick(&network, &sample(tick));
-        let hash = tissue.view().state_hash(network.model());
+        let hash = tissue.state_hash(network.model());
         let host = engine.tick(&sample(tick));
         assert_eq!(so_far(), before, "tick {tick} allocates");
         assert_eq!((own, hash), (host, engine.state_hash()), "tick {tick}");
@@ -122,21 +132,27 @@ fn contacts_of_a_body_that_is_not_there_are_refused() {
 /// A network that the tissue was not reset for is answered by the safe state, not by nonsense.
 #[test]
 fn another_model_than_that_of_the_reset_is_safe() {
-    let network = network(IMAGE);
-    let mut tissue = Tissue::<81, Euler>::new();
+    only_its_own(IMAGE, 40, &mut Tissue::<81, Euler>::new().view());
+    let Scene { image, held, .. } = tissue6_track::SCENE;
+    only_its_own(image, held[0], &mut tissue6_track::Body::new().view());
+}
+
+fn only_its_own<D: Dynamics>(image: &[u8], held: u32, tissue: &mut TissueMut<'_, D>) {
+    let network = network(image);
+    let held = network.model().cell_of_input(held).unwrap();
     let output = tissue.tick(&network, &sample(1));
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
     // A smaller body, for which there would be room.
     let mesh = load("plane:5x5x0.01", &Default::default()).unwrap();
-    let image = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
-    let other = self::network(image.as_bytes());
+    let small = bake(&mesh, &mesh.border, &BakeOptions::default()).unwrap();
+    let other = self::network(small.as_bytes());
     tissue.reset(&network).unwrap();
-    tissue.choose_contacts(&network, &[centre()]).unwrap();
+    tissue.choose_contacts(&network, &[held]).unwrap();
     tissue.tick(&network, &sample(1));
     assert!(tissue.tick(&network, &sample(9)).force_n.norm() > 0.0);
-    let hash = tissue.view().state_hash(network.model());
+    let hash = tissue.state_hash(network.model());
     let output = tissue.tick(&other, &sample(20));
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
-    assert_eq!(tissue.view().state_hash(network.model()), hash);
+    assert_eq!(tissue.state_hash(network.model()), hash);
     assert_eq!(tissue.tick(&network, &sample(20)).flags.0 & 16, 0);
 }

@@ -395,8 +395,9 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     let cells = body.rest.len();
     let links = &body.links;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
+    let (alphas, mut stiffness) = (plan.alpha(links), plan.stiffness(links));
     let tissue = options.tissue.as_ref();
+    stiffness.varies &= tissue.is_none();
     let shapes = tissue.map(|tissue| Shapes::new(plan.mesh(), body, tissue)).transpose()?;
     let alpha = mean(&alphas.each) as f32;
     let reference =

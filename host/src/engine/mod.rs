@@ -121,6 +121,7 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
         self.view().reset(network).map_err(|why| match why {
             ResetError::Range(why) => Error::input(format!("`number`: {why}")),
+            ResetError::Colours => Error::input(format!("`dynamics` gauss-seidel: {why}")),
             ResetError::Shapes => Error::input(format!("`dynamics`, `number`: {why}")),
             other => Error::check(other),
         })
@@ -272,14 +273,6 @@ impl<'m> Engine<'m> {
             }
             (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
-            // A body without free cells has none either, and needs none.
-            (Scheme::GaussSeidel, Arithmetic::F32)
-                if model.colours() == 0 && model.fixed().len() < model.cells() =>
-            {
-                return Err(Error::input(
-                    "`dynamics` gauss-seidel: the model has no colours; bake it with `colours`",
-                ));
-            }
             (Scheme::GaussSeidel, Arithmetic::F32) => {
                 Box::new(Memory::<GaussSeidel>::new(model, held))
             }

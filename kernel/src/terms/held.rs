@@ -310,6 +310,14 @@ pub(crate) fn move_max(energy_max: f32, level: f32, outer_weight: f32) -> f32 {
     }
 }
 
+/// How far along a way the energy falls for sure: the force F draws along it, and a move D changes
+/// the energy by at most W |D|^2 / 4 - F . D.
+pub(crate) fn fall_max(force: [f32; 3], way: [f32; 3], outer_weight: f32) -> f32 {
+    let (drawn, length) = (dot(force, way), sqrt(dot(way, way)));
+    let least = outer_weight * length;
+    if drawn > 0.0 && least > 0.0 { 2.0 * drawn / least } else { 0.0 }
+}
+
 /// `from` moved towards `to` by at most `limit`, and whether the limit bit.
 pub(crate) fn approach(from: [f32; 3], to: [f32; 3], limit: f32) -> ([f32; 3], bool) {
     let way = sub(to, from);
@@ -338,5 +346,14 @@ mod tests {
         assert_eq!(move_max(9.0, 9.0, 16.0), 0.0);
         assert_eq!(move_max(9.0, 90.0, 16.0), 0.0);
         assert_eq!(move_max(9.0, 0.0, 0.0), f32::INFINITY);
+    }
+
+    #[test]
+    fn a_tool_may_follow_a_pull_to_where_the_energy_is_least() {
+        assert_eq!(fall_max([3.0, 4.0, 0.0], [0.0, 2.0, 0.0], 16.0), 0.5);
+        for (force, weight) in [([0.0, -4.0, 0.0], 16.0), ([0.0, 4.0, 0.0], 0.0)] {
+            assert_eq!(fall_max(force, [0.0, 2.0, 0.0], weight), 0.0);
+        }
+        assert_eq!(fall_max([1.0; 3], [0.0; 3], 16.0), 0.0);
     }
 }

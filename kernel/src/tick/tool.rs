@@ -103,18 +103,33 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             self.head.level.leading(),
             self.head.outer_weight,
         );
-        let (within, beyond) = held::approach(from, to, room);
+        let (_, beyond) = held::approach(from, to, room);
         let before = held::touched(self.terms(), self.state, self.contacts);
         let mut change = self.displace(to, before);
         // A move that lowers the energy is not shortened: the tool can always come back.
         if beyond && change.bound().hi > 0.0 {
-            change = self.displace(within, before);
+            change = self.shorten([from, to], room, before);
             self.flags.insert(Flags::MOTION_CLAMPED);
         }
         if self.head.applied != from {
             self.load(change);
             self.head.dynamics.follow(sub(self.head.applied, from));
         }
+    }
+
+    /// Puts the held cells as far on their way as the energy bound allows: by `room`, or farther
+    /// where the tissue draws them that way, for as long as that lowers the energy.
+    fn shorten(&mut self, [from, to]: [[f32; 3]; 2], room: f32, before: Touched) -> Change {
+        self.displace(from, before);
+        let force = held::force(self.terms(), self.state, self.contacts);
+        let drawn = held::fall_max(force, sub(to, from), self.head.outer_weight);
+        if drawn > room {
+            let change = self.displace(held::approach(from, to, drawn).0, before);
+            if change.bound().hi <= 0.0 {
+                return change;
+            }
+        }
+        self.displace(held::approach(from, to, room).0, before)
     }
 
     /// Books what the tool has done.

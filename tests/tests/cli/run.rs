@@ -4,6 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
+use chaincell_host::bake::ImageBytes;
+use chaincell_kernel::Model;
 use chaincell_lab::reference::vectors::{farthest, norm};
 use chaincell_tests::files::{
     Row, Table, bake, is_hash, names, play, scratch, summary, write_path,
@@ -15,10 +17,11 @@ const D: f32 = 0.01;
 /// Node in the middle of `plane:9x9x0.01`.
 const CENTRE: usize = 40;
 
-/// A plane whose middle cell is held, and the folder for its results.
+/// A body with a cell that the tool holds, and the folder for its results.
 struct Place {
     folder: tempfile::TempDir,
     model: PathBuf,
+    held: usize,
 }
 
 /// What a run left behind.
@@ -31,7 +34,21 @@ impl Place {
     fn plane(options: &[&str]) -> Self {
         let folder = scratch();
         let model = bake(folder.path(), "plane:9x9x0.01", options);
-        Self { folder, model }
+        Self { folder, model, held: CENTRE }
+    }
+
+    /// The plane of links with these options, and a block of nodal shapes whose top is held in its
+    /// middle.
+    fn both(options: &[&str]) -> [Self; 2] {
+        let folder = scratch();
+        let model = bake(folder.path(), "box:5x5x5x0.01", &["--young-pa", "5000"]);
+        [Self::plane(options), Self { folder, model, held: 64 }]
+    }
+
+    /// Mean length of its links \[m\].
+    fn link_m(&self) -> f32 {
+        let image = ImageBytes::copy(&std::fs::read(&self.model).unwrap());
+        Model::from_bytes(image.as_bytes()).unwrap().unit_m()
     }
 
     /// Runs a path into the folder `name`.
@@ -40,7 +57,8 @@ impl Place {
         let path = self.folder.path().join(format!("{name}.csv"));
         write_path(&path, rows.iter().copied());
         let out = self.folder.path().join(name);
-        let options = [&["--contact", "cells:nodes:40"], options].concat();
+        let contact = format!("cells:nodes:{}", self.held);
+        let options = [&["--contact", &contact], options].concat();
         play(&self.model, &path, &out, &options).with(0);
         let force = Table::read(&out.join("force.csv"));
         Results { out, force }
@@ -283,77 +301,86 @@ pub(super) fn check_vtu(file: &Path, elements: usize, corners: usize) {
 
 #[test]
 fn release_lets_go_in_that_very_tick() {
-    let place = Place::plane(&["--alpha", "0.02"]);
-    for unloading in ["off", "release", "retreat"] {
-        let results = place.run(unloading, &press_and_release(), &["--unloading", unloading]);
-        let contacts = results.force.whole("contacts");
-        for (tick, force_n) in results.forces().into_iter().enumerate() {
-            let held = tick < 100;
-            assert_eq!(contacts[tick], u64::from(held), "tick {tick}");
-            assert!(held || force_n == [0.0; 3], "tick {tick}: {force_n:?}");
+    for place in Place::both(&["--alpha", "0.02"]) {
+        for unloading in ["off", "release", "retreat"] {
+            let results = place.run(unloading, &press_and_release(), &["--unloading", unloading]);
+            let contacts = results.force.whole("contacts");
+            for (tick, force_n) in results.forces().into_iter().enumerate() {
+                let held = tick < 100;
+                assert_eq!(contacts[tick], u64::from(held), "tick {tick}");
+                assert!(held || force_n == [0.0; 3], "tick {tick}: {force_n:?}");
+            }
+            assert!(results.forces()[99][2] > 0.01, "the pressed plane pushes back");
         }
-        assert!(results.forces()[99][2] > 0.01, "the pressed plane pushes back");
     }
 }
 
 #[test]
 fn the_first_row_counts_as_an_edge() {
-    let place = Place::plane(&[]);
-    // Far off from the start on: what counts is the way from the first row.
-    let at = [1.0_f32, -2.0, 3.0];
-    let rows = [(7, at, 1), (8, [at[0], at[1], at[2] - 0.5 * D], 1), (9, at, 1)];
-    let results = place.run("out", &rows, &["--snapshot-ticks", "7,8,9"]);
-    assert_eq!(results.cells("7")[CENTRE], [0.0; 3]);
-    assert_eq!(results.forces()[0], [0.0; 3]);
-    assert!((results.cells("8")[CENTRE][2] + 0.005).abs() < 1e-6);
-    assert!(results.cells("9")[CENTRE][2].abs() < 1e-6);
-    assert_eq!(results.force.whole("contacts"), [1, 1, 1]);
-    // A rollback (64) is the guard's own business.
-    let flags = results.force.whole("flags");
-    assert!(flags.iter().all(|flags| flags & !64 == 0), "{flags:?}");
+    for place in Place::both(&[]) {
+        // Far off from the start on: what counts is the way from the first row.
+        let at = [1.0_f32, -2.0, 3.0];
+        let rows = [(7, at, 1), (8, [at[0], at[1], at[2] - 0.5 * D], 1), (9, at, 1)];
+        let results = place.run("out", &rows, &["--snapshot-ticks", "7,8,9"]);
+        let rest_m = results.cells("7")[place.held];
+        assert!(place.held != CENTRE || rest_m == [0.0; 3]);
+        assert_eq!(results.forces()[0], [0.0; 3]);
+        let lift_m = |name: &str| results.cells(name)[place.held][2] - rest_m[2];
+        assert!((lift_m("8") + 0.005).abs() < 1e-6);
+        assert!(lift_m("9").abs() < 1e-6);
+        assert_eq!(results.force.whole("contacts"), [1, 1, 1]);
+        // A rollback (64) is the guard's own business.
+        let flags = results.force.whole("flags");
+        assert!(flags.iter().all(|flags| flags & !64 == 0), "{flags:?}");
+    }
 }
 
 #[test]
 fn the_tool_moves_its_cells_by_at_most_one_mean_link_a_tick() {
-    let place = Place::plane(&[]);
-    let down = [0.0, 0.0, -2.5 * D];
-    let rows: Vec<Row> =
-        (0..6).map(|tick| (tick, if tick == 0 { [0.0; 3] } else { down }, 1)).collect();
-    let results = place.run("out", &rows, &["--snapshot-ticks", "1,2,3,4"]);
-    assert_eq!(results.force.whole("flags"), [0, 1, 1, 0, 0, 0]);
-    for (tick, depth) in [("1", 0.01), ("2", 0.02), ("3", 0.025), ("4", 0.025)] {
-        let z = results.cells(tick)[CENTRE][2];
-        assert!((z + depth).abs() < 1e-7, "tick {tick}: {z}");
+    for place in Place::both(&[]) {
+        let link_m = place.link_m();
+        let down = [0.0, 0.0, -2.5 * link_m];
+        let rows: Vec<Row> =
+            (0..6).map(|tick| (tick, if tick == 0 { [0.0; 3] } else { down }, 1)).collect();
+        let results = place.run("out", &rows, &["--snapshot-ticks", "0,1,2,3,4"]);
+        let z = |results: &Results, name: &str| results.cells(name)[place.held][2];
+        let rest_m = z(&results, "0");
+        assert_eq!(results.force.whole("flags"), [0, 1, 1, 0, 0, 0]);
+        for (tick, links) in [("1", 1.0), ("2", 2.0), ("3", 2.5), ("4", 2.5)] {
+            let depth_m = rest_m - z(&results, tick);
+            assert!((depth_m - links * f64::from(link_m)).abs() < 1e-7, "tick {tick}: {depth_m}");
+        }
+        let slow = place.run("slow", &rows, &["--max-tool-step-m", "0.001"]);
+        assert_eq!(slow.force.whole("flags"), [0, 1, 1, 1, 1, 1]);
+        assert!((rest_m - z(&slow, "final") - 0.005).abs() < 1e-7);
     }
-    let slow = place.run("slow", &rows, &["--max-tool-step-m", "0.001"]);
-    assert_eq!(slow.force.whole("flags"), [0, 1, 1, 1, 1, 1]);
-    assert!((slow.cells("final")[CENTRE][2] + 0.005).abs() < 1e-7);
 }
 
 #[test]
 fn bad_samples_are_held_for_ten_ticks_then_the_force_is_zero() {
-    let place = Place::plane(&[]);
-    for bad in [([0.0, f32::NAN, 0.0], 1), ([f32::INFINITY, 0.0, 0.0], 1), ([0.0; 3], 2)] {
-        let mut rows = press(30, 1.5 * D);
-        rows.extend((30..45).map(|tick| (tick, bad.0, bad.1)));
-        rows.extend((45..50).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
-        let options = ["--recorded", "--force", "--snapshot-ticks", "39,40,44"];
-        let results = place.run("out", &rows, &options);
-        let flags = results.force.whole("flags");
-        assert_eq!(flags[30..40], [2; 10]);
-        assert_eq!(flags[40..45], [2 + 16; 5]);
-        assert_eq!(flags[45..50], [0; 5]);
-        let forces = results.forces();
-        assert!(forces[30..40].iter().all(|force_n| force_n[2] > 0.01));
-        assert!(forces[40..45].iter().all(|force_n| *force_n == [0.0; 3]));
-        assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_40.csv"));
-        assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_44.csv"));
-        assert!(forces[45][2] > 0.01, "a good sample brings the force back");
-        // Held samples are the last good one, repeated.
-        let mut held = press(30, 1.5 * D);
-        held.extend((30..40).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
-        let held = place.run("held", &held, &["--force"]);
-        assert_eq!(held.bytes("cells_final.csv"), results.bytes("cells_39.csv"));
+    for place in Place::both(&[]) {
+        for bad in [([0.0, f32::NAN, 0.0], 1), ([f32::INFINITY, 0.0, 0.0], 1), ([0.0; 3], 2)] {
+            let mut rows = press(30, 1.5 * D);
+            rows.extend((30..45).map(|tick| (tick, bad.0, bad.1)));
+            rows.extend((45..50).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
+            let options = ["--recorded", "--force", "--snapshot-ticks", "39,40,44"];
+            let results = place.run("out", &rows, &options);
+            let flags = results.force.whole("flags");
+            assert_eq!(flags[30..40], [2; 10]);
+            assert_eq!(flags[40..45], [2 + 16; 5]);
+            assert_eq!(flags[45..50], [0; 5]);
+            let forces = results.forces();
+            assert!(forces[30..40].iter().all(|force_n| force_n[2] > 0.01));
+            assert!(forces[40..45].iter().all(|force_n| *force_n == [0.0; 3]));
+            assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_40.csv"));
+            assert_eq!(results.bytes("cells_39.csv"), results.bytes("cells_44.csv"));
+            assert!(forces[45][2] > 0.01, "a good sample brings the force back");
+            // Held samples are the last good one, repeated.
+            let mut held = press(30, 1.5 * D);
+            held.extend((30..40).map(|tick| (tick, [0.0, 0.0, -1.5 * D], 1)));
+            let held = place.run("held", &held, &["--force"]);
+            assert_eq!(held.bytes("cells_final.csv"), results.bytes("cells_39.csv"));
+        }
     }
 }
 
@@ -383,23 +410,24 @@ fn lost_ticks_are_executed_once_and_repeated_and_bad_ones_not_at_all() {
 
 #[test]
 fn the_force_is_shortened_to_its_limit() {
-    let place = Place::plane(&[]);
-    let free = place.run("free", &press(40, 2.5 * D), &[]);
-    let limited = place.run("limited", &press(40, 2.5 * D), &["--max-force-n", "0.1"]);
-    assert_eq!(free.hash(), limited.hash(), "the limit concerns the tool alone");
-    let mut clamped = 0;
-    for (tick, (free, limited_n)) in free.forces().iter().zip(limited.forces()).enumerate() {
-        let flag = limited.force.whole("flags")[tick];
-        if norm(*free) > 0.1 {
-            clamped += 1;
-            assert_eq!(flag & 8, 8, "tick {tick}");
-            assert!((norm(limited_n) - 0.1).abs() < 1e-7);
-        } else {
-            assert_eq!(flag & 8, 0, "tick {tick}");
-            assert_eq!(*free, limited_n);
+    for place in Place::both(&[]) {
+        let free = place.run("free", &press(40, 2.5 * D), &[]);
+        let limited = place.run("limited", &press(40, 2.5 * D), &["--max-force-n", "0.1"]);
+        assert_eq!(free.hash(), limited.hash(), "the limit concerns the tool alone");
+        let mut clamped = 0;
+        for (tick, (free, limited_n)) in free.forces().iter().zip(limited.forces()).enumerate() {
+            let flag = limited.force.whole("flags")[tick];
+            if norm(*free) > 0.1 {
+                clamped += 1;
+                assert_eq!(flag & 8, 8, "tick {tick}");
+                assert!((norm(limited_n) - 0.1).abs() < 1e-7);
+            } else {
+                assert_eq!(flag & 8, 0, "tick {tick}");
+                assert_eq!(*free, limited_n);
+            }
         }
+        assert!((1..40).contains(&clamped), "{clamped}");
     }
-    assert!((1..40).contains(&clamped), "{clamped}");
 }
 
 #[test]

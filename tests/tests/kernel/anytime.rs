@@ -1,16 +1,18 @@
 //! Ticks that end after any sweep, and late ones without a sweep.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::engine::{Arithmetic, Contact, Scheme};
+use chaincell_host::bake::BakeOptions;
+use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Flags, Model, Settings, Unloading};
-use chaincell_lab::bodies::Variant;
+use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
-use chaincell_tests::graph::{case, holds, sample};
+use chaincell_tests::graph::{Case, body, case, holds, kinds, sample, singles};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-fn any_time() -> impl Strategy<Value = Scheme> {
-    prop::sample::select(vec![Scheme::Track, Scheme::Predict, Scheme::GaussSeidel])
+/// Bodies of both kinds under the schemes whose ticks may end after any sweep.
+fn any_time() -> impl Strategy<Value = (Case, Variant)> {
+    body(false, singles(&[Scheme::Track, Scheme::Predict, Scheme::GaussSeidel]))
 }
 
 /// Where the tool goes in a tick \[m\], whether it holds on, and the sweeps.
@@ -30,13 +32,12 @@ proptest! {
     /// The level bounds the energy after every sweep and in every late tick, whatever the tool does
     /// meanwhile, and the same ticks give the same bits.
     #[test]
-    fn the_certificate_holds_after_any_sweep(case in case(false), ticks in ticks(), scheme in any_time(),
+    fn the_certificate_holds_after_any_sweep((case, variant) in any_time(), ticks in ticks(),
                                              unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat])) {
         let image = case.image();
-        let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut engine = case.engine(&image, variant, unloading).unwrap();
         let mut again = case.engine(&image, variant, unloading).unwrap();
-        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
         let mut force_n = Vector3::zeros();
         for (way_m, engaged, sweeps) in ticks {
             let tool = sample(way_m, engaged);
@@ -62,25 +63,22 @@ proptest! {
     /// fixed cells alone.
     #[test]
     fn the_certificate_holds_under_a_probe(
-        case in case(false), ticks in ticks(), scheme in any_time(), radius_m in 0.001_f32..0.15,
+        (case, variant) in any_time(), ticks in ticks(), radius_m in 0.001_f32..0.15,
         capacity in 1_usize..40, teleports in any::<bool>(),
         unloading in prop::sample::select(vec![Unloading::Off, Unloading::Release, Unloading::Retreat]),
     ) {
-        let mut case = case;
-        let nodes = case.shape.mesh.nodes_m.len() as u32;
-        case.shape.mesh.triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
-        let image = case.image();
+        let image = case.with_surface().image();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let engine = || {
             let contact = Contact::Probe { radius_m, capacity };
-            case.engine_with(model, Variant::plain(scheme, Arithmetic::F32), contact, |settings| Settings {
+            case.engine_with(model, variant, contact, |settings| Settings {
                 unloading,
                 max_tool_step_m: if teleports { 100.0 } else { settings.max_tool_step_m },
                 ..settings
             })
         };
         let [mut engine, mut again] = [engine().unwrap(), engine().unwrap()];
-        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
         let rest = engine.positions_m();
         for (way_m, engaged, sweeps) in ticks {
             let tool = sample(way_m, engaged);
@@ -115,28 +113,27 @@ proptest! {
 /// The tool's way in late ticks counts as in any other: none of it is lost, and none made twice.
 #[test]
 fn a_tick_behind_late_ones_is_where_the_tool_is() {
-    use chaincell_host::bake::BakeOptions;
-    use chaincell_lab::bodies::Shape;
     let shape = Shape::generated("box:7x6x4x0.008").unwrap();
-    let image = shape.bake(&BakeOptions::default()).unwrap();
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let held = model.surface().iter().copied().rfind(|&cell| !model.is_fixed(cell)).unwrap();
-    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
-    let engine =
-        || variant.engine(model, Contact::Cells(vec![held]), 4, |settings| settings).unwrap();
-    let [mut late, mut all] = [engine(), engine()];
-    let way = |tick: u16| sample([0.0, 0.0, -8e-5 * f32::from(tick.min(60))], 1);
-    let mut forces = [0.0; 2];
-    for tick in 0..200 {
-        let sweeps = if (31..60).contains(&tick) { Some(0) } else { None };
-        forces = [late.tick_again(&way(tick), sweeps), all.tick(&way(tick))]
-            .map(|output| output.force_n.norm());
-        if tick == 30 || tick == 59 {
-            assert!((forces[0] == forces[1]) == (tick == 30), "{forces:?}");
+    for options in kinds(&BakeOptions::default()) {
+        let image = shape.bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let held = model.surface().iter().copied().rfind(|&cell| !model.is_fixed(cell)).unwrap();
+        let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+        let engine =
+            || variant.engine(model, Contact::Cells(vec![held]), 4, |settings| settings).unwrap();
+        let [mut late, mut all] = [engine(), engine()];
+        let way = |tick: u16| sample([0.0, 0.0, -8e-5 * f32::from(tick.min(60))], 1);
+        let mut forces = [0.0; 2];
+        for tick in 0..200 {
+            let sweeps = if (31..60).contains(&tick) { Some(0) } else { None };
+            forces = [late.tick_again(&way(tick), sweeps), all.tick(&way(tick))]
+                .map(|output| output.force_n.norm());
+            if tick == 30 || tick == 59 {
+                assert!((forces[0] == forces[1]) == (tick == 30), "{forces:?}");
+            }
         }
+        assert!(forces[1] > 0.01 && (forces[0] / forces[1] - 1.0).abs() < 1e-3, "{forces:?}");
+        let place = |engine: &mut Engine<'_>| engine.positions_m()[usize::from(held)];
+        assert_eq!(place(&mut late), place(&mut all));
     }
-    assert!(forces[1] > 0.01 && (forces[0] / forces[1] - 1.0).abs() < 1e-3, "{forces:?}");
-    let place =
-        |engine: &mut chaincell_host::engine::Engine<'_>| engine.positions_m()[usize::from(held)];
-    assert_eq!(place(&mut late), place(&mut all));
 }

@@ -4,11 +4,14 @@
 
 use std::path::PathBuf;
 
-use chaincell_host::bake::ImageBytes;
+use chaincell_host::bake::{BakeOptions, ImageBytes, ProbeContact};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_lab::monitor::contact::ExactContact;
 use chaincell_lab::reference::vectors::{minus, norm};
 use chaincell_tests::files::{Row, Table, bake, play, scratch, write_path};
+use chaincell_tests::graph::{kinds, sample};
 use chaincell_tests::lattice::{Lattice, positions};
 
 /// Body, contact nodes and stiffness [N/m] of the runs.
@@ -24,6 +27,8 @@ const CASES: [Case; 2] = [
     Case { spec: "box:5x5x4x0.01", held: &[51, 71], stiffness_n_per_m: 35.0 },
 ];
 const ALPHAS: [&str; 3] = ["0", "0.05", "0.3"];
+/// Of a difference of energies [mean link lengths].
+const DIFFERENCE: f64 = 1e-4;
 /// Ticks in which the tool goes down, sideways and back, and in which it has let go.
 const HELD_TICKS: u64 = 240;
 const FREE_TICKS: u64 = 160;
@@ -109,6 +114,47 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
                 }
                 assert!(compared > 100, "{compared}");
             }
+        }
+    }
+}
+
+/// The force on the tool is minus the gradient of the tissue's energy by the held cells, which its
+/// differences in double precision give.
+#[test]
+fn force_is_minus_the_gradient_of_the_energy() {
+    let shape = Shape::generated("box:5x5x4x0.01").unwrap().holding(&[51, 71]);
+    let probe_contact = ProbeContact::Surface;
+    for options in kinds(&BakeOptions { probe_contact, colours: true, ..BakeOptions::default() }) {
+        let image = shape.bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let held = shape.cells(&model);
+        let exact = ExactContact::new(model, &[]).unwrap();
+        for variant in Variant::singles_of(&model) {
+            let contact = Contact::Cells(held.clone());
+            let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
+            let mut largest = 0.0_f64;
+            for tick in 0..200_u16 {
+                let share = f32::from(tick.min(100)) / 100.0;
+                let output = engine.tick(&sample([0.004 * share, 0.0, -0.008 * share], 1));
+                if tick < 20 || tick % 10 != 0 {
+                    continue;
+                }
+                let at = engine.positions();
+                let slope = |axis: usize| {
+                    let [above, below] = [DIFFERENCE, -DIFFERENCE].map(|by| {
+                        let mut moved = at.clone();
+                        held.iter().for_each(|&cell| moved[usize::from(cell)][axis] += by);
+                        exact.stored(&moved, &[]).tissue_j
+                    });
+                    (above - below) / (2.0 * DIFFERENCE * f64::from(model.unit_m()))
+                };
+                let expected_n = [0, 1, 2].map(|axis| -slope(axis));
+                let force_n: [f64; 3] = output.force_n.cast::<f64>().into();
+                largest = largest.max(norm(minus(force_n, expected_n)) / norm(expected_n));
+            }
+            // The rotations of shapes are those of the last pass.
+            let most = if model.is_nodal() { 5e-4 } else { 5e-6 };
+            assert!(largest < most, "{variant}: {largest}");
         }
     }
 }

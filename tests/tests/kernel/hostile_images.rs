@@ -37,11 +37,14 @@ fn error(forged: &Forged) -> ModelError {
 
 #[test]
 fn empty_boxes_are_refused() {
-    let mut forged = links();
-    let boxes = forged.get::<u32>(kind::HAT_ROWS).len() - 1;
-    forged.change(kind::HAT_ROWS, |rows: &mut Vec<u32>| rows.extend([*rows.last().unwrap(); 1000]));
-    forged.change(kind::HAT_CORNERS, |of: &mut Vec<[u16; 8]>| of.extend([[NO_HAT; 8]; 1000]));
-    assert_eq!(error(&forged), ModelError::Index(kind::HAT_ROWS, boxes as u32));
+    for mut forged in [links(), shapes()] {
+        let boxes = forged.get::<u32>(kind::HAT_ROWS).len() - 1;
+        forged.change(kind::HAT_ROWS, |rows: &mut Vec<u32>| {
+            rows.extend([*rows.last().unwrap(); 1000]);
+        });
+        forged.change(kind::HAT_CORNERS, |of: &mut Vec<[u16; 8]>| of.extend([[NO_HAT; 8]; 1000]));
+        assert_eq!(error(&forged), ModelError::Index(kind::HAT_ROWS, boxes as u32));
+    }
 }
 
 #[test]
@@ -71,13 +74,18 @@ fn one_colour_for_linked_cells_is_refused() {
 
 #[test]
 fn groups_of_padding_are_refused() {
-    let mut forged = links();
-    let last = forged.get::<u32>(kind::SLICE_ROWS).len() as u32 - 2;
-    let itself = *forged.get::<[u16; 8]>(kind::SLICE_NEIGHBOURS).last().unwrap();
-    forged.change(kind::SLICE_ROWS, |rows: &mut Vec<u32>| *rows.last_mut().unwrap() += 1000);
-    forged.change(kind::SLICE_NEIGHBOURS, |of: &mut Vec<[u16; 8]>| of.extend([itself; 1000]));
-    forged.change(kind::SLICE_LENGTHS, |of: &mut Vec<[f32; 8]>| of.extend([[0.0; 8]; 1000]));
-    assert_eq!(error(&forged), ModelError::Index(kind::SLICE_ROWS, last));
+    for (mut forged, is_nodal) in [(links(), false), (shapes(), true)] {
+        let last = forged.get::<u32>(kind::SLICE_ROWS).len() as u32 - 2;
+        let itself = *forged.get::<[u16; 8]>(kind::SLICE_NEIGHBOURS).last().unwrap();
+        forged.change(kind::SLICE_ROWS, |rows: &mut Vec<u32>| *rows.last_mut().unwrap() += 1000);
+        forged.change(kind::SLICE_NEIGHBOURS, |of: &mut Vec<[u16; 8]>| of.extend([itself; 1000]));
+        forged.change(kind::SLICE_LENGTHS, |of: &mut Vec<[f32; 8]>| of.extend([[0.0; 8]; 1000]));
+        if is_nodal {
+            let idle = [[0.0_f32; 8]; nodal::SLOT_ROWS];
+            forged.change(kind::NODAL_SLOTS, |of: &mut Vec<_>| of.extend([idle; 1000]));
+        }
+        assert_eq!(error(&forged), ModelError::Index(kind::SLICE_ROWS, last));
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Choice, Flags, Model, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
-use chaincell_tests::graph::{Case, case, holds, sample};
+use chaincell_tests::graph::{Case, body, case, holds, kinds, sample, singles};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -18,18 +18,18 @@ fn moves() -> impl Strategy<Value = Vec<[f32; 3]>> {
     prop::collection::vec(prop_oneof![4 => near, 1 => far], 1..25)
 }
 
-fn schemes() -> impl Strategy<Value = Scheme> {
-    prop::sample::select(Scheme::ALL)
+/// Bodies of both kinds under every scheme, in single precision.
+fn bodies() -> impl Strategy<Value = (Case, Variant)> {
+    body(false, singles(Scheme::ALL))
 }
 
-/// In single precision.
 fn engine<'m>(
     case: &Case,
     image: &'m ImageBytes,
-    scheme: Scheme,
+    variant: Variant,
     unloading: Unloading,
 ) -> Engine<'m> {
-    case.engine(image, Variant::plain(scheme, Arithmetic::F32), unloading).unwrap()
+    case.engine(image, variant, unloading).unwrap()
 }
 
 proptest! {
@@ -38,10 +38,10 @@ proptest! {
     /// Left alone the energy never rises, and the published state's energy never exceeds the
     /// certified level, under the tool and after it.
     #[test]
-    fn energy_never_rises_by_itself(case in case(false), moves in moves(), scheme in schemes()) {
+    fn energy_never_rises_by_itself((case, variant) in bodies(), moves in moves()) {
         let image = case.image();
-        let mut engine = engine(&case, &image, scheme, Unloading::Off);
-        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        let mut engine = engine(&case, &image, variant, Unloading::Off);
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
         monitor.tick(&mut engine, &sample([0.0; 3], 1));
         for position_m in moves {
             monitor.tick(&mut engine, &sample(position_m, 1));
@@ -60,7 +60,7 @@ proptest! {
         // In the linear range, that is: the leak of a saturated cell is an outer force.
         let options = BakeOptions { saturation_m: Some(50.0), ..case.options() };
         let image = case.shape.bake(&options).unwrap();
-        let mut engine = engine(&case, &image, Scheme::Euler, Unloading::Off);
+        let mut engine = engine(&case, &image, Variant::plain(Scheme::Euler, Arithmetic::F32), Unloading::Off);
         engine.tick(&sample([0.0; 3], 1));
         for position_m in moves {
             engine.tick(&sample(position_m, 1));
@@ -83,8 +83,7 @@ proptest! {
 
     /// The order of the input's nodes is of no consequence.
     #[test]
-    fn node_order_does_not_change_the_physics(case in case(false), seed in any::<u64>(),
-                                              scheme in schemes()) {
+    fn node_order_does_not_change_the_physics((case, variant) in bodies(), seed in any::<u64>()) {
         let n = case.shape.mesh.nodes_m.len();
         // A permutation that leaves the last node, which the tool holds, in its place.
         let mut to: Vec<usize> = (0..n - 1).collect();
@@ -94,21 +93,10 @@ proptest! {
             to.swap(i, (state >> 33) as usize % (i + 1));
         }
         to.push(n - 1);
-        let mut other = case.clone();
-        for (from, &to) in to.iter().enumerate() {
-            other.shape.mesh.nodes_m[to] = case.shape.mesh.nodes_m[from];
-            other.stiffness_n_per_m[to] = case.stiffness_n_per_m[from];
-        }
-        let renumber = |id: u32| to[id as usize] as u32;
-        other.shape.mesh.links = case.shape.mesh.links.iter().map(|link| {
-            let [a, b] = link.map(renumber);
-            [a.min(b), a.max(b)]
-        }).collect();
-        other.shape.mesh.links.sort_unstable();
-        other.shape.fixed = case.shape.fixed.iter().copied().map(renumber).collect();
+        let other = case.renumbered(&to);
         let forces = [&case, &other].map(|case| {
             let image = case.image();
-            let mut engine = engine(case, &image, scheme, Unloading::Release);
+            let mut engine = engine(case, &image, variant, Unloading::Release);
             engine.tick(&sample([0.0; 3], 1));
             (1..=20).map(|i| engine.tick(&sample([0.001 * i as f32, 0.0, 0.0], 1)).force_n)
                 .collect::<Vec<_>>()
@@ -123,9 +111,9 @@ proptest! {
 
     /// Untouched, or held without motion, a body stays as it was to the last bit.
     #[test]
-    fn rest_stays_rest(case in case(false), scheme in schemes(), engaged in 0_u32..2) {
+    fn rest_stays_rest((case, variant) in bodies(), engaged in 0_u32..2) {
         let image = case.image();
-        let mut engine = engine(&case, &image, scheme, Unloading::Release);
+        let mut engine = engine(&case, &image, variant, Unloading::Release);
         let before = engine.state_hash();
         for _ in 0..200 {
             let output = engine.tick(&sample([0.01, 0.0, 0.0], engaged));
@@ -137,19 +125,19 @@ proptest! {
 
     /// The vector unit gives the bits of the scalar pass, coincident and flattened cells included.
     #[test]
-    fn vectors_change_no_bit(case in case(false), moves in moves(), scheme in schemes(),
+    fn vectors_change_no_bit((case, variant) in bodies(), moves in moves(),
                              flat in any::<bool>(), varied in any::<[bool; 2]>()) {
         let nodes_m = &case.shape.mesh.nodes_m;
         let alphas = |node: usize| case.alpha * (node % 3) as f64 / 3.0;
         let mut options = case.options();
-        if varied[0] {
+        if varied[0] && case.tissue.is_none() {
             options.alpha = PerCell::Each((0..nodes_m.len()).map(alphas).collect());
         }
         if !varied[1] {
             options.stiffness_n_per_m = PerCell::Uniform(20.0);
         }
         let image = case.shape.bake(&options).unwrap();
-        let mut engines = [(); 2].map(|()| engine(&case, &image, scheme, Unloading::Release));
+        let mut engines = [(); 2].map(|()| engine(&case, &image, variant, Unloading::Release));
         engines[0].go_scalar();
         // The tool drags its cell right onto another one, in a straight line.
         let onto = |axis: usize| (nodes_m[0][axis] - nodes_m[nodes_m.len() - 1][axis]) as f32;
@@ -172,10 +160,10 @@ proptest! {
 
     /// Leaving sleeping parts out changes no bit: wide bands, small moves, long rests.
     #[test]
-    fn sleep_changes_no_bit(case in case(false), scheme in schemes(), scalar in any::<bool>(),
+    fn sleep_changes_no_bit((case, variant) in bodies(), scalar in any::<bool>(),
                             strokes in prop::collection::vec((0.0_f32..0.03, 1_usize..40, 0_u32..2), 1..12)) {
         let image = case.image();
-        let mut engines = [(); 2].map(|()| engine(&case, &image, scheme, Unloading::Release));
+        let mut engines = [(); 2].map(|()| engine(&case, &image, variant, Unloading::Release));
         engines[0].forbid_sleep();
         if scalar {
             engines[1].go_scalar();
@@ -195,13 +183,13 @@ proptest! {
     /// Saturation: no published coordinate ever leaves the range, the energy rules hold there too,
     /// and the body comes back.
     #[test]
-    fn saturation_is_reached_and_left(case in case(false), scheme in schemes(),
+    fn saturation_is_reached_and_left((case, variant) in bodies(),
                                       way in prop::array::uniform3(-1.0_f32..1.0)) {
         let options = BakeOptions { energy_max_j: Some(1e12), ..case.options() };
         let image = case.shape.bake(&options).unwrap();
-        let mut engine = engine(&case, &image, scheme, Unloading::Off);
+        let mut engine = engine(&case, &image, variant, Unloading::Off);
         let unit_m = engine.network().model().unit_m();
-        let mut monitor = Monitor::new(&engine, scheme, Arithmetic::F32);
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
         monitor.tick(&mut engine, &sample([0.0; 3], 1));
         for i in 0..120_i16 {
             let far = f32::from(60 - (60 - i).abs()) * 2.0 * unit_m;
@@ -218,19 +206,20 @@ proptest! {
 #[test]
 fn ten_thousand_ticks_of_rest() {
     let shape = Shape::generated("organ:300").unwrap();
-    let image = shape.bake(&BakeOptions { colours: true, ..BakeOptions::default() }).unwrap();
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for &scheme in Scheme::ALL {
-        let variant = Variant::plain(scheme, Arithmetic::F32);
-        let contact = Contact::Cells(Vec::new());
-        let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
-        let before = engine.state_hash();
-        for _ in 0..10_000 {
-            let output = engine.tick(&sample([f32::NAN; 3], 7));
-            assert_eq!(output.force_n, Vector3::zeros());
-            engine.tick(&sample([0.0; 3], 0));
+    for options in kinds(&BakeOptions { colours: true, ..BakeOptions::default() }) {
+        let image = shape.bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        for variant in Variant::plain_of(&model) {
+            let contact = Contact::Cells(Vec::new());
+            let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
+            let before = engine.state_hash();
+            for _ in 0..10_000 {
+                let output = engine.tick(&sample([f32::NAN; 3], 7));
+                assert_eq!(output.force_n, Vector3::zeros());
+                engine.tick(&sample([0.0; 3], 0));
+            }
+            assert_eq!(engine.state_hash(), before, "{variant}");
         }
-        assert_eq!(engine.state_hash(), before);
     }
 }
 
@@ -238,26 +227,28 @@ fn ten_thousand_ticks_of_rest() {
 #[test]
 fn bad_samples_end_in_the_safe_state() {
     let shape = Shape::generated("box:5x5x5x0.01").unwrap().holding(&[124]);
-    let image = shape.bake(&BakeOptions::default()).unwrap();
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let contact = Contact::Cells(shape.cells(&model));
-    let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
-    let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
-    engine.tick(&sample([0.0; 3], 1));
-    engine.tick(&sample([0.0, 0.0, -0.004], 1));
-    for bad in [sample([f32::NAN, 0.0, 0.0], 1), sample([0.0; 3], 2)] {
-        for _ in 0..10 {
-            let output = engine.tick(&bad);
-            assert!(output.force_n.z > 0.0 && output.flags == Flags::BAD_SAMPLE, "{output:?}");
+    for options in kinds(&BakeOptions::default()) {
+        let image = shape.bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        let contact = Contact::Cells(shape.cells(&model));
+        let variant = Variant::plain(Scheme::Track, Arithmetic::F32);
+        let mut engine = variant.engine(model, contact, variant.sweeps(), |of| of).unwrap();
+        engine.tick(&sample([0.0; 3], 1));
+        engine.tick(&sample([0.0, 0.0, -0.004], 1));
+        for bad in [sample([f32::NAN, 0.0, 0.0], 1), sample([0.0; 3], 2)] {
+            for _ in 0..10 {
+                let output = engine.tick(&bad);
+                assert!(output.force_n.z > 0.0 && output.flags == Flags::BAD_SAMPLE, "{output:?}");
+            }
+            let before = engine.state_hash();
+            for _ in 0..5 {
+                let output = engine.tick(&bad);
+                assert_eq!(output.force_n, Vector3::zeros());
+                assert_eq!(output.flags.0, 2 + 16);
+                assert_eq!((output.contacts, engine.state_hash()), (1, before));
+            }
+            let output = engine.tick(&sample([0.0, 0.0, -0.004], 1));
+            assert!(output.force_n.z > 0.0 && output.flags.0 == 0);
         }
-        let before = engine.state_hash();
-        for _ in 0..5 {
-            let output = engine.tick(&bad);
-            assert_eq!(output.force_n, Vector3::zeros());
-            assert_eq!(output.flags.0, 2 + 16);
-            assert_eq!((output.contacts, engine.state_hash()), (1, before));
-        }
-        let output = engine.tick(&sample([0.0, 0.0, -0.004], 1));
-        assert!(output.force_n.z > 0.0 && output.flags.0 == 0);
     }
 }

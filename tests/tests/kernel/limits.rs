@@ -4,25 +4,31 @@
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
-use chaincell_kernel::{Choice, Flags, Model, Network, Settings, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample};
+use chaincell_lab::bodies::{Shape, Variant};
+use chaincell_tests::graph::kinds;
 use nalgebra::Vector3;
+
+/// The middle of the plane.
+const CENTRE: u32 = 40;
 
 fn plane(options: &BakeOptions) -> ImageBytes {
     let mesh = load("plane:9x9x0.01", &Default::default()).unwrap();
     bake(&mesh, &mesh.border, options).unwrap()
 }
 
-/// Moves the centre up by so many metres a tick, then holds it there, then goes back in one go.
+/// Moves a node up by so many metres a tick, then holds it there, then goes back in one go.
 fn moved(
     image: &ImageBytes,
+    node: u32,
     scheme: Scheme,
     settings: impl Fn(Settings) -> Settings,
     heights_m: impl Iterator<Item = f32>,
 ) -> Vec<TickOutput> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     let network = Network::new(model, settings(Settings::for_model(&model))).unwrap();
-    let centre = model.input_id().iter().position(|&id| id == 40).unwrap() as u16;
-    let mut engine = Engine::new(network, scheme, &[centre]).unwrap();
+    let held = model.cell_of_input(node).unwrap();
+    let mut engine = Engine::new(network, scheme, &[held]).unwrap();
     heights_m
         .map(|z| engine.tick(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 }))
         .collect()
@@ -32,20 +38,24 @@ fn moved(
 #[test]
 fn the_energy_bound_never_locks_the_tool() {
     let energy_max_j = 0.0005;
-    let image = plane(&BakeOptions {
-        energy_max_j: Some(energy_max_j),
-        colours: true,
-        ..BakeOptions::default()
-    });
+    let options =
+        BakeOptions { energy_max_j: Some(energy_max_j), colours: true, ..BakeOptions::default() };
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
-    for &scheme in Scheme::ALL {
-        let back = std::iter::repeat_n(0.0, 400);
-        let answers = moved(&image, scheme, |settings| settings, out.clone().chain(back));
-        let bound = energy_max_j as f32 * 1.0001;
-        assert!(answers.iter().all(|answer| answer.energy_j <= bound));
-        assert!(answers[1999].flags.contains(Flags::MOTION_CLAMPED), "{:?}", answers[1999]);
-        let (far, home) = (answers[1999].force_n.z.abs(), answers[2399].force_n.z.abs());
-        assert!(home < 0.05 * far, "{scheme:?}: {far} N out, {home} N back at the origin");
+    // The middle of the top of the box.
+    let bodies = [("plane:9x9x0.01", CENTRE), ("box:5x5x3x0.01", 38), ("box:5x5x3x0.01", 38)];
+    let [links, shapes] = kinds(&options);
+    for ((spec, node), options) in bodies.into_iter().zip([links.clone(), links, shapes]) {
+        let image = Shape::generated(spec).unwrap().bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        for Variant { scheme, .. } in Variant::singles_of(&model) {
+            let back = std::iter::repeat_n(0.0, 400);
+            let answers = moved(&image, node, scheme, |settings| settings, out.clone().chain(back));
+            let bound = energy_max_j as f32 * 1.0001;
+            assert!(answers.iter().all(|answer| answer.energy_j <= bound));
+            assert!(answers[1999].flags.contains(Flags::MOTION_CLAMPED), "{:?}", answers[1999]);
+            let (far, home) = (answers[1999].force_n.z.abs(), answers[2399].force_n.z.abs());
+            assert!(home < 0.05 * far, "{spec} {scheme:?}: {far} N out, {home} N at the origin");
+        }
     }
 }
 
@@ -61,9 +71,10 @@ fn euler_clamps_a_held_cell_beyond_saturation_at_every_step() {
     let rise = |_| (0..2000_u16).map(|i| 0.001 * f32::from(i.min(200)));
     let last = [0.25, 0.2499].map(|step| {
         let settings = |settings| Settings { step, ..settings };
-        *moved(&image, Scheme::Euler, settings, rise(())).last().unwrap()
+        *moved(&image, CENTRE, Scheme::Euler, settings, rise(())).last().unwrap()
     });
-    let track = *moved(&image, Scheme::Track, |settings| settings, rise(())).last().unwrap();
+    let track =
+        *moved(&image, CENTRE, Scheme::Track, |settings| settings, rise(())).last().unwrap();
     for euler in last {
         let off = (euler.force_n.z - track.force_n.z).abs() / track.force_n.z.abs();
         assert!(off < 0.01, "euler {} N, track {} N", euler.force_n.z, track.force_n.z);

@@ -2,7 +2,8 @@
 //! under the same scheme, and that no sample makes any of them leave its range.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, bake};
+use chaincell_host::bake::tissue::Tissue;
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
@@ -27,17 +28,28 @@ fn plane() -> ImageBytes {
     bake(&mesh, &mesh.border, &options).unwrap()
 }
 
-fn engine(image: &ImageBytes, scheme: Scheme, numbers: Arithmetic) -> Engine<'_> {
+/// The middle of the block's top.
+const TOP: u32 = 71;
+
+/// A block of nodal shapes.
+fn block() -> ImageBytes {
+    let of = PerCell::Uniform;
+    let options =
+        BakeOptions { tissue: Some(Tissue::new(of(5000.0), of(0.45))), ..BakeOptions::default() };
+    Shape::generated("box:7x5x4x0.005").unwrap().bake(&options).unwrap()
+}
+
+fn engine(image: &ImageBytes, node: u32, variant: Variant) -> Engine<'_> {
     let model = Model::from_bytes(image.as_bytes()).unwrap();
-    let centre = Contact::Cells(vec![model.cell_of_input(CENTRE).unwrap()]);
+    let centre = Contact::Cells(vec![model.cell_of_input(node).unwrap()]);
     let settings = |settings| Settings { unloading: Unloading::Off, ..settings };
-    Variant::plain(scheme, numbers).engine(model, centre, 4, settings).unwrap()
+    variant.engine(model, centre, 4, settings).unwrap()
 }
 
 /// Positions after the press [m], and the force of every tick \[N\].
 fn press(scheme: Scheme, numbers: Arithmetic) -> (Vec<[f64; 3]>, Vec<f64>) {
     let image = plane();
-    let mut engine = engine(&image, scheme, numbers);
+    let mut engine = engine(&image, CENTRE, Variant::plain(scheme, numbers));
     let forces = (1..=TICKS).map(|tick| {
         let depth_m = DEPTH_M * f32::from(tick.min(PRESSING)) / f32::from(PRESSING);
         let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -depth_m), engaged: 1 };
@@ -101,10 +113,12 @@ proptest! {
         samples in prop::collection::vec(any_sample(), 1..60),
         scheme in prop::sample::select(vec![Scheme::Track, Scheme::Euler]),
         numbers in prop::sample::select(vec![Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64]),
+        of_shapes in prop::option::of(prop::sample::select(Variant::of_shapes())),
     ) {
-        let image = plane();
-        let mut engine = engine(&image, scheme, numbers);
-        let mut monitor = Monitor::new(&engine, scheme, numbers);
+        let (image, node) = if of_shapes.is_some() { (block(), TOP) } else { (plane(), CENTRE) };
+        let variant = of_shapes.unwrap_or(Variant::plain(scheme, numbers));
+        let mut engine = engine(&image, node, variant);
+        let mut monitor = Monitor::new(&engine, variant.scheme, variant.numbers);
         for sample in &samples {
             monitor.tick(&mut engine, sample);
         }
@@ -126,4 +140,23 @@ fn other_schemes_and_larger_bodies_are_refused() {
     let why = engine(Scheme::Rkl2, Arithmetic::Fixed).err().unwrap();
     assert!(why.to_string().contains("euler and track"), "{why}");
     assert!(engine(Scheme::Track, Arithmetic::F64).is_ok());
+}
+
+#[test]
+fn shapes_move_under_track_and_predict_in_single_precision_alone() {
+    let image = block();
+    let model = Model::from_bytes(image.as_bytes()).unwrap();
+    for variant in Variant::plain_ones() {
+        let engine = variant.engine(model, Contact::Cells(Vec::new()), 4, |of| of);
+        match engine {
+            Ok(_) => assert!(variant.takes_shapes(), "{variant}"),
+            Err(why) => {
+                assert!(!variant.takes_shapes(), "{variant}: {why}");
+                // Beyond the range of fixed point besides.
+                let is_fixed = variant.numbers == Arithmetic::Fixed;
+                let part = if is_fixed { "take f32" } else { "nodal shapes moves under track" };
+                assert!(why.to_string().contains(part), "{why}");
+            }
+        }
+    }
 }

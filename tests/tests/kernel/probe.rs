@@ -6,7 +6,7 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolSample, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
-use chaincell_tests::graph::{case, holds, sample, shape};
+use chaincell_tests::graph::{body, holds, kinds, sample, shape};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -15,10 +15,16 @@ const BOX: &str = "box:9x9x6x0.01";
 const TOP_M: f32 = 0.05;
 const RADIUS_M: f32 = 0.025;
 
-/// The box, held at its bottom; a plane, held at its border.
+/// The box, held at its bottom; a plane, held at its border; of links.
 fn image(spec: &str, coarse_basis: BasisSpacing) -> ImageBytes {
     let options = BakeOptions { coarse_basis, colours: true, ..BakeOptions::default() };
     Shape::generated(spec).unwrap().bake(&options).unwrap()
+}
+
+/// The box of both kinds.
+fn boxes(coarse_basis: BasisSpacing) -> [ImageBytes; 2] {
+    let options = BakeOptions { coarse_basis, colours: true, ..BakeOptions::default() };
+    kinds(&options).map(|options| Shape::generated(BOX).unwrap().bake(&options).unwrap())
 }
 
 fn engine_of(
@@ -43,10 +49,27 @@ fn engaged_above(model: Model<'_>, scheme: Scheme, capacity: usize) -> Engine<'_
     engine
 }
 
-/// Hats with the scheme that has them; no hats with all.
-fn cases() -> impl Iterator<Item = (BasisSpacing, Variant)> {
-    let spacing = |hats| if hats { BasisSpacing::Links(2.5) } else { BasisSpacing::None };
-    Variant::all().into_iter().map(move |variant| (spacing(variant.hats), variant))
+/// Bodies of both kinds with hats under the schemes that have them, without under all that move them.
+fn cases() -> Vec<(ImageBytes, Variant)> {
+    let of = |hats: bool, variants: [Vec<Variant>; 2]| {
+        let images = boxes(if hats { BasisSpacing::Links(2.5) } else { BasisSpacing::None });
+        images.into_iter().zip(variants).flat_map(move |(image, variants)| {
+            let those = variants.into_iter().filter(move |variant| variant.hats == hats);
+            those.map(move |variant| (image.clone(), variant))
+        })
+    };
+    let variants = [Variant::all(), Variant::of_shapes()];
+    of(true, variants.clone()).chain(of(false, variants)).collect()
+}
+
+/// The plain variants of each kind of body, with hats in the image.
+fn plain() -> Vec<(ImageBytes, Variant)> {
+    let images = boxes(BasisSpacing::Links(2.5)).into_iter();
+    let each = images.flat_map(|image| {
+        let variants = Variant::plain_of(&Model::from_bytes(image.as_bytes()).unwrap());
+        variants.into_iter().map(move |variant| (image.clone(), variant))
+    });
+    each.collect()
 }
 
 /// Down into the top of the box by a link and a half, aside by two links, then still.
@@ -76,9 +99,8 @@ const ROUNDING_M: f64 = 1e-7;
 
 #[test]
 fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
-    let image = image(BOX, BasisSpacing::Links(2.5));
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for kind in Variant::plain_ones() {
+    for (image, kind) in plain() {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
         let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
         let rest = engine.positions_m();
         let mut pushed = 0;
@@ -87,7 +109,8 @@ fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
             let before = beyond_m(&mut engine, at);
             let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
             let output = engine.tick(&sample(at, 1));
-            assert_eq!(output.flags, Flags::default(), "{kind:?} tick {tick}");
+            // A rollback is the guard's own business.
+            assert!([0, Flags::ROLLED_BACK.0].contains(&output.flags.0), "{kind:?} tick {tick}");
             let after = beyond_m(&mut engine, at);
             let on = surface(&model, &after, |beyond| beyond.abs() < ROUNDING_M);
             assert!(inside.iter().all(|cell| on.contains(cell)), "{kind:?} tick {tick}");
@@ -111,34 +134,38 @@ fn cells_inside_end_on_the_sphere_and_fixed_ones_stay() {
 
 #[test]
 fn over_the_capacity_the_lowest_cells_are_kept_and_it_is_said() {
-    let image = image(BOX, BasisSpacing::None);
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for (capacity, full) in [(3, true), (8, true), (200, false)] {
-        let mut engine = engaged_above(model, Scheme::Track, capacity);
-        let at = [0.0, 0.0, TOP_M + 0.005];
-        let before = beyond_m(&mut engine, at);
-        let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
-        assert!(inside.len() > 8);
-        let output = engine.tick(&sample(at, 1));
-        assert_eq!(output.flags.contains(Flags::CONTACT_CAPACITY), full);
-        let expected = &inside[..capacity.min(inside.len())];
-        assert_eq!(output.contacts as usize, expected.len());
-        let after = beyond_m(&mut engine, at);
-        assert_eq!(surface(&model, &after, |beyond| beyond.abs() < ROUNDING_M), expected);
+    for image in boxes(BasisSpacing::None) {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        for (capacity, full) in [(3, true), (8, true), (200, false)] {
+            let mut engine = engaged_above(model, Scheme::Track, capacity);
+            let at = [0.0, 0.0, TOP_M + 0.005];
+            let before = beyond_m(&mut engine, at);
+            let inside = surface(&model, &before, |beyond| beyond < -ROUNDING_M);
+            assert!(inside.len() > 8);
+            let output = engine.tick(&sample(at, 1));
+            assert_eq!(output.flags.contains(Flags::CONTACT_CAPACITY), full);
+            let expected = &inside[..capacity.min(inside.len())];
+            assert_eq!(output.contacts as usize, expected.len());
+            let after = beyond_m(&mut engine, at);
+            assert_eq!(surface(&model, &after, |beyond| beyond.abs() < ROUNDING_M), expected);
+        }
     }
 }
 
 #[test]
 fn a_cell_at_the_centre_leaves_along_its_normal() {
-    for (spec, top) in [(BOX, TOP_M), ("plane:9x9x0.01", 0.0)] {
-        let image = image(spec, BasisSpacing::None);
+    let [links, shapes] = boxes(BasisSpacing::None);
+    let plane = image("plane:9x9x0.01", BasisSpacing::None);
+    for (image, top, scheme) in
+        [(links, TOP_M, Scheme::Euler), (shapes, TOP_M, Scheme::Track), (plane, 0.0, Scheme::Euler)]
+    {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         if top == 0.0 {
             // A plane has one side: all its cells, normal to it.
             assert_eq!(model.surface().len(), model.cells());
             assert!(model.normals().iter().all(|normal| *normal == [0.0, 0.0, 1.0]));
         }
-        let mut engine = engaged_above(model, Scheme::Euler, 200);
+        let mut engine = engaged_above(model, scheme, 200);
         let near = |at: [f64; 3]| at[0].abs() + at[1].abs() + (at[2] - f64::from(top)).abs() < 1e-6;
         let cell = engine.positions_m().into_iter().position(near).unwrap();
         engine.tick(&sample([0.0, 0.0, top], 1));
@@ -151,8 +178,7 @@ fn a_cell_at_the_centre_leaves_along_its_normal() {
 /// The tool presses, slides and stands still.
 #[test]
 fn contacts_and_force_do_not_chatter() {
-    for (hats, kind) in cases() {
-        let image = image(BOX, hats);
+    for (image, kind) in cases() {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
         let mut outputs: Vec<TickOutput> = Vec::new();
@@ -180,15 +206,16 @@ fn contacts_and_force_do_not_chatter() {
         let at = engine.positions_m();
         let kept = held.iter().filter(|(cell, before)| at[usize::from(*cell)] == *before);
         assert!(kept.count() >= count as usize, "{kind:?}: held cells move");
-        assert!(largest(&jumps[1400..]) < 1e-3 * peak, "{kind:?}: {}", largest(&jumps[1400..]));
+        // The coarse level of shapes spreads the rounding of their forces.
+        let hum = if kind.hats && model.is_nodal() { 2.5e-3 } else { 1e-3 };
+        assert!(largest(&jumps[1400..]) < hum * peak, "{kind:?}: {}", largest(&jumps[1400..]));
     }
 }
 
 #[test]
 fn let_go_the_tool_feels_nothing() {
-    let image = image(BOX, BasisSpacing::Links(2.5));
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for kind in Variant::plain_ones() {
+    for (image, kind) in plain() {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
         let mut engine = engine_of(model, kind, Unloading::Release, 200).unwrap();
         for tick in 0..300 {
             engine.tick(&sample(centre_m(tick), 1));
@@ -212,8 +239,7 @@ fn let_go_the_tool_feels_nothing() {
 /// On the vector unit and without it, with sleep and without.
 #[test]
 fn the_bits_are_the_same_however_they_are_computed() {
-    for (hats, kind) in cases() {
-        let image = image(BOX, hats);
+    for (image, kind) in cases() {
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let mut engines = [(); 3].map(|()| engine_of(model, kind, Unloading::Retreat, 12).unwrap());
         engines[1].go_scalar();
@@ -272,13 +298,10 @@ proptest! {
     /// certified level and the model's largest energy.
     #[test]
     fn the_certified_level_holds(
-        case in case(false), moves in moves(), variant in prop::sample::select(Variant::plain_ones()),
+        (case, variant) in body(false, Variant::plain_ones()), moves in moves(),
         radius_m in 0.001_f32..0.15, capacity in 1_usize..40, teleports in any::<bool>(),
     ) {
-        let mut case = case;
-        let nodes = case.shape.mesh.nodes_m.len() as u32;
-        case.shape.mesh.triangles = (0..nodes - 2).map(|a| [a, a + 1, a + 2]).collect();
-        let image = case.image();
+        let image = case.with_surface().image();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let contact = Contact::Probe { radius_m, capacity };
         let change = |settings: Settings| Settings {
@@ -310,9 +333,8 @@ proptest! {
 /// the tool, no energy that nobody put in, and no contact that stays.
 #[test]
 fn a_tool_that_leaves_at_once_draws_no_cell_along() {
-    let image = image(BOX, BasisSpacing::Links(2.5));
-    let model = Model::from_bytes(image.as_bytes()).unwrap();
-    for kind in Variant::plain_ones() {
+    for (image, kind) in plain() {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
         for way_m in [0.003, 0.01, 0.4] {
             let mut engine = engine_of(model, kind, Unloading::Off, 200).unwrap();
             let mut last = engine.tick(&sample(centre_m(0), 1));

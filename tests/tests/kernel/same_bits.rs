@@ -10,7 +10,7 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::MeshOptions;
 use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolSample, Unloading};
 use chaincell_kernel::{VectorUnit, parts};
-use chaincell_lab::bodies::Shape;
+use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::states::State;
 use nalgebra::Vector3;
 
@@ -215,6 +215,14 @@ fn varied(shape: &Shape, varied: [bool; 2], coarse_basis: BasisSpacing) -> Image
     shape.bake(&options).unwrap()
 }
 
+/// Nodal shapes that reach as far as they may.
+fn nodal(shape: &Shape, coarse_basis: BasisSpacing) -> ImageBytes {
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let saturation_m = Some(5.0e2);
+    let options = BakeOptions { tissue, saturation_m, coarse_basis, ..Default::default() };
+    shape.bake(&options).unwrap()
+}
+
 /// States that no tool reaches in a few ticks, scattered ones within `far` [mean link lengths].
 fn degenerate(far: f32) -> [State; 8] {
     [
@@ -235,17 +243,22 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
         return;
     }
     let mut seed = 0;
+    let links = [[false, false], [true, false], [false, true], [true, true]].map(Some);
     for spec in ["plane:9x7x0.01", "organ:150", "box:4x4x5x0.01"] {
         let shape = body(spec);
-        for links in [[false, false], [true, false], [false, true], [true, true]] {
+        let shapes = (!shape.mesh.tetrahedra.is_empty()).then_some(None);
+        for links in links.into_iter().chain(shapes) {
             for hats in [BasisSpacing::None, BasisSpacing::Links(2.0)] {
-                let image = varied(&shape, links, hats);
+                let image = match links {
+                    Some(links) => varied(&shape, links, hats),
+                    None => nodal(&shape, hats),
+                };
                 let model = Model::from_bytes(image.as_bytes()).unwrap();
                 assert!(model.is_sliced(), "{spec}");
                 let far = 0.99 * model.saturation();
-                for (&scheme, state) in Scheme::ALL
-                    .iter()
-                    .flat_map(|scheme| degenerate(far).map(|state| (scheme, state)))
+                let singles = Variant::singles_of(&model).into_iter();
+                for (Variant { scheme, .. }, state) in
+                    singles.flat_map(|of| degenerate(far).map(|state| (of, state)))
                 {
                     let what = format!("{spec} {links:?} {hats:?} {scheme:?} {state:?}");
                     let mut twins = Twins::new(model, scheme, Unloading::Off);

@@ -9,7 +9,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
     Choice, Drive, Model, Network, TickOutput, ToolPart, ToolPose, ToolSample, Unloading,
 };
-use chaincell_lab::bodies::Shape;
+use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_tests::graph::sample;
 
 /// Ticks that a restored tissue is compared for.
@@ -120,9 +120,9 @@ fn held(image: &ImageBytes) -> Contact {
 
 #[test]
 fn every_scheme_goes_on_from_held_cells() {
-    for (alpha, hats) in [(0.0, true), (0.08, false)] {
-        let image = links(alpha, hats);
-        for &scheme in Scheme::ALL {
+    for image in [links(0.0, true), links(0.08, false), shapes()] {
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        for Variant { scheme, .. } in Variant::singles_of(&model) {
             let case = Case::new(&image, scheme, held(&image));
             TICKS.into_iter().for_each(|ticks| case.holds(ticks));
         }
@@ -142,12 +142,13 @@ fn every_number_type_goes_on() {
 
 #[test]
 fn other_drives_and_bands_go_on() {
-    let image = links(0.1, false);
-    for (unloading, drive) in
-        [(Unloading::Retreat, Drive::Position), (Unloading::Off, Drive::Current)]
-    {
-        let case = Case { unloading, drive, ..Case::new(&image, Scheme::Track, held(&image)) };
-        TICKS.into_iter().for_each(|ticks| case.holds(ticks));
+    for image in [links(0.1, false), shapes()] {
+        for (unloading, drive) in
+            [(Unloading::Retreat, Drive::Position), (Unloading::Off, Drive::Current)]
+        {
+            let case = Case { unloading, drive, ..Case::new(&image, Scheme::Track, held(&image)) };
+            TICKS.into_iter().for_each(|ticks| case.holds(ticks));
+        }
     }
 }
 
@@ -164,7 +165,6 @@ fn probes_go_on_among_cells_and_on_surfaces() {
             [140, 305].into_iter().for_each(|ticks| case.holds(ticks));
         }
     }
-    Case::new(&shapes, Scheme::Predict, held(&shapes)).holds(140);
 }
 
 /// Two tools that rub, one of which grips.
@@ -299,55 +299,64 @@ fn refusal(engine: &mut Engine<'_>, bytes: &[u8]) -> String {
 
 #[test]
 fn damaged_snapshots_are_refused_and_change_nothing() {
-    let image = links(0.0, true);
-    let case = Case::new(&image, Scheme::Track, held(&image));
-    let (_, bytes) = pressed(&case);
-    let mut engine = case.engine();
-    for at in (0..bytes.len()).step_by(37).chain(0..32) {
-        let mut flipped = bytes.clone();
-        flipped[at] ^= 1 << (at % 8);
-        refusal(&mut engine, &flipped);
-        refusal(&mut engine, &bytes[..at]);
+    for image in [links(0.0, true), shapes()] {
+        let case = Case::new(&image, Scheme::Track, held(&image));
+        let (_, bytes) = pressed(&case);
+        let mut engine = case.engine();
+        for at in (0..bytes.len()).step_by(bytes.len() / 100).chain(0..32) {
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << (at % 8);
+            refusal(&mut engine, &flipped);
+            refusal(&mut engine, &bytes[..at]);
+        }
+        let mut longer = bytes.clone();
+        longer.extend([0; 4]);
+        assert!(refusal(&mut engine, &longer).contains("not whole"));
+        let none = b"no snapshot at all, but long enough";
+        assert!(refusal(&mut engine, none).contains("not a snapshot"));
     }
-    let mut longer = bytes.clone();
-    longer.extend([0; 4]);
-    assert!(refusal(&mut engine, &longer).contains("not whole"));
-    assert!(
-        refusal(&mut engine, b"no snapshot at all, but long enough").contains("not a snapshot")
-    );
 }
 
 /// Words of any kind with the checksum right: refused, or harmless.
 #[test]
 fn forged_snapshots_are_refused_or_harmless() {
-    let image = shapes();
-    let radius_m = 0.012;
-    let case = Case::new(&image, Scheme::Track, Contact::Probe { radius_m, capacity: 64 });
-    let (_, bytes) = pressed(&case);
-    let (mut refused, mut taken) = (0, 0);
     let wild = [f32::NAN.to_bits(), u32::MAX, f32::MAX.to_bits(), 3, 0, 0xff80_0000];
-    for (count, at) in (32..bytes.len() - 4).step_by(68).enumerate() {
-        let mut forged = bytes.clone();
-        forged[at / 4 * 4..][..4].copy_from_slice(&wild[count % wild.len()].to_le_bytes());
-        let digest = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-        let mut sum = digest.digest();
-        sum.update(&forged[..24]);
-        sum.update(&forged[28..]);
-        let sum = sum.finalize().to_le_bytes();
-        forged[24..28].copy_from_slice(&sum);
-        let mut engine = case.engine();
-        if engine.restore(&forged).is_err() {
-            refused += 1;
-            continue;
+    for (image, step, least) in [(shapes(), 68, 20), (links(0.0, true), 44, 10)] {
+        let radius_m = 0.012;
+        let case = Case::new(&image, Scheme::Track, Contact::Probe { radius_m, capacity: 64 });
+        let (_, bytes) = pressed(&case);
+        let (mut refused, mut taken) = (0, 0);
+        for (count, at) in (32..bytes.len() - 4).step_by(step).enumerate() {
+            let mut forged = bytes.clone();
+            forged[at / 4 * 4..][..4].copy_from_slice(&wild[count % wild.len()].to_le_bytes());
+            let digest = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+            let mut sum = digest.digest();
+            sum.update(&forged[..24]);
+            sum.update(&forged[28..]);
+            let sum = sum.finalize().to_le_bytes();
+            forged[24..28].copy_from_slice(&sum);
+            let mut engine = case.engine();
+            if engine.restore(&forged).is_err() {
+                refused += 1;
+                continue;
+            }
+            taken += 1;
+            for tick in 140..160 {
+                let (output, _) = case.tick(&mut engine, tick);
+                assert!(
+                    output.force_n.iter().all(|x| x.is_finite()),
+                    "word {}: {output:?}",
+                    at / 4
+                );
+                assert!(
+                    output.energy_j.is_finite() && output.work_j.is_finite(),
+                    "word {}",
+                    at / 4
+                );
+            }
         }
-        taken += 1;
-        for tick in 140..160 {
-            let (output, _) = case.tick(&mut engine, tick);
-            assert!(output.force_n.iter().all(|x| x.is_finite()), "word {}: {output:?}", at / 4);
-            assert!(output.energy_j.is_finite() && output.work_j.is_finite(), "word {}", at / 4);
-        }
+        assert!(refused > least && taken > least, "{refused}, {taken}");
     }
-    assert!(refused > 20 && taken > 20, "{refused}, {taken}");
 }
 
 #[test]

@@ -50,6 +50,26 @@ impl Variant {
         plain.iter().flat_map(|&one| [Self { hats: true, ..one }, one]).collect()
     }
 
+    /// Whether it moves a body of nodal shapes: the others move links alone.
+    #[must_use]
+    pub fn takes_shapes(&self) -> bool {
+        Self::of_shapes().contains(self)
+    }
+
+    /// Those without a coarse level that move a model.
+    #[must_use]
+    pub fn plain_of(model: &Model<'_>) -> Vec<Self> {
+        let all = Self::plain_ones().into_iter();
+        all.filter(|one| !model.is_nodal() || one.takes_shapes()).collect()
+    }
+
+    /// Those of them in single precision.
+    #[must_use]
+    pub fn singles_of(model: &Model<'_>) -> Vec<Self> {
+        let all = Self::plain_of(model).into_iter();
+        all.filter(|one| one.numbers == Arithmetic::F32).collect()
+    }
+
     /// An engine at rest with the scheme's settings for so many `sweeps` a tick, `change`d.
     ///
     /// # Errors

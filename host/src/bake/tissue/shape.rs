@@ -41,22 +41,28 @@ pub enum Fault {
     Node(usize),
 }
 
+impl Fault {
+    /// What to tell of it, of nodes at `rest_m` in `tetrahedra`.
+    #[must_use]
+    pub fn of(self, rest_m: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Error {
+        Error::input(match self {
+            Self::Tetrahedron(number) => format!(
+                "tetrahedron {number} of nodes {:?}: give nodes below {} that span a positive volume",
+                tetrahedra[number],
+                rest_m.len()
+            ),
+            Self::Node(node) => format!("node {node} is in no tetrahedron: leave it out"),
+        })
+    }
+}
+
 impl Shape {
     /// The shapes of nodes at `rest_m` in `tetrahedra` of positive volume.
     ///
     /// # Errors
     /// A node beyond the last, a tetrahedron without positive volume, a node in no tetrahedron.
     pub fn new(rest_m: &[[f64; 3]], tetrahedra: &[[u32; 4]]) -> Result<Self> {
-        Self::weighted(rest_m, tetrahedra, |_| 1.0).map_err(|fault| {
-            Error::input(match fault {
-                Fault::Tetrahedron(number) => format!(
-                    "tetrahedron {number} of nodes {:?}: give nodes below {} that span a positive volume",
-                    tetrahedra[number],
-                    rest_m.len()
-                ),
-                Fault::Node(node) => format!("node {node} is in no tetrahedron: leave it out"),
-            })
-        })
+        Self::weighted(rest_m, tetrahedra, |_| 1.0).map_err(|fault| fault.of(rest_m, tetrahedra))
     }
 
     /// The same, the weights of links times a factor of each tetrahedron.

@@ -10,7 +10,10 @@ use chaincell_kernel::{
     coarse_room,
 };
 
-use super::{BOX, CELLS, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
+use super::{
+    BLOCK, BOX, CELLS, KINDS, Made, NO_OUTPUT, PLANE, SHAPES, call, choose, hash, info_of, make,
+    model_of, sample, storage, tick,
+};
 use crate::{Code, Detail, Output, Sample, Scheme, Tissue};
 
 const TICKS: u16 = 130;
@@ -99,6 +102,8 @@ fn bodies_that_take_turns_do_as_they_do_alone() {
         (PLANE, Scheme::Track, &[40]),
         (BOX, Scheme::GaussSeidel, &[64]),
         (BOX, Scheme::Track, &[39]),
+        (SHAPES, Scheme::Track, &[59, 63]),
+        (SHAPES, Scheme::Predict, &[83]),
     ];
     let apart = kinds.map(|(image, scheme, ids)| alone(image, scheme, ids));
     let bodies = kinds.map(|(image, scheme, ids)| body(image, scheme, ids));
@@ -112,13 +117,15 @@ fn bodies_that_take_turns_do_as_they_do_alone() {
 /// Reentrant: bodies on threads of their own.
 #[test]
 fn bodies_on_two_threads_do_as_they_do_alone() {
-    let apart = alone(BOX, Scheme::Track, &[64]);
-    std::thread::scope(|scope| {
-        let threads = [0, 1].map(|_| scope.spawn(|| alone(BOX, Scheme::Track, &[64])));
-        for thread in threads {
-            assert_eq!(thread.join().unwrap(), apart);
-        }
-    });
+    for (image, [id, ..]) in KINDS {
+        let apart = alone(image, Scheme::Track, &[id]);
+        std::thread::scope(|scope| {
+            let threads = [0, 1].map(|_| scope.spawn(|| alone(image, Scheme::Track, &[id])));
+            for thread in threads {
+                assert_eq!(thread.join().unwrap(), apart);
+            }
+        });
+    }
 }
 
 #[test]
@@ -140,35 +147,40 @@ fn a_reset_body_is_a_new_one() {
 /// Nothing in a tissue points into it.
 #[test]
 fn a_copied_body_goes_on_where_it_was() {
-    let made = body(BOX, Scheme::Track, &[64, 69]);
-    for at in 0..30 {
-        step(made.tissue, at);
-    }
-    let mut other = storage(made.storage.len() * 16);
-    other.copy_from_slice(&made.storage);
-    let copy = other.as_mut_ptr().cast();
-    for at in 30..TICKS {
-        assert_eq!(step(copy, at), step(made.tissue, at));
+    for (image, [one, two, _]) in KINDS {
+        let made = body(image, Scheme::Track, &[one, two]);
+        for at in 0..30 {
+            step(made.tissue, at);
+        }
+        let mut other = storage(made.storage.len() * BLOCK);
+        other.copy_from_slice(&made.storage);
+        let copy = other.as_mut_ptr().cast();
+        for at in 30..TICKS {
+            assert_eq!(step(copy, at), step(made.tissue, at));
+        }
     }
 }
 
 /// The kernel's rule: held for ten ticks, then safe.
 #[test]
 fn bad_samples_are_the_kernels_matter() {
-    let made = body(BOX, Scheme::Track, &[64]);
-    step(made.tissue, 0);
-    step(made.tissue, 10);
-    for bad in [
-        Sample { position_m: [f32::NAN, 0.0, 0.0], engaged: 1 },
-        Sample { position_m: [0.0; 3], engaged: 2 },
-    ] {
-        for _ in 0..5 {
-            let output = tick(made.tissue, bad);
-            assert!(output.flags & 2 != 0 && output.flags & 16 == 0 && output.force_n[2] != 0.0);
+    for (image, [id, ..]) in KINDS {
+        let made = body(image, Scheme::Track, &[id]);
+        step(made.tissue, 0);
+        step(made.tissue, 10);
+        for bad in [
+            Sample { position_m: [f32::NAN, 0.0, 0.0], engaged: 1 },
+            Sample { position_m: [0.0; 3], engaged: 2 },
+        ] {
+            for _ in 0..5 {
+                let Output { force_n, flags, .. } = tick(made.tissue, bad);
+                assert!(flags & 2 != 0 && flags & 16 == 0 && force_n[2] != 0.0);
+            }
         }
+        let far = Sample { position_m: [0.0, 0.0, f32::INFINITY], engaged: 1 };
+        let output = tick(made.tissue, far);
+        assert_eq!((output.force_n, output.flags & 18), ([0.0; 3], 18));
     }
-    let output = tick(made.tissue, Sample { position_m: [0.0, 0.0, f32::INFINITY], engaged: 1 });
-    assert_eq!((output.force_n, output.flags & 18), ([0.0; 3], 18));
 }
 
 #[test]
@@ -202,28 +214,32 @@ fn positions_are_the_kernels_and_go_back() {
 
 #[test]
 fn positions_that_cannot_be_are_refused() {
-    let made = body(BOX, Scheme::Euler, &[64]);
-    let before = hash(made.tissue);
-    let mut all = std::vec![0.25; 3 * 126];
-    for wrong in [0, 124, 126, usize::MAX] {
-        let mut detail = Detail::default();
-        let code = call!(chaincell_set_positions(made.tissue, all.as_ptr(), wrong, &mut detail));
-        assert_eq!((code, detail.needed, detail.available), (Code::StateCount, 125, wrong));
-        let code = call!(chaincell_positions(made.tissue, all.as_mut_ptr(), wrong));
-        assert_eq!(code, Code::StateCount);
+    for (image, [id, ..]) in KINDS {
+        let made = body(image, Scheme::Track, &[id]);
+        let (before, cells) = (hash(made.tissue), info_of(&model_of(image)).cells as usize);
+        let mut all = std::vec![0.25; 3 * (cells + 1)];
+        for wrong in [0, cells - 1, cells + 1, usize::MAX] {
+            let mut detail = Detail::default();
+            let code =
+                call!(chaincell_set_positions(made.tissue, all.as_ptr(), wrong, &mut detail));
+            assert_eq!((code, detail.needed, detail.available), (Code::StateCount, cells, wrong));
+            let code = call!(chaincell_positions(made.tissue, all.as_mut_ptr(), wrong));
+            assert_eq!(code, Code::StateCount);
+        }
+        for value in [f32::NAN, f32::NEG_INFINITY, 1.1e6] {
+            all[3 * 77 + 1] = value;
+            let mut detail = Detail::default();
+            let code =
+                call!(chaincell_set_positions(made.tissue, all.as_ptr(), cells, &mut detail));
+            assert_eq!((code, detail.position), (Code::StatePosition, 77));
+        }
+        assert_eq!(hash(made.tissue), before);
+        let mut untouched = [7.0; 3];
+        let code = call!(chaincell_position(made.tissue, cells as u32, &mut untouched));
+        assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
+        let code = call!(chaincell_tick(made.tissue, &sample(0), &mut NO_OUTPUT.clone()));
+        assert_eq!(code, Code::Ok);
     }
-    for value in [f32::NAN, f32::NEG_INFINITY, 1.1e6] {
-        all[3 * 77 + 1] = value;
-        let mut detail = Detail::default();
-        let code = call!(chaincell_set_positions(made.tissue, all.as_ptr(), 125, &mut detail));
-        assert_eq!((code, detail.position), (Code::StatePosition, 77));
-    }
-    assert_eq!(hash(made.tissue), before);
-    let mut untouched = [7.0; 3];
-    let code = call!(chaincell_position(made.tissue, 125, &mut untouched));
-    assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
-    let code = call!(chaincell_tick(made.tissue, &sample(0), &mut NO_OUTPUT.clone()));
-    assert_eq!(code, Code::Ok);
 }
 
 #[test]
@@ -271,23 +287,27 @@ extern "C" fn two(done: u32, context: *mut c_void) -> i32 {
 
 #[test]
 fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
-    let [some, none] = [body(BOX, Scheme::Track, &[64]), body(BOX, Scheme::Track, &[64])];
-    let (some, none) = (some.tissue, none.tissue);
-    let (mut output, mut wanted) = (NO_OUTPUT, NO_OUTPUT);
-    for at in 1..40 {
-        let sample = sample(at);
-        let code = call!(chaincell_tick_while(some, &sample, Some(two), null_mut(), &mut output));
-        let asked = ASKED.load(Ordering::Relaxed);
-        assert_eq!((code, output.sweeps, asked), (Code::Ok, 2, 2 * u32::from(at)));
-        let code = call!(chaincell_tick_while(none, &sample, None, null_mut(), &mut wanted));
-        assert_eq!((code, wanted.sweeps), (Code::Ok, 4));
+    for (image, [id, ..]) in KINDS {
+        let bodies = [(); 2].map(|()| body(image, Scheme::Track, &[id]));
+        let [some, none] = [0, 1].map(|one: usize| bodies[one].tissue);
+        let (mut output, mut wanted) = (NO_OUTPUT, NO_OUTPUT);
+        ASKED.store(0, Ordering::Relaxed);
+        for at in 1..40 {
+            let sample = sample(at);
+            let code =
+                call!(chaincell_tick_while(some, &sample, Some(two), null_mut(), &mut output));
+            let asked = ASKED.load(Ordering::Relaxed);
+            assert_eq!((code, output.sweeps, asked), (Code::Ok, 2, 2 * u32::from(at)));
+            let code = call!(chaincell_tick_while(none, &sample, None, null_mut(), &mut wanted));
+            assert_eq!((code, wanted.sweeps), (Code::Ok, 4));
+        }
+        let before = output.force_n;
+        assert!(before != [0.0; 3] && hash(some) != hash(none));
+        assert_eq!(call!(chaincell_tick_late(some, &sample(40), &mut output)), Code::Ok);
+        assert_eq!((output.force_n, output.sweeps), (before, 0));
+        assert_ne!(output.flags & crate::FLAG_LATE, 0);
+        let none: *mut Tissue = null_mut();
+        assert_eq!(call!(chaincell_tick_late(none, &sample(40), &mut output)), Code::Null);
+        assert_eq!((output.force_n, output.flags), ([0.0; 3], crate::FLAG_SAFE_STATE));
     }
-    let before = output.force_n;
-    assert!(before != [0.0; 3] && hash(some) != hash(none));
-    assert_eq!(call!(chaincell_tick_late(some, &sample(40), &mut output)), Code::Ok);
-    assert_eq!((output.force_n, output.sweeps), (before, 0));
-    assert_ne!(output.flags & crate::FLAG_LATE, 0);
-    let none: *mut Tissue = null_mut();
-    assert_eq!(call!(chaincell_tick_late(none, &sample(40), &mut output)), Code::Null);
-    assert_eq!((output.force_n, output.flags), ([0.0; 3], crate::FLAG_SAFE_STATE));
 }

@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use chaincell_kernel::image::{CHECKSUM_OFFSET, checksum, kind};
 
-use super::{BOX, Block, call, info_of, model_of, storage};
+use super::{BLOCK, BOX, Block, call, info_of, model_of, storage};
 use crate::{Code, Detail, Info, ModelStorage};
 
 /// An image to change, in aligned memory.
@@ -24,12 +24,12 @@ impl Image {
 
     fn put(&mut self, at: usize, bytes: &[u8]) {
         for (at, &byte) in (at..).zip(bytes) {
-            self.blocks[at / 16].0[at % 16] = byte;
+            self.blocks[at / BLOCK].0[at % BLOCK] = byte;
         }
     }
 
     fn word(&self, at: usize) -> u32 {
-        let byte = |at: usize| self.blocks[at / 16].0[at % 16];
+        let byte = |at: usize| self.blocks[at / BLOCK].0[at % BLOCK];
         u32::from_le_bytes(core::array::from_fn(|i| byte(at + i)))
     }
 

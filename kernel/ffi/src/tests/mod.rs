@@ -17,15 +17,19 @@ use std::vec::Vec;
 
 use chaincell_kernel::include_model;
 
-use crate::{
-    Code, Detail, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue,
-    chaincell_tissue_size,
-};
+use crate::{Code, Detail, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue};
 
 /// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --colours --lean`: fits every scheme.
 static BOX: &[u8] = include_model!("../../../../tests/data/box5_colours.chaincell");
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats, no colours.
 static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
+
+/// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact cells`: nodal
+/// shapes.
+static SHAPES: &[u8] = include_model!("../../../../tests/data/tissue6.chaincell");
+
+/// Bodies of both kinds, and three of their top's nodes.
+static KINDS: [(&[u8], [u32; 3]); 2] = [(BOX, [64, 69, 89]), (SHAPES, [59, 63, 83])];
 
 /// `chaincell bake box:5x5x5x0.01 --cells 30 --hats none`: an embedded mesh.
 static CELLS: &[u8] = include_model!("../../../../tests/data/box5_cells.chaincell");
@@ -39,14 +43,31 @@ macro_rules! call {
 }
 use call;
 
-/// Sixteen aligned bytes.
+/// A line of a processor's cache, as any tissue is aligned.
 #[derive(Debug, Clone, Copy)]
-#[repr(C, align(16))]
-struct Block([u8; 16]);
+#[repr(C, align(64))]
+struct Block([u8; BLOCK]);
+
+/// Bytes of a block.
+const BLOCK: usize = 64;
 
 /// Aligned storage of at least so many bytes, not zero before it is used.
 fn storage(bytes: usize) -> Vec<Block> {
-    std::vec![Block([0xA5; 16]); bytes.div_ceil(16)]
+    std::vec![Block([0xA5; BLOCK]); bytes.div_ceil(BLOCK)]
+}
+
+/// Bytes and alignment of a tissue for a model; 0 where it has no size.
+fn size_of_body(model: &ModelStorage, scheme: i32, contacts: u32) -> (usize, usize) {
+    let (mut bytes, mut align) = (0, 0);
+    call!(chaincell_model_size(model, scheme, contacts, &mut bytes, &mut align));
+    (bytes, align)
+}
+
+/// The schemes that move a body without being told of colours that it has not.
+fn schemes_of(image: &[u8]) -> impl Iterator<Item = Scheme> {
+    let is_nodal = image == SHAPES;
+    let moves_shapes = |scheme: &Scheme| matches!(scheme, Scheme::Track | Scheme::Predict);
+    Scheme::ALL.into_iter().filter(move |scheme| !is_nodal || moves_shapes(scheme))
 }
 
 /// A validated model.
@@ -93,11 +114,10 @@ fn try_make(
     change: impl FnOnce(&mut Settings),
 ) -> (Code, Detail, Made) {
     let model = model_of(image);
-    let info = info_of(&model);
     let mut settings = settings_of(&model, Scheme::Track);
     change(&mut settings);
-    let bytes = chaincell_tissue_size(scheme, info.cells, contacts, info.hats);
-    let mut storage = storage(bytes.max(16));
+    let (bytes, _) = size_of_body(&model, scheme, contacts);
+    let mut storage = storage(bytes.max(BLOCK));
     let (code, detail, tissue) = init(&mut storage, bytes, &model, scheme, contacts, &settings);
     (code, detail, Made { storage, tissue })
 }

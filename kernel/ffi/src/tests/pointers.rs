@@ -1,6 +1,8 @@
 //! Every pointer of every function: null and misaligned.
 
-use super::{BOX, NO_OUTPUT, call, hash, make, model_of, sample, settings_of, storage};
+use super::{
+    BLOCK, BOX, KINDS, NO_OUTPUT, call, hash, info_of, make, model_of, sample, settings_of, storage,
+};
 use crate::{Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Sample, Scheme, Settings, Tissue};
 
 /// Null and, inside aligned memory, one byte beyond.
@@ -83,10 +85,17 @@ fn of_the_initialisation() {
     }
 }
 
-/// What every function says of a tissue that is none.
+/// What every function says of a tissue of 125 cells that is none.
 fn all(tissue: *mut Tissue) -> [Code; 9] {
-    let settings = settings_of(&model_of(BOX), Scheme::Track);
-    let (ids, mut numbers, mut position, mut word) = ([64], [0.0; 375], [0.0; 3], 0);
+    all_of(BOX, 64, tissue)
+}
+
+/// The same of a tissue of an image with a node that may be chosen.
+fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
+    let model = model_of(image);
+    let (settings, cells) = (settings_of(&model, Scheme::Track), info_of(&model).cells as usize);
+    let (ids, mut position, mut word) = ([id], [0.0; 3], 0);
+    let mut numbers = std::vec![0.0; 3 * cells];
     let none = core::ptr::null_mut();
     [
         call!(chaincell_tissue_reset(tissue, none)),
@@ -95,31 +104,34 @@ fn all(tissue: *mut Tissue) -> [Code; 9] {
         call!(chaincell_choose_probe(tissue, 0.01, none)),
         call!(chaincell_tick(tissue, &sample(0), &mut NO_OUTPUT.clone())),
         call!(chaincell_state_hash(tissue, &mut word)),
-        call!(chaincell_position(tissue, 64, &mut position)),
-        call!(chaincell_positions(tissue, numbers.as_mut_ptr(), 125)),
-        call!(chaincell_set_positions(tissue, numbers.as_ptr(), 125, none)),
+        call!(chaincell_position(tissue, id, &mut position)),
+        call!(chaincell_positions(tissue, numbers.as_mut_ptr(), cells)),
+        call!(chaincell_set_positions(tissue, numbers.as_ptr(), cells, none)),
     ]
 }
 
 #[test]
 fn of_the_tissue() {
-    // Hats want more room for a probe.
-    let made = make(BOX, Scheme::Euler, 1);
-    let mut position = [0.0; 3];
-    for (bad, code) in bad(made.tissue) {
-        assert_eq!(all(bad), [code; 9]);
-        assert_eq!(call!(chaincell_fine_position(bad, 0, &mut position)), code);
+    // With room for a probe beside the hats.
+    for (image, [id, ..]) in KINDS {
+        let made = make(image, Scheme::Track, 40);
+        let all = |tissue| all_of(image, id, tissue);
+        let mut position = [0.0; 3];
+        for (bad, code) in bad(made.tissue) {
+            assert_eq!(all(bad), [code; 9]);
+            assert_eq!(call!(chaincell_fine_position(bad, 0, &mut position)), code);
+        }
+        assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 9]);
+        // Within the storage, at its alignment: no tissue begins there.
+        assert_eq!(all(made.tissue.wrapping_byte_add(64)), [Code::NotInitialised; 9]);
+        assert_eq!(all(made.tissue), [Code::Ok; 9]);
     }
-    assert_eq!(all(made.tissue.wrapping_byte_add(8)), [Code::Misaligned; 9]);
-    // Within the storage, at its alignment: no tissue begins there.
-    assert_eq!(all(made.tissue.wrapping_byte_add(16)), [Code::NotInitialised; 9]);
-    assert_eq!(all(made.tissue), [Code::Ok; 9]);
 }
 
 /// The calls in a wrong order: storage that no call has filled, and one object for the other.
 #[test]
 fn what_was_not_initialised_is_refused() {
-    let mut zeros = [super::Block([0; 16]); 400];
+    let mut zeros = [super::Block([0; BLOCK]); 100];
     assert_eq!(all(zeros.as_mut_ptr().cast()), [Code::NotInitialised; 9]);
     assert_eq!(all(storage(6400).as_mut_ptr().cast()), [Code::NotInitialised; 9]);
     let mut info = Info::default();
@@ -177,28 +189,30 @@ fn of_the_answers() {
 /// A tick that cannot be leaves a force of zero behind, not an old one.
 #[test]
 fn of_the_tick() {
-    let made = make(BOX, Scheme::Track, 1);
-    let good = sample(0);
-    let safe = crate::tick::SAFE;
-    assert_eq!((safe.force_n, safe.flags), ([0.0; 3], FLAG_SAFE_STATE));
-    let tick = |tissue, sample: *const Sample| {
-        let mut output = NO_OUTPUT;
-        (call!(chaincell_tick(tissue, sample, &mut output)), output)
-    };
-    for (bad, code) in bad(made.tissue) {
-        assert_eq!(tick(bad, &good), (code, safe));
+    for (image, [id, ..]) in KINDS {
+        let made = make(image, Scheme::Track, 1);
+        let good = sample(0);
+        let safe = crate::tick::SAFE;
+        assert_eq!((safe.force_n, safe.flags), ([0.0; 3], FLAG_SAFE_STATE));
+        let tick = |tissue, sample: *const Sample| {
+            let mut output = NO_OUTPUT;
+            (call!(chaincell_tick(tissue, sample, &mut output)), output)
+        };
+        for (bad, code) in bad(made.tissue) {
+            assert_eq!(tick(bad, &good), (code, safe));
+        }
+        for (bad, code) in bad(&good) {
+            assert_eq!(tick(made.tissue, bad), (code, safe));
+        }
+        let output = NO_OUTPUT;
+        for (bad, code) in bad(&output) {
+            assert_eq!(call!(chaincell_tick(made.tissue, &good, bad)), code);
+        }
+        // None of them was a tick: the first one takes hold at its own position.
+        super::choose(made.tissue, &[id]);
+        let (code, output) = tick(made.tissue, &sample(20));
+        assert_eq!((code, output.force_n, output.contacts), (Code::Ok, [0.0; 3], 1));
     }
-    for (bad, code) in bad(&good) {
-        assert_eq!(tick(made.tissue, bad), (code, safe));
-    }
-    let output = NO_OUTPUT;
-    for (bad, code) in bad(&output) {
-        assert_eq!(call!(chaincell_tick(made.tissue, &good, bad)), code);
-    }
-    // None of them was a tick: the first one takes hold at its own position.
-    super::choose(made.tissue, &[64]);
-    let (code, output) = tick(made.tissue, &sample(20));
-    assert_eq!((code, output.force_n, output.contacts), (Code::Ok, [0.0; 3], 1));
 }
 
 #[test]

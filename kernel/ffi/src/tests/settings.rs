@@ -2,7 +2,9 @@
 
 use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Model, Rkl1, Rkl2, Unloading};
 
-use super::{BOX, call, choose, hash, make, model_of, sample, settings_of, tick, try_make};
+use super::{
+    BOX, KINDS, SHAPES, call, choose, hash, make, model_of, sample, settings_of, tick, try_make,
+};
 use crate::{Code, Detail, DriveMode, Scheme, Settings, UnloadingMode};
 
 /// The enums of the header stand written out: each entry is one of the kernel's tables.
@@ -60,23 +62,27 @@ fn the_defaults_are_the_kernels() {
 /// Checked by the check, at the initialisation, and when settings change.
 #[track_caller]
 fn refused(change: fn(&mut Settings), wanted: Code) {
-    let model = model_of(BOX);
-    let mut settings = settings_of(&model, Scheme::Track);
-    change(&mut settings);
-    let limit = match wanted {
-        Code::SettingsStep => 1.0 / 9.0,
-        Code::SettingsTickTime => 1.0e-12 * (1.0 / 9.0),
-        _ => 0.0,
-    };
-    let mut detail = Detail::default();
-    assert_eq!(call!(chaincell_settings_check(&model, &settings, &mut detail)), wanted);
-    assert_eq!(detail, Detail { limit, ..Detail::default() });
-    let (code, detail, made) = try_make(BOX, 0, 1, change);
-    assert_eq!((code, detail.limit, made.tissue.is_null()), (wanted, limit, true));
-    let made = make(BOX, Scheme::Track, 1);
-    let mut detail = Detail::default();
-    assert_eq!(call!(chaincell_change_settings(made.tissue, &settings, &mut detail)), wanted);
-    assert_eq!(detail.limit, limit);
+    for (image, step_max) in
+        [(BOX, 1.0 / 9.0), (SHAPES, Model::from_bytes(SHAPES).unwrap().step_max())]
+    {
+        let model = model_of(image);
+        let mut settings = settings_of(&model, Scheme::Track);
+        change(&mut settings);
+        let limit = match wanted {
+            Code::SettingsStep => step_max,
+            Code::SettingsTickTime => 1.0e-12 * step_max,
+            _ => 0.0,
+        };
+        let mut detail = Detail::default();
+        assert_eq!(call!(chaincell_settings_check(&model, &settings, &mut detail)), wanted);
+        assert_eq!(detail, Detail { limit, ..Detail::default() });
+        let (code, detail, made) = try_make(image, 0, 1, change);
+        assert_eq!((code, detail.limit, made.tissue.is_null()), (wanted, limit, true));
+        let made = make(image, Scheme::Track, 1);
+        let mut detail = Detail::default();
+        assert_eq!(call!(chaincell_change_settings(made.tissue, &settings, &mut detail)), wanted);
+        assert_eq!(detail.limit, limit);
+    }
 }
 
 #[test]
@@ -87,7 +93,7 @@ fn every_setting_out_of_range_is_named() {
     refused(|s| s.unloading = -1, Code::SettingsUnloading);
     refused(|s| s.drive = 2, Code::SettingsDrive);
     refused(|s| s.drive = -1, Code::SettingsDrive);
-    refused(|s| s.step = 0.12, Code::SettingsStep);
+    refused(|s| s.step *= 1.08, Code::SettingsStep);
     refused(|s| s.step = f32::NAN, Code::SettingsStep);
     refused(|s| s.tick_time = 0.0, Code::SettingsTickTime);
     refused(|s| s.tick_time = 1.0e-45, Code::SettingsTickTime);
@@ -98,10 +104,10 @@ fn every_setting_out_of_range_is_named() {
 /// Changed settings count from the next tick on, refused ones never.
 #[test]
 fn settings_change_under_way() {
-    let run = |sweeps: Option<u32>| {
-        let made = make(BOX, Scheme::Track, 1);
-        assert_eq!(choose(made.tissue, &[64]).0, Code::Ok);
-        let mut settings = settings_of(&model_of(BOX), Scheme::Track);
+    let run = |(image, [id, ..]): (&'static [u8], [u32; 3]), sweeps: Option<u32>| {
+        let made = make(image, Scheme::Track, 1);
+        assert_eq!(choose(made.tissue, &[id]).0, Code::Ok);
+        let mut settings = settings_of(&model_of(image), Scheme::Track);
         [0, 1, 2, 3].map(|at| {
             if let (2, Some(sweeps)) = (at, sweeps) {
                 settings.sweeps = sweeps;
@@ -112,10 +118,12 @@ fn settings_change_under_way() {
             hash(made.tissue)
         })
     };
-    let (plain, refused, changed) = (run(None), run(Some(0)), run(Some(9)));
-    assert_eq!(plain, refused);
-    assert_eq!(plain[..2], changed[..2]);
-    assert!(plain[2] != changed[2] && plain[3] != changed[3]);
+    for body in KINDS {
+        let [plain, refused, changed] = [None, Some(0), Some(9)].map(|sweeps| run(body, sweeps));
+        assert_eq!(plain, refused);
+        assert_eq!(plain[..2], changed[..2]);
+        assert!(plain[2] != changed[2] && plain[3] != changed[3]);
+    }
 }
 
 /// All three ways of unloading reach the kernel.

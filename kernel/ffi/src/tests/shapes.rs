@@ -4,31 +4,21 @@ use std::vec::Vec;
 
 use chaincell_kernel::{
     Model, Network, Settings as KernelSettings, Tissue as Own, ToolSample, Track, elastic_room,
-    include_model,
 };
 
-use super::{BOX, call, choose, hash, info_of, make, model_of, sample, settings_of, tick};
+use super::{
+    BLOCK, BOX, Block, SHAPES, call, choose, hash, info_of, make, model_of, sample, settings_of,
+    size_of_body, storage, tick,
+};
 use crate::{ALIGN, Code, Detail, SHAPE_ALIGN, Scheme, Tissue, chaincell_tissue_size};
-
-/// `chaincell bake organ:200 --young-pa 5000 --poisson 0.4`, as in the goldens.
-static SHAPES: &[u8] = include_model!("../../../../tests/data/tissue6.chaincell");
-
-/// A line of a processor's cache.
-#[derive(Clone, Copy)]
-#[repr(C, align(64))]
-struct Line([u8; 64]);
 
 /// Bytes and alignment of a tissue for an image.
 fn size(image: &[u8], scheme: Scheme, contacts: u32) -> (usize, usize) {
-    let (mut bytes, mut align) = (0, 0);
-    let model = model_of(image);
-    let code = call!(chaincell_model_size(&model, scheme as i32, contacts, &mut bytes, &mut align));
-    assert_eq!(code, Code::Ok);
-    (bytes, align)
+    size_of_body(&model_of(image), scheme as i32, contacts)
 }
 
 /// A body in storage that starts `skip` bytes behind a multiple of 64.
-fn place(storage: &mut [Line], skip: usize, scheme: Scheme) -> (Code, *mut Tissue) {
+fn place(storage: &mut [Block], skip: usize, scheme: Scheme) -> (Code, *mut Tissue) {
     let model = model_of(SHAPES);
     let settings = settings_of(&model, Scheme::Track);
     let there = storage.as_mut_ptr().cast::<u8>().wrapping_add(skip);
@@ -47,8 +37,8 @@ fn place(storage: &mut [Line], skip: usize, scheme: Scheme) -> (Code, *mut Tissu
     (code, tissue)
 }
 
-fn lines(scheme: Scheme) -> Vec<Line> {
-    std::vec![Line([0xA5; 64]); size(SHAPES, scheme, 2).0.div_ceil(64) + 1]
+fn lines(scheme: Scheme) -> Vec<Block> {
+    storage(size(SHAPES, scheme, 2).0 + BLOCK)
 }
 
 #[test]
@@ -114,9 +104,9 @@ fn storage_that_is_not_aligned_is_refused() {
     // The same 16 bytes further on.
     let mut bytes = std::vec![0; 16];
     bytes.extend(storage.iter().flat_map(|line| line.0));
-    let mut shifted = std::vec![Line([0; 64]); storage.len() + 1];
+    let mut shifted = std::vec![Block([0; BLOCK]); storage.len() + 1];
     for (at, byte) in bytes.into_iter().enumerate() {
-        shifted[at / 64].0[at % 64] = byte;
+        shifted[at / BLOCK].0[at % BLOCK] = byte;
     }
     let there = shifted.as_ptr().cast::<u8>().wrapping_add(16).cast::<Tissue>();
     assert_eq!(call!(chaincell_state_hash(there, &mut 0)), Code::Misaligned);

@@ -4,7 +4,10 @@ use chaincell_kernel::{
     Dynamics, Euler, GaussSeidel, I8F24, Predict, Rkl1, Rkl2, Tissue, Track, coarse_room,
 };
 
-use super::{BOX, PLANE, call, info_of, init, make, model_of, settings_of, storage, try_make};
+use super::{
+    BLOCK, BOX, KINDS, PLANE, SHAPES, call, info_of, init, make, model_of, schemes_of, settings_of,
+    size_of_body, storage, try_make,
+};
 use crate::{
     ALIGN, Code, Detail, Scheme, Settings, TISSUE_BYTES, TISSUE_WORDS, chaincell_tissue_align,
     chaincell_tissue_size,
@@ -17,14 +20,16 @@ fn size(scheme: Scheme, cells: u32, contacts: u32, hats: u32) -> usize {
 /// Where storage begins to be enough, and that one byte less is refused with both numbers.
 #[test]
 fn the_size_is_exactly_what_a_body_needs() {
-    for (image, contacts) in [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9)] {
-        for scheme in Scheme::ALL {
+    for (image, contacts) in [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9), (SHAPES, 0), (SHAPES, 9)]
+    {
+        for scheme in schemes_of(image) {
             if image == PLANE && scheme == Scheme::GaussSeidel {
                 continue;
             }
             let model = model_of(image);
             let (info, settings) = (info_of(&model), settings_of(&model, scheme));
-            let bytes = size(scheme, info.cells, contacts, info.hats);
+            let (bytes, _) = size_of_body(&model, scheme as i32, contacts);
+            assert!(image == SHAPES || bytes == size(scheme, info.cells, contacts, info.hats));
             let mut storage = storage(bytes);
             let mut init = |bytes: usize| {
                 let (code, detail, tissue) =
@@ -115,7 +120,7 @@ fn storage_can_be_used_again() {
     let mut made = make(BOX, Scheme::Rkl2, 2);
     let model = model_of(PLANE);
     let settings = settings_of(&model, Scheme::Euler);
-    let bytes = made.storage.len() * 16;
+    let bytes = made.storage.len() * BLOCK;
     let (code, _, tissue) =
         init(&mut made.storage, bytes, &model, Scheme::Euler as i32, 2, &settings);
     assert_eq!(code, Code::Ok);
@@ -125,13 +130,16 @@ fn storage_can_be_used_again() {
 /// A refused call leaves no body of before that could go on by mistake.
 #[test]
 fn a_refused_call_takes_the_storage_too() {
-    let mut made = make(BOX, Scheme::Track, 2);
-    let model = model_of(BOX);
-    let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
-    let bytes = made.storage.len() * 16;
-    let (code, _, tissue) =
-        init(&mut made.storage, bytes, &model, Scheme::Track as i32, 2, &settings);
-    assert_eq!((code, tissue.is_null()), (Code::SettingsSweeps, true));
-    let there = made.storage.as_mut_ptr().cast();
-    assert_eq!(call!(chaincell_tissue_reset(there, &mut Detail::default())), Code::NotInitialised);
+    for (image, _) in KINDS {
+        let mut made = make(image, Scheme::Track, 2);
+        let model = model_of(image);
+        let settings = Settings { sweeps: 0, ..settings_of(&model, Scheme::Track) };
+        let bytes = made.storage.len() * BLOCK;
+        let (code, _, tissue) =
+            init(&mut made.storage, bytes, &model, Scheme::Track as i32, 2, &settings);
+        assert_eq!((code, tissue.is_null()), (Code::SettingsSweeps, true));
+        let there = made.storage.as_mut_ptr().cast();
+        let reset = call!(chaincell_tissue_reset(there, &mut Detail::default()));
+        assert_eq!(reset, Code::NotInitialised);
+    }
 }

@@ -3,7 +3,7 @@
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
-use super::{BOX, Made, PLANE, call, choose, hash, make, sample, tick};
+use super::{BOX, KINDS, Made, PLANE, call, choose, hash, make, sample, schemes_of, tick};
 use crate::{Code, Detail, Scheme, StageStorage, Tissue};
 
 fn size(tissue: *mut Tissue) -> usize {
@@ -29,8 +29,12 @@ fn restore(tissue: *mut Tissue, bytes: &[u8]) -> (Code, Detail) {
 
 /// Pressed for so many ticks.
 fn pressed(scheme: Scheme, ticks: u16) -> Made {
-    let made = make(BOX, scheme, 1);
-    choose(made.tissue, &[64]);
+    pressed_of(BOX, 64, scheme, ticks)
+}
+
+fn pressed_of(image: &'static [u8], id: u32, scheme: Scheme, ticks: u16) -> Made {
+    let made = make(image, scheme, 1);
+    choose(made.tissue, &[id]);
     (0..ticks).for_each(|at| {
         tick(made.tissue, sample(at));
     });
@@ -39,15 +43,11 @@ fn pressed(scheme: Scheme, ticks: u16) -> Made {
 
 #[test]
 fn every_scheme_goes_on_to_the_same_bits() {
-    for scheme in [
-        Scheme::Euler,
-        Scheme::Track,
-        Scheme::Predict,
-        Scheme::Rkl1,
-        Scheme::Rkl2,
-        Scheme::GaussSeidel,
-    ] {
-        let (first, second) = (pressed(scheme, 20), make(BOX, scheme, 1));
+    let bodies = KINDS
+        .into_iter()
+        .flat_map(|(image, ids)| schemes_of(image).map(move |scheme| (image, ids, scheme)));
+    for (image, [id, ..], scheme) in bodies {
+        let (first, second) = (pressed_of(image, id, scheme, 20), make(image, scheme, 1));
         assert_eq!(restore(second.tissue, &save(first.tissue)).0, Code::Ok);
         for at in 20..300 {
             assert_eq!(tick(first.tissue, sample(at)), tick(second.tissue, sample(at)), "{at}");

@@ -5,23 +5,18 @@ use std::vec::Vec;
 use chaincell_kernel::{CoarseTouch, Network, Settings as KernelSettings, Tissue as Own, Track};
 use chaincell_kernel::{Model, ToolPart as KernelPart, TouchStore, elastic_room, include_model};
 
-use super::{BOX, call, hash, model_of, settings_of};
+use super::{BLOCK, BOX, Block, call, hash, model_of, settings_of, storage};
 use crate::{Code, Detail, Room, SHAPE_ALIGN, Scheme, Settings, TOUCH_BYTES, Tissue};
 
 /// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact surface`.
 pub(super) static SURFACE: &[u8] = include_model!("../../../../tests/data/touch6.chaincell");
-
-/// A line of a processor's cache.
-#[derive(Clone, Copy)]
-#[repr(C, align(64))]
-pub(super) struct Line([u8; 64]);
 
 /// What the tests of tools have room for.
 pub(super) const ROOM: Room = Room { contacts: 2, tools: 2, triangles: 256, samples: 300 };
 
 /// A tissue with its storage.
 pub(super) struct Placed {
-    pub storage: Vec<Line>,
+    pub storage: Vec<Block>,
     pub tissue: *mut Tissue,
 }
 
@@ -33,7 +28,7 @@ fn size(image: &[u8], scheme: i32, room: &Room) -> (Code, usize, usize) {
 }
 
 fn init(
-    (storage, bytes): (*mut Line, usize),
+    (storage, bytes): (*mut Block, usize),
     image: &[u8],
     (scheme, room): (i32, &Room),
     settings: &Settings,
@@ -62,7 +57,7 @@ pub(super) fn settings() -> Settings {
 pub(super) fn placed(scheme: Scheme, room: &Room) -> Placed {
     let (code, bytes, _) = size(SURFACE, scheme as i32, room);
     assert_eq!(code, Code::Ok);
-    let mut storage = std::vec![Line([0xA5; 64]); bytes.div_ceil(64)];
+    let mut storage = storage(bytes);
     let there = (storage.as_mut_ptr(), bytes);
     let (code, _, tissue) = init(there, SURFACE, (scheme as i32, room), &settings());
     assert_eq!(code, Code::Ok);
@@ -74,7 +69,7 @@ fn the_size_is_exactly_what_a_body_with_tools_needs() {
     for scheme in [Scheme::Track, Scheme::Predict] {
         let (code, bytes, align) = size(SURFACE, scheme as i32, &ROOM);
         assert_eq!((code, align), (Code::Ok, SHAPE_ALIGN));
-        let mut storage = std::vec![Line([0xA5; 64]); bytes.div_ceil(64)];
+        let mut storage = storage(bytes);
         let mut made = |bytes: usize| {
             let there = (storage.as_mut_ptr(), bytes);
             let (code, detail, _) = init(there, SURFACE, (scheme as i32, &ROOM), &settings());
@@ -105,7 +100,7 @@ fn every_count_takes_its_bytes() {
 #[test]
 fn room_that_cannot_be_is_refused() {
     let room = |tools, triangles, samples| Room { contacts: 2, tools, triangles, samples };
-    let mut storage = std::vec![Line([0; 64]); 4096];
+    let mut storage = std::vec![Block([0; BLOCK]); 4096];
     let mut code = |scheme: Scheme, room: Room| {
         let there = (storage.as_mut_ptr(), 4096 * 64);
         let (code, detail, tissue) = init(there, SURFACE, (scheme as i32, &room), &settings());
@@ -134,7 +129,7 @@ fn storage_with_room_for_tools_has_its_alignment() {
     // Links need no more than 16; with this room they do.
     assert_eq!(size(BOX, 0, &ROOM).2, SHAPE_ALIGN);
     assert_eq!(size(BOX, 0, &Room::default()).2, crate::ALIGN);
-    let mut storage = std::vec![Line([0xA5; 64]); 4096];
+    let mut storage = std::vec![Block([0xA5; BLOCK]); 4096];
     let beyond = storage.as_mut_ptr().wrapping_byte_add(16);
     let there = (beyond, 4095 * 64);
     let (code, _, tissue) = init(there, SURFACE, (0, &ROOM), &settings());

@@ -14,11 +14,19 @@ use crate::tick::tissue::{Tissue, TissueMut};
 
 /// `chaincell bake organ:500`: 499 cells, alpha 0, 24 basis functions.
 static ORGAN: &[u8] = crate::include_model!("../../../../tests/data/organ500.chaincell");
+/// A block of nodal shapes: 144 cells, 48 basis functions.
+static SHAPES: &[u8] = crate::include_model!("../../../../tests/data/tissue6.chaincell");
 /// An organ with bands.
 static SLACK: &[u8] = crate::include_model!("../../../../tests/data/varied300.chaincell");
 const CELLS: usize = 499;
 /// Input ids.
 const HELD: [u32; 7] = [415, 435, 436, 438, 439, 457, 477];
+/// The organ, and where the kernel knows shapes the block, with the nodes that the tool holds.
+const BODIES: &[(&[u8], &[u32])] = &[
+    (ORGAN, &HELD),
+    #[cfg(feature = "nodal")]
+    (SHAPES, &[59, 63, 83]),
+];
 const ROOM: usize = 160;
 /// The first of the fields among the arrays of the scheme.
 const TRACK: usize = <Track as Dynamics>::ARRAYS;
@@ -34,8 +42,13 @@ fn network(image: &'static [u8], sweeps: u16) -> Network<'static> {
 
 /// The cells of the organ that its tool holds.
 fn held() -> Vec<u16> {
-    let model = Model::from_bytes(ORGAN).unwrap();
-    let mut cells: Vec<u16> = HELD.iter().filter_map(|&id| model.cell_of_input(id)).collect();
+    cells(ORGAN, &HELD)
+}
+
+/// Cells of nodes.
+fn cells(image: &'static [u8], ids: &[u32]) -> Vec<u16> {
+    let model = Model::from_bytes(image).unwrap();
+    let mut cells: Vec<u16> = ids.iter().filter_map(|&id| model.cell_of_input(id)).collect();
     cells.sort_unstable();
     cells
 }
@@ -195,34 +208,39 @@ fn the_fields_outlive_positions_from_outside_and_end_with_the_choice() {
 /// Choosing the same cells again costs nothing, and gives the bits of a first choice.
 #[test]
 fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
-    let network = network(ORGAN, 1);
-    let press = |body: &mut Body<Predict<ROOM>>| -> Vec<TickOutput> {
-        (0..40).map(|tick| body.tick(&network, &sample(network.model(), tick, 0.02))).collect()
-    };
-    let mut body = body::<Predict<ROOM>>(&network, &held());
-    let first = press(&mut body);
-    // A mark that working the fields out anew would remove.
-    let mark = |body: &mut Body<Predict<ROOM>>| body.view().own[TRACK * CELLS].0[3] == 7.0;
-    body.view().own[TRACK * CELLS].0[3] = 7.0;
-    body.reset(&network).unwrap();
-    body.choose_contacts(&network, &held()).unwrap();
-    assert!(mark(&mut body));
-    assert_eq!(press(&mut body), first);
-    body.reset(&network).unwrap();
-    body.choose_probe(&network, 0.02).unwrap();
-    body.choose_contacts(&network, &held()).unwrap();
-    assert!(!mark(&mut body));
-    assert_eq!(press(&mut body), first);
+    for &(image, ids) in BODIES {
+        let (network, held) = (network(image, 1), cells(image, ids));
+        let fields = TRACK * network.model().cells();
+        let press = |body: &mut Body<Predict<ROOM>>| -> Vec<TickOutput> {
+            (0..40).map(|tick| body.tick(&network, &sample(network.model(), tick, 0.02))).collect()
+        };
+        let mut body = body::<Predict<ROOM>>(&network, &held);
+        let first = press(&mut body);
+        // A mark that working the fields out anew would remove.
+        let mark = |body: &mut Body<Predict<ROOM>>| body.view().own[fields].0[3] == 7.0;
+        body.view().own[fields].0[3] = 7.0;
+        body.reset(&network).unwrap();
+        body.choose_contacts(&network, &held).unwrap();
+        assert!(mark(&mut body));
+        assert_eq!(press(&mut body), first);
+        body.reset(&network).unwrap();
+        body.choose_probe(&network, 0.02).unwrap();
+        body.choose_contacts(&network, &held).unwrap();
+        assert!(!mark(&mut body));
+        assert_eq!(press(&mut body), first);
+    }
 }
 
 /// Fields without any sense: the guard discards what they lead to, and the level holds.
 #[test]
 fn wrong_fields_cost_a_discarded_pass_and_never_the_certificate() {
-    let network = network(ORGAN, 4);
-    let model = *network.model();
-    for (strength, is_discarded) in [(-30.0, true), (1.0e3, true), (1.0e30, false)] {
-        let mut body = body::<Predict<ROOM>>(&network, &held());
-        for field in &mut body.view().own[TRACK * CELLS..] {
+    for (&(image, ids), (strength, is_discarded)) in BODIES.iter().flat_map(|body| {
+        [(-30.0, true), (1.0e3, true), (1.0e30, false)].map(|fields| (body, fields))
+    }) {
+        let network = network(image, 4);
+        let model = *network.model();
+        let mut body = body::<Predict<ROOM>>(&network, &cells(image, ids));
+        for field in &mut body.view().own[TRACK * model.cells()..] {
             *field = Cell::at(scale(strength, field.xyz()));
         }
         let (mut discarded, mut level_j) = (false, 0.0);
@@ -235,6 +253,6 @@ fn wrong_fields_cost_a_discarded_pass_and_never_the_certificate() {
         }
         assert_eq!(discarded, is_discarded, "{strength}");
         let peak = |cell| body.view().position(&model, cell).unwrap().map(f32::abs);
-        assert!((0..CELLS).flat_map(peak).all(|x| x <= model.saturation()));
+        assert!((0..model.cells()).flat_map(peak).all(|x| x <= model.saturation()));
     }
 }

@@ -46,9 +46,11 @@ pub const SPREAD: f64 = 0.2;
 pub struct Nodal {
     rest: Vec<[f64; 3]>,
     fixed: Vec<bool>,
+    /// Weights of links are times mu.
     shape: Shape,
-    law: Law,
-    moduli: Moduli,
+    young_pa: f64,
+    /// Of each node.
+    moduli: Vec<Moduli>,
     link_m: f64,
 }
 
@@ -64,7 +66,21 @@ impl Nodal {
         fixed: &[u32],
         law: Law,
     ) -> Result<Self> {
-        let shape = Shape::new(rest_m, tetrahedra)?;
+        Self::of_laws(rest_m, tetrahedra, fixed, &vec![law; rest_m.len()])
+    }
+
+    /// The same with a law for each node.
+    fn of_laws(
+        rest_m: &[[f64; 3]],
+        tetrahedra: &[[u32; 4]],
+        fixed: &[u32],
+        laws: &[Law],
+    ) -> Result<Self> {
+        let moduli: Vec<Moduli> = laws.iter().map(|law| law.moduli()).collect::<Result<_>>()?;
+        let mu = |node: u32| moduli.get(node as usize).map_or(0.0, |moduli| moduli.mu_pa);
+        let mean = |nodes: [u32; 4]| nodes.iter().map(|&node| mu(node)).sum::<f64>() / 4.0;
+        let shape = Shape::weighted(rest_m, tetrahedra, mean)
+            .map_err(|fault| fault.of(rest_m, tetrahedra))?;
         let mut is_fixed = vec![false; rest_m.len()];
         for &node in fixed {
             let place = is_fixed.get_mut(node as usize);
@@ -76,40 +92,35 @@ impl Nodal {
             shape.of(i).iter().map(move |half| norm(minus(rest_m[half.to as usize], rest_m[i])))
         });
         let link_m = lengths.sum::<f64>() / shape.halves().max(1) as f64;
-        Ok(Self {
-            rest: rest_m.to_vec(),
-            fixed: is_fixed,
-            shape,
-            law,
-            moduli: law.moduli()?,
-            link_m,
-        })
+        let young_pa = laws.iter().map(|law| law.young_pa).sum::<f64>() / laws.len() as f64;
+        Ok(Self { rest: rest_m.to_vec(), fixed: is_fixed, shape, young_pa, moduli, link_m })
     }
 
     /// The nodal shapes of a model, lengths in mean link lengths from the centre, energies in its own
-    /// unit; `None` for one of links, of several materials, or with a band elsewhere than
-    /// [`BAND_FROM`].
+    /// unit; `None` for one of links, or with a band elsewhere than [`BAND_FROM`].
     ///
     /// # Errors
     /// As [`Self::new`].
     pub fn of_model(model: &Model<'_>) -> Result<Option<Self>> {
         let Some((volume, least)) = model.shape_law() else { return Ok(None) };
-        let moduli = || (0..model.cells()).filter_map(|cell| model.elasticity(cell));
-        let Some([young_pa, poisson]) = moduli().next() else { return Ok(None) };
         let band = least > 0.0;
-        if moduli().any(|of| of != [young_pa, poisson]) || band && least != BAND_FROM as f32 {
+        if band && least != BAND_FROM as f32 {
             return Ok(None);
         }
         let unit_pa = 2.0 * f64::from(model.stiffness_n_per_m()) / f64::from(model.unit_m());
         let volume = if volume == LAW_TRACE { Volume::Trace } else { Volume::Det1 };
-        // A ratio of single precision may lie just below 0.
-        let poisson = f64::from(poisson).max(0.0);
-        let law = Law { young_pa: f64::from(young_pa) / unit_pa, poisson, volume, band };
+        let moduli = (0..model.cells()).filter_map(|cell| model.elasticity(cell));
+        let law = |[young_pa, poisson]: [f32; 2]| {
+            // A ratio of single precision may lie just below 0.
+            let poisson = f64::from(poisson).max(0.0);
+            Law { young_pa: f64::from(young_pa) / unit_pa, poisson, volume, band }
+        };
+        let laws: Vec<Law> = moduli.map(law).collect();
         let rest: Vec<_> =
             (0..model.cells()).map(|cell| model.rest_position(cell).map(f64::from)).collect();
         let tetrahedra: Vec<_> = model.tetrahedra().iter().map(|ids| ids.map(u32::from)).collect();
         let fixed: Vec<u32> = model.fixed().iter().map(|&cell| cell.into()).collect();
-        Self::new(&rest, &tetrahedra, &fixed, law).map(Some)
+        Self::of_laws(&rest, &tetrahedra, &fixed, &laws).map(Some)
     }
 
     /// Energy of each node's shape and of the halves of its links.
@@ -119,11 +130,11 @@ impl Nodal {
         let of = |i: usize| {
             let slope = self.shape.slope(&u, i);
             let stretches = Stretches::of(&(Matrix3::identity() + slope));
-            let shape = self.moduli.response(stretches.values).energy
-                - 0.5 * self.spread_pa() * slope.norm_squared();
+            let shape = self.moduli[i].response(stretches.values).energy
+                - 0.5 * self.spread_pa(i) * slope.norm_squared();
             let halves = self.shape.of(i).iter().map(|half| {
                 let d = minus(u[half.to as usize], u[i]);
-                0.25 * self.spread_pa() * half.weight_m * dot(d, d)
+                0.5 * SPREAD * half.weight_m * dot(d, d)
             });
             self.shape.volume_m3(i) * shape + halves.sum::<f64>()
         };
@@ -136,10 +147,10 @@ impl Nodal {
         &self.shape
     }
 
-    /// Young's modulus times a link's length squared: a force of the body's own size \[N\].
+    /// Mean Young's modulus times a link's length squared: a force of the body's own size \[N\].
     #[must_use]
     pub fn force_n(&self) -> f64 {
-        self.law.young_pa * self.link_m * self.link_m
+        self.young_pa * self.link_m * self.link_m
     }
 
     /// Signed principal stretches of every node's shape, falling, the last one negative where the
@@ -159,9 +170,9 @@ impl Nodal {
         Matrix3::identity() + self.shape.slope(u, i)
     }
 
-    /// Stiffness of a difference along a link of weight 1, and of the shape's part taken away.
-    fn spread_pa(&self) -> f64 {
-        2.0 * SPREAD * self.moduli.mu_pa
+    /// Stiffness of node i's shape that its tetrahedra have instead.
+    fn spread_pa(&self, i: usize) -> f64 {
+        2.0 * SPREAD * self.moduli[i].mu_pa
     }
 
     /// Adds P by the derivative of node i's gradient, times its volume and a sign, to a field.
@@ -194,14 +205,14 @@ impl Elastic for Nodal {
     /// derivative, and 8 mu Ln more with a band; Ln and Lc are the Laplacians of the nodes' and of
     /// the tetrahedra's gradients.
     fn scale(&self) -> Vec<f64> {
-        let nodal = 2.0 * (1.0 - SPREAD) * self.moduli.mu_pa + self.moduli.bound_pa();
         let mut scale = vec![0.0; self.rest.len()];
-        for i in 0..self.rest.len() {
+        for (i, moduli) in self.moduli.iter().enumerate() {
+            let nodal = 2.0 * (1.0 - SPREAD) * moduli.mu_pa + moduli.bound_pa();
             let per_volume = nodal / self.shape.volume_m3(i);
             let own = self.shape.own(i);
             scale[i] += per_volume * dot(own, own);
             for half in self.shape.of(i) {
-                scale[i] += self.spread_pa() * half.weight_m;
+                scale[i] += 2.0 * SPREAD * half.weight_m;
                 scale[half.to as usize] += per_volume * dot(half.area_m2, half.area_m2);
             }
         }
@@ -215,14 +226,14 @@ impl Elastic for Nodal {
         for i in 0..u.len() {
             let slope = self.shape.slope(&u, i);
             let stretches = Stretches::of(&(Matrix3::identity() + slope));
-            let response = self.moduli.response(stretches.values);
+            let response = self.moduli[i].response(stretches.values);
             let volume = self.shape.volume_m3(i);
-            energy += volume * (response.energy - 0.5 * self.spread_pa() * slope.norm_squared());
-            let stress = stretches.with(response.slope) - self.spread_pa() * slope;
+            energy += volume * (response.energy - 0.5 * self.spread_pa(i) * slope.norm_squared());
+            let stress = stretches.with(response.slope) - self.spread_pa(i) * slope;
             self.scatter(i, &stress, -1.0, residual);
             for half in self.shape.of(i) {
                 let d = minus(u[half.to as usize], u[i]);
-                let pull = self.spread_pa() * half.weight_m;
+                let pull = 2.0 * SPREAD * half.weight_m;
                 residual[i] = plus(residual[i], pull, d);
                 // A link has two halves.
                 energy += 0.25 * pull * dot(d, d);
@@ -233,7 +244,7 @@ impl Elastic for Nodal {
 
     fn curvature(&self, positions: &[[f64; 3]], _free: &[bool]) -> Self::Curvature {
         let u = self.displacements(positions);
-        let at = |i: usize| Tangent::new(&self.moduli, Stretches::of(&self.gradient(&u, i)));
+        let at = |i: usize| Tangent::new(&self.moduli[i], Stretches::of(&self.gradient(&u, i)));
         (0..u.len()).map(at).collect()
     }
 
@@ -241,11 +252,11 @@ impl Elastic for Nodal {
         product.fill([0.0; 3]);
         for (i, tangent) in curvature.iter().enumerate() {
             let slope = self.shape.slope(v, i);
-            let stress = tangent.times(&slope) - self.spread_pa() * slope;
+            let stress = tangent.times(&slope) - self.spread_pa(i) * slope;
             self.scatter(i, &stress, 1.0, product);
             for half in self.shape.of(i) {
                 let d = minus(v[half.to as usize], v[i]);
-                product[i] = plus(product[i], -self.spread_pa() * half.weight_m, d);
+                product[i] = plus(product[i], -2.0 * SPREAD * half.weight_m, d);
             }
         }
     }
