@@ -95,7 +95,7 @@ pub use tick::error::{ResetError, StateError};
 pub use tick::fit::array_bytes;
 pub use tick::handover;
 pub use tick::order::HELD_TICKS_MAX;
-pub use tick::pose::{ToolPart, ToolPose};
+pub use tick::pose::{NOT_TURNED, ToolPart, ToolPose};
 pub use tick::sample::{Flags, TickOutput, ToolSample};
 pub use tick::settings::{Network, Settings, SettingsError};
 pub use tick::tissue::{Head, Tissue, TissueMut};

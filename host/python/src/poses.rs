@@ -104,10 +104,9 @@ impl Tick {
     pub(crate) fn of_tools(&self, count: usize) -> Poses {
         let mut all = Poses::away(count);
         for (place, pose) in all.each_mut().iter_mut().zip(&self.poses) {
-            let [x, y, z, w] = pose.orientation;
             *place = ToolPose {
                 position_m: pose.position_m.into(),
-                turn: [w, x, y, z],
+                orientation: pose.orientation,
                 engaged: pose.engaged.into(),
             };
         }

@@ -70,20 +70,21 @@ fn part(text: &str) -> std::result::Result<ToolPart, String> {
     let centre_m = place.map_or(Some([0.0; 3]), |place| numbers(Some(place)));
     let centre_m =
         centre_m.ok_or("behind @ stands the place in the tool's frame: write @X,Y,Z [m]")?;
-    Ok(ToolPart { centre_m, turn: turn.map_or(Ok(shape.turn), quaternion)?, ..shape })
+    let orientation = turn.map_or(Ok(shape.orientation), orientation)?;
+    Ok(ToolPart { centre_m, orientation, ..shape })
 }
 
-/// A turn x,y,z,w as w, x, y, z.
-fn quaternion(text: &str) -> std::result::Result<[f32; 4], String> {
-    let [x, y, z, w] =
+/// A unit quaternion x,y,z,w.
+fn orientation(text: &str) -> std::result::Result<[f32; 4], String> {
+    let found =
         numbers(Some(text)).ok_or("behind / stands the turn, a unit quaternion: write /X,Y,Z,W")?;
-    if !is_unit([x, y, z, w]) {
-        let size = length_of([x, y, z, w]);
+    if !is_unit(found) {
+        let size = length_of(found);
         return Err(format!(
             "the quaternion behind / has length {size}, it must be 1 (no turn is 0,0,0,1)"
         ));
     }
-    Ok([w, x, y, z])
+    Ok(found)
 }
 
 /// So many finite numbers with commas between.
@@ -142,7 +143,7 @@ mod tests {
         assert_eq!(found.text, text);
         let capsule = ToolPart {
             centre_m: [0.0, 0.0, 0.03],
-            turn: [0.8, 0.0, 0.6, 0.0],
+            orientation: [0.0, 0.6, 0.0, 0.8],
             ..ToolPart::capsule(0.02, 0.004)
         };
         let wanted = [

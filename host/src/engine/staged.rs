@@ -177,7 +177,7 @@ impl TissueEngine for Staged<'_> {
         if self.engine.waits(tool) {
             flags.insert(Flags::STARTS_INSIDE);
         }
-        let torque_n_m = if self.feels(tool) { felt.torque_nm * share } else { Vector3::zeros() };
+        let torque_n_m = if self.feels(tool) { felt.torque_n_m * share } else { Vector3::zeros() };
         let (torque_n_m, is_short) = shortened(torque_n_m, self.max_torque_n_m);
         if is_short {
             flags.insert(Flags::FORCE_CLAMPED);

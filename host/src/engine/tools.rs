@@ -2,8 +2,8 @@
 
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    ContactForce, Dynamics, Flags, Network, ProxyPose, TOOLS_MAX, TickOutput, ToolOutput, ToolPose,
-    ToolSample,
+    ContactForce, Dynamics, Flags, NOT_TURNED, Network, ProxyPose, TOOLS_MAX, TickOutput,
+    ToolOutput, ToolPose, ToolSample,
 };
 use nalgebra::Vector3;
 
@@ -19,14 +19,14 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Length of a quaternion.
 #[must_use]
-pub fn length_of(turn: [f32; 4]) -> f64 {
-    libm::sqrt(turn.iter().map(|&x| f64::from(x) * f64::from(x)).sum())
+pub fn length_of(quaternion: [f32; 4]) -> f64 {
+    libm::sqrt(quaternion.iter().map(|&x| f64::from(x) * f64::from(x)).sum())
 }
 
 /// Whether a quaternion turns and does nothing else.
 #[must_use]
-pub fn is_unit(turn: [f32; 4]) -> bool {
-    (length_of(turn) - 1.0).abs() <= UNIT_TOLERANCE
+pub fn is_unit(quaternion: [f32; 4]) -> bool {
+    (length_of(quaternion) - 1.0).abs() <= UNIT_TOLERANCE
 }
 
 /// The poses of all tools in a tick, number 0 first; none where no tools were chosen by their parts.
@@ -38,7 +38,7 @@ pub struct Poses {
 
 /// A tool at the origin that is not engaged.
 const AWAY: ToolPose =
-    ToolPose { position_m: Vector3::new(0.0, 0.0, 0.0), turn: [1.0, 0.0, 0.0, 0.0], engaged: 0 };
+    ToolPose { position_m: Vector3::new(0.0, 0.0, 0.0), orientation: NOT_TURNED, engaged: 0 };
 
 impl Poses {
     /// Of no tool.

@@ -214,15 +214,15 @@ fn row(text: &str, header: &str, rules: Rules) -> std::result::Result<Row, Strin
     let coordinate = |name: &str, text: &str| number((name, text, " [m]"), rules);
     let position_m = [coordinate("x_m", x)?, coordinate("y_m", y)?, coordinate("z_m", z)?];
     let number = |name: &str, text: &str| number((name, text, ""), rules);
-    let turn = [number("qw", qw)?, number("qx", qx)?, number("qy", qy)?, number("qz", qz)?];
-    if rules == Rules::Strict && !is_unit(turn) {
-        let size = length_of(turn);
+    let orientation = [number("qx", qx)?, number("qy", qy)?, number("qz", qz)?, number("qw", qw)?];
+    if rules == Rules::Strict && !is_unit(orientation) {
+        let size = length_of(orientation);
         return Err(format!(
             "fields qx to qw: a quaternion of length {size}, it must be 1 (no turn is 0,0,0,1)"
         ));
     }
     let engaged = engaged_of(engaged, rules)?;
-    let pose = ToolPose { position_m: position_m.into(), turn, engaged };
+    let pose = ToolPose { position_m: position_m.into(), orientation, engaged };
     let tool = usize::try_from(whole("tool", tool)?).unwrap_or(usize::MAX);
     Ok(Row { tick: whole("tick", tick)?, tool, pose, sweeps: sweeps_of(sweeps)? })
 }
@@ -244,7 +244,7 @@ pub fn to_text<'a>(
         last = Some(tick);
         for (tool, pose) in poses.iter().enumerate() {
             let [x, y, z]: [f32; 3] = pose.position_m.into();
-            let [w, i, j, k] = pose.turn;
+            let [i, j, k, w] = pose.orientation;
             let engaged = pose.engaged;
             let _ =
                 write!(text, "{tick},{tool},{x:?},{y:?},{z:?},{i:?},{j:?},{k:?},{w:?},{engaged}");
@@ -259,7 +259,7 @@ mod tests {
     use super::*;
 
     fn pose(z: f32, engaged: u32) -> ToolPose {
-        ToolPose { position_m: [0.1, -0.0, z].into(), turn: [0.6, 0.0, 0.8, 0.0], engaged }
+        ToolPose { position_m: [0.1, -0.0, z].into(), orientation: [0.0, 0.8, 0.0, 0.6], engaged }
     }
 
     #[test]

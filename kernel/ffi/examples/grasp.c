@@ -104,8 +104,8 @@ static void place(int tick, float top_m, chaincell_tool_pose poses[TOOLS])
         pose->position_m[0] = tool == BALL ? -aside_m : aside_m;
         pose->position_m[1] = 0.001f;
         pose->position_m[2] = top_m + reach_m[tool] - down_m;
-        pose->turn[0] = 1.0f;
-        pose->turn[1] = pose->turn[2] = pose->turn[3] = 0.0f;
+        pose->orientation[3] = 1.0f;
+        pose->orientation[0] = pose->orientation[1] = pose->orientation[2] = 0.0f;
         pose->engaged = 1;
     }
     poses[JAW].position_m[2] += 0.006f * share(tick, TOGETHER, PULLED);
@@ -127,8 +127,8 @@ static int print(chaincell_tissue *tissue, int tick)
         printf("tick %3d: tool %" PRIu32 ": force %.4e %.4e %.4e N, torque %.4e %.4e %.4e N m, "
                "%" PRIu32 " contacts, %lu samples gripped\n",
                tick, tool, (double)felt.force_n[0], (double)felt.force_n[1],
-               (double)felt.force_n[2], (double)felt.torque_nm[0], (double)felt.torque_nm[1],
-               (double)felt.torque_nm[2], felt.contacts, (unsigned long)held);
+               (double)felt.force_n[2], (double)felt.torque_n_m[0], (double)felt.torque_n_m[1],
+               (double)felt.torque_n_m[2], felt.contacts, (unsigned long)held);
     }
     if (refused("contacts", chaincell_contact_forces(tissue, contacts, CONTACTS_MAX, &count))) {
         return 1;

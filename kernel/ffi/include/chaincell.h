@@ -969,9 +969,9 @@ typedef struct chaincell_tool_part {
      */
     float centre_m[3];
     /**
-     * Turns its own frame into the tool's: a unit quaternion w, x, y, z.
+     * Turns its own frame into the tool's: a unit quaternion x, y, z, w.
      */
-    float turn[4];
+    float orientation[4];
     /**
      * Half the edges of its core [m]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
      * box. Of a half space the core is all that lies below z = -radius: infinite in every axis.
@@ -995,9 +995,9 @@ typedef struct chaincell_tool_pose {
      */
     float position_m[3];
     /**
-     * Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
+     * Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
      */
-    float turn[4];
+    float orientation[4];
     /**
      * 1 while the tissue feels it, else 0.
      */
@@ -1015,7 +1015,7 @@ typedef struct chaincell_tool_output {
     /**
      * Torque on it about its position [N m].
      */
-    float torque_nm[3];
+    float torque_n_m[3];
     /**
      * Its part in the `work_j` of `chaincell_output`, the torque's times the turn included [J].
      */

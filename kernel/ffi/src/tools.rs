@@ -18,8 +18,8 @@ use crate::tick::{More, Output, Sweeps, answer_to, goes_on};
 pub struct ToolPart {
     /// Its middle \[m\].
     pub centre_m: [f32; 3],
-    /// Turns its own frame into the tool's: a unit quaternion w, x, y, z.
-    pub turn: [f32; 4],
+    /// Turns its own frame into the tool's: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
     /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z, a b c for a
     /// box. Of a half space the core is all that lies below z = -radius: infinite in every axis.
     pub half_m: [f32; 3],
@@ -36,8 +36,8 @@ pub struct ToolPart {
 pub struct ToolPose {
     /// Where its frame is in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
-    /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
-    pub turn: [f32; 4],
+    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
     /// 1 while the tissue feels it, else 0.
     pub engaged: u32,
 }
@@ -49,7 +49,7 @@ pub struct ToolOutput {
     /// Force of the tissue on the tool \[N\].
     pub force_n: [f32; 3],
     /// Torque on it about its position \[N m\].
-    pub torque_nm: [f32; 3],
+    pub torque_n_m: [f32; 3],
     /// Its part in the `work_j` of `chaincell_output`, the torque's times the turn included \[J\].
     pub work_j: f32,
     /// Upper bound of the stiffness that it meets within a tick \[N/m\].
@@ -87,13 +87,13 @@ type KernelPose = chaincell_kernel::ToolPose;
 const _: () = assert!(size_of::<ToolPart>() == size_of::<KernelPart>());
 const _: () = assert!(align_of::<ToolPart>() == align_of::<KernelPart>());
 const _: () = assert!(offset_of!(ToolPart, centre_m) == offset_of!(KernelPart, centre_m));
-const _: () = assert!(offset_of!(ToolPart, turn) == offset_of!(KernelPart, turn));
+const _: () = assert!(offset_of!(ToolPart, orientation) == offset_of!(KernelPart, orientation));
 const _: () = assert!(offset_of!(ToolPart, half_m) == offset_of!(KernelPart, half_m));
 const _: () = assert!(offset_of!(ToolPart, radius_m) == offset_of!(KernelPart, radius_m));
 const _: () = assert!(size_of::<ToolPose>() == size_of::<KernelPose>());
 const _: () = assert!(align_of::<ToolPose>() == align_of::<KernelPose>());
 const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose, position_m));
-const _: () = assert!(offset_of!(ToolPose, turn) == offset_of!(KernelPose, turn));
+const _: () = assert!(offset_of!(ToolPose, orientation) == offset_of!(KernelPose, orientation));
 const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
 
 /// What is the same for every scheme, of a tissue with room for tools.
@@ -315,7 +315,7 @@ pub unsafe extern "C" fn chaincell_output_of_tool(
         });
         let value = ToolOutput {
             force_n: felt.force_n.into(),
-            torque_nm: felt.torque_nm.into(),
+            torque_n_m: felt.torque_n_m.into(),
             work_j: felt.work_j,
             stiffness_n_per_m: felt.stiffness_n_per_m,
             contacts: felt.contacts,

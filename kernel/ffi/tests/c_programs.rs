@@ -264,6 +264,18 @@ fn the_headers_macros_bound_the_sizes() {
     assert!((size..size + 1536).contains(&bound), "{bound}, {size}");
 }
 
+/// One struct goes from the kernel's header to the client's and back.
+#[test]
+fn a_pose_is_the_same_in_both_headers() {
+    let folder = tempfile::tempdir().unwrap();
+    let executable = folder.path().join("program");
+    let mut cc = compiler("cc", "-std=c99");
+    cc.arg("-I").arg(package().join("../../host/client/ffi/include"));
+    cc.arg(package().join("tests/c/one_pose.c")).arg("-o").arg(&executable);
+    succeed(&mut cc);
+    assert_eq!(succeed(&mut Command::new(&executable)), "0 0 1 0\n");
+}
+
 #[test]
 fn the_header_stands_alone_in_every_language() {
     let folder = tempfile::tempdir().unwrap();

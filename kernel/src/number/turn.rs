@@ -46,6 +46,12 @@ impl Turn {
         })
     }
 
+    /// The rotation of an orientation x, y, z, w; `None` as of [`Self::new`].
+    #[must_use]
+    pub fn of_orientation([x, y, z, w]: [f32; 4]) -> Option<Self> {
+        Self::new([w, x, y, z])
+    }
+
     /// The rotation of a quaternion that is a unit.
     #[must_use]
     pub(crate) const fn of_unit(quaternion: [f32; 4]) -> Self {
@@ -99,10 +105,11 @@ impl Turn {
         [x, y, z].map(|part| twice * part)
     }
 
-    /// The quaternion, real part first.
+    /// The orientation x, y, z, w.
     #[must_use]
-    pub fn quaternion(self) -> [f32; 4] {
-        self.0
+    pub fn orientation(self) -> [f32; 4] {
+        let Self([w, x, y, z]) = self;
+        [x, y, z, w]
     }
 }
 

@@ -5,14 +5,17 @@ use nalgebra::Vector3;
 use crate::number::turn::Turn;
 use crate::terms::surface::Solid;
 
+/// The orientation x, y, z, w of what is not turned.
+pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
 /// Pose of a tool in a tick: any bit pattern is admitted, as for [`ToolSample`](crate::ToolSample).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
     /// Where its frame is in the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
-    /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
-    pub turn: [f32; 4],
+    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
     /// 1 while the tissue feels it, else 0.
     pub engaged: u32,
 }
@@ -21,7 +24,7 @@ impl ToolPose {
     /// A tool at a place, not turned.
     #[must_use]
     pub fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
-        Self { position_m, turn: [1.0, 0.0, 0.0, 0.0], engaged }
+        Self { position_m, orientation: NOT_TURNED, engaged }
     }
 
     /// Whether the tick may act on it: finite, `engaged` 0 or 1, the quaternion's length within 1/2
@@ -32,7 +35,7 @@ impl ToolPose {
     }
 
     pub(crate) fn turn(&self) -> Option<Turn> {
-        Turn::new(self.turn)
+        Turn::of_orientation(self.orientation)
     }
 }
 
@@ -42,8 +45,8 @@ impl ToolPose {
 pub struct ToolPart {
     /// Its middle \[m\].
     pub centre_m: [f32; 3],
-    /// Turns its own frame into the tool's: a unit quaternion w, x, y, z.
-    pub turn: [f32; 4],
+    /// Turns its own frame into the tool's: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
     /// Half the edges of its core \[m\]: 0 0 0 for a sphere, 0 0 a for a capsule along z. Of a half
     /// space the core is all that lies below z = -radius: infinite in every axis.
     pub half_m: [f32; 3],
@@ -57,7 +60,7 @@ impl ToolPart {
     #[must_use]
     pub const fn sphere(radius_m: f32) -> Self {
         let (centre_m, half_m) = ([0.0; 3], [0.0; 3]);
-        Self { centre_m, turn: [1.0, 0.0, 0.0, 0.0], half_m, radius_m }
+        Self { centre_m, orientation: NOT_TURNED, half_m, radius_m }
     }
 
     /// A capsule along z: a cylinder of this half length with half spheres at its ends.
@@ -96,7 +99,7 @@ impl ToolPart {
             && is_within(whole)
             && centre.into_iter().all(is_within)
             && (is_plane || half.into_iter().all(|x| x >= 0.0 && is_within(x)));
-        let turn = Turn::new(self.turn).filter(|_| is_good)?;
+        let turn = Turn::of_orientation(self.orientation).filter(|_| is_good)?;
         let end = f32::INFINITY;
         let core = match is_plane {
             true => [[-end; 3], [end, end, -whole]],
@@ -124,7 +127,7 @@ mod tests {
             ToolPart { half_m: [0.0, -0.01, 0.0], ..good },
             ToolPart { half_m: [0.0, f32::INFINITY, 0.0], ..good },
             ToolPart { centre_m: [f32::NAN, 0.0, 0.0], ..good },
-            ToolPart { turn: [0.0; 4], ..good },
+            ToolPart { orientation: [0.0; 4], ..good },
             ToolPart { radius_m: 9.0, ..good },
         ] {
             assert!(bad.solid(0.005, 100.0).is_none(), "{bad:?}");
@@ -136,7 +139,7 @@ mod tests {
         let good = ToolPose::at([0.0, 0.1, 0.2].into(), 1);
         assert!(good.is_good());
         assert!(!ToolPose { engaged: 2, ..good }.is_good());
-        assert!(!ToolPose { turn: [0.0, f32::NAN, 0.0, 1.0], ..good }.is_good());
+        assert!(!ToolPose { orientation: [0.0, f32::NAN, 0.0, 1.0], ..good }.is_good());
         assert!(!ToolPose { position_m: [f32::INFINITY, 0.0, 0.0].into(), ..good }.is_good());
     }
 }

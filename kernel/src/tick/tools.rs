@@ -26,7 +26,7 @@ pub struct ToolOutput {
     /// Force of the tissue on the tool \[N\].
     pub force_n: Vector3<f32>,
     /// Torque on it about its position \[N m\].
-    pub torque_nm: Vector3<f32>,
+    pub torque_n_m: Vector3<f32>,
     /// Its part in [`TickOutput::work_j`], the torque's times the turn included \[J\].
     pub work_j: f32,
     /// Upper bound of the stiffness that it meets within a tick [N/m].
@@ -39,7 +39,7 @@ impl ToolOutput {
     /// Of a tool that touches nothing.
     pub const NONE: Self = Self {
         force_n: Vector3::new(0.0, 0.0, 0.0),
-        torque_nm: Vector3::new(0.0, 0.0, 0.0),
+        torque_n_m: Vector3::new(0.0, 0.0, 0.0),
         work_j: 0.0,
         stiffness_n_per_m: 0.0,
         contacts: 0,
@@ -51,8 +51,8 @@ impl ToolOutput {
 pub struct ProxyPose {
     /// Where its frame is in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
-    /// Turns its frame into that of the mesh: a unit quaternion w, x, y, z.
-    pub turn: [f32; 4],
+    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
     /// Share of the parts' radii that it has: below 1 behind an engagement in contact, 0 while it waits
     /// inside the tissue.
     pub share: f32,
@@ -64,7 +64,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     pub fn proxy_pose(&self, network: &Network<'_>, tool: usize) -> Option<ProxyPose> {
         let (model, proxy) = (network.model(), &self.touch.tool(tool)?.proxy);
         let position_m = add(model.centre_m(), scale(model.unit_m(), proxy.pivot));
-        Some(ProxyPose { position_m, turn: proxy.turn.quaternion(), share: proxy.share })
+        Some(ProxyPose { position_m, orientation: proxy.turn.orientation(), share: proxy.share })
     }
 
     /// Gives the tool a sphere that pushes surface cells out while engaged, the paper's haptic
@@ -205,10 +205,10 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let Some(tool) = self.touch.tool(tool) else { return ToolOutput::NONE };
         let force_n = scale(model.force_unit_n(), tool.met.force);
         let (force_n, _) = clamped(force_n, network.settings().max_force_n);
-        let torque_nm = scale(model.force_unit_n() * model.unit_m(), tool.met.torque).map(finite);
+        let torque_n_m = scale(model.force_unit_n() * model.unit_m(), tool.met.torque).map(finite);
         ToolOutput {
             force_n: force_n.into(),
-            torque_nm: torque_nm.into(),
+            torque_n_m: torque_n_m.into(),
             work_j: finite(tool.work * model.energy_unit_j()),
             stiffness_n_per_m: finite(2.0 * model.stiffness_n_per_m() * tool.met.stiffness),
             contacts: tool.met.touched,

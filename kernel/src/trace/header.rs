@@ -3,8 +3,7 @@
 use core::fmt;
 
 use super::stage::{self, STAGE_BYTES};
-use super::version::Version;
-use super::{CRC, HEADER_BYTES, MAGIC, RecordedTools, VERSION, VERSION_OF_SAMPLES, put};
+use super::{CRC, HEADER_BYTES, MAGIC, RecordedTools, VERSION, put};
 use crate::model::Model;
 use crate::number::Number;
 use crate::solver::{Dynamics, NumberOf};
@@ -15,10 +14,11 @@ use crate::tick::hash::REVISION;
 use crate::tick::settings::{Network, Settings, SettingsError};
 use crate::tick::tools::FRICTION_MAX;
 
-/// Words of the part that every version has.
-const WORDS: usize = COMMON_BYTES / 4;
-/// Bytes of the part that every version has, its checksum the last four.
+/// Bytes in front of the origin, the checksum the last four.
 pub(super) const COMMON_BYTES: usize = 64;
+/// What a header has beyond the fixed part.
+const STAGE_BIT: u16 = 1;
+const TOOLS_BIT: u16 = 2;
 /// Where the header's checksum stands.
 const CHECKSUM_OFFSET: usize = COMMON_BYTES - 4;
 /// Most contact cells: ids of cells are 16 bits wide.
@@ -76,8 +76,9 @@ impl fmt::Display for TraceError {
             }
             Self::Version(version) => write!(
                 f,
-                "format version {version} is not one of 1 to {VERSION} that this release reads: \
-                 take the release that wrote it, or record again"
+                "format version {version} is not {VERSION}, the one that this release reads: take \
+                 the release that wrote it (versions 1 and 2: chaincell 0.1; 3 and 4: 0.2 before \
+                 version {VERSION}), or record again"
             ),
             Self::Truncated => f.write_str("the trace stops within its header: copy it again"),
             Self::Checksum => {
@@ -252,11 +253,13 @@ impl Header {
         if contacts.len() > CONTACTS_MAX || choices.into_iter().filter(|is| *is).count() > 1 {
             return None;
         }
-        let (version, room, friction) = match (self.tools, self.probe) {
-            (Some(tools), _) => (VERSION, tools.count, tools.friction.to_bits()),
-            (None, Some(probe)) => (VERSION_OF_SAMPLES, probe.capacity, probe.friction.to_bits()),
-            (None, None) => (VERSION_OF_SAMPLES, 0, 0),
+        let (count, friction) = match (self.tools, self.probe) {
+            (Some(tools), _) => (tools.count, tools.friction.to_bits()),
+            (None, Some(probe)) => (probe.capacity, probe.friction.to_bits()),
+            (None, None) => (0, 0),
         };
+        let stage_bit = if self.stage.is_some() { STAGE_BIT } else { 0 };
+        let tools_bit = if self.tools.is_some() { TOOLS_BIT } else { 0 };
         let bytes = self.bytes(contacts.len());
         let to = to.get_mut(..bytes)?;
         to.fill(0);
@@ -267,7 +270,7 @@ impl Header {
         let words: [u32; HEADER_BYTES / 4] = [
             low,
             high,
-            version,
+            VERSION,
             bytes as u32,
             self.model,
             codes(self.scheme.code(), self.number.code()),
@@ -279,11 +282,11 @@ impl Header {
             settings.max_force_n.to_bits(),
             contacts.len() as u32,
             self.probe.map_or(0, |probe| probe.radius_m.to_bits()),
-            room,
+            count,
             0,
             revision,
             codes(major, minor),
-            codes(patch, self.stage.is_some().into()),
+            codes(patch, stage_bit | tools_bit),
             friction,
         ];
         let stage = self.stage.as_ref().map(stage::words);
@@ -296,28 +299,31 @@ impl Header {
         Some((bytes, crc))
     }
 
-    /// Reads the header: itself, its version, the bytes of the contact cells, its length and
-    /// checksum.
+    /// Reads the header: itself, the bytes of the contact cells, its length and checksum.
     pub(super) fn read(trace: &[u8]) -> Result<Read<'_>, TraceError> {
         let magic = trace.get(..MAGIC.len()).unwrap_or(trace);
         if !MAGIC.starts_with(magic) || magic.is_empty() {
             return Err(TraceError::Magic);
         }
         let common: &[u8; COMMON_BYTES] = trace.first_chunk().ok_or(TraceError::Truncated)?;
-        let words: [u32; WORDS] = bytemuck::cast(*common);
+        let words: [u32; COMMON_BYTES / 4] = bytemuck::cast(*common);
         let [_, _, version, bytes, model, kind, codes, sweeps, rest @ ..] = words;
         let [step, tick_time, max_tool_step, max_force, contacts, radius, capacity, stored] = rest;
-        let version = Version::of(version)?;
+        if version != VERSION {
+            return Err(TraceError::Version(version));
+        }
         // A damaged length must not be read as a cut.
         let (bytes, contacts) = (bytes as usize, contacts as usize);
-        if contacts > CONTACTS_MAX || !version.may_have(bytes, contacts) {
+        if contacts > CONTACTS_MAX || !may_have(bytes, contacts) {
             return Err(TraceError::Checksum);
         }
         let header = trace.get(..bytes).ok_or(TraceError::Truncated)?;
         if checksum(header) != stored {
             return Err(TraceError::Checksum);
         }
-        let (origin, front, friction) = version.extension(header)?;
+        let (origin, parts, friction) = extension(header)?;
+        let front = HEADER_BYTES..HEADER_BYTES + usize::from(parts & STAGE_BIT) * STAGE_BYTES;
+        let has_tools = parts & TOOLS_BIT != 0;
         if bytes != (front.end + 4 * contacts).next_multiple_of(8) {
             return Err(TraceError::Layout);
         }
@@ -333,12 +339,12 @@ impl Header {
         };
         let (mut probe, mut tools) = (None, None);
         match (radius, capacity) {
-            (0, 0) if friction == 0 && version != Version::Tools => {}
+            (0, 0) if friction == 0 && !has_tools => {}
             _ if contacts > 0 => return Err(TraceError::Layout),
-            (0, count) if version == Version::Tools => {
+            (0, count) if has_tools => {
                 tools = Some(RecordedTools::read(count, friction).ok_or(TraceError::Layout)?);
             }
-            _ if version == Version::Tools => return Err(TraceError::Layout),
+            _ if has_tools => return Err(TraceError::Layout),
             _ => {
                 let read = RecordedProbe::read(radius, capacity, friction);
                 probe = Some(read.ok_or(TraceError::Layout)?);
@@ -349,10 +355,10 @@ impl Header {
         let ids = header.get(ids).ok_or(TraceError::Layout)?;
         let [scheme, number]: [u16; 2] = bytemuck::cast(kind);
         let unknown = TraceError::Scheme(scheme, number);
-        let scheme = version.scheme(scheme).ok_or(unknown)?;
+        let scheme = Scheme::from_code(scheme).ok_or(unknown)?;
         let number = Arithmetic::from_code(number).ok_or(unknown)?;
         let header = Self { origin, model, scheme, number, settings, probe, tools, stage };
-        Ok(Read { header, version, contacts: ids, bytes, checksum: stored })
+        Ok(Read { header, contacts: ids, bytes, checksum: stored })
     }
 
     /// Whether the trace is one of the scheme `D`.
@@ -380,12 +386,29 @@ impl Header {
 /// A header that was read.
 pub(super) struct Read<'t> {
     pub(super) header: Header,
-    pub(super) version: Version,
     /// The bytes of the contact cells.
     pub(super) contacts: &'t [u8],
     /// Length of the header.
     pub(super) bytes: usize,
     pub(super) checksum: u32,
+}
+
+/// Whether a header with so many contact cells may be so long: with an output stage or without.
+fn may_have(bytes: usize, contacts: usize) -> bool {
+    let fronts = [HEADER_BYTES, HEADER_BYTES + STAGE_BYTES];
+    fronts.iter().any(|front| (front + 4 * contacts).next_multiple_of(8) == bytes)
+}
+
+/// What wrote the trace, which parts it has, and the word of the friction.
+fn extension(header: &[u8]) -> Result<(Origin, u16, u32), TraceError> {
+    let words: &[u8; HEADER_BYTES - COMMON_BYTES] =
+        header.get(COMMON_BYTES..).and_then(<[u8]>::first_chunk).ok_or(TraceError::Layout)?;
+    let [revision, low, high, friction]: [u32; 4] = bytemuck::cast(*words);
+    let [major, minor, patch, parts]: [u16; 4] = bytemuck::cast([low, high]);
+    if parts & !(STAGE_BIT | TOOLS_BIT) != 0 {
+        return Err(TraceError::Layout);
+    }
+    Ok((Origin { revision, release: [major, minor, patch] }, parts, friction))
 }
 
 /// CRC-32 of a header, but for the checksum itself.

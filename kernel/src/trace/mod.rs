@@ -6,7 +6,7 @@
 //! ```text
 //! header
 //!      0      8  magic "CHAINTRC"
-//!      8      4  format version: 3; 4 with tools that were chosen by their parts
+//!      8      4  format version: 5
 //!     12      4  bytes of the header: 80, 40 with an output stage, 4 n, up to a multiple of 8
 //!     16      4  checksum of the model image
 //!     20      2  scheme, the code of `Scheme`
@@ -19,12 +19,12 @@
 //!     40      4  largest motion a tick [m]
 //!     44      4  largest force [N]
 //!     48      4  n = number of contact cells
-//!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells and in version 4
-//!     56      4  contacts that a probe has room for, 0 with contact cells; version 4: tools, 1 to 8
+//!     52      4  radius of the probe [m] (f32 bits), 0 with contact cells or tools
+//!     56      4  contacts that a probe has room for, 0 with contact cells; the number of tools, 1 to 8
 //!     60      4  CRC-32 (ISO-HDLC) of all bytes of the header but these four
 //!     64      4  revision of the arithmetic, see REVISION
 //!     68      6  release that wrote the trace: major, minor, patch (u16 x 3)
-//!     74      2  bit 0: an output stage follows
+//!     74      2  bit 0: an output stage follows; bit 1: tools that were chosen by their parts
 //!     76      4  coefficient of friction (f32 bits), 0 with contact cells
 //! with an output stage, its settings
 //!     80      4  bit 0: a virtual coupling, bit 1: passivity; what is absent is zero below
@@ -37,7 +37,7 @@
 //!    108      4  largest force of the stage [N] (f32 bits)
 //!    112      2  ticks of the ramp
 //!    114      2  ticks of the watchdog
-//!    116      4  zero
+//!    116      4  largest speed of the hand [m/s] (f32 bits), 0 for any
 //! from 80, with an output stage from 120
 //!      .    4 n  input ids of the contact cells, in the order of the model's cells; then zeros
 //! record r = 0, 1, ... of 48 bytes
@@ -46,16 +46,16 @@
 //!     20      4  engaged
 //!     24      8  hash of the state after the tick, 0 where none was taken
 //!     32      2  kind: 1 = sample; 2 = command, 5 = command to a tool (grip, let go), whose bytes
-//!                from 0 to 24 stand at [`Command`]; in version 4 also 3 = part, 4 = pose, see below
+//!                from 0 to 24 stand at [`Command`]; with tools also 3 = part, 4 = pose, see below
 //!     34      2  bit 0: a hash was taken; bit 1: the sweeps were counted; bit 2: the output
 //!                stage's ramp began anew before the tick; bit 3: the delay was measured
 //!     36      2  sweeps of the tick where they were counted: 0 = it was late
 //!     38      2  delay of the loop where it was measured, 0 to 1,000 [ticks of the stage]
 //!     40      4  zero
 //!     44      4  CRC-32 of: the header's CRC, r (u32), the 44 bytes before
-//! version 4, kind 3: a part of a tool, two records one behind the other, ahead of all other kinds
-//!      0     12  first: its middle [m] (f32 bits x 3)          second: 0, 16: its turn w, x, y, z
-//!     12      4  its radius [m] (f32 bits)                             (f32 bits x 4)
+//! with tools, kind 3: a part of a tool, two records one behind the other, ahead of all other kinds
+//!      0     12  first: its middle [m] (f32 bits x 3)          second: 0, 16: its orientation
+//!     12      4  its radius [m] (f32 bits)                             x, y, z, w (f32 bits x 4)
 //!     16     12  half its edges [m] (f32 bits x 3)                     16, 16: zero
 //!     28      4  zero
 //!     32      4  3
@@ -64,29 +64,26 @@
 //!     38      2  0 = first, 1 = second
 //!     40      4  zero
 //!     44      4  CRC-32 as above
-//! version 4, kind 4: the pose of a tool in a tick
+//! with tools, kind 4: the pose of a tool in a tick
 //!      0     12  position [m] (f32 bits x 3)
 //!     12      4  engaged
-//!     16     16  turn w, x, y, z (f32 bits x 4)
+//!     16     16  orientation x, y, z, w (f32 bits x 4)
 //!     32      4  4
 //!     36      4  tool
 //!     40      4  zero
 //!     44      4  CRC-32 as above
 //! ```
 //!
-//! **Version 4** is version 3 with tools that were chosen by their parts: `count` of them, a number
-//! from 0 each. The parts come first, by ascending tool and part. Ahead of each tick's record stand the
+//! **Tools** that were chosen by their parts are numbered from 0. Their parts come first, by ascending tool and part. Ahead of each tick's record stand the
 //! poses of all tools, by ascending number, with nothing between; the record itself repeats position
 //! and `engaged` of tool 0. What a trace with poses and no tick behind them ends with counts as a cut.
 //!
-//! Versions 1 and 2 are read too. Their header lacks the bytes from 64 to 80: version 1 has no
-//! output stage, version 2 has one. Their schemes are numbered in another order. Their records have
-//! 40 bytes, without the eight from 36 on. Their arithmetic is that of revision 1.
+//! Other versions are refused: [`TraceError::Version`] names the releases that read them.
 //!
 //! Commands to a tool are of a kind of their own: a release that does not know them ends at the
 //! first one, and says that it holds what is unknown there.
 //!
-//! Where the sweeps were not counted, and in versions 1 and 2, a tick has those of the settings.
+//! Where the sweeps were not counted, a tick has those of the settings.
 //!
 //! A record is one executed tick or one command between two; numbers of ticks are those of the
 //! session, and need not be consecutive. With an output stage a sample is the device's, as
@@ -141,7 +138,6 @@ mod stage;
 #[cfg(test)]
 mod tests;
 mod tools;
-mod version;
 
 pub use command::{Command, CommandError, CommandRecord, Entry};
 pub use header::{Header, Origin, RecordedProbe, TraceError, header_bytes};
@@ -161,10 +157,8 @@ fn put(place: &mut [u8], word: u32) {
 
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"CHAINTRC";
-/// Newest version of the format, written with tools; all versions from 1 on are read.
-pub const VERSION: u32 = 4;
-/// Version that is written without tools.
-pub const VERSION_OF_SAMPLES: u32 = 3;
+/// The version of the format, the one that is written and read.
+pub const VERSION: u32 = 5;
 /// Bytes of the header before the output stage and the contact cells.
 pub const HEADER_BYTES: usize = 80;
 /// Bytes of a record.

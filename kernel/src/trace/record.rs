@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 
 use super::header::Read;
 use super::tools::Order;
-use super::version::Version;
 use super::{
     CRC, Command, CommandRecord, Entry, Header, KIND_COMMAND, KIND_PART, KIND_POSE, KIND_SAMPLE,
     KIND_TOOL_COMMAND, RECORD_BYTES, TraceError, put,
@@ -231,7 +230,6 @@ pub struct Played {
 #[derive(Debug, Clone, Copy)]
 pub struct Reader<'t> {
     header: Header,
-    version: Version,
     contacts: &'t [u8],
     records: &'t [u8],
     seed: u32,
@@ -243,9 +241,9 @@ impl<'t> Reader<'t> {
     /// # Errors
     /// What is wrong with it.
     pub fn open(trace: &'t [u8]) -> Result<Self, TraceError> {
-        let Read { header, version, contacts, bytes, checksum: seed } = Header::read(trace)?;
+        let Read { header, contacts, bytes, checksum: seed } = Header::read(trace)?;
         let records = trace.get(bytes..).unwrap_or(&[]);
-        Ok(Self { header, version, contacts, records, seed })
+        Ok(Self { header, contacts, records, seed })
     }
 
     /// What the trace was recorded with.
@@ -299,7 +297,7 @@ impl<'t> Reader<'t> {
         })
     }
 
-    /// As [`Self::records`], with the commands between the ticks, and of a trace of version 4 the
+    /// As [`Self::records`], with the commands between the ticks, and of a trace of tools the
     /// tools' parts and poses: all poses of a tick stand ahead of it.
     ///
     /// # Errors
@@ -327,7 +325,7 @@ impl<'t> Reader<'t> {
             if rest.iter().all(|&byte| byte == 0) {
                 break;
             }
-            let Some((bytes, behind)) = rest.split_at_checked(self.version.record_bytes()) else {
+            let Some((bytes, behind)) = rest.split_at_checked(RECORD_BYTES) else {
                 return Ok(End::Cut(index));
             };
             match each(index, bytes) {

@@ -141,7 +141,7 @@ fn the_bytes_are_those_of_the_table() {
         digest.finalize()
     };
     assert_eq!(trace[..8], *b"CHAINTRC");
-    assert_eq!([word(8), word(12), word(16)], [3, 96, model().checksum()]);
+    assert_eq!([word(8), word(12), word(16)], [5, 96, model().checksum()]);
     assert_eq!(trace[20..24], [0, 0, 1, 0]);
     let s = settings();
     let floats = [s.step, s.tick_time, s.max_tool_step_m, s.max_force_n].map(f32::to_bits);
@@ -271,9 +271,17 @@ fn what_cannot_be_played_is_refused_with_its_reason() {
     let refused = reader.contact_cells(&model(), &mut [0; 2]).err();
     assert_eq!(refused, Some(TraceError::Contacts { needed: 3, room: 2 }));
     assert_eq!(read(b"tick,x_m"), Err(TraceError::Magic));
-    assert_eq!(read(&reworded(8, 5)), Err(TraceError::Version(5)));
-    assert_eq!(read(&reworded(8, 4)), Err(TraceError::Layout), "cells beside tools");
-    let words = [(24, 3), (24, 2 << 16), (28, 65_536), (52, 2), (56, 1), (72, 2 << 16), (76, 1)];
+    // Cells beside tools among them.
+    let words = [
+        (24, 3),
+        (24, 2 << 16),
+        (28, 65_536),
+        (52, 2),
+        (56, 1),
+        (72, 2 << 16),
+        (72, 4 << 16),
+        (76, 1),
+    ];
     for (at, word) in words {
         assert_eq!(read(&reworded(at, word)), Err(TraceError::Layout), "{at}");
     }

@@ -1,4 +1,4 @@
-//! Tools in a trace of version 4: what they are, and where each is in a tick.
+//! Tools in a trace: what they are, and where each is in a tick.
 
 use super::record::{WORDS, command, sample};
 use super::{
@@ -49,30 +49,30 @@ pub struct PoseRecord {
 
 /// Which of the two records of a part.
 const SIZE: u8 = 0;
-const TURN: u8 = 1;
+const ORIENTATION: u8 = 1;
 
 impl Writer {
     /// The bytes of the next two records, for a part of a tool.
     pub fn part(&mut self, record: &PartRecord) -> [[u8; RECORD_BYTES]; 2] {
         let PartRecord { tool, part, shape } = *record;
-        let ToolPart { centre_m, turn, half_m, radius_m } = shape;
+        let ToolPart { centre_m, orientation, half_m, radius_m } = shape;
         let [x, y, z] = centre_m.map(f32::to_bits);
         let [a, b, c] = half_m.map(f32::to_bits);
-        let [w, i, j, k] = turn.map(f32::to_bits);
+        let [i, j, k, w] = orientation.map(f32::to_bits);
         let kind = u32::from(KIND_PART);
         let of = |which| u32::from_le_bytes([tool, part, which, 0]);
         [
             self.seal([x, y, z, radius_m.to_bits(), a, b, c, 0, kind, of(SIZE), 0]),
-            self.seal([w, i, j, k, 0, 0, 0, 0, kind, of(TURN), 0]),
+            self.seal([i, j, k, w, 0, 0, 0, 0, kind, of(ORIENTATION), 0]),
         ]
     }
 
     /// The bytes of the next record, for a tool's pose ahead of its tick.
     pub fn pose(&mut self, record: &PoseRecord) -> [u8; RECORD_BYTES] {
-        let PoseRecord { tool, pose: ToolPose { position_m, turn, engaged } } = *record;
+        let PoseRecord { tool, pose: ToolPose { position_m, orientation, engaged } } = *record;
         let [x, y, z] = position_m.data.0[0].map(f32::to_bits);
-        let [w, i, j, k] = turn.map(f32::to_bits);
-        self.seal([x, y, z, engaged, w, i, j, k, KIND_POSE.into(), tool.into(), 0])
+        let [i, j, k, w] = orientation.map(f32::to_bits);
+        self.seal([x, y, z, engaged, i, j, k, w, KIND_POSE.into(), tool.into(), 0])
     }
 }
 
@@ -128,7 +128,7 @@ impl Order {
     }
 
     fn part(&mut self, words: &[u32; WORDS]) -> Option<Option<Entry>> {
-        let [w, i, j, k, a, b, c, none, kind, of, zero] = *words;
+        let [i, j, k, w, a, b, c, none, kind, of, zero] = *words;
         let [tool, part, which, empty] = of.to_le_bytes();
         let is_sound = !self.has_begun
             && kind == u32::from(KIND_PART)
@@ -141,12 +141,12 @@ impl Order {
                 self.size = Some(*words);
                 Some(None)
             }
-            (Some([x, y, z, radius, e, f, g, _, _, first, _]), TURN)
+            (Some([x, y, z, radius, e, f, g, _, _, first, _]), ORIENTATION)
                 if first.to_le_bytes() == [tool, part, SIZE, 0] && [a, b, c] == [0; 3] =>
             {
                 let shape = ToolPart {
                     centre_m: [x, y, z].map(f32::from_bits),
-                    turn: [w, i, j, k].map(f32::from_bits),
+                    orientation: [i, j, k, w].map(f32::from_bits),
                     half_m: [e, f, g].map(f32::from_bits),
                     radius_m: f32::from_bits(radius),
                 };
@@ -158,9 +158,10 @@ impl Order {
 }
 
 fn pose(words: &[u32; WORDS]) -> Option<PoseRecord> {
-    let [x, y, z, engaged, w, i, j, k, kind, tool, zero] = *words;
+    let [x, y, z, engaged, i, j, k, w, kind, tool, zero] = *words;
     let tool = u8::try_from(tool).ok()?;
     let position_m = [x, y, z].map(f32::from_bits).into();
-    let pose = ToolPose { position_m, turn: [w, i, j, k].map(f32::from_bits), engaged };
+    let orientation = [i, j, k, w].map(f32::from_bits);
+    let pose = ToolPose { position_m, orientation, engaged };
     (kind == u32::from(KIND_POSE) && zero == 0).then_some(PoseRecord { tool, pose })
 }

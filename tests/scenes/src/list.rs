@@ -33,12 +33,12 @@ pub static TOUCH6: &[u8] = include_model!("../../data/touch6.chaincell");
 const SCISSOR: [ToolPart; 3] = [
     ToolPart {
         centre_m: [0.006, 0.0, 0.008],
-        turn: [1.0, 0.0, 0.5, 0.0],
+        orientation: [0.0, 0.5, 0.0, 1.0],
         ..ToolPart::capsule(0.01, 0.005)
     },
     ToolPart {
         centre_m: [-0.006, 0.0, 0.008],
-        turn: [1.0, 0.0, -0.5, 0.0],
+        orientation: [0.0, -0.5, 0.0, 1.0],
         ..ToolPart::capsule(0.01, 0.005)
     },
     ToolPart::sphere(0.007),

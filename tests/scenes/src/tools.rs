@@ -48,8 +48,11 @@ impl Tools {
         let [a, b, c] = way.map(|x| 0.5 * part_of_one(x / self.turn_m));
         let other = [second[0] - way[0], second[1] - way[1], second[2] + way[2]];
         [
-            ToolPose { turn: [1.0, a, b, c], ..one },
-            ToolPose { turn: [1.0, -b, c, 0.25 + a], ..ToolPose::at(other.into(), one.engaged) },
+            ToolPose { orientation: [a, b, c, 1.0], ..one },
+            ToolPose {
+                orientation: [-b, c, 0.25 + a, 1.0],
+                ..ToolPose::at(other.into(), one.engaged)
+            },
         ]
     }
 }

@@ -77,7 +77,7 @@ fn part(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<ToolPart> {
     };
     if kind & 8 != 0 {
         part.centre_m = bytes.arbitrary::<[i8; 3]>()?.map(|way| unit_m * f32::from(way) / 64.0);
-        part.turn = turn(bytes)?;
+        part.orientation = orientation(bytes)?;
     }
     if kind & 240 == 240 {
         let [a, b, c, d] = <[u32; 4]>::map(bytes.arbitrary()?, f32::from_bits);
@@ -87,7 +87,7 @@ fn part(bytes: &mut Unstructured<'_>, model: &Model<'_>) -> Result<ToolPart> {
 }
 
 /// Nearly a unit quaternion, or none.
-fn turn(bytes: &mut Unstructured<'_>) -> Result<[f32; 4]> {
+fn orientation(bytes: &mut Unstructured<'_>) -> Result<[f32; 4]> {
     Ok(bytes.arbitrary::<[i8; 4]>()?.map(|x| f32::from(x) / 64.0))
 }
 
@@ -107,7 +107,7 @@ impl Session<'_> {
                 let pose = self.pose(bytes)?;
                 let [a, b, c, d] = <[u32; 4]>::map(bytes.arbitrary()?, f32::from_bits);
                 pose.position_m = [a, b, c].into();
-                pose.turn[0] = if is_endless { pose.turn[0] } else { d };
+                pose.orientation[3] = if is_endless { pose.orientation[3] } else { d };
                 pose.engaged = bytes.arbitrary()?;
                 self.tick(1);
             }
@@ -121,7 +121,7 @@ impl Session<'_> {
                 (pose.position_m, pose.engaged) = ([0, 1, 2].map(at).into(), 1);
                 // A half space that turns meets triangles that no search has seen.
                 if bytes.arbitrary()? && !is_endless {
-                    pose.turn = turn(bytes)?;
+                    pose.orientation = orientation(bytes)?;
                 }
                 self.tick(bytes.int_in_range(1..=4)?);
             }

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use chaincell_host::files::recording;
+use chaincell_kernel::tick::hash::REVISION;
 use chaincell_kernel::trace::{Command, End, Entry, HEADER_BYTES, RECORD_BYTES, Reader, Writer};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
 use super::bodies;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-/// Bytes of the header that every version has, its checksum the last four.
+/// Bytes in front of the revision, the checksum the last four.
 const COMMON_BYTES: usize = 64;
 /// Bytes of an output stage's settings.
 const STAGE_BYTES: usize = 40;
@@ -34,21 +35,17 @@ fn put(data: &mut [u8], at: usize, word: u32) {
     data[at..at + 4].copy_from_slice(&word.to_le_bytes());
 }
 
-/// With the header's length, model and checksum, and those of the records.
+/// With the header's length, model, revision and checksum, and those of the records.
 fn mended(data: &[u8]) -> Vec<u8> {
     let mut trace = data.to_vec();
     let most = (data.len() - HEADER_BYTES) / 4;
     let contacts = (word(data, 48) as usize).min(most).min(CONTACTS_MAX);
-    let (front, record_bytes) = match word(data, 8) {
-        1 => (COMMON_BYTES, 40),
-        2 => (COMMON_BYTES + STAGE_BYTES, 40),
-        _ if data[74] & 1 != 0 => (HEADER_BYTES + STAGE_BYTES, RECORD_BYTES),
-        _ => (HEADER_BYTES, RECORD_BYTES),
-    };
+    let front = HEADER_BYTES + if data[74] & 1 != 0 { STAGE_BYTES } else { 0 };
     let bytes = (front + 4 * contacts).next_multiple_of(8);
     trace.resize(trace.len().max(bytes), 0);
     put(&mut trace, 12, bytes as u32);
     put(&mut trace, 48, contacts as u32);
+    put(&mut trace, COMMON_BYTES, REVISION);
     put(&mut trace, 16, chosen(word(data, 16)).checksum());
     let seed = {
         let mut digest = CRC.digest();
@@ -57,12 +54,12 @@ fn mended(data: &[u8]) -> Vec<u8> {
         digest.finalize()
     };
     put(&mut trace, COMMON_BYTES - 4, seed);
-    for (index, record) in (0_u32..).zip(trace[bytes..].chunks_exact_mut(record_bytes)) {
+    for (index, record) in (0_u32..).zip(trace[bytes..].chunks_exact_mut(RECORD_BYTES)) {
         let mut digest = CRC.digest();
         digest.update(&seed.to_le_bytes());
         digest.update(&index.to_le_bytes());
-        digest.update(&record[..record_bytes - 4]);
-        put(record, record_bytes - 4, digest.finalize());
+        digest.update(&record[..RECORD_BYTES - 4]);
+        put(record, RECORD_BYTES - 4, digest.finalize());
     }
     trace
 }

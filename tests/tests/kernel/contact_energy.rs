@@ -153,7 +153,7 @@ fn pose(position_m: [f32; 3]) -> ToolPose {
 /// About y by an angle \[rad\].
 fn tilted(position_m: [f32; 3], angle: f32) -> ToolPose {
     let (sin, cos) = (0.5 * angle).sin_cos();
-    ToolPose { turn: [cos, 0.0, sin, 0.0], ..pose(position_m) }
+    ToolPose { orientation: [0.0, sin, 0.0, cos], ..pose(position_m) }
 }
 
 const WAYS: [(Scheme, u16); 3] = [(Scheme::Predict, 1), (Scheme::Predict, 4), (Scheme::Track, 2)];

@@ -37,15 +37,18 @@ fn coordinate() -> impl Strategy<Value = f32> {
 }
 
 fn poses(tools: usize) -> impl Strategy<Value = Vec<ToolPose>> {
-    let turn = prop_oneof![
+    let orientation = prop_oneof![
         3 => prop::array::uniform4(-1.0_f32..1.0),
-        3 => Just([1.0, 0.0, 0.0, 0.0]),
+        3 => Just([0.0, 0.0, 0.0, 1.0]),
         1 => prop::array::uniform4(coordinate()),
     ];
     let engaged = prop_oneof![20 => Just(1_u32), 3 => Just(0), 1 => any::<u32>()];
-    let pose = (prop::array::uniform3(coordinate()), turn, engaged);
-    let pose =
-        pose.prop_map(|(at, turn, engaged)| ToolPose { position_m: at.into(), turn, engaged });
+    let pose = (prop::array::uniform3(coordinate()), orientation, engaged);
+    let pose = pose.prop_map(|(at, orientation, engaged)| ToolPose {
+        position_m: at.into(),
+        orientation,
+        engaged,
+    });
     prop::collection::vec(pose, 0..=tools)
 }
 
@@ -128,7 +131,7 @@ fn act(engine: &mut Engine<'_>, act: &Act, tools: usize) -> Vec<u32> {
     for tool in 0..tools {
         let output = engine.tool_output(tool);
         let [x, y, z]: [f32; 3] = output.force_n.into();
-        let [a, b, c]: [f32; 3] = output.torque_nm.into();
+        let [a, b, c]: [f32; 3] = output.torque_n_m.into();
         let all = [x, y, z, a, b, c, output.work_j, output.stiffness_n_per_m];
         assert!(all.iter().all(|x| x.is_finite()), "{output:?}");
         bits.extend(all.map(f32::to_bits));

@@ -330,7 +330,8 @@ fn a_half_space_presses_wherever_it_is() {
     let case = Case { name: "half space".into(), image, contact, reach_m: 0.0 };
     let mut engine = case.engine(Scheme::Track, 4);
     // From above, upside down.
-    let pose = |z| ToolPose { turn: [0.0, 1.0, 0.0, 0.0], ..ToolPose::at([0.0, 0.0, z].into(), 1) };
+    let pose =
+        |z| ToolPose { orientation: [1.0, 0.0, 0.0, 0.0], ..ToolPose::at([0.0, 0.0, z].into(), 1) };
     let outputs: Vec<_> = (0..100).map(|_| engine.tick_tools(&[pose(TOP_M - 0.003)])).collect();
     assert!(!outputs.iter().any(waits));
     assert!(outputs[99].force_n.z > 1.0 && outputs[0].force_n.z <= outputs[99].force_n.z);

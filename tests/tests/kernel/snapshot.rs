@@ -184,14 +184,14 @@ fn tools_go_on_with_friction_and_grips() {
         let along = 0.004 * (tick as f32 % 300.0);
         let (sin, cos) = (0.001 * tick as f32).sin_cos();
         let high = z + 1.9 * unit_m;
-        let pose = |position_m: [f32; 3], turn| ToolPose {
+        let pose = |position_m: [f32; 3], orientation| ToolPose {
             position_m: position_m.into(),
-            turn,
+            orientation,
             engaged: u32::from(tick % 300 < 260),
         };
         [
-            pose([x - unit_m, y, high - along * unit_m], [1.0, 0.0, 0.0, 0.0]),
-            pose([x + along * unit_m, y + unit_m, high - 0.4 * unit_m], [cos, 0.0, sin, 0.0]),
+            pose([x - unit_m, y, high - along * unit_m], [0.0, 0.0, 0.0, 1.0]),
+            pose([x + along * unit_m, y + unit_m, high - 0.4 * unit_m], [0.0, sin, 0.0, cos]),
         ]
     };
     let mut touched = 0;

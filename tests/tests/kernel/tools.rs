@@ -7,13 +7,12 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    Flags, Model, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading,
+    Flags, Model, NOT_TURNED, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading,
 };
 use nalgebra::Vector3;
 
 /// Height of the top of the block \[m\].
 const TOP_M: f32 = 0.04;
-const NOT_TURNED: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
 
 /// A block of liver on a fixed ground, 40 mm high, with edges of about 8 mm.
 fn block() -> ImageBytes {
@@ -45,13 +44,13 @@ fn engine(image: &ImageBytes, tools: Vec<Vec<ToolPart>>, friction: f32, sweeps: 
 }
 
 fn pose(position_m: [f32; 3]) -> ToolPose {
-    ToolPose { position_m: position_m.into(), turn: NOT_TURNED, engaged: 1 }
+    ToolPose { position_m: position_m.into(), orientation: NOT_TURNED, engaged: 1 }
 }
 
 /// About y by an angle \[rad\].
 fn tilted(position_m: [f32; 3], angle: f32) -> ToolPose {
     let (sin, cos) = (0.5 * angle).sin_cos();
-    ToolPose { turn: [cos, 0.0, sin, 0.0], ..pose(position_m) }
+    ToolPose { orientation: [0.0, sin, 0.0, cos], ..pose(position_m) }
 }
 
 /// Forces of all contacts of a tool, along the normals and across them.
@@ -160,7 +159,7 @@ fn work_of_force_and_torque_is_the_energy() {
         let pressed = engine.tick_tools(&[path(1.0)]);
         let output = engine.tool_output(0);
         let energy = f64::from(pressed.energy_j);
-        assert!(output.force_n.z > 0.01 && output.torque_nm.norm() > 1e-5, "{output:?}");
+        assert!(output.force_n.z > 0.01 && output.torque_n_m.norm() > 1e-5, "{output:?}");
         assert!((work / energy - 1.0).abs() < 0.02, "{part:?}: {work} {energy}");
         for step in (0..=400_u16).rev() {
             work += f64::from(engine.tick_tools(&[path(f32::from(step) / 400.0)]).work_j);
@@ -188,8 +187,8 @@ fn two_tools_feel_what_two_parts_of_one_feel() {
     let sum = a.force_n + b.force_n;
     assert!((sum - whole.force_n).norm() < 1e-3 * sum.norm(), "{sum} {}", whole.force_n);
     // Torque about the first ball: the second one's force on an arm of 20 mm.
-    let torque = a.torque_nm + b.torque_nm + Vector3::new(0.02, 0.0, 0.0).cross(&b.force_n);
-    assert!((torque - whole.torque_nm).norm() < 2e-3 * torque.norm(), "{torque} {whole:?}");
+    let torque = a.torque_n_m + b.torque_n_m + Vector3::new(0.02, 0.0, 0.0).cross(&b.force_n);
+    assert!((torque - whole.torque_n_m).norm() < 2e-3 * torque.norm(), "{torque} {whole:?}");
     // A tool that lets go feels nothing, and the other stays.
     let mut free = pose([0.0, 0.0, TOP_M]);
     free.engaged = 0;

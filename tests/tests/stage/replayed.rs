@@ -47,15 +47,15 @@ fn coordinate() -> impl Strategy<Value = f32> {
 fn pose() -> impl Strategy<Value = ToolPose> {
     let depth = prop_oneof![12 => -0.004_f32..0.008, 1 => coordinate()];
     let engaged = prop_oneof![20 => Just(1), 4 => Just(0), 1 => any::<u32>()];
-    let turn = prop_oneof![
-        12 => Just([1.0, 0.0, 0.0, 0.0]),
+    let orientation = prop_oneof![
+        12 => Just([0.0, 0.0, 0.0, 1.0]),
         1 => prop::array::uniform4(-2.0_f32..2.0),
         1 => Just([f32::NAN; 4]),
     ];
-    ((coordinate(), coordinate()), depth, engaged, turn).prop_map(
-        |((x, y), depth_m, engaged, turn)| {
+    ((coordinate(), coordinate()), depth, engaged, orientation).prop_map(
+        |((x, y), depth_m, engaged, orientation)| {
             let position_m = Vector3::new(x, y, TOP_M + RADIUS_M - depth_m);
-            ToolPose { position_m, turn, engaged }
+            ToolPose { position_m, orientation, engaged }
         },
     )
 }

@@ -90,8 +90,8 @@ impl Placed {
     }
 }
 
-fn turn(quaternion: [f32; 4]) -> UnitQuaternion<f64> {
-    let [w, x, y, z] = quaternion.map(f64::from);
+fn turn(orientation: [f32; 4]) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = orientation.map(f64::from);
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
@@ -163,7 +163,7 @@ impl<'m> ExactContact<'m> {
             (f64::from(proxy.position_m[axis]) - f64::from(self.model.centre_m()[axis])) / unit_m
         };
         let pivot = Vector3::new(way(0), way(1), way(2));
-        let of_tool = turn(proxy.turn);
+        let of_tool = turn(proxy.orientation);
         let half = part.half_m.map(own);
         let radius = own(part.radius_m);
         let core = match part.is_half_space() {
@@ -172,7 +172,7 @@ impl<'m> ExactContact<'m> {
         };
         let centre = pivot + of_tool * Vector3::from(part.centre_m.map(own));
         let share = f64::from(proxy.share.min(1.0));
-        Placed { centre, turn: of_tool * turn(part.turn), core, radius: share * radius }
+        Placed { centre, turn: of_tool * turn(part.orientation), core, radius: share * radius }
     }
 
     /// Energy of tissue and tools at these positions [mean link lengths from the centre], the least of

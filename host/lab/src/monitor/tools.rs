@@ -181,7 +181,7 @@ impl<'m> ToolMonitor<'m> {
             return (true, None);
         };
         let moved = before.proxies != proxies;
-        let turn = |proxy: &Option<ProxyPose>| proxy.map(|proxy| proxy.turn);
+        let turn = |proxy: &Option<ProxyPose>| proxy.map(|proxy| proxy.orientation);
         let swings =
             self.is_endless && before.proxies.iter().zip(proxies).any(|(a, b)| turn(a) != turn(b));
         let comes = farthest(&before.positions, positions) >= COMING * self.exact.radius_min();
@@ -213,7 +213,7 @@ impl<'m> ToolMonitor<'m> {
             let of_tool = engine.tool_output(tool);
             let force_n: [f64; 3] = of_tool.force_n.cast::<f64>().into();
             let stiffness = f64::from(of_tool.stiffness_n_per_m);
-            let numbers = of_tool.torque_nm.iter().chain([&of_tool.work_j]);
+            let numbers = of_tool.torque_n_m.iter().chain([&of_tool.work_j]);
             let is_finite = stiffness.is_finite() && numbers.into_iter().all(|x| x.is_finite());
             self.hold(Check::Finite, is_finite, || format!("tool {tool}: {of_tool:?}"));
             let bound_n = match (is_late || self.misses, self.has_friction || self.grips) {

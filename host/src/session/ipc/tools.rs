@@ -110,8 +110,7 @@ impl Asking for ToolPoses {
             (pose.position_m, pose.engaged) = ([f32::NAN; 3].into(), 1);
             let of = in_use(self).iter().find(|tool| tool.number == number);
             if let Some(tool) = of.filter(|_| is_sound) {
-                let [x, y, z, w] = tool.orientation;
-                (pose.position_m, pose.turn) = (tool.position_m.into(), [w, x, y, z]);
+                (pose.position_m, pose.orientation) = (tool.position_m.into(), tool.orientation);
                 pose.engaged = tool.engaged;
             }
         }
@@ -233,8 +232,8 @@ mod tests {
         let sent = of_two();
         let poses = sent.poses(2);
         assert_eq!(
-            poses.each().iter().map(|of| of.turn).collect::<Vec<_>>(),
-            [[0.8, 0.0, 0.6, 0.0], [0.0, 0.0, 0.0, 1.0]]
+            poses.each().iter().map(|of| of.orientation).collect::<Vec<_>>(),
+            [[0.0, 0.6, 0.0, 0.8], [0.0, 0.0, 1.0, 0.0]]
         );
         assert!(poses.are_good() && sent.asked_of(2).numbers[..3] == [1, 5, 0]);
         let bad: [&dyn Fn(&mut ToolPoses); 6] = [

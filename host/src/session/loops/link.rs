@@ -97,12 +97,11 @@ fn message(pose: ToolPose, tools: &[OneTool]) -> ToolPoses {
         ..ToolPoses::default()
     };
     for (number, (place, of)) in (0..).zip(poses.each.iter_mut().zip(tools)) {
-        let [w, x, y, z] = of.turn;
         *place = OneToolPose {
             number,
             engaged: of.engaged,
             position_m: of.position_m.into(),
-            orientation: [x, y, z, w],
+            orientation: of.orientation,
             reserved: 0,
         };
     }

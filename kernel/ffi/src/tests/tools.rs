@@ -10,15 +10,15 @@ use chaincell_kernel::{
 
 use super::tool_storage::{ROOM, SURFACE, placed};
 use super::{BOX, NO_OUTPUT, call, hash, make};
+use chaincell_kernel::NOT_TURNED;
+
 use crate::{
     Code, ContactForce, Detail, FLAG_BAD_SAMPLE, FLAG_LATE, FLAG_SAFE_STATE, Output, Room, Scheme,
     Tissue, ToolOutput, ToolPart, ToolPose,
 };
 
-const NOT_TURNED: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
-
 const BALL: ToolPart =
-    ToolPart { centre_m: [0.0; 3], turn: NOT_TURNED, half_m: [0.0; 3], radius_m: 0.008 };
+    ToolPart { centre_m: [0.0; 3], orientation: NOT_TURNED, half_m: [0.0; 3], radius_m: 0.008 };
 const CAPSULE: ToolPart =
     ToolPart { centre_m: [0.0, 0.004, 0.0], half_m: [0.0, 0.0, 0.003], radius_m: 0.006, ..BALL };
 
@@ -28,7 +28,7 @@ const COUNTS: [u32; 2] = [1, 2];
 
 const NOTHING: ToolOutput = ToolOutput {
     force_n: [0.0; 3],
-    torque_nm: [0.0; 3],
+    torque_n_m: [0.0; 3],
     work_j: 0.0,
     stiffness_n_per_m: 0.0,
     contacts: 0,
@@ -46,11 +46,11 @@ fn poses(at: u16) -> [ToolPose; 2] {
     let (sin, cos) = (0.002 * f32::from(at)).sin_cos();
     let first = ToolPose {
         position_m: [-0.01 - aside, 0.001, 0.039 - down],
-        turn: NOT_TURNED,
+        orientation: NOT_TURNED,
         engaged: u32::from(at < 80),
     };
     let position_m = [0.012 + aside, -0.003, 0.039 - down];
-    [first, ToolPose { position_m, turn: [cos, 0.0, sin, 0.0], engaged: 1 }]
+    [first, ToolPose { position_m, orientation: [0.0, sin, 0.0, cos], engaged: 1 }]
 }
 
 pub(super) fn tick(tissue: *mut Tissue, at: u16) -> (Output, [ToolOutput; 2]) {
@@ -95,8 +95,8 @@ fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
 }
 
 fn kernels(pose: &ToolPose) -> KernelPose {
-    let &ToolPose { position_m, turn, engaged } = pose;
-    KernelPose { position_m: position_m.into(), turn, engaged }
+    let &ToolPose { position_m, orientation, engaged } = pose;
+    KernelPose { position_m: position_m.into(), orientation, engaged }
 }
 
 /// Two tools, one of two parts, with friction and a grip.
@@ -112,7 +112,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
     own.touching(store.room()).reset(&network).unwrap();
     let [a, b, c] = PARTS.map(|of| KernelPart {
         centre_m: of.centre_m,
-        turn: of.turn,
+        orientation: of.orientation,
         half_m: of.half_m,
         radius_m: of.radius_m,
     });
@@ -136,7 +136,7 @@ fn tools_are_the_kernels_to_the_last_bit() {
         for (tool, felt) in felt.iter().enumerate() {
             let wanted = own.touching(store.room()).tool_output(&network, tool);
             assert_eq!(felt.force_n, <[f32; 3]>::from(wanted.force_n), "tick {at}");
-            assert_eq!(felt.torque_nm, <[f32; 3]>::from(wanted.torque_nm));
+            assert_eq!(felt.torque_n_m, <[f32; 3]>::from(wanted.torque_n_m));
             assert_eq!((felt.work_j, felt.contacts), (wanted.work_j, wanted.contacts));
             assert_eq!(felt.stiffness_n_per_m, wanted.stiffness_n_per_m);
         }
@@ -213,7 +213,7 @@ fn bad_poses_are_the_kernels_matter() {
     let [first, second] = poses(40);
     let bad = [
         ToolPose { position_m: [f32::NAN, 0.0, 0.0], ..second },
-        ToolPose { turn: [0.0; 4], ..second },
+        ToolPose { orientation: [0.0; 4], ..second },
         ToolPose { engaged: 2, ..second },
     ];
     for at in 0..12 {
@@ -256,7 +256,7 @@ fn tools_that_cannot_be_are_refused_and_the_old_ones_stay() {
         ToolPart { radius_m: 0.0, ..BALL },
         ToolPart { radius_m: f32::NAN, ..BALL },
         ToolPart { half_m: [0.0, -0.001, 0.0], ..BALL },
-        ToolPart { turn: [0.0; 4], ..BALL },
+        ToolPart { orientation: [0.0; 4], ..BALL },
         ToolPart { centre_m: [f32::INFINITY, 0.0, 0.0], ..BALL },
     ] {
         assert_eq!(why(&[BALL, BALL, bad], &[1, 2], 0.0), (Code::ContactPart, [2, 0, 0], 0.0));

@@ -1,4 +1,4 @@
-//! Traces of version 4: parts and poses of tools.
+//! Traces with tools: parts and poses of tools.
 
 use super::*;
 use crate::tick::pose::{ToolPart, ToolPose};
@@ -12,7 +12,7 @@ fn header_of_tools() -> Header {
 fn parts() -> [PartRecord; 3] {
     let turned = ToolPart {
         centre_m: [0.001, -0.0, 0.002],
-        turn: [0.8, 0.0, 0.6, 0.0],
+        orientation: [0.0, 0.6, 0.0, 0.8],
         ..ToolPart::rounded_box([0.01, 0.02, 0.03], 0.004)
     };
     [
@@ -24,7 +24,10 @@ fn parts() -> [PartRecord; 3] {
 
 fn pose(tool: u8, z: f32) -> PoseRecord {
     let position_m = Vector3::new(0.1, -0.0, z);
-    PoseRecord { tool, pose: ToolPose { position_m, turn: [0.0, 0.6, 0.0, 0.8], engaged: 1 } }
+    PoseRecord {
+        tool,
+        pose: ToolPose { position_m, orientation: [0.6, 0.0, 0.8, 0.0], engaged: 1 },
+    }
 }
 
 /// Bytes of the header, and the records behind it.
@@ -79,18 +82,19 @@ fn the_bytes_of_parts_and_poses_are_those_of_the_table() {
     let (front, trace) = written();
     let word = |at: usize| u32::from_le_bytes(*trace[at..].first_chunk().unwrap());
     let bits = f32::to_bits;
-    assert_eq!([8, 48, 52, 56, 76].map(word), [4, 0, 0, 2, bits(0.25)]);
+    assert_eq!([8, 48, 52, 56, 76].map(word), [5, 0, 0, 2, bits(0.25)]);
+    assert_eq!(trace[74..76], [2, 0]);
     let at = front + 2 * RECORD_BYTES;
     let first = [0.001, -0.0, 0.002, 0.004, 0.01, 0.02, 0.03].map(bits);
     assert_eq!([0, 4, 8, 12, 16, 20, 24].map(|by| word(at + by)), first);
     assert_eq!([28, 32, 36, 40].map(|by| word(at + by)), [0, 3, 1 << 8, 0]);
     let at = at + RECORD_BYTES;
-    assert_eq!([0, 4, 8, 12].map(|by| word(at + by)), [0.8, 0.0, 0.6, 0.0].map(bits));
+    assert_eq!([0, 4, 8, 12].map(|by| word(at + by)), [0.0, 0.6, 0.0, 0.8].map(bits));
     assert_eq!([16, 28, 32, 36, 40].map(|by| word(at + by)), [0, 0, 3, 1 << 8 | 1 << 16, 0]);
     let at = front + 10 * RECORD_BYTES;
     let pose = [0, 4, 8].map(|by| word(at + by));
     assert_eq!((pose, word(at + 12)), ([0.1, -0.0, 11.0].map(bits), 1));
-    assert_eq!([16, 20, 24, 28].map(|by| word(at + by)), [0.0, 0.6, 0.0, 0.8].map(bits));
+    assert_eq!([16, 20, 24, 28].map(|by| word(at + by)), [0.6, 0.0, 0.8, 0.0].map(bits));
     assert_eq!([32, 36, 40].map(|by| word(at + by)), [4, 1, 0]);
 }
 

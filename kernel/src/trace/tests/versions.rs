@@ -1,42 +1,15 @@
-//! Traces of every version that was ever written, and of another revision of the arithmetic.
+//! Traces of other versions of the format, and of another revision of the arithmetic.
 
 use super::*;
-use crate::stage::{Device, StageSettings};
-use crate::tick::choices::{Arithmetic, Scheme};
-
-static TRACK: &[u8] = include_bytes!("../../../../tests/data/traces/version1-track.trace");
-static CURRENT: &[u8] =
-    include_bytes!("../../../../tests/data/traces/version1-euler-fixed-current.trace");
-static FALCON: &[u8] = include_bytes!("../../../../tests/data/traces/version2-falcon.trace");
 
 #[test]
-fn every_version_is_read() {
-    let before = Origin { revision: 1, release: [0, 1, 0] };
-    for (trace, scheme, number, drive, origin) in [
-        (TRACK, Scheme::Track, Arithmetic::F32, Drive::Position, before),
-        (CURRENT, Scheme::Euler, Arithmetic::Fixed, Drive::Current, before),
-        (FALCON, Scheme::Rkl2, Arithmetic::F32, Drive::Position, before),
-        (&trace(), Scheme::Track, Arithmetic::F32, Drive::Position, Origin::HERE),
-    ] {
-        let header = *Reader::open(trace).unwrap().header();
-        assert_eq!((header.scheme, header.number), (scheme, number));
-        assert_eq!((header.origin, header.settings.drive), (origin, drive));
-        let (records, end) = read(trace).unwrap();
-        assert_eq!(end, End::Complete);
-        assert!(records.len() >= 30 && records.iter().all(|record| record.1[2] != 0));
-        let damaged = [&trace[..trace.len() - 50], &[1], &trace[trace.len() - 49..]].concat();
-        let damage = read(&damaged).unwrap().1;
-        assert!(matches!(damage, End::Damaged(at) if at as usize + 2 >= records.len()), "{damage}");
+fn other_versions_name_the_releases_that_read_them() {
+    for version in [0, 1, 2, 3, 4, VERSION + 1] {
+        let refused = read(&reworded(8, version)).unwrap_err();
+        assert_eq!(refused, TraceError::Version(version));
+        let told = refused.to_string();
+        assert!(told.contains("1 and 2: chaincell 0.1; 3 and 4: 0.2"), "{told}");
     }
-    let stage = |trace| Reader::open(trace).unwrap().header().stage;
-    assert_eq!((stage(TRACK), stage(CURRENT)), (None, None));
-    // It knew no limit of the hand's speed.
-    let falcon = StageSettings {
-        watchdog_ticks: 0,
-        max_speed_m_per_s: f32::INFINITY,
-        ..StageSettings::for_device(Device::Falcon)
-    };
-    assert_eq!(stage(FALCON), Some(falcon));
 }
 
 #[test]

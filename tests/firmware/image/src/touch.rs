@@ -82,9 +82,9 @@ fn grip(tissue: &mut Tissue) -> Option<()> {
     let network = network(SWEEPS)?;
     console::number("gripped", tissue.grip(&network, 0) as u32);
     let sample = sample(TICKS, 1)?;
-    let pose = ToolPose { turn: [1.0, 0.0, 0.0, 0.1], ..ToolPose::at(sample.position_m, 1) };
+    let pose = ToolPose { orientation: [0.0, 0.0, 0.1, 1.0], ..ToolPose::at(sample.position_m, 1) };
     board::apply(tissue.tick_tools(&network, &[pose]).force_n.into());
-    board::apply(tissue.tool_output(&network, 0).torque_nm.into());
+    board::apply(tissue.tool_output(&network, 0).torque_n_m.into());
     let mut contacts = 0;
     tissue.contact_forces(&network, |contact| {
         board::apply(contact.tangential_n);

@@ -60,7 +60,7 @@ fn bits(engine: &mut Engine<'_>, output: &TickOutput, tools: usize) -> (Vec<u32>
     numbers.extend([output.energy_j, output.work_j, f32::from_bits(output.contacts)]);
     for tool in 0..tools {
         let of_tool = engine.tool_output(tool);
-        numbers.extend(of_tool.force_n.iter().chain(&of_tool.torque_nm));
+        numbers.extend(of_tool.force_n.iter().chain(&of_tool.torque_n_m));
         numbers.extend([of_tool.work_j, f32::from_bits(of_tool.contacts)]);
     }
     (numbers.into_iter().map(f32::to_bits).collect(), output.flags, engine.state_hash())

@@ -194,7 +194,7 @@ fn step(poses: &[ToolPose]) -> Step {
 /// A pose turned about y and x \[rad\].
 fn turned(pose: ToolPose, angle: f32) -> ToolPose {
     let (sin, cos) = (libm::sinf(0.5 * angle), libm::cosf(0.5 * angle));
-    ToolPose { turn: [cos, 0.6 * sin, 0.8 * sin, 0.0], ..pose }
+    ToolPose { orientation: [0.6 * sin, 0.8 * sin, 0.0, cos], ..pose }
 }
 
 /// From 0 to 1 in `ticks`, then 1.
@@ -251,8 +251,8 @@ fn squeeze(scale: Scale, found: &mut Findings) -> Result<()> {
     bodies.play(found, ("half spaces", &[&plane, &plane]), Besides::default(), move |tick| {
         let x = 1.2 - 1.2 * ramp(tick, 2 * held / 3);
         let (right, left) = (at([x, 0.0, 0.0]), at([-x, 0.0, 0.0]));
-        let right = ToolPose { turn: [aside, 0.0, -aside, 0.0], ..right };
-        step(&[right, ToolPose { turn: [aside, 0.0, aside, 0.0], ..left }])
+        let right = ToolPose { orientation: [0.0, -aside, 0.0, aside], ..right };
+        step(&[right, ToolPose { orientation: [0.0, aside, 0.0, aside], ..left }])
     })
 }
 
