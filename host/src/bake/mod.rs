@@ -392,13 +392,13 @@ fn mobilities(body: &OrderedCells, weights: &[f32]) -> Vec<f32> {
 
 fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<ImageBytes> {
     use chaincell_kernel::image::kind;
-    let cells = body.rest.len();
-    let links = &body.links;
+    let (cells, links) = (body.rest.len(), &body.links);
+    let at = |cell: u16| body.rest[usize::from(cell)];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (alphas, mut stiffness) = (plan.alpha(links), plan.stiffness(links));
-    let tissue = options.tissue.as_ref();
-    stiffness.varies &= tissue.is_none();
-    let shapes = tissue.map(|tissue| Shapes::new(plan.mesh(), body, tissue)).transpose()?;
+    stiffness.varies &= options.tissue.is_none();
+    let shaped = |tissue| Shapes::new(plan.mesh(), body, tissue);
+    let shapes = options.tissue.as_ref().map(shaped).transpose()?;
     let alpha = mean(&alphas.each) as f32;
     let reference =
         shapes.as_ref().map_or(mean(&stiffness.each) as f32, |shapes| shapes.stiffness_n_per_m);
@@ -413,8 +413,8 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
         Some(shapes) => shapes.weights.clone(),
     };
     let mobility = mobilities(body, &weights);
-    let length =
-        |&([i, j], _): &Link| rest_length(body.rest[usize::from(i)], body.rest[usize::from(j)]);
+    let rest_lengths: Vec<f32> =
+        links.iter().map(|&([i, j], _)| rest_length(at(i), at(j))).collect();
     let mut sections = Sections::default();
     let nodes = plan.mesh().nodes_m.len();
     let bound = match &shapes {
@@ -427,7 +427,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     sections.push(kind::REST, body.rest.as_flattened());
     sections.push(kind::ROWS, &adjacency.rows);
     sections.push(kind::UPPER, &links.iter().map(|(ends, _)| ends[1]).collect::<Vec<_>>());
-    sections.push(kind::REST_LENGTH, &links.iter().map(length).collect::<Vec<_>>());
+    sections.push(kind::REST_LENGTH, &rest_lengths);
     sections.push(kind::BACK_ROWS, &adjacency.back_rows);
     sections.push(kind::LOWER, &adjacency.lower);
     sections.push(kind::BACK_LINK, &adjacency.back_link);
@@ -435,7 +435,6 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     sections.push(kind::FIXED, &body.fixed);
     sections.push(kind::INPUT_ID, &plan.input_ids(body));
     let each_alpha: Vec<f32> = alphas.each.iter().map(|&alpha| alpha as f32).collect();
-    let rest_lengths: Vec<f32> = links.iter().map(length).collect();
     let values = slices::Values {
         rest_lengths: &rest_lengths,
         alphas: alphas.varies.then_some(&each_alpha),
