@@ -85,7 +85,7 @@ pub(super) struct Moduli {
     pub mu_pa: f64,
     pub lambda_pa: f64,
     volume: Volume,
-    band: bool,
+    pub(super) band: bool,
 }
 
 /// Energy \[J/m^3\] at some stretches, its first and second derivatives by them.
