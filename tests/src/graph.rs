@@ -86,7 +86,6 @@ impl Case {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
             coarse_basis: self.hats.map_or(BasisSpacing::None, BasisSpacing::Links),
-            colours: true,
             ..BakeOptions::default()
         }
     }

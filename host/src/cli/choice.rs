@@ -40,10 +40,6 @@ impl Help for Scheme {
             Self::Rkl2 => {
                 "Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound"
             }
-            Self::GaussSeidel => {
-                "Cell by cell in place, over-relaxed: the least RAM; needs a model baked with \
-                 --colours"
-            }
         }
     }
 }

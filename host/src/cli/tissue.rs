@@ -54,9 +54,8 @@ pub struct TissueArgs {
     pub friction: Option<f32>,
     /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
     /// cells or moves on a surface; euler is the paper's own, for relaxation in time;
-    /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
-    /// least RAM and a model baked with --colours [default: predict where the tool holds cells of a
-    /// model without slack, or meets a contact surface; else track]
+    /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated [default: predict where
+    /// the tool holds cells of a model without slack, or meets a contact surface; else track]
     #[arg(long, value_parser = parser::<Scheme>())]
     dynamics: Option<Scheme>,
     /// Numbers that cells and links are computed in

@@ -256,10 +256,7 @@ mod tests {
         );
         assert!(verdict("1%", 0, 0).to_string().contains("sweeps p1 1, p50 4 with held cells"));
         let text = verdict("1%", 0, 3).to_string();
-        assert!(
-            text.contains("longer than a pose period") && text.contains("--cells"),
-            "{text}"
-        );
+        assert!(text.contains("longer than a pose period") && text.contains("--cells"), "{text}");
     }
 
     #[test]

@@ -24,9 +24,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1,
-    Rkl2, Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample,
-    Track,
+    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1, Rkl2,
+    Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -67,7 +66,7 @@ impl<D: Dynamics> Memory<D> {
         Self {
             head: Head::NEW,
             state: vec![Cell::ZERO; cells],
-            residual: vec![Cell::ZERO; D::RESIDUALS * cells],
+            residual: vec![Cell::ZERO; cells],
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
@@ -272,17 +271,6 @@ impl<'m> Engine<'m> {
             }
             (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
-            // A body without free cells has none either, and needs none.
-            (Scheme::GaussSeidel, Arithmetic::F32)
-                if model.colours() == 0 && model.fixed().len() < model.cells() =>
-            {
-                return Err(Error::input(
-                    "`dynamics` gauss-seidel: the model has no colours; bake it with `colours`",
-                ));
-            }
-            (Scheme::GaussSeidel, Arithmetic::F32) => {
-                Box::new(Memory::<GaussSeidel>::new(model, held))
-            }
         };
         let mut engine = Self { network, tissue, contact, scheme, shown: OnceCell::new() };
         engine.reset()?;

@@ -120,11 +120,6 @@
 #define CHAINCELL_CELL_BYTES_PREDICT 112
 
 /**
- * Bytes a cell under gauss-seidel.
- */
-#define CHAINCELL_CELL_BYTES_GAUSS_SEIDEL 16
-
-/**
  * Bytes a cell of nodal shapes takes more.
  */
 #define CHAINCELL_CELL_BYTES_SHAPE 256
@@ -356,10 +351,6 @@ enum chaincell_code
      */
     CHAINCELL_CODE_RESET_HATS = -61,
     /**
-     * The scheme goes by colours, and the model has none: bake it with `--colours`.
-     */
-    CHAINCELL_CODE_RESET_COLOURS = -62,
-    /**
      * The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
      */
     CHAINCELL_CODE_FLOAT_FLUSH_TO_ZERO = -63,
@@ -575,10 +566,6 @@ enum chaincell_scheme
      */
     CHAINCELL_SCHEME_RKL2 = 3,
     /**
-     * Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
-     */
-    CHAINCELL_SCHEME_GAUSS_SEIDEL = 4,
-    /**
      * Track in fixed point, for targets without an FPU; without hats.
      */
     CHAINCELL_SCHEME_TRACK_FIXED = 5,
@@ -729,10 +716,6 @@ typedef struct chaincell_info {
      * Number of hats of the coarse level, 0 without one.
      */
     uint32_t hats;
-    /**
-     * Number of colours, 0 where the bake stored none; gauss-seidel needs them.
-     */
-    uint32_t colours;
     /**
      * Number of fixed cells.
      */

@@ -18,8 +18,6 @@ pub enum Scheme {
     Rkl1 = 2,
     /// The same of second order: the trajectory in time beyond the bound of euler.
     Rkl2 = 3,
-    /// Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
-    GaussSeidel = 4,
     /// Track in fixed point, for targets without an FPU; without hats.
     TrackFixed = 5,
     /// Euler in fixed point.
@@ -31,12 +29,11 @@ pub enum Scheme {
 
 impl Scheme {
     /// Every scheme.
-    pub(crate) const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 7] = [
         Self::Track,
         Self::Euler,
         Self::Rkl1,
         Self::Rkl2,
-        Self::GaussSeidel,
         Self::TrackFixed,
         Self::EulerFixed,
         Self::Predict,
@@ -57,7 +54,6 @@ impl Scheme {
             Self::Euler => (Scheme::Euler, Arithmetic::F32),
             Self::Rkl1 => (Scheme::Rkl1, Arithmetic::F32),
             Self::Rkl2 => (Scheme::Rkl2, Arithmetic::F32),
-            Self::GaussSeidel => (Scheme::GaussSeidel, Arithmetic::F32),
             Self::TrackFixed => (Scheme::Track, Arithmetic::Fixed),
             Self::EulerFixed => (Scheme::Euler, Arithmetic::Fixed),
             Self::Predict => (Scheme::Predict, Arithmetic::F32),

@@ -202,12 +202,6 @@ impl<'a> Model<'a> {
         self.coarse_basis.map_or(0, |basis| basis.count)
     }
 
-    /// Number of colours, 0 where the bake stored none.
-    #[must_use]
-    pub fn colours(&self) -> usize {
-        self.colours.map_or(0, |colours| colours.rows.len().saturating_sub(1))
-    }
-
     /// Whether the body is made of nodal shapes: its links carry no force.
     #[must_use]
     #[inline(always)]

@@ -40,7 +40,6 @@ impl Dynamics for Rkl1 {
     const NAME: &'static str = "rkl1";
     const REST: Self = Self::REST;
     const ARRAYS: usize = 2;
-    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 2];
     type Room = [Eight; 0];
 

@@ -46,7 +46,6 @@ impl Dynamics for Rkl2 {
     const NAME: &'static str = "rkl2";
     const REST: Self = Self::REST;
     const ARRAYS: usize = 3;
-    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 3];
     type Room = [Eight; 0];
 

@@ -4,7 +4,7 @@ use super::choice::choices;
 use super::settings::Settings;
 use crate::model::Model;
 use crate::number::Number;
-use crate::solver::{Dynamics, Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track};
+use crate::solver::{Dynamics, Euler, Predict, Rkl1, Rkl2, Track};
 
 choices! {
     /// The scheme that moves the network.
@@ -19,8 +19,6 @@ choices! {
         Rkl1 = 2, <Rkl1 as Dynamics>::NAME;
         /// Runge-Kutta-Legendre super-steps of second order, [`Rkl2`].
         Rkl2 = 3, <Rkl2 as Dynamics>::NAME;
-        /// Cell by cell in place, over-relaxed, [`GaussSeidel`].
-        GaussSeidel = 4, <GaussSeidel as Dynamics>::NAME;
         /// `track` that knows how the body answers a move of the held cells, [`Predict`].
         Predict = 7, <Predict as Dynamics>::NAME;
     }
@@ -35,7 +33,7 @@ impl Scheme {
         let tick_time = match self {
             Self::Rkl1 => Rkl1::tick_time(model, sweeps),
             Self::Rkl2 => Rkl2::tick_time(model, sweeps),
-            Self::Euler | Self::Track | Self::GaussSeidel | Self::Predict => defaults.tick_time,
+            Self::Euler | Self::Track | Self::Predict => defaults.tick_time,
         };
         Settings { sweeps, tick_time, ..defaults }
     }

@@ -18,12 +18,12 @@ use crate::model::{Model, range};
 use crate::number::Number;
 use crate::number::cell::{add, scale, sub};
 use crate::number::two_float::{LANES, TwoFloat};
-use crate::solver::{Dynamics, Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track};
+use crate::solver::{Dynamics, Euler, Predict, Rkl1, Rkl2, Track};
 use crate::terms::pin::Displaced;
 use crate::terms::state::{CellState, State};
 use crate::terms::tests::{pinned, with_word};
 
-/// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions, colours and a surface.
+/// 299 cells, 20 of them fixed; bands, weights, slices, 24 basis functions and a surface.
 static ORGAN: &[u8] = crate::include_model!("../../../tests/data/varied300.chaincell");
 const CELLS: usize = 299;
 /// Blocks for a coarse level with 16 held cells or a probe.
@@ -229,7 +229,7 @@ fn with_pins_the_level_never_rises_and_bounds_the_energy() {
             }
         )*};
     }
-    under!(Track<ROOM>, Predict<ROOM>, Track<0, f64>, Track<0, I8F24>, Euler, Rkl1, Rkl2, GaussSeidel);
+    under!(Track<ROOM>, Predict<ROOM>, Track<0, f64>, Track<0, I8F24>, Euler, Rkl1, Rkl2);
     // The guard was put to the test.
     assert!(discarded > 0);
 }

@@ -9,8 +9,7 @@ use crate::tick::choice::Choice;
 use crate::tick::choices::Scheme;
 
 /// Schemes by their codes in versions 1 and 2, which began with 1.
-const SCHEMES_BEFORE_3: [Scheme; 5] =
-    [Scheme::Euler, Scheme::Track, Scheme::Rkl1, Scheme::Rkl2, Scheme::GaussSeidel];
+const SCHEMES_BEFORE_3: [Scheme; 4] = [Scheme::Euler, Scheme::Track, Scheme::Rkl1, Scheme::Rkl2];
 
 /// The releases that wrote versions 1 and 2.
 const ORIGIN_BEFORE_3: Origin = Origin { revision: 1, release: [0, 1, 0] };

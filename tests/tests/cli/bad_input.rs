@@ -210,12 +210,11 @@ fn run_parameters_out_of_range() {
         ("NaN", "rkl2", "must be above 0 and finite"),
         ("1e-44", "rkl2", "must be above 0 and finite"),
         ("0.1", "track", "answers the static question"),
-        ("0.1", "gauss-seidel", "answers the static question"),
     ] {
         let scheme = ["--dynamics", dynamics, "--time-constant-s", constant_s];
         place.refuses_run(&scheme, &["--time-constant-s", why]);
     }
-    for dynamics in ["track", "predict", "gauss-seidel"] {
+    for dynamics in ["track", "predict"] {
         let step = ["--dynamics", dynamics, "--step", "0.01"];
         place.refuses_run(&step, &["--step 0.01", "answers the static question"]);
     }
@@ -223,7 +222,6 @@ fn run_parameters_out_of_range() {
     place.refuses_run(&["--contact", "probe"], &["--contact probe", "as in probe:0.012"]);
     let both = ["--dynamics", "euler", "--step", "0.1", "--time-constant-s", "1"];
     place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);
-    place.refuses_run(&["--dynamics", "gauss-seidel"], &["gauss-seidel", "--colours"]);
     for option in ["--max-tool-step-m", "--max-force-n"] {
         for value in ["0", "-1", "NaN", "inf"] {
             place.refuses_run(&[option, value], &[option, "must be above 0 and finite"]);

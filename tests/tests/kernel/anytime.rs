@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 fn any_time() -> impl Strategy<Value = Scheme> {
-    prop::sample::select(vec![Scheme::Track, Scheme::Predict, Scheme::GaussSeidel])
+    prop::sample::select(vec![Scheme::Track, Scheme::Predict])
 }
 
 /// Where the tool goes in a tick \[m\], whether it holds on, and the sweeps.

@@ -218,7 +218,7 @@ proptest! {
 #[test]
 fn ten_thousand_ticks_of_rest() {
     let shape = Shape::generated("organ:300").unwrap();
-    let image = shape.bake(&BakeOptions { colours: true, ..BakeOptions::default() }).unwrap();
+    let image = shape.bake(&BakeOptions::default()).unwrap();
     let model = Model::from_bytes(image.as_bytes()).unwrap();
     for &scheme in Scheme::ALL {
         let variant = Variant::plain(scheme, Arithmetic::F32);

@@ -32,11 +32,7 @@ fn moved(
 #[test]
 fn the_energy_bound_never_locks_the_tool() {
     let energy_max_j = 0.0005;
-    let image = plane(&BakeOptions {
-        energy_max_j: Some(energy_max_j),
-        colours: true,
-        ..BakeOptions::default()
-    });
+    let image = plane(&BakeOptions { energy_max_j: Some(energy_max_j), ..BakeOptions::default() });
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
     for &scheme in Scheme::ALL {
         let back = std::iter::repeat_n(0.0, 400);

@@ -17,7 +17,7 @@ const RADIUS_M: f32 = 0.025;
 
 /// The box, held at its bottom; a plane, held at its border.
 fn image(spec: &str, coarse_basis: BasisSpacing) -> ImageBytes {
-    let options = BakeOptions { coarse_basis, colours: true, ..BakeOptions::default() };
+    let options = BakeOptions { coarse_basis, ..BakeOptions::default() };
     Shape::generated(spec).unwrap().bake(&options).unwrap()
 }
 

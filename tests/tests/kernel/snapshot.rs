@@ -20,7 +20,6 @@ fn links(alpha: f64, hats: bool) -> ImageBytes {
     let options = BakeOptions {
         alpha: PerCell::Uniform(alpha),
         stiffness_n_per_m: PerCell::Each((0..48).map(|i| 10.0 + f64::from(i % 7)).collect()),
-        colours: true,
         coarse_basis: if hats { BasisSpacing::Links(2.0) } else { BasisSpacing::None },
         ..BakeOptions::default()
     };

@@ -22,9 +22,9 @@ use crate::{
     chaincell_tissue_size,
 };
 
-/// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --colours --lean`: fits every scheme.
-static BOX: &[u8] = include_model!("../../../../tests/data/box5_colours.chaincell");
-/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats, no colours.
+/// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --lean`: fits every scheme.
+static BOX: &[u8] = include_model!("../../../../tests/data/box5.chaincell");
+/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats.
 static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
 
 /// `chaincell bake box:5x5x5x0.01 --cells 30 --hats none`: an embedded mesh.
