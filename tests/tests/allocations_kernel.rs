@@ -9,8 +9,8 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
-    Euler, Head, Model, Network, ResetError, Rkl1, Rkl2, Settings, TermState, Tissue, ToolSample,
-    Track, include_model,
+    Euler, Head, Model, Network, ResetError, Rkl2, Settings, TermState, Tissue, ToolSample, Track,
+    include_model,
 };
 use chaincell_tests::allocations::{Counting, so_far};
 use nalgebra::Vector3;
@@ -74,7 +74,6 @@ fn euler_carries_no_momentum() {
     let arrays = |bytes: usize| (bytes + 81 * 8) / (81 * 16);
     assert_eq!(arrays(euler - Tissue::<1, Euler, 1>::RAM_BYTES), 2);
     assert_eq!(arrays(track - euler), 2);
-    assert_eq!(arrays(Tissue::<81, Rkl1, 1>::RAM_BYTES - euler), 2);
     assert_eq!(arrays(Tissue::<81, Rkl2, 1>::RAM_BYTES - euler), 3);
 }
 

@@ -33,10 +33,6 @@ impl Help for Scheme {
                 "Track that knows how the body answers a move of the held cells: the force keeps up \
                  in one or two sweeps a tick; 112 bytes a cell"
             }
-            Self::Rkl1 => {
-                "Deprecated, take rkl2 or track: Runge-Kutta-Legendre of first order, its trajectory \
-                 only roughly right"
-            }
             Self::Rkl2 => {
                 "Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound"
             }

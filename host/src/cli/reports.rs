@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use chaincell_kernel::Contact;
 use chaincell_kernel::image::LAW_TRACE;
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Predict, Rkl1, Rkl2, TermState, Track, array_bytes,
+    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes,
 };
 use serde::Serialize;
 
@@ -92,7 +92,6 @@ pub struct ModelReport {
     image_bytes: usize,
     ram_bytes: usize,
     ram_bytes_euler: usize,
-    ram_bytes_rkl1: usize,
     ram_bytes_rkl2: usize,
     ram_bytes_predict: usize,
     checksum: String,
@@ -149,7 +148,6 @@ impl ModelReport {
             image_bytes,
             ram_bytes: ram_bytes::<Track>(model),
             ram_bytes_euler: ram_bytes::<Euler>(model),
-            ram_bytes_rkl1: ram_bytes::<Rkl1>(model),
             ram_bytes_rkl2: ram_bytes::<Rkl2>(model),
             ram_bytes_predict: ram_bytes::<Predict>(model),
             checksum: format!("{:08x}", model.checksum()),
@@ -209,12 +207,11 @@ impl ModelReport {
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         row("energy bound", format!("{:.4} J", self.energy_max_j))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
-        let schemes = if self.young_pa.is_some() { 2 } else { 5 };
+        let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [
             ("track", self.ram_bytes),
             ("predict", self.ram_bytes_predict),
             ("euler", self.ram_bytes_euler),
-            ("rkl1", self.ram_bytes_rkl1),
             ("rkl2", self.ram_bytes_rkl2),
         ]
         .into_iter()

@@ -24,8 +24,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1, Rkl2,
-    Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample, Track,
+    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
+    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -269,7 +269,6 @@ impl<'m> Engine<'m> {
                     "`number` fixed and f64: for `dynamics` euler and track only",
                 ));
             }
-            (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
         };
         let mut engine = Self { network, tissue, contact, scheme, shown: OnceCell::new() };

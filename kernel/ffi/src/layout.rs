@@ -38,7 +38,7 @@ pub const SHAPE_ALIGN: usize = 64;
 pub const TISSUE_BYTES: usize = 2496;
 /// Those words.
 pub const TISSUE_WORDS: usize = 96;
-/// Bytes a cell under track and rkl1.
+/// Bytes a cell under track.
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.
 pub const CELL_BYTES_EULER: usize = 32;
@@ -56,7 +56,7 @@ const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");
 /// Does something with the scheme's type.
 macro_rules! by_scheme {
     ($scheme:expr, $d:ident => $work:expr) => {{
-        use chaincell_kernel::{Euler, I8F24, Rkl1, Rkl2, Track};
+        use chaincell_kernel::{Euler, I8F24, Rkl2, Track};
         match $scheme {
             crate::settings::Scheme::Track => {
                 type $d = Track;
@@ -64,10 +64,6 @@ macro_rules! by_scheme {
             }
             crate::settings::Scheme::Euler => {
                 type $d = Euler;
-                $work
-            }
-            crate::settings::Scheme::Rkl1 => {
-                type $d = Rkl1;
                 $work
             }
             crate::settings::Scheme::Rkl2 => {
@@ -191,7 +187,6 @@ const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
 
 const _: () = assert!(is_as_promised::<chaincell_kernel::Track>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER));
-const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Predict>(CELL_BYTES_PREDICT));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Track<0, I8F24>>(CELL_BYTES_TRACK));

@@ -97,7 +97,7 @@ impl<'a> Model<'a> {
         if leak < links { leak } else { links }
     }
 
-    /// Smallest time that `rkl1` and `rkl2` advance a tick, 1e-12 of [`Self::step_max`]
+    /// Smallest time that `rkl2` advances a tick, 1e-12 of [`Self::step_max`]
     /// [dimensionless time].
     #[must_use]
     pub fn tick_time_min(&self) -> f32 {

@@ -62,7 +62,6 @@ fn b(stage: u16) -> f32 {
 
 impl Formula for Second {
     const STAGES_MIN: u16 = 3;
-    const KEEPS_FIRST: bool = true;
 
     fn reach(stages: u16) -> f32 {
         let s = f32::from(stages);

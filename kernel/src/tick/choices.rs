@@ -4,7 +4,7 @@ use super::choice::choices;
 use super::settings::Settings;
 use crate::model::Model;
 use crate::number::Number;
-use crate::solver::{Dynamics, Euler, Predict, Rkl1, Rkl2, Track};
+use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
 
 choices! {
     /// The scheme that moves the network.
@@ -15,8 +15,6 @@ choices! {
         /// Conjugate directions under an energy guard, with a coarse level, [`Track`].
         #[default]
         Track = 0, <Track as Dynamics>::NAME;
-        /// Runge-Kutta-Legendre super-steps of first order, [`Rkl1`].
-        Rkl1 = 2, <Rkl1 as Dynamics>::NAME;
         /// Runge-Kutta-Legendre super-steps of second order, [`Rkl2`].
         Rkl2 = 3, <Rkl2 as Dynamics>::NAME;
         /// `track` that knows how the body answers a move of the held cells, [`Predict`].
@@ -31,7 +29,6 @@ impl Scheme {
     pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
         let defaults = Settings::for_model(model);
         let tick_time = match self {
-            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
             Self::Rkl2 => Rkl2::tick_time(model, sweeps),
             Self::Euler | Self::Track | Self::Predict => defaults.tick_time,
         };
@@ -41,7 +38,7 @@ impl Scheme {
     /// Whether the scheme goes by [`Settings::tick_time`].
     #[must_use]
     pub fn goes_by_tick(self) -> bool {
-        matches!(self, Self::Rkl1 | Self::Rkl2)
+        matches!(self, Self::Rkl2)
     }
 }
 

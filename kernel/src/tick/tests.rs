@@ -18,7 +18,7 @@ use crate::model::{Model, range};
 use crate::number::Number;
 use crate::number::cell::{add, scale, sub};
 use crate::number::two_float::{LANES, TwoFloat};
-use crate::solver::{Dynamics, Euler, Predict, Rkl1, Rkl2, Track};
+use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
 use crate::terms::pin::Displaced;
 use crate::terms::state::{CellState, State};
 use crate::terms::tests::{pinned, with_word};
@@ -229,7 +229,7 @@ fn with_pins_the_level_never_rises_and_bounds_the_energy() {
             }
         )*};
     }
-    under!(Track<ROOM>, Predict<ROOM>, Track<0, f64>, Track<0, I8F24>, Euler, Rkl1, Rkl2);
+    under!(Track<ROOM>, Predict<ROOM>, Track<0, f64>, Track<0, I8F24>, Euler, Rkl2);
     // The guard was put to the test.
     assert!(discarded > 0);
 }
@@ -382,7 +382,6 @@ fn a_discarded_pass_takes_back_what_the_terms_keep() {
         discards::<Track<ROOM>>(1, ticks, 0.0);
         discards::<Track<0, f64>>(1, ticks, 0.0);
         // The first pass of these ticks is where the last one was: it slips by its rounding alone.
-        discards::<Rkl1>(4, ticks, 1e-6);
         discards::<Rkl2>(4, ticks, 1e-6);
     }
 }

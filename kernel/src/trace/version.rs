@@ -8,8 +8,9 @@ use super::{HEADER_BYTES, RECORD_BYTES, TraceError, VERSION, VERSION_OF_SAMPLES}
 use crate::tick::choice::Choice;
 use crate::tick::choices::Scheme;
 
-/// Schemes by their codes in versions 1 and 2, which began with 1.
-const SCHEMES_BEFORE_3: [Scheme; 4] = [Scheme::Euler, Scheme::Track, Scheme::Rkl1, Scheme::Rkl2];
+/// Codes of the schemes in versions 1 and 2.
+const SCHEMES_BEFORE_3: [(u16, Scheme); 3] =
+    [(1, Scheme::Euler), (2, Scheme::Track), (4, Scheme::Rkl2)];
 
 /// The releases that wrote versions 1 and 2.
 const ORIGIN_BEFORE_3: Origin = Origin { revision: 1, release: [0, 1, 0] };
@@ -81,7 +82,7 @@ impl Version {
     pub(super) fn scheme(self, code: u16) -> Option<Scheme> {
         match self {
             Self::Plain | Self::Staged => {
-                SCHEMES_BEFORE_3.get(usize::from(code.checked_sub(1)?)).copied()
+                SCHEMES_BEFORE_3.iter().find(|of| of.0 == code).map(|of| of.1)
             }
             Self::Current | Self::Tools => Scheme::from_code(code),
         }

@@ -72,8 +72,6 @@ pub static GOLDENS: &[Golden] = &[
     of("varied300_track", Tier::Fixed, 2000, 0x9092da1bd06a6116, 64000),
     of("varied300_track", Tier::F64, 100, 0xf947cf6da417500a, 3200),
     of("varied300_track", Tier::F64, 2000, 0x98f1f8b6ce0d8523, 64000),
-    of("varied300_rkl1", Tier::F32, 100, 0xaadc967e7866fe3f, 3200),
-    of("varied300_rkl1", Tier::F32, 2000, 0xbba962b6b0160f11, 64000),
     of("touch6_predict", Tier::F32, 100, 0xbad514c6cd9f626c, 3200),
     of("touch6_predict", Tier::F32, 2000, 0x688440aa3b118714, 64000),
     of("touch6_tools", Tier::F32, 100, 0xc6ac318f9df192ac, 3200),

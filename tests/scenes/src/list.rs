@@ -3,7 +3,7 @@
 //! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
-    Dynamics, Euler, Model, Predict, Rkl1, Rkl2, Settings, Tissue, ToolPart, TouchStore, Track,
+    Dynamics, Euler, Model, Predict, Rkl2, Settings, Tissue, ToolPart, TouchStore, Track,
     Unloading, coarse_room, elastic_room, include_model,
 };
 
@@ -177,11 +177,6 @@ scenes! {
         image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
         scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat,
         max_force_n: f32::INFINITY,
-    }
-    /// That organ under super-steps of first order.
-    varied300_rkl1 {
-        image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
-        scheme: Rkl1, also: [], sweeps: 7, unloading: Release, max_force_n: f32::INFINITY,
     }
     /// A sphere with friction that presses that block, slides and lets go, with a prediction; the kernel
     /// needs its feature `surface`, here and below.

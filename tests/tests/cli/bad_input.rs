@@ -206,7 +206,7 @@ fn run_parameters_out_of_range() {
     for (constant_s, dynamics, why) in [
         ("0.0004", "euler", "bound is 0.5: at least 0.0005 s with 4 sweeps"),
         ("0", "euler", "must be above 0 and finite"),
-        ("-1", "rkl1", "must be above 0 and finite"),
+        ("-1", "rkl2", "must be above 0 and finite"),
         ("NaN", "rkl2", "must be above 0 and finite"),
         ("1e-44", "rkl2", "must be above 0 and finite"),
         ("0.1", "track", "answers the static question"),
@@ -266,7 +266,7 @@ fn session_parameters_out_of_range() {
         for budget in ["0", "-1", "fast", "1e3", "2000000"] {
             place.refuses(&args(&["--budget-us", budget]), &["--budget-us", "auto, off"]);
         }
-        for dynamics in ["euler", "rkl1", "rkl2"] {
+        for dynamics in ["euler", "rkl2"] {
             let options = ["--dynamics", dynamics, "--budget-us", "auto"];
             let parts = ["--budget-us auto", dynamics, "the tissue's time", "--dynamics track"];
             place.refuses(&args(&options), &parts);

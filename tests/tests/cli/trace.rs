@@ -88,7 +88,7 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         &["--dynamics", "track", "--unloading", "retreat", "--max-force-n", "0.2"][..],
         &["--dynamics", "euler", "--step", "0.03", "--contact", "60,61,48"],
         &["--dynamics", "track", "--contact", "probe:0.025", "--probe-capacity", "5"],
-        &["--dynamics", "rkl1", "--time-constant-s", "0.002"],
+        &["--dynamics", "rkl2", "--time-constant-s", "0.002"],
         &["--dynamics", "rkl2", "--sweeps", "9"],
         &["--dynamics", "track", "--number", "fixed"],
         &["--dynamics", "euler", "--number", "f64"],

@@ -99,7 +99,7 @@ proptest! {
 
     /// Sweeps of a scheme that goes by time are not left out.
     #[test]
-    fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl1, Scheme::Rkl2])) {
+    fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl2])) {
         let image = case.image();
         let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut engines = [0, 1].map(|_| case.engine(&image, variant, Unloading::Release).unwrap());

@@ -199,13 +199,3 @@ fn rkl2_is_right_in_a_few_passes_with_a_band() {
     let text = include_str!("../../data/plane_c4_a100_d050.csv");
     one_tick_is_right(text, false, 0.1, Scheme::Rkl2, 1e-3, [13, 45, 120]);
 }
-
-#[test]
-fn rkl1_is_roughly_right_in_fewer_passes() {
-    let c8 = include_str!("../../data/plane_c8_a000_d050.csv");
-    one_tick_is_right(c8, true, 0.0, Scheme::Rkl1, 1e-2, [13, 35, 100]);
-    let c4 = include_str!("../../data/plane_c4_a000_d050.csv");
-    one_tick_is_right(c4, false, 0.0, Scheme::Rkl1, 1e-2, [13, 35, 80]);
-    let band = include_str!("../../data/plane_c4_a100_d050.csv");
-    one_tick_is_right(band, false, 0.1, Scheme::Rkl1, 1e-2, [13, 35, 80]);
-}

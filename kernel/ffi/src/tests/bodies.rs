@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Dynamics, Euler, Model, Network, Predict, Rkl1, Rkl2, ToolSample, Track, coarse_room,
+    Dynamics, Euler, Model, Network, Predict, Rkl2, ToolSample, Track, coarse_room,
 };
 
 use super::{BOX, CELLS, Made, NO_OUTPUT, PLANE, call, choose, hash, make, sample, storage, tick};
@@ -73,7 +73,6 @@ fn every_scheme_gives_the_kernels_bits() {
     let runs = [
         (Scheme::Track, kernels::<Coarse>(BOX, &ids, 4)),
         (Scheme::Euler, kernels::<Euler>(BOX, &ids, 4)),
-        (Scheme::Rkl1, kernels::<Rkl1>(BOX, &ids, 4)),
         (Scheme::Rkl2, kernels::<Rkl2>(BOX, &ids, 4)),
     ];
     let ends: std::collections::BTreeSet<u64> = runs.iter().map(|(_, run)| run[40].1).collect();

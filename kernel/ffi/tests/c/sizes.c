@@ -51,8 +51,6 @@ int main(void)
         line(CHAINCELL_SCHEME_EULER,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, cells, contacts, 0), cells,
              contacts, hats);
-        line(CHAINCELL_SCHEME_RKL1, CHAINCELL_TISSUE_BYTES(cells, contacts, 0), cells, contacts,
-             hats);
         line(CHAINCELL_SCHEME_RKL2,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_RKL2, cells, contacts, 0), cells,
              contacts, hats);

@@ -7,7 +7,7 @@ use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
     Anchor, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
-    Rkl1, Rkl2, Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays,
+    Rkl2, Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays,
     TouchRoom, TouchState, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
@@ -117,7 +117,6 @@ fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
         ("track", Tier::F32) => with::<Track, A>(ready, act),
         ("predict", Tier::F32) => with::<Predict, A>(ready, act),
         ("euler", Tier::F32) => with::<Euler, A>(ready, act),
-        ("rkl1", Tier::F32) => with::<Rkl1, A>(ready, act),
         ("rkl2", Tier::F32) => with::<Rkl2, A>(ready, act),
         ("track", Tier::Fixed) => with::<Track<0, I8F24>, A>(ready, act),
         ("euler", Tier::Fixed) => with::<Euler<I8F24>, A>(ready, act),

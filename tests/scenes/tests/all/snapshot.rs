@@ -48,7 +48,6 @@ const SNAPSHOTS: &[(&str, Tier, usize, u32)] = &[
     ("varied300_track", Tier::F32, 22388, 0xff03424f),
     ("varied300_track", Tier::Fixed, 21428, 0x2f7c15d3),
     ("varied300_track", Tier::F64, 40588, 0x6090937c),
-    ("varied300_rkl1", Tier::F32, 21444, 0x53169f10),
     ("touch6_predict", Tier::F32, 72020, 0x58d92913),
     ("touch6_tools", Tier::F32, 66248, 0x1fa5472c),
 ];
