@@ -11,7 +11,7 @@
 //! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Predict`], [`Euler`] or
 //!   [`Rkl2`].
 //! - [`Number`]: what cells and links are computed in, a parameter of [`Track`] and [`Euler`]:
-//!   `f32`, fixed point ([`I8F24`]) or `f64`.
+//!   `f32` or fixed point ([`I8F24`]).
 //!
 //! The modules, each of which uses only itself and those before it:
 //!

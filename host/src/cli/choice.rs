@@ -49,9 +49,6 @@ impl Help for Arithmetic {
             Self::Fixed => {
                 "Fixed point, 8.24 bits: targets without an FPU; euler and track without the coarse level"
             }
-            Self::F64 => {
-                "Double precision: for comparison on this machine; euler and track without the coarse level"
-            }
         }
     }
 }

@@ -257,17 +257,13 @@ impl<'m> Engine<'m> {
             (Scheme::Euler, Arithmetic::Fixed) => {
                 Box::new(Memory::<Euler<I8F24>>::new(model, held))
             }
-            (Scheme::Euler, Arithmetic::F64) => Box::new(Memory::<Euler<f64>>::new(model, held)),
             (Scheme::Track, Arithmetic::F32) => Box::new(Memory::<Track>::new(model, held)),
             (Scheme::Track, Arithmetic::Fixed) => {
                 Box::new(Memory::<Track<0, I8F24>>::new(model, held))
             }
-            (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
             (Scheme::Predict, Arithmetic::F32) => Box::new(Memory::<Predict>::new(model, held)),
-            (_, Arithmetic::Fixed | Arithmetic::F64) => {
-                return Err(Error::input(
-                    "`number` fixed and f64: for `dynamics` euler and track only",
-                ));
+            (_, Arithmetic::Fixed) => {
+                return Err(Error::input("`number` fixed: for `dynamics` euler and track only"));
             }
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
         };

@@ -13,12 +13,13 @@
 //!   linked cells. [`Network::new`](crate::Network::new) refuses a larger step and names the bound.
 //! - **Time.** A step or a tick of dimensionless time h lasts h times the body's time constant.
 //!   [`Settings::step`](crate::Settings::step) is a sweep of `Euler`,
-//!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl2`. The static schemes have no time.
+//!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl2`. The static
+//!   schemes have no time.
 //! - **Guard.** `Track`, `Predict` and `Rkl2` compare the energy with the certified level
 //!   and discard a pass whose energy exceeds it (flag 64). The moves of `Euler` cannot raise
 //!   the energy, so it needs no guard.
 //! - **Number types.** All schemes run in `f32`; `Track` (without its coarse level) and `Euler`
-//!   also in fixed point and `f64`.
+//!   also in fixed point.
 //!
 //! The files:
 //!

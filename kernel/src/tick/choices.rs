@@ -51,8 +51,6 @@ choices! {
         F32 = 1, <f32 as Number>::NAME;
         /// Fixed point, 8.24 bits: [`I8F24`](fixed::types::I8F24).
         Fixed = 2, <fixed::types::I8F24 as Number>::NAME;
-        /// IEEE 754 double precision.
-        F64 = 3, <f64 as Number>::NAME;
     }
 }
 

@@ -137,7 +137,7 @@ scenes! {
     /// The plane with four neighbours under the paper's own steps.
     plane4_euler {
         image: PLANE4, cells: 441, held: [220], reach_m: 0.03,
-        scheme: Euler, also: [Fixed Euler<I8F24>, F64 Euler<f64>], sweeps: 4, unloading: Release, max_force_n: f32::INFINITY,
+        scheme: Euler, also: [Fixed Euler<I8F24>], sweeps: 4, unloading: Release, max_force_n: f32::INFINITY,
     }
     /// The plane with eight neighbours and slack under super-steps of second order.
     plane8_rkl2 {
@@ -147,17 +147,17 @@ scenes! {
     /// That plane after its equilibrium, without hats.
     plane8_track {
         image: PLANE8, cells: 441, held: [199, 220, 241], reach_m: 0.03,
-        scheme: Track, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release, max_force_n: 0.5,
+        scheme: Track, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Release, max_force_n: 0.5,
     }
     /// A block with slack and hats.
     box7_track {
         image: BOX7, cells: 245, held: [124, 129], reach_m: 0.03,
-        scheme: Track<{ coarse_room(18, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
+        scheme: Track<{ coarse_room(18, 2) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
     }
     /// The organ with hats.
     organ500_track {
         image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
-        scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release,
+        scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// The organ with a prediction and one sweep a tick.
@@ -175,7 +175,7 @@ scenes! {
     /// An organ whose links all differ, with hats.
     varied300_track {
         image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
-        scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat,
+        scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Retreat,
         max_force_n: f32::INFINITY,
     }
     /// A sphere with friction that presses that block, slides and lets go, with a prediction; the kernel

@@ -414,7 +414,7 @@ fn the_default_scheme_is_the_one_that_suits_the_scene() {
         (&tight, &[][..], "predict"),
         (&tight, &["--contact", "probe:0.02"], "track"),
         (&tight, &["--drive", "current"], "track"),
-        (&tight, &["--number", "f64"], "track"),
+        (&tight, &["--number", "fixed"], "track"),
         (&slack, &[], "track"),
     ] {
         let found = ran(place, options);

@@ -91,7 +91,7 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         &["--dynamics", "rkl2", "--time-constant-s", "0.002"],
         &["--dynamics", "rkl2", "--sweeps", "9"],
         &["--dynamics", "track", "--number", "fixed"],
-        &["--dynamics", "euler", "--number", "f64"],
+        &["--dynamics", "euler", "--number", "fixed"],
         &["--dynamics", "track", "--max-tool-step-m", "0.002", "--unloading", "off"],
     ] {
         let session = session(how);

@@ -63,7 +63,7 @@ class TissueOptions(TypedDict, total=False):
     probe_capacity: int | None
     """From 1 to 65535."""
     dynamics: Literal["track", "predict", "euler", "rkl2"] | None
-    number: Literal["f32", "f64", "fixed"] | None
+    number: Literal["f32", "fixed"] | None
     sweeps: int | None
     """Sweeps a tick, from 1 to 65535, 4 by default."""
     step: float | None
