@@ -18,8 +18,8 @@
 //! roots and divisions correctly rounded, no fused multiply-add, no approximate instruction, sums
 //! in a fixed tree. It needs rounding to nearest and denormals, which a reset checks
 //! ([`float_env`]). Two number types give different bits: the state hashes of `f32` and
-//! fixed point differ. Their distance in field and force, their time of a tick and their instructions
-//! on microcontrollers stand in `kernel/README.md`, with the scenes.
+//! fixed point differ. Their time of a tick and their instructions on microcontrollers stand in
+//! `kernel/README.md`, with the scenes.
 
 pub mod cell;
 pub(crate) mod clamp;
