@@ -8,10 +8,10 @@
 //!
 //! - [`Model`]: the body, read in place from its image in flash.
 //! - [`Network`]: a model with [`Settings`] that fit it.
-//! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Predict`], [`Euler`], [`Rkl1`],
-//!   [`Rkl2`] or [`GaussSeidel`].
+//! - [`Tissue`]: the state in RAM, under the scheme [`Track`], [`Predict`], [`Euler`] or
+//!   [`Rkl2`].
 //! - [`Number`]: what cells and links are computed in, a parameter of [`Track`] and [`Euler`]:
-//!   `f32`, fixed point ([`I8F24`]) or `f64`.
+//!   `f32` or fixed point ([`I8F24`]).
 //!
 //! The modules, each of which uses only itself and those before it:
 //!
@@ -83,7 +83,7 @@ pub use number::Number;
 pub use number::cell::Cell;
 pub use number::float_env::{self, FloatEnvironmentError};
 pub use solver::coarse::{CoarseTouch, coarse_room, elastic_held_room, elastic_room, probe_room};
-pub use solver::{Dynamics, Euler, GaussSeidel, NumberOf, Predict, Rkl1, Rkl2, Track};
+pub use solver::{Dynamics, Euler, NumberOf, Predict, Rkl2, Track};
 pub use terms::held::{Contact, ContactError};
 pub use terms::links::range::RangeError;
 pub use terms::rounding::Rounding;

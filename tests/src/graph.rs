@@ -154,7 +154,7 @@ pub fn singles(schemes: &[Scheme]) -> Vec<Variant> {
 pub fn kinds(options: &BakeOptions) -> [BakeOptions; 2] {
     let of = PerCell::Uniform;
     let tissue = Some(Tissue::new(of(5000.0), of(0.45)));
-    let shapes = BakeOptions { tissue, alpha: of(0.0), colours: false, ..options.clone() };
+    let shapes = BakeOptions { tissue, alpha: of(0.0), ..options.clone() };
     [options.clone(), shapes]
 }
 
@@ -220,7 +220,6 @@ impl Case {
             alpha: PerCell::Uniform(self.alpha),
             stiffness_n_per_m: PerCell::Each(self.stiffness_n_per_m.clone()),
             coarse_basis: self.hats.map_or(BasisSpacing::None, BasisSpacing::Links),
-            colours: self.tissue.is_none(),
             tissue: self.tissue.clone(),
             ..BakeOptions::default()
         }

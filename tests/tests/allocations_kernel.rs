@@ -9,8 +9,8 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Network, ResetError, Rkl1, Rkl2, Settings,
-    TermState, Tissue, TissueMut, ToolSample, Track, include_model,
+    Dynamics, Euler, Head, Model, Network, ResetError, Rkl2, Settings, TermState, Tissue,
+    TissueMut, ToolSample, Track, include_model,
 };
 use chaincell_scenes::{Scene, tissue6_track};
 use chaincell_tests::allocations::{Counting, so_far};
@@ -84,9 +84,7 @@ fn euler_carries_no_momentum() {
     let arrays = |bytes: usize| (bytes + 81 * 8) / (81 * 16);
     assert_eq!(arrays(euler - Tissue::<1, Euler, 1>::RAM_BYTES), 2);
     assert_eq!(arrays(track - euler), 2);
-    assert_eq!(arrays(Tissue::<81, Rkl1, 1>::RAM_BYTES - euler), 2);
     assert_eq!(arrays(Tissue::<81, Rkl2, 1>::RAM_BYTES - euler), 3);
-    assert_eq!(arrays(euler - Tissue::<81, GaussSeidel, 1>::RAM_BYTES), 1);
 }
 
 /// A body of links has no states of terms; one of nodal shapes has them in the tissue.
@@ -107,13 +105,6 @@ fn a_tissue_that_is_too_small_says_so() {
     let network = network(IMAGE);
     let refused = Tissue::<80, Track>::new().reset(&network);
     assert_eq!(refused, Err(ResetError::Capacity { needed: 81, capacity: 80 }));
-}
-
-#[test]
-fn a_model_without_colours_is_not_for_gauss_seidel() {
-    let network = network(IMAGE);
-    let refused = Tissue::<81, GaussSeidel>::new().reset(&network);
-    assert_eq!(refused, Err(ResetError::Colours));
 }
 
 /// Cells are chosen from the body that the tissue has, and found by their input ids.

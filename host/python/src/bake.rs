@@ -61,7 +61,6 @@ fn options(mesh: &Mesh, given: &Given<'_, '_>) -> PyResult<BakeOptions> {
         capacitance: given.real("capacitance")?.unwrap_or(defaults.capacitance),
         energy_max_j: given.real("energy_max_j")?,
         coarse_basis: hats(given)?,
-        colours: given.truth("colours")?,
         lean,
         probe_contact: match word(given, "probe_contact", &["surface", "cells"])?.unwrap_or(surface)
         {

@@ -14,12 +14,11 @@ use crate::errors::Class;
 use crate::numbers::{real, real_or, text, whole, wrong_type};
 
 /// Arguments of a bake beside the mesh.
-const BAKE: [&str; 24] = [
+const BAKE: [&str; 23] = [
     "allow_parts",
     "alpha",
     "capacitance",
     "cells",
-    "colours",
     "diagonals",
     "drop_unused",
     "energy_max_j",

@@ -58,7 +58,6 @@ def test_every_argument_reaches_the_bake() -> None:
             {"energy_max_j": 0.5},
             {"hats": "none"},
             {"hats": 1.0},
-            {"colours": True},
             {"lean": True},
             {"cells": 20},
             {"rings": 2},

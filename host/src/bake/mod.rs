@@ -11,12 +11,10 @@
 //! - `tissue`: Young's modulus and Poisson's ratio in place of links.
 //! - `contact`: the surface that a probe meets, `--probe-contact`.
 //! - `equivalent`: Young's modulus of the tissue that links are like.
-//! - `colours`: the order of `gauss-seidel`, `--colours`.
 //! - `notes`: node groups and border, for selectors.
 //! - `image`: the file.
 
 mod coarse_basis;
-mod colours;
 mod contact;
 mod embedded;
 mod equivalent;
@@ -90,8 +88,6 @@ pub struct BakeOptions {
     pub energy_max_j: Option<f64>,
     /// The coarse level of `track`.
     pub coarse_basis: BasisSpacing,
-    /// Add the order that `gauss-seidel` needs.
-    pub colours: bool,
     /// Leave out what only a display or a vector unit needs.
     pub lean: bool,
     /// What a probe touches.
@@ -111,7 +107,6 @@ impl Default for BakeOptions {
             capacitance: 1.0,
             energy_max_j: None,
             coarse_basis: BasisSpacing::BySize,
-            colours: false,
             lean: false,
             probe_contact: ProbeContact::Cells,
             cells: None,
@@ -254,7 +249,6 @@ fn check_stiffening(bands: &[Band]) -> Result<()> {
 fn check_shapes(options: &BakeOptions) -> Result<()> {
     for (name, is_asked, why) in [
         ("alpha", options.alpha != PerCell::Uniform(0.0), "shapes have no slack"),
-        ("colours", options.colours, "gauss-seidel moves links alone"),
         ("lean", options.lean, "shapes need the links in slices"),
         ("cells", options.cells.is_some(), "groups of nodes are joined by links alone"),
     ] {
@@ -450,9 +444,6 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
         if let Some(shapes) = &shapes {
             shapes.push(&mut sections, &body.rest, &rows, &ids);
         }
-    }
-    if options.colours {
-        colours::push(&mut sections, &adjacency, links, &mobility);
     }
     coarse_basis::push(&mut sections, body, &mobility, &bound, options.coarse_basis)?;
     surface(&mut sections, plan, body, options.lean);

@@ -137,9 +137,6 @@ pub struct BodyArgs {
         allow_negative_numbers = true
     )]
     hats: String,
-    /// Add the colours of the cells, which gauss-seidel needs: two bytes a cell
-    #[arg(long)]
-    colours: bool,
     /// Leave out what firmware has no use for: groups, triangles, tetrahedra, the mesh
     /// embedded by --cells, and the links once more in slices for vector units
     #[arg(long)]
@@ -280,7 +277,6 @@ impl BodyArgs {
             capacitance: self.capacitance,
             energy_max_j: self.energy_max_j,
             coarse_basis: spacing(&self.hats)?,
-            colours: self.colours,
             lean: self.lean,
             probe_contact: self.probe_contact(mesh),
             cells: self.cells,

@@ -13,8 +13,8 @@ use crate::session::loops::serve::SweepBudget;
 pub struct BudgetArgs {
     /// Time for a tick from the arrival of its pose [us]: `auto` is the time between two poses,
     /// `off` makes all --sweeps whatever it takes. A tick makes at least one sweep, with links under a
-    /// moving tool four, and at most --sweeps [default: auto under track, predict and gauss-seidel,
-    /// else off]
+    /// moving tool four, and at most --sweeps [default: auto under track and predict, else
+    /// off]
     #[arg(long, value_name = "US|auto|off", allow_hyphen_values = true)]
     budget_us: Option<SweepBudget>,
 }

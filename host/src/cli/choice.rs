@@ -33,16 +33,8 @@ impl Help for Scheme {
                 "Track that knows how the body answers a move of the held cells: the force keeps up \
                  in one or two sweeps a tick; 112 bytes a cell"
             }
-            Self::Rkl1 => {
-                "Deprecated, take rkl2 or track: Runge-Kutta-Legendre of first order, its trajectory \
-                 only roughly right"
-            }
             Self::Rkl2 => {
                 "Runge-Kutta-Legendre of second order: the trajectory in time beyond Euler's bound"
-            }
-            Self::GaussSeidel => {
-                "Cell by cell in place, over-relaxed: the least RAM; needs a model baked with \
-                 --colours"
             }
         }
     }
@@ -56,9 +48,6 @@ impl Help for Arithmetic {
             }
             Self::Fixed => {
                 "Fixed point, 8.24 bits: targets without an FPU; euler and track without the coarse level"
-            }
-            Self::F64 => {
-                "Double precision: for comparison on this machine; euler and track without the coarse level"
             }
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use chaincell_kernel::Contact;
 use chaincell_kernel::image::LAW_TRACE;
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, Model, Predict, Rkl1, Rkl2, TermState, Track, array_bytes,
+    Dynamics, Euler, Head, Model, Predict, Rkl2, TermState, Track, array_bytes,
 };
 use serde::Serialize;
 
@@ -58,7 +58,6 @@ pub struct ModelReport {
     parts: u32,
     step_bound: f32,
     hats: usize,
-    colours: usize,
     alpha: f32,
     alpha_varies: bool,
     stiffness_n_per_m: f32,
@@ -93,9 +92,7 @@ pub struct ModelReport {
     image_bytes: usize,
     ram_bytes: usize,
     ram_bytes_euler: usize,
-    ram_bytes_rkl1: usize,
     ram_bytes_rkl2: usize,
-    ram_bytes_gauss_seidel: usize,
     ram_bytes_predict: usize,
     checksum: String,
 }
@@ -121,7 +118,6 @@ impl ModelReport {
             parts: model.parts(),
             step_bound: model.step_max(),
             hats: model.hats(),
-            colours: model.colours(),
             alpha: model.alpha(),
             alpha_varies: model.alpha_varies(),
             stiffness_n_per_m: model.stiffness_n_per_m(),
@@ -152,9 +148,7 @@ impl ModelReport {
             image_bytes,
             ram_bytes: ram_bytes::<Track>(model),
             ram_bytes_euler: ram_bytes::<Euler>(model),
-            ram_bytes_rkl1: ram_bytes::<Rkl1>(model),
             ram_bytes_rkl2: ram_bytes::<Rkl2>(model),
-            ram_bytes_gauss_seidel: ram_bytes::<GaussSeidel>(model),
             ram_bytes_predict: ram_bytes::<Predict>(model),
             checksum: format!("{:08x}", model.checksum()),
         }
@@ -182,7 +176,6 @@ impl ModelReport {
         )?;
         row("grid", format!("{} D, {} part(s)", self.dimension, self.parts))?;
         row("hats", format!("{} (coarse level of track)", self.hats))?;
-        row("colours", format!("{} (gauss-seidel)", self.colours))?;
         let [low, high] = self.bounding_box_m;
         let side = |axis: usize| format!("{:.4} to {:.4}", low[axis], high[axis]);
         row("box", format!("x {}, y {}, z {} m", side(0), side(1), side(2)))?;
@@ -214,14 +207,12 @@ impl ModelReport {
         row("step bound", format!("{:.5} (euler, dimensionless time a sweep)", self.step_bound))?;
         row("energy bound", format!("{:.4} J", self.energy_max_j))?;
         row("flash", format!("{} bytes", self.image_bytes))?;
-        let schemes = if self.young_pa.is_some() { 2 } else { 6 };
+        let schemes = if self.young_pa.is_some() { 2 } else { 4 };
         for (name, bytes) in [
             ("track", self.ram_bytes),
             ("predict", self.ram_bytes_predict),
             ("euler", self.ram_bytes_euler),
-            ("rkl1", self.ram_bytes_rkl1),
             ("rkl2", self.ram_bytes_rkl2),
-            ("gauss-seidel", self.ram_bytes_gauss_seidel),
         ]
         .into_iter()
         .take(schemes)

@@ -54,9 +54,8 @@ pub struct TissueArgs {
     pub friction: Option<f32>,
     /// Scheme: track follows the equilibrium; predict does so in fewer sweeps where the tool holds
     /// cells or moves on a surface; euler is the paper's own, for relaxation in time;
-    /// rkl2 the same trajectory beyond euler's bound; rkl1 is deprecated; gauss-seidel needs the
-    /// least RAM and a model baked with --colours [default: predict where the tool holds cells of a
-    /// model without slack, or meets a contact surface; else track]
+    /// rkl2 the same trajectory beyond euler's bound [default: predict where the tool holds
+    /// cells of a model without slack, or meets a contact surface; else track]
     #[arg(long, value_parser = parser::<Scheme>())]
     dynamics: Option<Scheme>,
     /// Numbers that cells and links are computed in
@@ -64,11 +63,11 @@ pub struct TissueArgs {
         value_name = "TYPE")]
     pub number: Arithmetic,
     /// Dimensionless time: the step of euler a sweep [default: 0.9 of the model's bound], or what
-    /// rkl1 and rkl2 advance a tick [default: what the sweeps cover]
+    /// rkl2 advances a tick [default: what the sweeps cover]
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub step: Option<f32>,
     /// Time constant of the body's relaxation [s]: a tick of 1 ms advances 1 ms / S of
-    /// dimensionless time, with euler, rkl1 or rkl2
+    /// dimensionless time, with euler or rkl2
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "step")]
     pub time_constant_s: Option<f32>,
     /// Sweeps a tick
@@ -102,7 +101,7 @@ pub struct TissueArgs {
 const PROBE_CAPACITY: u16 = 64;
 
 /// Why a scheme takes no time.
-const STATIC: &str = "this scheme answers the static question; take --dynamics euler, rkl1 or rkl2";
+const STATIC: &str = "this scheme answers the static question; take --dynamics euler or rkl2";
 
 /// Every parameter in force, for summaries.
 #[derive(Debug, Clone, Serialize)]

@@ -24,9 +24,8 @@ use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Contact as Slot, ContactError};
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl1,
-    Rkl2, Settings, Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample,
-    Track,
+    Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
+    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -67,7 +66,7 @@ impl<D: Dynamics> Memory<D> {
         Self {
             head: Head::NEW,
             state: vec![Cell::ZERO; cells],
-            residual: vec![Cell::ZERO; D::RESIDUALS * cells],
+            residual: vec![Cell::ZERO; cells],
             own: vec![Cell::ZERO; D::ARRAYS * cells],
             room: vec![[0.0; 8]; room],
             contacts: vec![Slot::NONE; slots],
@@ -121,7 +120,6 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
     fn reset(&mut self, network: &Network<'_>) -> Result<()> {
         self.view().reset(network).map_err(|why| match why {
             ResetError::Range(why) => Error::input(format!("`number`: {why}")),
-            ResetError::Colours => Error::input(format!("`dynamics` gauss-seidel: {why}")),
             ResetError::Shapes => Error::input(format!("`dynamics`, `number`: {why}")),
             other => Error::check(other),
         })
@@ -259,23 +257,15 @@ impl<'m> Engine<'m> {
             (Scheme::Euler, Arithmetic::Fixed) => {
                 Box::new(Memory::<Euler<I8F24>>::new(model, held))
             }
-            (Scheme::Euler, Arithmetic::F64) => Box::new(Memory::<Euler<f64>>::new(model, held)),
             (Scheme::Track, Arithmetic::F32) => Box::new(Memory::<Track>::new(model, held)),
             (Scheme::Track, Arithmetic::Fixed) => {
                 Box::new(Memory::<Track<0, I8F24>>::new(model, held))
             }
-            (Scheme::Track, Arithmetic::F64) => Box::new(Memory::<Track<0, f64>>::new(model, held)),
             (Scheme::Predict, Arithmetic::F32) => Box::new(Memory::<Predict>::new(model, held)),
-            (_, Arithmetic::Fixed | Arithmetic::F64) => {
-                return Err(Error::input(
-                    "`number` fixed and f64: for `dynamics` euler and track only",
-                ));
+            (_, Arithmetic::Fixed) => {
+                return Err(Error::input("`number` fixed: for `dynamics` euler and track only"));
             }
-            (Scheme::Rkl1, Arithmetic::F32) => Box::new(Memory::<Rkl1>::new(model, held)),
             (Scheme::Rkl2, Arithmetic::F32) => Box::new(Memory::<Rkl2>::new(model, held)),
-            (Scheme::GaussSeidel, Arithmetic::F32) => {
-                Box::new(Memory::<GaussSeidel>::new(model, held))
-            }
         };
         let mut engine = Self { network, tissue, contact, scheme, shown: OnceCell::new() };
         engine.reset()?;

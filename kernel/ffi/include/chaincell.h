@@ -100,7 +100,7 @@
 #define CHAINCELL_TISSUE_WORDS_FIXED 96
 
 /**
- * Bytes a cell under track and rkl1.
+ * Bytes a cell under track.
  */
 #define CHAINCELL_CELL_BYTES_TRACK 64
 
@@ -118,11 +118,6 @@
  * Bytes a cell under predict, the most of all schemes.
  */
 #define CHAINCELL_CELL_BYTES_PREDICT 112
-
-/**
- * Bytes a cell under gauss-seidel.
- */
-#define CHAINCELL_CELL_BYTES_GAUSS_SEIDEL 16
 
 /**
  * Bytes a cell of nodal shapes takes more.
@@ -356,10 +351,6 @@ enum chaincell_code
      */
     CHAINCELL_CODE_RESET_HATS = -61,
     /**
-     * The scheme goes by colours, and the model has none: bake it with `--colours`.
-     */
-    CHAINCELL_CODE_RESET_COLOURS = -62,
-    /**
      * The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
      */
     CHAINCELL_CODE_FLOAT_FLUSH_TO_ZERO = -63,
@@ -567,17 +558,10 @@ enum chaincell_scheme
      */
     CHAINCELL_SCHEME_EULER = 1,
     /**
-     * Runge-Kutta-Legendre super-steps of first order: robust relaxation over `tick_time`.
-     */
-    CHAINCELL_SCHEME_RKL1 = 2,
-    /**
-     * The same of second order: the trajectory in time beyond the bound of euler.
+     * Runge-Kutta-Legendre super-steps of second order: the trajectory in time beyond the bound of
+     * euler.
      */
     CHAINCELL_SCHEME_RKL2 = 3,
-    /**
-     * Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
-     */
-    CHAINCELL_SCHEME_GAUSS_SEIDEL = 4,
     /**
      * Track in fixed point, for targets without an FPU; without hats.
      */
@@ -730,10 +714,6 @@ typedef struct chaincell_info {
      */
     uint32_t hats;
     /**
-     * Number of colours, 0 where the bake stored none; gauss-seidel needs them.
-     */
-    uint32_t colours;
-    /**
      * Number of fixed cells.
      */
     uint32_t fixed;
@@ -792,7 +772,7 @@ typedef struct chaincell_settings {
      */
     float step;
     /**
-     * Time that rkl1 and rkl2 advance a tick [dimensionless time].
+     * Time that rkl2 advances a tick [dimensionless time].
      */
     float tick_time;
     /**
@@ -1128,7 +1108,7 @@ chaincell_code chaincell_model_input_id(const struct chaincell_model *model,
 
 /**
  * The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the
- * step bound, for rkl1 and rkl2 the time that 4 sweeps cover, one mean link length a tick,
+ * step bound, for rkl2 the time that 4 sweeps cover, one mean link length a tick,
  * prescribed positions, unloading on release, no force limit.
  *
  * Safety
@@ -1461,7 +1441,7 @@ chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
  * sweep, at most those of the settings. `output->sweeps` says how many. The level is certified
  * after every one. A null `more` is `chaincell_tick`.
  *
- * Under `euler`, `rkl1` and `rkl2` the sweeps are the tissue's time: `more` is not called.
+ * Under `euler` and `rkl2` the sweeps are the tissue's time: `more` is not called.
  *
  * Safety
  * As `chaincell_tick`; `more` is null or may be called with `context`, and does not touch the
@@ -1476,7 +1456,7 @@ chaincell_code chaincell_tick_while(struct chaincell_tissue *tissue,
 /**
  * A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, within its
  * limits. The answer repeats the last force, with `CHAINCELL_FLAG_LATE`; it is 0 where the tool lets
- * go. Under `euler`, `rkl1` and `rkl2` this is `chaincell_tick`.
+ * go. Under `euler` and `rkl2` this is `chaincell_tick`.
  *
  * Safety
  * As `chaincell_tick`.

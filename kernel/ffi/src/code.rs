@@ -67,8 +67,6 @@ pub enum Code {
     ResetCapacity = -60,
     /// Too little room for the coarse level: `needed`, `available` blocks of eight `float`.
     ResetHats = -61,
-    /// The scheme goes by colours, and the model has none: bake it with `--colours`.
-    ResetColours = -62,
     /// The thread's arithmetic flushes denormals to zero (FTZ, DAZ or FZ is on).
     FloatFlushToZero = -63,
     /// The thread's arithmetic does not round to nearest.
@@ -167,7 +165,7 @@ pub enum Code {
 
 impl Code {
     /// Every code, in descending order.
-    pub(crate) const ALL: [Self; 74] = [
+    pub(crate) const ALL: [Self; 73] = [
         Self::Ok,
         Self::Null,
         Self::Misaligned,
@@ -197,7 +195,6 @@ impl Code {
         Self::SettingsDrive,
         Self::ResetCapacity,
         Self::ResetHats,
-        Self::ResetColours,
         Self::FloatFlushToZero,
         Self::FloatRounding,
         Self::ResetRange,
@@ -283,7 +280,6 @@ impl Code {
             Self::SettingsDrive => c"drive is none of chaincell_drive",
             Self::ResetCapacity => c"the model has more cells than the tissue",
             Self::ResetHats => c"too little room for the model's hats: bake with --hats none",
-            Self::ResetColours => c"the model has no colours: bake it with --colours",
             Self::FloatFlushToZero => c"denormals are flushed to zero: switch FTZ/DAZ/FZ off",
             Self::FloatRounding => c"rounding is not to nearest: restore the default rounding mode",
             Self::FloatTrap => {

@@ -3,7 +3,7 @@
 //! ```text
 //! StoredHead<D>  tag, sizes, network, and the kernel's scalars
 //! state          one cell each
-//! residual       D::RESIDUALS cells each
+//! residual       one cell each
 //! own            D::ARRAYS cells each
 //! room           blocks of eight `f32` for the coarse level
 //! contacts       one slot for each contact cell
@@ -38,7 +38,7 @@ pub const SHAPE_ALIGN: usize = 64;
 pub const TISSUE_BYTES: usize = 2496;
 /// Those words.
 pub const TISSUE_WORDS: usize = 96;
-/// Bytes a cell under track and rkl1.
+/// Bytes a cell under track.
 pub const CELL_BYTES_TRACK: usize = 64;
 /// Bytes a cell under euler.
 pub const CELL_BYTES_EULER: usize = 32;
@@ -46,8 +46,6 @@ pub const CELL_BYTES_EULER: usize = 32;
 pub const CELL_BYTES_RKL2: usize = 80;
 /// Bytes a cell under predict, the most of all schemes.
 pub const CELL_BYTES_PREDICT: usize = 112;
-/// Bytes a cell under gauss-seidel.
-pub const CELL_BYTES_GAUSS_SEIDEL: usize = 16;
 
 /// Bytes a cell of nodal shapes takes more.
 pub const CELL_BYTES_SHAPE: usize = 256;
@@ -58,7 +56,7 @@ const TISSUE_TAG: u32 = u32::from_le_bytes(*b"CHti");
 /// Does something with the scheme's type.
 macro_rules! by_scheme {
     ($scheme:expr, $d:ident => $work:expr) => {{
-        use chaincell_kernel::{Euler, GaussSeidel, I8F24, Rkl1, Rkl2, Track};
+        use chaincell_kernel::{Euler, I8F24, Rkl2, Track};
         match $scheme {
             crate::settings::Scheme::Track => {
                 type $d = Track;
@@ -68,16 +66,8 @@ macro_rules! by_scheme {
                 type $d = Euler;
                 $work
             }
-            crate::settings::Scheme::Rkl1 => {
-                type $d = Rkl1;
-                $work
-            }
             crate::settings::Scheme::Rkl2 => {
                 type $d = Rkl2;
-                $work
-            }
-            crate::settings::Scheme::GaussSeidel => {
-                type $d = GaussSeidel;
                 $work
             }
             crate::settings::Scheme::TrackFixed => {
@@ -197,10 +187,8 @@ const fn is_as_promised<D: Dynamics>(cell_bytes: usize) -> bool {
 
 const _: () = assert!(is_as_promised::<chaincell_kernel::Track>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Euler>(CELL_BYTES_EULER));
-const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl1>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Rkl2>(CELL_BYTES_RKL2));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Predict>(CELL_BYTES_PREDICT));
-const _: () = assert!(is_as_promised::<chaincell_kernel::GaussSeidel>(CELL_BYTES_GAUSS_SEIDEL));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Track<0, I8F24>>(CELL_BYTES_TRACK));
 const _: () = assert!(is_as_promised::<chaincell_kernel::Euler<I8F24>>(CELL_BYTES_EULER));
 const _: () = assert!(align_of::<Cell>() <= ALIGN && align_of::<Cell<I8F24>>() <= ALIGN);
@@ -305,7 +293,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
     unsafe {
         let state = body.add(1).cast::<Cell<NumberOf<D>>>();
         let residual = state.add(cells);
-        let own = residual.add(D::RESIDUALS * cells);
+        let own = residual.add(cells);
         let blocks = own.add(D::ARRAYS * cells).cast::<[f32; 8]>();
         let slots = blocks.add(room).cast::<Contact<NumberOf<D>>>();
         let held = slots.add(contacts).cast::<u16>();
@@ -315,7 +303,7 @@ pub(crate) unsafe fn parts<'a, D: Dynamics>(tissue: *mut Tissue, sizes: Sizes) -
             tissue: TissueMut {
                 head: &mut (*body).head,
                 state: core::slice::from_raw_parts_mut(state, cells),
-                residual: core::slice::from_raw_parts_mut(residual, D::RESIDUALS * cells),
+                residual: core::slice::from_raw_parts_mut(residual, cells),
                 own: core::slice::from_raw_parts_mut(own, D::ARRAYS * cells),
                 room: core::slice::from_raw_parts_mut(blocks, room),
                 contacts: core::slice::from_raw_parts_mut(slots, contacts),

@@ -46,8 +46,8 @@ mod touch;
 
 pub use code::{Code, Detail};
 pub use layout::{
-    ALIGN, CELL_BYTES_EULER, CELL_BYTES_GAUSS_SEIDEL, CELL_BYTES_PREDICT, CELL_BYTES_RKL2,
-    CELL_BYTES_SHAPE, CELL_BYTES_TRACK, SHAPE_ALIGN, TISSUE_BYTES, TISSUE_WORDS, Tissue,
+    ALIGN, CELL_BYTES_EULER, CELL_BYTES_PREDICT, CELL_BYTES_RKL2, CELL_BYTES_SHAPE,
+    CELL_BYTES_TRACK, SHAPE_ALIGN, TISSUE_BYTES, TISSUE_WORDS, Tissue,
 };
 pub use model::{
     Info, MODEL_WORDS, ModelStorage, chaincell_model_cell, chaincell_model_info,

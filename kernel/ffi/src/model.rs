@@ -34,8 +34,6 @@ pub struct Info {
     pub links: u32,
     /// Number of hats of the coarse level, 0 without one.
     pub hats: u32,
-    /// Number of colours, 0 where the bake stored none; gauss-seidel needs them.
-    pub colours: u32,
     /// Number of fixed cells.
     pub fixed: u32,
     /// Number of connected parts.
@@ -138,7 +136,6 @@ pub unsafe extern "C" fn chaincell_model_info(model: *const ModelStorage, info: 
             cells: count(model.cells()),
             links: count(model.links()),
             hats: count(model.hats()),
-            colours: count(model.colours()),
             fixed: count(model.fixed().len()),
             parts: model.parts(),
             input_nodes: model.input_nodes(),

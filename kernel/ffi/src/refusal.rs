@@ -71,7 +71,6 @@ impl From<ResetError> for Refusal {
             ResetError::CoarseRoom { needed, room } => {
                 Refusal::sizes(Code::ResetHats, needed, room)
             }
-            ResetError::Colours => Code::ResetColours.into(),
             // The storage has room for the states of every model that it admits.
             ResetError::States { needed, capacity } => {
                 Refusal::sizes(Code::ResetCapacity, needed, capacity)

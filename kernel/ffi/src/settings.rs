@@ -14,12 +14,9 @@ pub enum Scheme {
     Track = 0,
     /// One explicit step of common size a sweep: relaxation in time, 32 bytes a cell.
     Euler = 1,
-    /// Runge-Kutta-Legendre super-steps of first order: robust relaxation over `tick_time`.
-    Rkl1 = 2,
-    /// The same of second order: the trajectory in time beyond the bound of euler.
+    /// Runge-Kutta-Legendre super-steps of second order: the trajectory in time beyond the bound of
+    /// euler.
     Rkl2 = 3,
-    /// Cell by cell in place, 16 bytes a cell; needs a model baked with `--colours`.
-    GaussSeidel = 4,
     /// Track in fixed point, for targets without an FPU; without hats.
     TrackFixed = 5,
     /// Euler in fixed point.
@@ -31,16 +28,8 @@ pub enum Scheme {
 
 impl Scheme {
     /// Every scheme.
-    pub(crate) const ALL: [Self; 8] = [
-        Self::Track,
-        Self::Euler,
-        Self::Rkl1,
-        Self::Rkl2,
-        Self::GaussSeidel,
-        Self::TrackFixed,
-        Self::EulerFixed,
-        Self::Predict,
-    ];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Track, Self::Euler, Self::Rkl2, Self::TrackFixed, Self::EulerFixed, Self::Predict];
 
     /// The scheme of a number from C.
     pub(crate) fn of(number: i32) -> Result<Self, Code> {
@@ -55,9 +44,7 @@ impl Scheme {
         match self {
             Self::Track => (Scheme::Track, Arithmetic::F32),
             Self::Euler => (Scheme::Euler, Arithmetic::F32),
-            Self::Rkl1 => (Scheme::Rkl1, Arithmetic::F32),
             Self::Rkl2 => (Scheme::Rkl2, Arithmetic::F32),
-            Self::GaussSeidel => (Scheme::GaussSeidel, Arithmetic::F32),
             Self::TrackFixed => (Scheme::Track, Arithmetic::Fixed),
             Self::EulerFixed => (Scheme::Euler, Arithmetic::Fixed),
             Self::Predict => (Scheme::Predict, Arithmetic::F32),
@@ -104,7 +91,7 @@ pub struct Settings {
     pub unloading: i32,
     /// Common step of euler a sweep, at most the model's `step_max` \[dimensionless time\].
     pub step: f32,
-    /// Time that rkl1 and rkl2 advance a tick \[dimensionless time\].
+    /// Time that rkl2 advances a tick \[dimensionless time\].
     pub tick_time: f32,
     /// Largest motion of the contact cells, or change of the current, a tick \[m\].
     pub max_tool_step_m: f32,
@@ -149,7 +136,7 @@ impl Settings {
 }
 
 /// The defaults for a model and a scheme (one of `chaincell_scheme`): 4 sweeps, nine tenths of the
-/// step bound, for rkl1 and rkl2 the time that 4 sweeps cover, one mean link length a tick,
+/// step bound, for rkl2 the time that 4 sweeps cover, one mean link length a tick,
 /// prescribed positions, unloading on release, no force limit.
 ///
 /// # Safety

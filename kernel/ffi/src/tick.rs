@@ -228,7 +228,7 @@ pub unsafe extern "C" fn chaincell_tick(
 /// sweep, at most those of the settings. `output->sweeps` says how many. The level is certified
 /// after every one. A null `more` is `chaincell_tick`.
 ///
-/// Under `euler`, `rkl1` and `rkl2` the sweeps are the tissue's time: `more` is not called.
+/// Under `euler` and `rkl2` the sweeps are the tissue's time: `more` is not called.
 ///
 /// # Safety
 /// As `chaincell_tick`; `more` is null or may be called with `context`, and does not touch the
@@ -247,7 +247,7 @@ pub unsafe extern "C" fn chaincell_tick_while(
 
 /// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, within its
 /// limits. The answer repeats the last force, with `CHAINCELL_FLAG_LATE`; it is 0 where the tool lets
-/// go. Under `euler`, `rkl1` and `rkl2` this is `chaincell_tick`.
+/// go. Under `euler` and `rkl2` this is `chaincell_tick`.
 ///
 /// # Safety
 /// As `chaincell_tick`.

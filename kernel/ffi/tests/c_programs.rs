@@ -12,7 +12,7 @@ use chaincell_kernel::{
 };
 use nalgebra::Vector3;
 
-static BOX: &[u8] = include_model!("../../../tests/data/box5_colours.chaincell");
+static BOX: &[u8] = include_model!("../../../tests/data/box5.chaincell");
 static PLANE: &[u8] = include_model!("../../../tests/data/plane9.chaincell");
 
 /// A body of nodal shapes.
@@ -107,11 +107,7 @@ fn the_example_presses_as_the_kernel_does() {
     let folder = tempfile::tempdir().unwrap();
     let press = program("examples/press.c", folder.path());
     let cases = [
-        (
-            "box5_colours.chaincell",
-            vec![69, 64],
-            pressed::<{ coarse_room(27, 2) }, 0>(BOX, &[64, 69]),
-        ),
+        ("box5.chaincell", vec![69, 64], pressed::<{ coarse_room(27, 2) }, 0>(BOX, &[64, 69])),
         ("plane9.chaincell", vec![40], pressed::<0, 0>(PLANE, &[40])),
         (
             "tissue6.chaincell",

@@ -97,7 +97,7 @@ impl<'a> Model<'a> {
         if leak < links { leak } else { links }
     }
 
-    /// Smallest time that `rkl1` and `rkl2` advance a tick, 1e-12 of [`Self::step_max`]
+    /// Smallest time that `rkl2` advances a tick, 1e-12 of [`Self::step_max`]
     /// [dimensionless time].
     #[must_use]
     pub fn tick_time_min(&self) -> f32 {
@@ -200,12 +200,6 @@ impl<'a> Model<'a> {
     #[must_use]
     pub fn hats(&self) -> usize {
         self.coarse_basis.map_or(0, |basis| basis.count)
-    }
-
-    /// Number of colours, 0 where the bake stored none.
-    #[must_use]
-    pub fn colours(&self) -> usize {
-        self.colours.map_or(0, |colours| colours.rows.len().saturating_sub(1))
     }
 
     /// Whether the body is made of nodal shapes: its links carry no force.

@@ -24,15 +24,6 @@ pub(crate) struct Slices<'a> {
     pub weights: Option<&'a [[f32; LANES]]>,
 }
 
-/// The free cells in colours, for schemes that move cells in place.
-#[derive(Clone, Copy)]
-pub(crate) struct Colours<'a> {
-    /// Starts of the colours, colours + 1.
-    pub rows: &'a [u32],
-    /// Cells, colour by colour.
-    pub cells: &'a [u16],
-}
-
 /// A validated body: mesh, links, bands, weights and bounds, borrowed from the image's bytes.
 ///
 /// Its existence means that every index is in range and every number fit for the tick.
@@ -50,7 +41,6 @@ pub struct Model<'a> {
     pub(crate) input_id: &'a [u32],
     pub(crate) slices: Option<Slices<'a>>,
     pub(crate) coarse_basis: Option<CoarseBasis<'a>>,
-    pub(crate) colours: Option<Colours<'a>>,
     pub(crate) link_alphas: Option<&'a [f32]>,
     pub(crate) link_weights: Option<&'a [f32]>,
     /// Smallest weight of a link.
@@ -122,7 +112,6 @@ impl<'a> Model<'a> {
             input_id: sections.sized(kind::INPUT_ID, cells)?,
             slices: slices(&sections, cells)?,
             coarse_basis: CoarseBasis::read(&sections, cells)?,
-            colours: colours(&sections)?,
             link_alphas: per_link(kind::ALPHA)?,
             link_weights,
             weight_min: link_weights.map_or(1.0, |w| w.iter().fold(f32::MAX, least)),
@@ -183,10 +172,4 @@ fn slices<'a>(sections: &Sections<'a>, cells: usize) -> Result<Option<Slices<'a>
         alphas: per_slot(kind::ALPHA, kind::SLICE_ALPHAS)?,
         weights: per_slot(kind::WEIGHT, kind::SLICE_WEIGHTS)?,
     }))
-}
-
-/// The colours of an image, where it has them.
-fn colours<'a>(sections: &Sections<'a>) -> Result<Option<Colours<'a>>, ModelError> {
-    let Some(rows) = sections.optional(kind::COLOUR_ROWS)? else { return Ok(None) };
-    Ok(Some(Colours { rows, cells: sections.required(kind::COLOUR_CELLS)? }))
 }

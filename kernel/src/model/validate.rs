@@ -49,7 +49,6 @@ pub(crate) fn model(model: &Model<'_>) -> Result<(), ModelError> {
     mobilities(model)?;
     slice_values(model)?;
     basis(model)?;
-    colours(model)?;
     ascending(kind::SURFACE, model.surface, model.cells())?;
     normals(model)?;
     input_ids(model)?;
@@ -283,35 +282,6 @@ fn inverse(basis: &CoarseBasis<'_>) -> Result<(), ModelError> {
             let is_below = row != column || !is_any || value > 0.0;
             if !(value.abs() <= INVERSE_MAX && is_below) || value != mirrored {
                 return Err(ModelError::Value(kind::HAT_INVERSE, at(row)));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Every cell with a mobility has one colour: the lowest that no cell linked to it has. So the
-/// colours are not more than the cells and their links ask for.
-fn colours(model: &Model<'_>) -> Result<(), ModelError> {
-    let Some(colours) = model.colours else { return Ok(()) };
-    filled_rows(kind::COLOUR_ROWS, colours.rows, colours.cells.len())?;
-    let mobile = |cell: usize| model.mobility.get(cell).is_some_and(|&mobility| mobility > 0.0);
-    if colours.cells.len() != (0..model.cells()).filter(|&cell| mobile(cell)).count() {
-        return Err(ModelError::SectionSize(kind::COLOUR_CELLS));
-    }
-    let of = |colour: usize| colours.cells.get(range(colours.rows, colour)).unwrap_or(&[]);
-    let count = colours.rows.len().saturating_sub(1);
-    for colour in 0..count {
-        ascending(kind::COLOUR_CELLS, of(colour), model.cells())?;
-        for &cell in of(colour) {
-            let cell = usize::from(cell);
-            let has_linked = |colour: usize| {
-                let is_in = |other| of(colour).binary_search(&other).is_ok();
-                let mut linked = model.neighbours(cell).map(|(_, other)| u16::try_from(other));
-                linked.any(|other| other.is_ok_and(is_in))
-            };
-            // A cell in two colours would have to be, and not to be, linked to a cell of the lower.
-            if !mobile(cell) || has_linked(colour) || !(0..colour).all(has_linked) {
-                return Err(ModelError::Index(kind::COLOUR_CELLS, at(cell)));
             }
         }
     }

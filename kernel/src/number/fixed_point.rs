@@ -48,7 +48,6 @@ impl Sum<i64> for Products {
 impl Number for I8F24 {
     const NAME: &'static str = "fixed";
     const ZERO: Self = Self::ZERO;
-    type Words = [u32; 1];
     type Product = i64;
     type Sum = Products;
     type WideSum = Products;
@@ -76,8 +75,8 @@ impl Number for I8F24 {
     }
 
     #[inline(always)]
-    fn words(self) -> [u32; 1] {
-        [self.to_bits() as u32]
+    fn word(self) -> u32 {
+        self.to_bits() as u32
     }
 
     #[inline(always)]

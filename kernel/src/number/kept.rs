@@ -234,22 +234,6 @@ impl Kept for f32 {
     }
 }
 
-impl Kept for f64 {
-    const LAYOUT: u32 = named(0, "f64");
-    const BLANK: Self = 0.0;
-
-    fn keep(&mut self, pass: &mut Pass<'_>) {
-        let mut bits = (*self + 0.0).to_bits();
-        bits.keep(pass);
-        let value = Self::from_bits(bits);
-        if value.is_nan() {
-            pass.refuse();
-        } else {
-            *self = value + 0.0;
-        }
-    }
-}
-
 impl Kept for fixed::types::I8F24 {
     const LAYOUT: u32 = named(0, "I8F24");
     const BLANK: Self = Self::ZERO;

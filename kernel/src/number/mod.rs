@@ -6,7 +6,6 @@
 //! |---|---|---|---|---|
 //! | `f32` | default; targets with an FPU | K up to [`COORDINATE_MAX`](crate::COORDINATE_MAX) mean link lengths | all, with the coarse level | vector units, the Cortex-M's FPU, cell by cell |
 //! | [`I8F24`](fixed::types::I8F24) | targets without an FPU: integer root and division | 8.24 bits: K up to 63 mean link lengths | `euler`, `track` without the coarse level | cell by cell |
-//! | `f64` | references and tests | as `f32` | `euler`, `track` without the coarse level | cell by cell |
 //!
 //! Fixed point takes weights from 1/64, and mean weights of two linked cells up to 60. A reset
 //! refuses other models and names the limit ([`RangeError`](crate::RangeError)).
@@ -18,13 +17,12 @@
 //! **The same bits.** One number type gives the same bits on every target: one order of operations,
 //! roots and divisions correctly rounded, no fused multiply-add, no approximate instruction, sums
 //! in a fixed tree. It needs rounding to nearest and denormals, which a reset checks
-//! ([`float_env`]). Two number types give different bits: the state hashes of `f32`, fixed point
-//! and `f64` differ. Their distance in field and force, their time of a tick and their instructions
-//! on microcontrollers stand in `kernel/README.md`, with the scenes.
+//! ([`float_env`]). Two number types give different bits: the state hashes of `f32` and
+//! fixed point differ. Their time of a tick and their instructions on microcontrollers stand in
+//! `kernel/README.md`, with the scenes.
 
 pub mod cell;
 pub(crate) mod clamp;
-mod double;
 pub(crate) mod fixed_point;
 pub mod float_env;
 pub(crate) mod kept;
@@ -53,8 +51,6 @@ pub trait Number: Kept + PartialEq + PartialOrd + Debug {
     const NAME: &'static str;
     /// +0.
     const ZERO: Self;
-    /// 32-bit words of a number, low word first.
-    type Words: IntoIterator<Item = u32>;
     /// A sum of three products.
     type Product: Copy + PartialOrd;
     /// Sum of products over the cells.
@@ -69,7 +65,7 @@ pub trait Number: Kept + PartialEq + PartialOrd + Debug {
     /// The same value.
     fn double(self) -> f64;
     /// The bits.
-    fn words(self) -> Self::Words;
+    fn word(self) -> u32;
     /// `self + other`.
     fn plus(self, other: Self) -> Self;
     /// `self - other`.

@@ -7,7 +7,6 @@ use super::{Number, Sum};
 impl Number for f32 {
     const NAME: &'static str = "f32";
     const ZERO: Self = 0.0;
-    type Words = [u32; 1];
     type Product = f32;
     type Sum = Plain;
     type WideSum = Lanes;
@@ -28,8 +27,8 @@ impl Number for f32 {
     }
 
     #[inline(always)]
-    fn words(self) -> [u32; 1] {
-        [self.to_bits()]
+    fn word(self) -> u32 {
+        self.to_bits()
     }
 
     #[inline(always)]

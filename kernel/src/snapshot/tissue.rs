@@ -20,7 +20,8 @@ use crate::tick::touch_room::TouchState;
 /// built with and without a feature understand each other.
 fn layout<D: Dynamics>(model: &Model<'_>) -> u32 {
     let of_all = [
-        D::RESIDUALS as u32,
+        // The residual's arrays.
+        1,
         D::ARRAYS as u32,
         named(0, D::NAME),
         <Head<D> as Kept>::LAYOUT,
@@ -111,7 +112,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         head.keep(pass);
         let cells = model.cells();
         pass.slice(self.state, cells);
-        pass.slice(self.residual, D::RESIDUALS * cells);
+        pass.slice(self.residual, cells);
         pass.slice(self.own, D::ARRAYS * cells);
         let room = match head.probe {
             Some(_) => D::probe_room(model),

@@ -20,14 +20,10 @@ pub trait Dynamics: Scheme {
     const TAKES_SHAPES: bool = false;
     /// Whether a sphere may meet the triangles of a surface.
     const TAKES_SURFACES: bool = false;
-    /// Arrays for the residual: one, or none for a scheme that moves cells in place.
-    const RESIDUALS: usize = 1;
     /// Arrays of cells the scheme needs besides state and residual.
     const ARRAYS: usize;
     /// How many of those hold positions; the others hold what the scheme knows of the chosen cells.
     const POINTS: usize = Self::ARRAYS;
-    /// The residual for a number of cells, [`Self::RESIDUALS`] arrays.
-    type Residual<const CELLS: usize>: CellArrays<Self::Number>;
     /// Those arrays for a number of cells.
     type Arrays<const CELLS: usize>: CellArrays<Self::Number>;
     /// Room for a coarse level, see [`coarse_room`](crate::coarse_room).

@@ -33,7 +33,6 @@ impl<N: Loops> Dynamics for Euler<N> {
     const NAME: &'static str = "euler";
     const REST: Self = Self { saturated: false, number: PhantomData };
     const ARRAYS: usize = 0;
-    type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 0];
     type Room = [Eight; 0];
 }

@@ -6,8 +6,6 @@
 //! | [`Predict`] | the same, with the body's answer to the held cells known beforehand | none: static | as `Track`, and 9 multiplications a cell where the tool moves | residual, 5 arrays, the coarse level's room | the same force in a quarter of the sweeps, where the tool holds cells and links have no slack |
 //! | [`Euler`] | how does the body relax in time (the paper's Eq. 2)? | first | a link pass, a pass over the cells | residual | stress relaxation where the time of a tick lies below the bound |
 //! | [`Rkl2`] | the same | second | the same | residual, 3 arrays | stress relaxation beyond that bound; any motion that must be right in time |
-//! | [`Rkl1`] | the same | first | the same | residual, 2 arrays | **deprecated**: take `Rkl2` for the trajectory, `Track` for its end |
-//! | [`GaussSeidel`] | where does the body settle? | none: static | a link pass in which every link is computed at both ends | none | least RAM |
 //!
 //! An array has 16 bytes a cell in `f32`, and the state is one such array.
 //!
@@ -15,26 +13,21 @@
 //!   linked cells. [`Network::new`](crate::Network::new) refuses a larger step and names the bound.
 //! - **Time.** A step or a tick of dimensionless time h lasts h times the body's time constant.
 //!   [`Settings::step`](crate::Settings::step) is a sweep of `Euler`,
-//!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl1` and `Rkl2`. The static
+//!   [`Settings::tick_time`](crate::Settings::tick_time) a tick of `Rkl2`. The static
 //!   schemes have no time.
-//! - **Guard.** `Track`, `Predict`, `Rkl1` and `Rkl2` compare the energy with the certified level
-//!   and discard a pass whose energy exceeds it (flag 64). The moves of `Euler` and `GaussSeidel` cannot raise
-//!   the energy, so these two need no guard.
+//! - **Guard.** `Track`, `Predict` and `Rkl2` compare the energy with the certified level
+//!   and discard a pass whose energy exceeds it (flag 64). The moves of `Euler` cannot raise
+//!   the energy, so it needs no guard.
 //! - **Number types.** All schemes run in `f32`; `Track` (without its coarse level) and `Euler`
-//!   also in fixed point and `f64`.
-//! - **Colours.** `GaussSeidel` needs a model baked with `--colours`.
-//!
-//! On the paper's plane with 8 neighbours `Rkl1` takes about as many passes for an error of 1e-2 of
-//! the depth as `Rkl2` for 1e-3. It keeps its name and its code, since traces and programs use
-//! them.
+//!   also in fixed point.
 //!
 //! The files:
 //!
-//! - [`Track`], [`Euler`], [`Rkl1`], [`Rkl2`], [`GaussSeidel`]: the schemes; `predict`: [`Predict`],
+//! - [`Track`], [`Euler`], [`Rkl2`]: the schemes; `predict`: [`Predict`],
 //!   the fields it goes by and how they are solved for.
 //! - `scheme`, [`Dynamics`], `arrays`: what a scheme does, its name and its memory.
 //! - `level`, `guard`: the certified level, and what rounding may do to a computed energy.
-//! - `conjugate`: step lengths of `track`; `super_step`: what `rkl1` and `rkl2` share.
+//! - `conjugate`: step lengths of `track`; `super_step`: the super-steps of `rkl2`.
 //! - `awake`: which parts of the body a sweep looks at.
 //! - [`coarse`]: the coarse level.
 //! - `loops`: the loops over the cells.
@@ -45,12 +38,10 @@ pub mod coarse;
 mod conjugate;
 mod dynamics;
 mod euler;
-mod gauss_seidel;
 mod guard;
 pub(crate) mod level;
 pub(crate) mod loops;
 mod predict;
-mod rkl1;
 mod rkl2;
 pub(crate) mod scheme;
 mod super_step;
@@ -59,8 +50,6 @@ mod track;
 pub use arrays::{Blocks, CellArrays};
 pub use dynamics::{Dynamics, NumberOf};
 pub use euler::Euler;
-pub use gauss_seidel::GaussSeidel;
 pub use predict::Predict;
-pub use rkl1::Rkl1;
 pub use rkl2::Rkl2;
 pub use track::Track;

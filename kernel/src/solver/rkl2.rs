@@ -46,7 +46,6 @@ impl Dynamics for Rkl2 {
     const NAME: &'static str = "rkl2";
     const REST: Self = Self::REST;
     const ARRAYS: usize = 3;
-    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; 3];
     type Room = [Eight; 0];
 
@@ -63,7 +62,6 @@ fn b(stage: u16) -> f32 {
 
 impl Formula for Second {
     const STAGES_MIN: u16 = 3;
-    const KEEPS_FIRST: bool = true;
 
     fn reach(stages: u16) -> f32 {
         let s = f32::from(stages);

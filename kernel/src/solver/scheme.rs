@@ -132,12 +132,6 @@ pub trait Scheme: Kept {
         residual.get(cell).is_some_and(|r| r.xyz() != [Self::Number::ZERO; 3])
     }
 
-    /// Whether the scheme lacks the model's colours.
-    fn needs_colours(model: &Model<'_>) -> bool {
-        let _ = model;
-        false
-    }
-
     /// Blocks of room for a model and a number of held cells.
     fn room(model: &Model<'_>, held: usize) -> usize {
         let _ = (model, held);

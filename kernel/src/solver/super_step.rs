@@ -1,4 +1,4 @@
-//! Super-steps: what `rkl1` and `rkl2` share. How long each one is, the guard, and the update.
+//! The super-steps of `rkl2`: how long each one is, the guard, and the update.
 //!
 //! **Time.** A tick asks for `tick_time` of network time. It is taken in super-steps of s stages,
 //! one link pass each, s being the least number that covers the super-step's length. What a move of
@@ -56,12 +56,10 @@ pub struct Factors {
     pub(super) g: f32,
 }
 
-/// One member of the family.
+/// The formulas of a super-step.
 pub trait Formula: Copy {
     /// Fewest stages of a super-step.
     const STAGES_MIN: u16;
-    /// Whether the first stage's residual is needed to the end.
-    const KEEPS_FIRST: bool;
     /// Longest stable super-step of so many stages.
     fn reach(stages: u16) -> f32;
     /// The factors of a stage, the first being 1.
@@ -101,7 +99,7 @@ struct Stage<'a, 'm> {
     at: &'a mut [Cell],
     before: &'a mut [Cell],
     residual: &'a [Cell],
-    /// Residual of the first stage, empty where the formula does without.
+    /// Residual of the first stage.
     first: &'a [Cell],
     factors: Factors,
 }
@@ -403,8 +401,7 @@ impl<F: Formula> Scheme for SuperSteps<F> {
     }
 
     fn place(&mut self, own: &mut [Cell], cell: usize, position: Cell, k: f32) {
-        let arrays = if F::KEEPS_FIRST { 3 } else { 2 };
-        let cells = own.len() / arrays;
+        let cells = own.len() / 3;
         for at in [cell, cells + cell] {
             if let Some(slot) = own.get_mut(at) {
                 *slot = position;

@@ -98,7 +98,6 @@ impl<const ROOM: usize, N: Loops> Dynamics for Track<ROOM, N> {
     const TAKES_SHAPES: bool = N::TAKES_SHAPES;
     const TAKES_SURFACES: bool = N::TAKES_SHAPES;
     const ARRAYS: usize = 2;
-    type Residual<const CELLS: usize> = [[Cell<N>; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell<N>; CELLS]; 2];
     type Room = [Eight; ROOM];
 

@@ -292,7 +292,7 @@ pub(crate) fn force<N: LinkNumber>(
     });
     let (at, state) = (|cell| links.published(v, cell), |cell| terms.states.at(cell));
     for cell in held.iter().map(Contact::cell) {
-        terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of.residual));
+        terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of));
     }
     sum
 }

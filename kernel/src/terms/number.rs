@@ -47,24 +47,6 @@ impl TermNumber for f32 {
     }
 }
 
-impl TermNumber for f64 {
-    type Tally = ();
-
-    fn mark(wd2: f64) -> Self {
-        wd2
-    }
-
-    fn count((): &mut (), _wd2: f64) {}
-
-    fn energy(lanes: &Self::WideSum, (): ()) -> TwoFloat {
-        lanes.total()
-    }
-
-    fn energy_term(lane: Self) -> f64 {
-        lane
-    }
-}
-
 /// The fourth lane is too short for energies: it is 0 only where the cell's sum of w d^2 is.
 impl TermNumber for I8F24 {
     type Tally = Products;

@@ -10,7 +10,7 @@
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
 use super::state::CellState;
-use super::term::{CellTerm, Term};
+use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::model::COORDINATE_MAX;
@@ -161,12 +161,10 @@ impl Term for Pins<'_> {
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> Displaced,
-        add: &mut impl FnMut(CellTerm),
+        add: &mut impl FnMut([f32; 3]),
     ) {
         if let Some(pin) = self.at(cell) {
-            let (residual, wd2) = pin_force(&pin, state(cell), single(at(cell)));
-            let length = residual.iter().fold(0.0, |sum, x| sum + 2.0 * x.abs());
-            add(CellTerm { residual, wd2: 2.0 * wd2, length });
+            add(pin_force(&pin, state(cell), single(at(cell))).0);
         }
     }
 

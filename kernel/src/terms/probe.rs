@@ -132,7 +132,7 @@ pub(crate) fn residual<N: LinkNumber>(
     });
     let mut sum = forces.fold([0.0; 3], add);
     let (at, state) = (|cell| links.published(v, cell), |cell| terms.states.at(cell));
-    terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of.residual));
+    terms.model.others.cell(cell, &at, &state, &mut |of| sum = add(sum, of));
     sum
 }
 

@@ -10,7 +10,7 @@ use super::links::number::LinkNumber;
 use super::links::term::Links;
 use super::state::States;
 use super::surface::Touch;
-use super::term::{CellTerm, Term};
+use super::term::Term;
 use crate::backend::VectorUnit;
 use crate::backend::f32x8::Chunk;
 use crate::backend::slice_set::SliceSet;
@@ -206,22 +206,6 @@ impl<'a, 'm> Terms<'a, 'm> {
             lanes.add(cell % LANES, N::energy_term(r.w()));
         }
         N::energy(&lanes, tally)
-    }
-
-    /// The terms at a cell whose output is `here`, contact cells as all others.
-    pub fn cell(&self, v: &[Cell], cell: usize, here: [f32; 3]) -> CellTerm {
-        let mut sum = self.links().cell(v, cell, here);
-        let k = self.model.saturation();
-        let at = |other: usize| match v.get(other) {
-            Some(v) if other != cell => output(v.xyz(), k),
-            _ => here,
-        };
-        self.model.others.cell(cell, &at, &|cell| self.states.at(cell), &mut |of| {
-            sum.residual = add(sum.residual, of.residual);
-            sum.wd2 += of.wd2;
-            sum.length += of.length;
-        });
-        sum
     }
 
     /// Takes held cells out of the residual, or adds the current to that of the contact cells;

@@ -27,7 +27,7 @@ use super::links::law::COINCIDENT;
 use super::nodal::places;
 use super::number::TermNumber;
 use super::state::Nothing;
-use super::term::{CellTerm, Term};
+use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::lane::{Lane, Real};
 use crate::backend::slice_set::SliceSet;
@@ -211,21 +211,16 @@ impl Term for Stiffening<'_> {
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
         _: &impl Fn(usize) -> Nothing,
-        add_to: &mut impl FnMut(CellTerm),
+        add_to: &mut impl FnMut([f32; 3]),
     ) {
         let at = |cell: usize| single(at(cell));
-        let (mut residual, mut stored, mut length) = ([0.0; 3], 0.0, 0.0);
-        let modulus = self.modulus();
+        let mut residual = [0.0; 3];
         for (group, other) in self.slots_of(cell) {
-            let Some((force, wd2)) = self.force((group, cell, other), &at) else { continue };
+            let Some((force, _)) = self.force((group, cell, other), &at) else { continue };
             residual = add(residual, force);
-            stored += wd2;
-            let [x, y, z] = sub(at(other), at(cell));
-            let weight = modulus * Self::at(self.volumes, group, cell);
-            length += weight * (x.abs() + y.abs() + z.abs());
         }
         if self.is_any() {
-            add_to(CellTerm { residual, wd2: stored, length });
+            add_to(residual);
         }
     }
 

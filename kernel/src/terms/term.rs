@@ -26,18 +26,6 @@ use crate::model::terms::NoTerm;
 use crate::number::cell::{Cell, add};
 use crate::number::two_float::LANES;
 
-/// What terms do to one cell, in single precision.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CellTerm {
-    /// The residual, r = -dE/dP.
-    pub residual: [f32; 3],
-    /// The fourth lane of the residual; added over all cells, eight times the energy.
-    pub wd2: f32,
-    /// At least the sum of the weights times lengths that the residual was computed from: the
-    /// rounding of the residual is a quarter of eps times it.
-    pub length: f32,
-}
-
 /// A term beside the links. Positions are given as states v and what makes outputs of them;
 /// `state` gives what the term keeps of a cell.
 pub(crate) trait Term: Copy {
@@ -90,13 +78,13 @@ pub(crate) trait Term: Copy {
         sum: &mut [V; 4],
         state: &impl Fn(usize) -> Self::State,
     );
-    /// Adds the term at a cell, at the outputs `at`.
+    /// Adds the residual of the term at a cell, at the outputs `at`, in single precision.
     fn cell<N: TermNumber>(
         self,
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> Self::State,
-        add: &mut impl FnMut(CellTerm),
+        add: &mut impl FnMut([f32; 3]),
     );
     /// Adds what the term stores at the held cells.
     fn touched<N: TermNumber>(
@@ -179,7 +167,7 @@ impl Term for NoTerm {
         _: usize,
         _: &impl Fn(usize) -> [N; 3],
         _: &impl Fn(usize) -> Nothing,
-        _: &mut impl FnMut(CellTerm),
+        _: &mut impl FnMut([f32; 3]),
     ) {
     }
 
@@ -274,7 +262,7 @@ impl<A: Term, B: Term> Term for (A, B) {
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> Self::State,
-        add: &mut impl FnMut(CellTerm),
+        add: &mut impl FnMut([f32; 3]),
     ) {
         self.0.cell(cell, at, &|cell| state(cell).0, add);
         self.1.cell(cell, at, &|cell| state(cell).1, add);

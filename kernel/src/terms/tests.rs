@@ -122,7 +122,7 @@ pub(crate) fn with_word(from: &[u8], kind: u32, at: usize, word: u32) -> &'stati
 
 /// Bakes pins into an image: their section, and their part of what bounds the curvature: the
 /// cells' mobilities, the largest step, the inverse of the coarse level. A body that is set
-/// `afloat` loses its fixed cells, its coarse level and its colours.
+/// `afloat` loses its fixed cells and its coarse level.
 pub(crate) fn pinned(from: &[u8], pins: &[Pin], afloat: bool) -> &'static [u8] {
     let model = Model::from_bytes(from).unwrap();
     let pin_of = |cell: usize| pins.iter().find(|pin| pin.cell == cell).map_or(0.0, |p| p.weight);
@@ -137,7 +137,7 @@ pub(crate) fn pinned(from: &[u8], pins: &[Pin], afloat: bool) -> &'static [u8] {
     let words: Vec<u8> = pins.iter().flat_map(Pin::words).flat_map(u32::to_le_bytes).collect();
     contents.push((PINS, words));
     if afloat {
-        contents.retain(|&(kind, _)| !(kind::HATS..=kind::COLOUR_CELLS).contains(&kind));
+        contents.retain(|&(kind, _)| !(kind::HATS..=kind::HAT_INVERSE).contains(&kind));
     }
     for (kind, section) in &mut contents {
         match *kind {

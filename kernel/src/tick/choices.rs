@@ -4,7 +4,7 @@ use super::choice::choices;
 use super::settings::Settings;
 use crate::model::Model;
 use crate::number::Number;
-use crate::solver::{Dynamics, Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track};
+use crate::solver::{Dynamics, Euler, Predict, Rkl2, Track};
 
 choices! {
     /// The scheme that moves the network.
@@ -15,12 +15,8 @@ choices! {
         /// Conjugate directions under an energy guard, with a coarse level, [`Track`].
         #[default]
         Track = 0, <Track as Dynamics>::NAME;
-        /// Runge-Kutta-Legendre super-steps of first order, [`Rkl1`].
-        Rkl1 = 2, <Rkl1 as Dynamics>::NAME;
         /// Runge-Kutta-Legendre super-steps of second order, [`Rkl2`].
         Rkl2 = 3, <Rkl2 as Dynamics>::NAME;
-        /// Cell by cell in place, over-relaxed, [`GaussSeidel`].
-        GaussSeidel = 4, <GaussSeidel as Dynamics>::NAME;
         /// `track` that knows how the body answers a move of the held cells, [`Predict`].
         Predict = 7, <Predict as Dynamics>::NAME;
     }
@@ -33,9 +29,8 @@ impl Scheme {
     pub fn settings(self, model: &Model<'_>, sweeps: u16) -> Settings {
         let defaults = Settings::for_model(model);
         let tick_time = match self {
-            Self::Rkl1 => Rkl1::tick_time(model, sweeps),
             Self::Rkl2 => Rkl2::tick_time(model, sweeps),
-            Self::Euler | Self::Track | Self::GaussSeidel | Self::Predict => defaults.tick_time,
+            Self::Euler | Self::Track | Self::Predict => defaults.tick_time,
         };
         Settings { sweeps, tick_time, ..defaults }
     }
@@ -43,7 +38,7 @@ impl Scheme {
     /// Whether the scheme goes by [`Settings::tick_time`].
     #[must_use]
     pub fn goes_by_tick(self) -> bool {
-        matches!(self, Self::Rkl1 | Self::Rkl2)
+        matches!(self, Self::Rkl2)
     }
 }
 
@@ -56,8 +51,6 @@ choices! {
         F32 = 1, <f32 as Number>::NAME;
         /// Fixed point, 8.24 bits: [`I8F24`](fixed::types::I8F24).
         Fixed = 2, <fixed::types::I8F24 as Number>::NAME;
-        /// IEEE 754 double precision.
-        F64 = 3, <f64 as Number>::NAME;
     }
 }
 

@@ -27,9 +27,6 @@ pub enum ResetError {
         /// Blocks there.
         room: usize,
     },
-    /// The scheme goes by colours, and the model has none: bake it with `--colours`.
-    #[error("the model has no colours: bake it with `colours`")]
-    Colours,
     /// Terms of the energy keep states of the model's cells, for which there is too little room.
     #[error("the model needs room for the states of {needed} cells, the tissue has {capacity}")]
     States {

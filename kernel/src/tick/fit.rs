@@ -13,7 +13,7 @@ use crate::terms::surface::IS_BUILT;
 /// keep \[bytes\]; `room` in blocks of eight `f32`.
 #[must_use]
 pub const fn array_bytes<D: Dynamics>(cells: usize, contacts: usize, room: usize) -> usize {
-    (1 + D::RESIDUALS + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
+    (2 + D::ARRAYS) * cells * size_of::<Cell<D::Number>>()
         + contacts * size_of::<Contact<D::Number>>()
         + room * size_of::<Eight>()
 }
@@ -22,10 +22,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// Whether memory and scheme are enough for a model.
     pub(crate) fn check_fit(&self, model: &Model<'_>) -> Result<(), ResetError> {
         let cells = model.cells();
-        let room =
-            |array: &[Cell<D::Number>], of| array.len().checked_div(of).unwrap_or(usize::MAX);
-        let (own, residual) = (room(self.own, D::ARRAYS), room(self.residual, D::RESIDUALS));
-        let capacity = self.state.len().min(residual).min(own);
+        let own = self.own.len().checked_div(D::ARRAYS).unwrap_or(usize::MAX);
+        let capacity = self.state.len().min(self.residual.len()).min(own);
         if cells > capacity {
             return Err(ResetError::Capacity { needed: cells, capacity });
         }
@@ -35,9 +33,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         }
         if model.is_nodal() && !D::TAKES_SHAPES {
             return Err(ResetError::Shapes);
-        }
-        if D::needs_colours(model) {
-            return Err(ResetError::Colours);
         }
         let (needed, room) = (D::room(model, 0), self.room.len());
         if needed > room {

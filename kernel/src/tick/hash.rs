@@ -2,7 +2,7 @@
 //!
 //! Definition. The words are the `f32` bit patterns of the output y in internal units (mean link
 //! lengths from the body's centre): x, y, z of cell 0, then of cell 1, and so on in the model's
-//! cell order. A fixed-point number is one word too; an `f64` is two, the low one first. Word n
+//! cell order. A fixed-point number is one word too. Word n
 //! (from 0) goes to lane n mod 4. A lane absorbs a word by
 //!
 //! ```text
@@ -44,12 +44,7 @@ fn absorb(lane: u64, word: u64) -> u64 {
 pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 {
     let mut lanes = [START, START + 1, START + 2, START + 3];
     let k = N::from_single(k);
-    if size_of::<N>() != 4 {
-        let positions = v.iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
-        let count = v.len() as u64 * 6 + count(terms);
-        return finish(absorb_all(lanes, positions.chain(words(terms))), count);
-    }
-    let word = |value: N| value.words().into_iter().next().map_or(0, u64::from);
+    let word = |value: N| u64::from(value.word());
     let mut blocks = v.chunks_exact(4);
     for block in &mut blocks {
         let &[a, b, c, d] = block else { continue };
@@ -61,7 +56,7 @@ pub fn state_hash<N: Number>(v: &[Cell<N>], terms: &[TermState], k: f32) -> u64 
         }
     }
     // Four cells are twelve words: what is left starts in lane 0 again.
-    let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k)).flat_map(N::words);
+    let rest = blocks.remainder().iter().flat_map(|cell| output(cell.xyz(), k)).map(N::word);
     finish(absorb_all(lanes, rest.chain(words(terms))), v.len() as u64 * 3 + count(terms))
 }
 

@@ -44,7 +44,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
     /// asked after each sweep but the last, and told how many are done. At least one sweep is made,
     /// at most [`Settings::sweeps`](crate::Settings::sweeps); [`TickOutput::sweeps`] says how many.
     ///
-    /// The published state is certified after every sweep of `track`, `predict` and `gauss-seidel`.
+    /// The published state is certified after every sweep of `track` and `predict`.
     /// The sweeps of the other schemes are the tissue's time: there `more` is not asked, see
     /// [`Dynamics::IS_ANYTIME`].
     pub fn tick_while(
@@ -147,7 +147,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let (Some(state), Some(residual), Some(own)) = (
             self.state.get_mut(..cells),
-            self.residual.get_mut(..D::RESIDUALS * cells),
+            self.residual.get_mut(..cells),
             self.own.get_mut(..D::ARRAYS * cells),
         ) else {
             return self.safe(network, flags);

@@ -10,7 +10,7 @@ pub struct Settings {
     pub sweeps: u16,
     /// Common step of `euler` a sweep, at most [`Model::step_max`] [dimensionless time].
     pub step: f32,
-    /// Time that `rkl1` and `rkl2` advance a tick, at least [`Model::tick_time_min`]
+    /// Time that `rkl2` advances a tick, at least [`Model::tick_time_min`]
     /// [dimensionless time].
     pub tick_time: f32,
     /// Largest motion of the contact cells a tick, or largest change of the current a tick \[m\].

@@ -131,7 +131,7 @@ pub struct Tissue<
 > {
     head: Head<D>,
     state: [Cell<D::Number>; CELLS],
-    residual: D::Residual<CELLS>,
+    residual: [Cell<D::Number>; CELLS],
     own: D::Arrays<CELLS>,
     room: D::Room,
     contacts: [Contact<D::Number>; CONTACTS],
@@ -152,7 +152,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
         Self {
             head: Head::NEW,
             state: [Cell::ZERO; CELLS],
-            residual: <D::Residual<CELLS> as CellArrays<D::Number>>::ZERO,
+            residual: [Cell::ZERO; CELLS],
             own: <D::Arrays<CELLS> as CellArrays<D::Number>>::ZERO,
             room: <D::Room as Blocks>::ZERO,
             contacts: [Contact::NONE; CONTACTS],
@@ -165,7 +165,7 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
         TissueMut {
             head: &mut self.head,
             state: &mut self.state,
-            residual: self.residual.flat(),
+            residual: &mut self.residual,
             own: self.own.flat(),
             room: self.room.flat(),
             contacts: &mut self.contacts,
@@ -254,8 +254,8 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
 
 /// A tissue of any size, over memory of the caller.
 ///
-/// `state` holds at least as many cells as the model, `residual` [`Dynamics::RESIDUALS`] and `own`
-/// [`Dynamics::ARRAYS`] times as many; a reset refuses a model that does not fit.
+/// `state` and `residual` hold at least as many cells as the model, `own` [`Dynamics::ARRAYS`] times
+/// as many; a reset refuses a model that does not fit.
 pub struct TissueMut<'a, D: Dynamics> {
     /// Scalar state.
     pub head: &'a mut Head<D>,
@@ -398,7 +398,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         let cells = model.cells();
         if let (Some(state), Some(residual), Some(own), Some(held)) = (
             self.state.get(..cells),
-            self.residual.get_mut(..D::RESIDUALS * cells),
+            self.residual.get_mut(..cells),
             self.own.get_mut(..D::ARRAYS * cells),
             self.contacts.get(..self.head.chosen),
         ) {

@@ -65,9 +65,7 @@ fn scheme(hats: usize, held: usize, is_nodal: bool) -> Result<String, String> {
         ("euler", "f32") => Ok("Euler".into()),
         ("track", "fixed") => Ok("Track<0, fixed::types::I8F24>".into()),
         ("euler", "fixed") => Ok("Euler<fixed::types::I8F24>".into()),
-        ("rkl1", "f32") => Ok("Rkl1".into()),
         ("rkl2", "f32") => Ok("Rkl2".into()),
-        ("gauss-seidel", "f32") => Ok("GaussSeidel".into()),
         _ => Err(format!("no scheme {scheme} in {tier}")),
     }
 }

@@ -6,7 +6,7 @@
 //! plays one scene in a static tissue of the scene's own size.
 //!
 //! ```
-//! use chaincell_scenes::{Run, Tier, golden, plane4_gauss_seidel as scene};
+//! use chaincell_scenes::{Run, Tier, golden, plane4_euler as scene};
 //!
 //! let mut tissue = scene::Body::new(); // in firmware a static, 10 kB
 //! let mut run = Run::new(&scene::SCENE, tissue.view()).unwrap();

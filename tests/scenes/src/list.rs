@@ -3,15 +3,15 @@
 //! `tests/tests/bake/scenes.rs` bakes every image anew and compares.
 
 use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, Model, Predict, Rkl1, Rkl2, Settings, Tissue, ToolPart,
-    TouchStore, Track, Unloading, coarse_room, elastic_room, include_model,
+    Dynamics, Euler, Model, Predict, Rkl2, Settings, Tissue, ToolPart, TouchStore, Track,
+    Unloading, coarse_room, elastic_room, include_model,
 };
 
 use fixed::types::I8F24;
 
 use crate::{Act, Scene, Tier, Tools};
 
-/// `chaincell bake plane:21x21x0.01 --hats none --colours --lean`: four neighbours.
+/// `chaincell bake plane:21x21x0.01 --hats none --lean`: four neighbours.
 pub static PLANE4: &[u8] = include_model!("../../data/plane4.chaincell");
 /// `chaincell bake plane:21x21x0.01 --diagonals --alpha 0.02 --hats none`: eight neighbours, sliced.
 pub static PLANE8: &[u8] = include_model!("../../data/plane8.chaincell");
@@ -19,7 +19,7 @@ pub static PLANE8: &[u8] = include_model!("../../data/plane8.chaincell");
 pub static BOX7: &[u8] = include_model!("../../data/box7.chaincell");
 /// `chaincell bake organ:500 --hats 3.5 --lean`: 24 hats.
 pub static ORGAN500: &[u8] = include_model!("../../data/organ500.chaincell");
-/// `chaincell bake organ:300 --hats 3 --colours` with alpha and stiffness of their own for every
+/// `chaincell bake organ:300 --hats 3` with alpha and stiffness of their own for every
 /// link: sliced, 24 hats.
 pub static VARIED300: &[u8] = include_model!("../../data/varied300.chaincell");
 
@@ -137,12 +137,7 @@ scenes! {
     /// The plane with four neighbours under the paper's own steps.
     plane4_euler {
         image: PLANE4, cells: 441, held: [220], reach_m: 0.03,
-        scheme: Euler, also: [Fixed Euler<I8F24>, F64 Euler<f64>], sweeps: 4, unloading: Release, max_force_n: f32::INFINITY,
-    }
-    /// The same plane, cell by cell in place: the least RAM.
-    plane4_gauss_seidel {
-        image: PLANE4, cells: 441, held: [220, 221], reach_m: 0.03,
-        scheme: GaussSeidel, also: [], sweeps: 3, unloading: Off, max_force_n: f32::INFINITY,
+        scheme: Euler, also: [Fixed Euler<I8F24>], sweeps: 4, unloading: Release, max_force_n: f32::INFINITY,
     }
     /// The plane with eight neighbours and slack under super-steps of second order.
     plane8_rkl2 {
@@ -152,17 +147,17 @@ scenes! {
     /// That plane after its equilibrium, without hats.
     plane8_track {
         image: PLANE8, cells: 441, held: [199, 220, 241], reach_m: 0.03,
-        scheme: Track, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release, max_force_n: 0.5,
+        scheme: Track, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Release, max_force_n: 0.5,
     }
     /// A block with slack and hats.
     box7_track {
         image: BOX7, cells: 245, held: [124, 129], reach_m: 0.03,
-        scheme: Track<{ coarse_room(18, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
+        scheme: Track<{ coarse_room(18, 2) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Retreat, max_force_n: 0.5,
     }
     /// The organ with hats.
     organ500_track {
         image: ORGAN500, cells: 499, held: [415, 435, 436, 438, 439, 457, 477], reach_m: 0.06,
-        scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Release,
+        scheme: Track<{ coarse_room(24, 7) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Release,
         max_force_n: f32::INFINITY,
     }
     /// The organ with a prediction and one sweep a tick.
@@ -180,18 +175,8 @@ scenes! {
     /// An organ whose links all differ, with hats.
     varied300_track {
         image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
-        scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>, F64 Track<0, f64>], sweeps: 4, unloading: Retreat,
+        scheme: Track<{ coarse_room(24, 2) }>, also: [Fixed Track<0, I8F24>], sweeps: 4, unloading: Retreat,
         max_force_n: f32::INFINITY,
-    }
-    /// That organ under super-steps of first order.
-    varied300_rkl1 {
-        image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
-        scheme: Rkl1, also: [], sweeps: 7, unloading: Release, max_force_n: f32::INFINITY,
-    }
-    /// That organ cell by cell in place.
-    varied300_gauss_seidel {
-        image: VARIED300, cells: 299, held: [287, 288], reach_m: 0.06,
-        scheme: GaussSeidel, also: [], sweeps: 3, unloading: Release, max_force_n: f32::INFINITY,
     }
     /// A sphere with friction that presses that block, slides and lets go, with a prediction; the kernel
     /// needs its feature `surface`, here and below.

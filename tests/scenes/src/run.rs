@@ -263,8 +263,7 @@ impl<D: Dynamics> Stepper for Run<'_, D> {
 
     fn cell_bits(&self, cell: usize) -> Option<[u64; 3]> {
         let position = self.tissue.position(self.network.model(), cell)?;
-        let words = |bits: u64, (place, word): (usize, u32)| bits | u64::from(word) << (32 * place);
-        Some(position.map(|x| x.words().into_iter().enumerate().fold(0, words)))
+        Some(position.map(|x| u64::from(x.word())))
     }
 
     fn input_id(&self, cell: usize) -> Option<u32> {

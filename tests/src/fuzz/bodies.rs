@@ -11,23 +11,22 @@ use crate::graph::shape;
 
 /// Nine by nine cells, diagonals, neither slices nor hats.
 static PLANE9: &[u8] = include_model!("../../data/plane9.chaincell");
-/// 125 cells with colours.
-static BOX5: &[u8] = include_model!("../../data/box5_colours.chaincell");
+/// 125 cells.
+static BOX5: &[u8] = include_model!("../../data/box5.chaincell");
 /// Cells with an embedded mesh.
 static GROUPS: &[u8] = include_model!("../../data/box5_cells.chaincell");
 
 fn grid(spec: &str, fixed: bool, options: BakeOptions) -> ImageBytes {
     let shape = Shape::generated(spec).unwrap();
     let shape = if fixed { shape } else { shape.floating() };
-    shape.bake(&BakeOptions { colours: true, ..options }).unwrap()
+    shape.bake(&options).unwrap()
 }
 
 /// Two pairs and a chain that nothing joins or holds.
 fn loose() -> ImageBytes {
     let nodes_m = (0..8).map(|i| [0.01 * f64::from(i), 0.002 * f64::from(i % 3), 0.0]).collect();
     let links = vec![[0, 1], [2, 3], [4, 5], [5, 6], [5, 7]];
-    let options =
-        BakeOptions { coarse_basis: BasisSpacing::None, colours: true, ..BakeOptions::default() };
+    let options = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
     shape(nodes_m, links, Vec::new()).bake(&options).unwrap()
 }
 

@@ -23,7 +23,7 @@ pub fn ticks(data: &[u8]) {
 fn session(bytes: &mut Unstructured<'_>) -> Result<()> {
     let model = bodies::model(bytes.arbitrary()?);
     let scheme = *bytes.choose(Scheme::ALL)?;
-    let numbers = *bytes.choose(&[Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64])?;
+    let numbers = *bytes.choose(&[Arithmetic::F32, Arithmetic::Fixed])?;
     let contact = contact(bytes, &model)?;
     let settings = settings(bytes, &model, scheme)?;
     let Ok(network) = Network::new(model, settings) else { return Ok(()) };

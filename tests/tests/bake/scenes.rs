@@ -35,7 +35,7 @@ fn check(name: &str, linked: &[u8], baked: &[u8]) {
 fn the_linked_images_are_what_the_bake_gives() {
     let plain = BakeOptions { coarse_basis: BasisSpacing::None, ..BakeOptions::default() };
     let slack = |alpha| PerCell::Uniform(alpha);
-    let four = BakeOptions { colours: true, lean: true, ..plain.clone() };
+    let four = BakeOptions { lean: true, ..plain.clone() };
     check("plane4.chaincell", PLANE4, &baked("plane:21x21x0.01", false, &four));
     let eight = BakeOptions { alpha: slack(0.02), ..plain.clone() };
     check("plane8.chaincell", PLANE8, &baked("plane:21x21x0.01", true, &eight));
@@ -57,7 +57,6 @@ fn the_linked_images_are_what_the_bake_gives() {
         alpha: each(299, |node| node * 7 % 31, 0.002),
         stiffness_n_per_m: each(299, |node| 1 + node * 13 % 17, 5.0),
         coarse_basis: BasisSpacing::Links(3.0),
-        colours: true,
         ..plain
     };
     check("varied300.chaincell", VARIED300, &baked("organ:300", false, &varied));

@@ -206,16 +206,15 @@ fn run_parameters_out_of_range() {
     for (constant_s, dynamics, why) in [
         ("0.0004", "euler", "bound is 0.5: at least 0.0005 s with 4 sweeps"),
         ("0", "euler", "must be above 0 and finite"),
-        ("-1", "rkl1", "must be above 0 and finite"),
+        ("-1", "rkl2", "must be above 0 and finite"),
         ("NaN", "rkl2", "must be above 0 and finite"),
         ("1e-44", "rkl2", "must be above 0 and finite"),
         ("0.1", "track", "answers the static question"),
-        ("0.1", "gauss-seidel", "answers the static question"),
     ] {
         let scheme = ["--dynamics", dynamics, "--time-constant-s", constant_s];
         place.refuses_run(&scheme, &["--time-constant-s", why]);
     }
-    for dynamics in ["track", "predict", "gauss-seidel"] {
+    for dynamics in ["track", "predict"] {
         let step = ["--dynamics", dynamics, "--step", "0.01"];
         place.refuses_run(&step, &["--step 0.01", "answers the static question"]);
     }
@@ -223,7 +222,6 @@ fn run_parameters_out_of_range() {
     place.refuses_run(&["--contact", "probe"], &["--contact probe", "as in probe:0.012"]);
     let both = ["--dynamics", "euler", "--step", "0.1", "--time-constant-s", "1"];
     place.refuses_run(&both, &["--time-constant-s", "cannot be used with"]);
-    place.refuses_run(&["--dynamics", "gauss-seidel"], &["gauss-seidel", "--colours"]);
     for option in ["--max-tool-step-m", "--max-force-n"] {
         for value in ["0", "-1", "NaN", "inf"] {
             place.refuses_run(&[option, value], &[option, "must be above 0 and finite"]);
@@ -268,7 +266,7 @@ fn session_parameters_out_of_range() {
         for budget in ["0", "-1", "fast", "1e3", "2000000"] {
             place.refuses(&args(&["--budget-us", budget]), &["--budget-us", "auto, off"]);
         }
-        for dynamics in ["euler", "rkl1", "rkl2"] {
+        for dynamics in ["euler", "rkl2"] {
             let options = ["--dynamics", dynamics, "--budget-us", "auto"];
             let parts = ["--budget-us auto", dynamics, "the tissue's time", "--dynamics track"];
             place.refuses(&args(&options), &parts);

@@ -36,7 +36,7 @@ struct Session {
 
 fn session(how: &[&str]) -> Session {
     let folder = scratch();
-    let options = ["--diagonals", "--alpha", "0.01", "--colours"];
+    let options = ["--diagonals", "--alpha", "0.01"];
     let model = bake(folder.path(), "plane:11x11x0.01", &options);
     let (path, out) = (folder.path().join("path.csv"), folder.path().join("out"));
     let trace = folder.path().join("a.trace");
@@ -88,11 +88,11 @@ fn what_run_records_is_replayed_to_the_same_bits() {
         &["--dynamics", "track", "--unloading", "retreat", "--max-force-n", "0.2"][..],
         &["--dynamics", "euler", "--step", "0.03", "--contact", "60,61,48"],
         &["--dynamics", "track", "--contact", "probe:0.025", "--probe-capacity", "5"],
-        &["--dynamics", "rkl1", "--time-constant-s", "0.002"],
+        &["--dynamics", "rkl2", "--time-constant-s", "0.002"],
         &["--dynamics", "rkl2", "--sweeps", "9"],
         &["--dynamics", "track", "--number", "fixed"],
-        &["--dynamics", "euler", "--number", "f64"],
-        &["--dynamics", "gauss-seidel", "--max-tool-step-m", "0.002", "--unloading", "off"],
+        &["--dynamics", "euler", "--number", "fixed"],
+        &["--dynamics", "track", "--max-tool-step-m", "0.002", "--unloading", "off"],
     ] {
         let session = session(how);
         let ended = replay(&session.trace, &session.model).with(0);

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 /// Bodies of both kinds under the schemes whose ticks may end after any sweep.
 fn any_time() -> impl Strategy<Value = (Case, Variant)> {
-    body(false, singles(&[Scheme::Track, Scheme::Predict, Scheme::GaussSeidel]))
+    body(false, singles(&[Scheme::Track, Scheme::Predict]))
 }
 
 /// Where the tool goes in a tick \[m\], whether it holds on, and the sweeps.
@@ -97,7 +97,7 @@ proptest! {
 
     /// Sweeps of a scheme that goes by time are not left out.
     #[test]
-    fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl1, Scheme::Rkl2])) {
+    fn other_schemes_make_every_sweep(case in case(false), scheme in prop::sample::select(vec![Scheme::Euler, Scheme::Rkl2])) {
         let image = case.image();
         let variant = Variant::plain(scheme, Arithmetic::F32);
         let mut engines = [0, 1].map(|_| case.engine(&image, variant, Unloading::Release).unwrap());

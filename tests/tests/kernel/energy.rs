@@ -124,7 +124,7 @@ fn force_is_what_the_links_exert_on_the_held_cells() {
 fn force_is_minus_the_gradient_of_the_energy() {
     let shape = Shape::generated("box:5x5x4x0.01").unwrap().holding(&[51, 71]);
     let probe_contact = ProbeContact::Surface;
-    for options in kinds(&BakeOptions { probe_contact, colours: true, ..BakeOptions::default() }) {
+    for options in kinds(&BakeOptions { probe_contact, ..BakeOptions::default() }) {
         let image = shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         let held = shape.cells(&model);

@@ -103,21 +103,18 @@ proptest! {
     }
 
     #[test]
-    fn in_other_numbers_too(
+    fn in_fixed_point_too(
         case in prop_oneof![3 => case(false), 1 => case(true)], state in states(),
         seed in any::<u64>(),
         scheme in prop::sample::select(vec![Scheme::Track, Scheme::Euler]),
-        numbers in prop::sample::select(vec![Arithmetic::Fixed, Arithmetic::F64]),
         wide in any::<bool>(), held in any::<bool>(),
     ) {
         let mut case = case;
-        if numbers == Arithmetic::Fixed {
-            // A decade and a half instead of six.
-            for stiffness in &mut case.stiffness_n_per_m {
-                *stiffness = stiffness.powf(0.25);
-            }
+        // A decade and a half instead of six.
+        for stiffness in &mut case.stiffness_n_per_m {
+            *stiffness = stiffness.powf(0.25);
         }
-        let variant = Variant::plain(scheme, numbers);
+        let variant = Variant::plain(scheme, Arithmetic::Fixed);
         check(&case, Start { state, seed, variant, wide, held })?;
     }
 }
@@ -209,7 +206,7 @@ fn a_link_of_next_to_no_length_in_fixed_point() {
 }
 
 /// In fixed point as far as its range goes.
-fn at_the_ends(numbers: Arithmetic, case: &Case, of: impl Fn(usize, [f32; 3]) -> [f32; 3]) {
+fn at_the_ends(case: &Case, of: impl Fn(usize, [f32; 3]) -> [f32; 3]) {
     let unit_m = {
         let image = case.image();
         f64::from(Model::from_bytes(image.as_bytes()).unwrap().unit_m())
@@ -217,7 +214,7 @@ fn at_the_ends(numbers: Arithmetic, case: &Case, of: impl Fn(usize, [f32; 3]) ->
     let saturation_m = Some(FIXED_RANGE * unit_m);
     let image = case.shape.bake(&BakeOptions { saturation_m, ..case.options() }).unwrap();
     for scheme in [Scheme::Track, Scheme::Euler] {
-        let variant = Variant::plain(scheme, numbers);
+        let variant = Variant::plain(scheme, Arithmetic::Fixed);
         let mut engine = case.engine(&image, variant, Unloading::Off).unwrap();
         let model = *engine.network().model();
         let state: Vec<_> =
@@ -247,15 +244,13 @@ fn sums_that_leave_the_range_on_their_way() {
         sweeps: 1,
         tick_time: 1.0,
     };
-    for numbers in [Arithmetic::Fixed, Arithmetic::F64] {
-        at_the_ends(numbers, &case, |cell, rest| {
-            if rest[0].abs() + rest[1].abs() < 0.1 {
-                [10.0, 0.0, 0.0]
-            } else {
-                [if cell < 7 { -55.0 } else { 55.0 }, 0.0, 0.0]
-            }
-        });
-    }
+    at_the_ends(&case, |cell, rest| {
+        if rest[0].abs() + rest[1].abs() < 0.1 {
+            [10.0, 0.0, 0.0]
+        } else {
+            [if cell < 7 { -55.0 } else { 55.0 }, 0.0, 0.0]
+        }
+    });
 }
 
 /// A body of 1,000 cells thrown into the corners of fixed point's range: its energy is far beyond
@@ -282,9 +277,7 @@ fn energies_beyond_what_a_tool_may_load() {
         sweeps: 2,
         tick_time: 1.0,
     };
-    for numbers in [Arithmetic::Fixed, Arithmetic::F64] {
-        at_the_ends(numbers, &case, |cell, _| {
-            [1, 2, 4].map(|bit| if ((cell * 2_654_435_761) >> 7) & bit == 0 { -62.0 } else { 62.0 })
-        });
-    }
+    at_the_ends(&case, |cell, _| {
+        [1, 2, 4].map(|bit| if ((cell * 2_654_435_761) >> 7) & bit == 0 { -62.0 } else { 62.0 })
+    });
 }

@@ -10,13 +10,9 @@ use chaincell_lab::bodies::Shape;
 use chaincell_tests::forge::Forged;
 use chaincell_tests::graph::sample;
 
-/// Links with hats and colours.
+/// Links with hats.
 fn links() -> Forged {
-    let options = BakeOptions {
-        colours: true,
-        coarse_basis: BasisSpacing::Links(2.0),
-        ..BakeOptions::default()
-    };
+    let options = BakeOptions { coarse_basis: BasisSpacing::Links(2.0), ..BakeOptions::default() };
     Forged::of(Shape::generated("box:4x4x4x0.01").unwrap().bake(&options).unwrap().as_bytes())
 }
 
@@ -45,31 +41,6 @@ fn empty_boxes_are_refused() {
         forged.change(kind::HAT_CORNERS, |of: &mut Vec<[u16; 8]>| of.extend([[NO_HAT; 8]; 1000]));
         assert_eq!(error(&forged), ModelError::Index(kind::HAT_ROWS, boxes as u32));
     }
-}
-
-#[test]
-fn empty_and_needless_colours_are_refused() {
-    let mut empty = links();
-    empty.change(kind::COLOUR_ROWS, |rows: &mut Vec<u32>| rows.insert(1, rows[1]));
-    assert_eq!(error(&empty), ModelError::Index(kind::COLOUR_ROWS, 1));
-    // The first colour in two: the cells of the second half are not linked to any of the first.
-    let mut halved = links();
-    let mut second = 0;
-    halved.change(kind::COLOUR_ROWS, |rows: &mut Vec<u32>| {
-        second = rows[1] / 2;
-        rows.insert(1, second);
-    });
-    let cell = halved.get::<u16>(kind::COLOUR_CELLS)[second as usize];
-    assert_eq!(error(&halved), ModelError::Index(kind::COLOUR_CELLS, cell.into()));
-}
-
-#[test]
-fn one_colour_for_linked_cells_is_refused() {
-    let mut forged = links();
-    forged.change(kind::COLOUR_ROWS, |rows: &mut Vec<u32>| *rows = vec![0, *rows.last().unwrap()]);
-    forged.change(kind::COLOUR_CELLS, |cells: &mut Vec<u16>| cells.sort_unstable());
-    let first = u32::from(forged.get::<u16>(kind::COLOUR_CELLS)[0]);
-    assert_eq!(error(&forged), ModelError::Index(kind::COLOUR_CELLS, first));
 }
 
 #[test]

@@ -206,7 +206,7 @@ proptest! {
 #[test]
 fn ten_thousand_ticks_of_rest() {
     let shape = Shape::generated("organ:300").unwrap();
-    for options in kinds(&BakeOptions { colours: true, ..BakeOptions::default() }) {
+    for options in kinds(&BakeOptions::default()) {
         let image = shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         for variant in Variant::plain_of(&model) {

@@ -38,8 +38,7 @@ fn moved(
 #[test]
 fn the_energy_bound_never_locks_the_tool() {
     let energy_max_j = 0.0005;
-    let options =
-        BakeOptions { energy_max_j: Some(energy_max_j), colours: true, ..BakeOptions::default() };
+    let options = BakeOptions { energy_max_j: Some(energy_max_j), ..BakeOptions::default() };
     let out = (0..2000_u16).map(|i| 0.002 * f32::from(i.min(100)));
     // The middle of the top of the box.
     let bodies = [("plane:9x9x0.01", CENTRE), ("box:5x5x3x0.01", 38), ("box:5x5x3x0.01", 38)];

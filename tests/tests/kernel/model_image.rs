@@ -1,7 +1,6 @@
 //! The model image: whatever its bytes, it is refused or it is safe to run.
 #![allow(clippy::unwrap_used)]
 
-use std::ops::Range;
 use std::sync::OnceLock;
 
 use chaincell_host::bake::tissue::Tissue;
@@ -29,7 +28,6 @@ fn image() -> &'static ImageBytes {
         let options = BakeOptions {
             alpha: ramp(0.0, 0.2),
             stiffness_n_per_m: ramp(5.0, 50.0),
-            colours: true,
             ..BakeOptions::default()
         };
         bake(&mesh, &mesh.default_fixed, &options).unwrap()
@@ -37,7 +35,7 @@ fn image() -> &'static ImageBytes {
 }
 
 /// Schemes that take every image of links.
-const BOTH: [Scheme; 2] = [Scheme::GaussSeidel, Scheme::Track];
+const BOTH: [Scheme; 2] = [Scheme::Euler, Scheme::Track];
 
 /// An image of nodal shapes.
 fn shapes() -> &'static ImageBytes {
@@ -105,17 +103,6 @@ fn errors_name_what_is_wrong() {
     assert_eq!(
         error(with(at(kind::TETRAHEDRA, 0), &[255, 255])),
         ModelError::Index(kind::TETRAHEDRA, 0)
-    );
-    let Range { start: cells, end } = section(&bytes, kind::COLOUR_CELLS);
-    let colour = |cell: usize| &bytes[cells + 2 * cell..cells + 2 * cell + 2];
-    let twice = error(with(cells + 2, colour(0)));
-    assert_eq!(twice, ModelError::Index(kind::COLOUR_CELLS, 1));
-    // The last cell of all in the first colour, where a linked one is.
-    let last = with(cells, &bytes[end - 2..end]);
-    assert!(matches!(error(last), ModelError::Index(kind::COLOUR_CELLS, _)));
-    assert_eq!(
-        error(with(at(kind::COLOUR_ROWS, 0), &[1, 0])),
-        ModelError::Index(kind::COLOUR_ROWS, 0)
     );
     assert_eq!(error(with(at(kind::PARAMS, 0), &[65, 0])), ModelError::SectionSize(kind::REST));
 }

@@ -17,13 +17,13 @@ const RADIUS_M: f32 = 0.025;
 
 /// The box, held at its bottom; a plane, held at its border; of links.
 fn image(spec: &str, coarse_basis: BasisSpacing) -> ImageBytes {
-    let options = BakeOptions { coarse_basis, colours: true, ..BakeOptions::default() };
+    let options = BakeOptions { coarse_basis, ..BakeOptions::default() };
     Shape::generated(spec).unwrap().bake(&options).unwrap()
 }
 
 /// The box of both kinds.
 fn boxes(coarse_basis: BasisSpacing) -> [ImageBytes; 2] {
-    let options = BakeOptions { coarse_basis, colours: true, ..BakeOptions::default() };
+    let options = BakeOptions { coarse_basis, ..BakeOptions::default() };
     kinds(&options).map(|options| Shape::generated(BOX).unwrap().bake(&options).unwrap())
 }
 

@@ -107,8 +107,7 @@ fn trajectories_are_the_same_without_the_vector_unit() {
         ] {
             let with_hats = hats != BasisSpacing::None;
             let alpha = PerCell::Uniform(alpha);
-            let options =
-                BakeOptions { alpha, coarse_basis: hats, colours: true, ..BakeOptions::default() };
+            let options = BakeOptions { alpha, coarse_basis: hats, ..BakeOptions::default() };
             let image = shape.bake(&options).unwrap();
             let model = Model::from_bytes(image.as_bytes()).unwrap();
             assert!(model.is_sliced() && (model.hats() > 0) == with_hats, "{spec}");
@@ -209,7 +208,6 @@ fn varied(shape: &Shape, varied: [bool; 2], coarse_basis: BasisSpacing) -> Image
         stiffness_n_per_m: stiff,
         saturation_m,
         coarse_basis,
-        colours: true,
         ..Default::default()
     };
     shape.bake(&options).unwrap()

@@ -23,8 +23,7 @@ impl Body {
     /// # Errors
     /// As the bake.
     pub fn new(shape: Shape, options: &BakeOptions) -> Result<Self> {
-        let colours = options.tissue.is_none();
-        let options = BakeOptions { colours, coarse_basis: BasisSpacing::None, ..options.clone() };
+        let options = BakeOptions { coarse_basis: BasisSpacing::None, ..options.clone() };
         let plain = shape.bake(&options)?;
         let hats = shape.bake(&BakeOptions { coarse_basis: HATS, ..options }).ok();
         let hats = hats.filter(|image| {

@@ -6,4 +6,3 @@ pub mod paper;
 pub mod report;
 pub mod soak;
 pub mod stress;
-pub mod tissue;

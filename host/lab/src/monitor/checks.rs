@@ -25,9 +25,9 @@ pub fn is_of_tissue(flags: Flags) -> bool {
 /// What a published level says of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Certificate {
-    /// The energy exceeds the level by at most so many allowances, and the level never rises by
+    /// The energy exceeds the level by at most the allowance, and the level never rises by
     /// itself.
-    Above(f64),
+    Above,
     /// The level is that of the last pass, one step behind the published positions: their own
     /// energy never rises by itself.
     Behind,
@@ -41,9 +41,7 @@ impl Certificate {
     pub fn of(scheme: Scheme) -> Self {
         match scheme {
             Scheme::Euler => Self::Behind,
-            // Its level is updated over many sweeps after one measurement: each update rounds.
-            Scheme::GaussSeidel => Self::Above(2.0),
-            _ => Self::Above(1.0),
+            _ => Self::Above,
         }
     }
 }
@@ -252,22 +250,24 @@ impl Checks {
     /// Energy and level.
     fn certify(&mut self, seen: &Seen<'_>) {
         let Seen { level_j, energy_j, allowance_j, acts, .. } = *seen;
-        let (above, allowed) = match (self.bounds.certificate, self.last) {
-            (Certificate::Above(allowances), last) => {
+        let above = match (self.bounds.certificate, self.last) {
+            (Certificate::Above, last) => {
                 let rises = last.is_some_and(|(before, _)| !acts && level_j > before);
                 self.hold(Check::Rise, !rises, || {
                     format!("level {level_j:e} J after {:e} J", last.unwrap_or_default().0)
                 });
-                (energy_j - level_j * (1.0 + LEVEL), allowances * allowance_j)
+                energy_j - level_j * (1.0 + LEVEL)
             }
-            (Certificate::Behind, Some((_, before))) if !acts => (energy_j - before, allowance_j),
+            (Certificate::Behind, Some((_, before))) if !acts => energy_j - before,
             (Certificate::Behind | Certificate::None, _) => return,
         };
-        self.hold(Check::Certified, above <= allowed, || {
-            format!("{energy_j:e} J, level {level_j:e} J: {above:e} J above, {allowed:e} J allowed")
+        self.hold(Check::Certified, above <= allowance_j, || {
+            format!(
+                "{energy_j:e} J, level {level_j:e} J: {above:e} J above, {allowance_j:e} J allowed"
+            )
         });
-        if above > 0.0 && allowed > 0.0 {
-            self.worst.rounding_used = self.worst.rounding_used.max(above / allowed);
+        if above > 0.0 && allowance_j > 0.0 {
+            self.worst.rounding_used = self.worst.rounding_used.max(above / allowance_j);
         }
     }
 }
@@ -276,7 +276,7 @@ impl Checks {
 mod tests {
     use super::*;
 
-    const BOUNDS: Bounds = Bounds { saturation: 4.0, certificate: Certificate::Above(1.0) };
+    const BOUNDS: Bounds = Bounds { saturation: 4.0, certificate: Certificate::Above };
     const SEEN: Seen<'static> = Seen {
         level_j: 0.5,
         energy_j: 0.5,

@@ -45,7 +45,6 @@ class BakeOptions(TypedDict, total=False):
     diagonals: bool | None
     rings: int | None
     """Nodes at most so many edges apart are linked, from 1 on."""
-    colours: bool | None
     lean: bool | None
     k_m: float | None
     r_x: float | None
@@ -63,8 +62,8 @@ class TissueOptions(TypedDict, total=False):
     friction: float | None
     probe_capacity: int | None
     """From 1 to 65535."""
-    dynamics: Literal["track", "predict", "euler", "rkl1", "rkl2", "gauss-seidel"] | None
-    number: Literal["f32", "f64", "fixed"] | None
+    dynamics: Literal["track", "predict", "euler", "rkl2"] | None
+    number: Literal["f32", "fixed"] | None
     sweeps: int | None
     """Sweeps a tick, from 1 to 65535, 4 by default."""
     step: float | None

@@ -53,7 +53,6 @@ fn what_is_no_tissue_is_refused_by_name() {
         (&block, of(tissue(5000.0, -0.1)), ["`poisson` -0.1", "from 0"]),
         (&block, of(each(vec![1.0; 3])), ["`young_pa`: 3 values for 64 nodes", "one per node"]),
         (&block, BakeOptions { alpha: PerCell::Uniform(0.1), ..good() }, ["`alpha`", "no slack"]),
-        (&block, BakeOptions { colours: true, ..good() }, ["`colours`", "gauss-seidel"]),
         (&block, BakeOptions { lean: true, ..good() }, ["`lean`", "slices"]),
         (&block, BakeOptions { cells: Some(20), ..good() }, ["`cells`", "groups"]),
     ] {

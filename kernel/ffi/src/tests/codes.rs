@@ -119,7 +119,6 @@ fn every_error_of_the_kernel_keeps_what_it_names() {
     let capacity = ResetError::Capacity { needed: 81, capacity: 80 };
     becomes(capacity, Code::ResetCapacity, sizes(81, 80));
     becomes(ResetError::CoarseRoom { needed: 3, room: 2 }, Code::ResetHats, sizes(3, 2));
-    becomes(ResetError::Colours, Code::ResetColours, none);
     becomes(ResetError::Shapes, Code::ResetShapes, none);
     let flush = FloatEnvironmentError::FlushToZero;
     becomes(ResetError::Float(flush), Code::FloatFlushToZero, none);

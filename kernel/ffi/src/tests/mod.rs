@@ -19,9 +19,9 @@ use chaincell_kernel::include_model;
 
 use crate::{Code, Detail, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue};
 
-/// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --colours --lean`: fits every scheme.
-static BOX: &[u8] = include_model!("../../../../tests/data/box5_colours.chaincell");
-/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats, no colours.
+/// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --lean`: fits every scheme.
+static BOX: &[u8] = include_model!("../../../../tests/data/box5.chaincell");
+/// `chaincell bake plane:9x9x0.01 --diagonals --lean`: no hats.
 static PLANE: &[u8] = include_model!("../../../../tests/data/plane9.chaincell");
 
 /// `chaincell bake box:6x6x4x0.01 --young-pa 5000 --poisson 0.4 --hats 2.5 --probe-contact cells`: nodal
@@ -63,7 +63,7 @@ fn size_of_body(model: &ModelStorage, scheme: i32, contacts: u32) -> (usize, usi
     (bytes, align)
 }
 
-/// The schemes that move a body without being told of colours that it has not.
+/// The schemes that move a body.
 fn schemes_of(image: &[u8]) -> impl Iterator<Item = Scheme> {
     let is_nodal = image == SHAPES;
     let moves_shapes = |scheme: &Scheme| matches!(scheme, Scheme::Track | Scheme::Predict);

@@ -1,6 +1,6 @@
 //! Settings: the kernel's defaults, and each one out of range.
 
-use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Model, Rkl1, Rkl2, Unloading};
+use chaincell_kernel::{Arithmetic, Choice, Drive, Dynamics, Model, Rkl2, Unloading};
 
 use super::{
     BOX, KINDS, SHAPES, call, choose, hash, make, model_of, sample, settings_of, tick, try_make,
@@ -38,7 +38,6 @@ fn the_defaults_are_the_kernels() {
     let kernel = chaincell_kernel::Settings::for_model(&model);
     for scheme in Scheme::ALL {
         let tick_time = match scheme {
-            Scheme::Rkl1 => Rkl1::tick_time(&model, 4),
             Scheme::Rkl2 => Rkl2::tick_time(&model, 4),
             _ => kernel.tick_time,
         };

@@ -1,8 +1,6 @@
 //! Sizes, storage that is too small, and arguments out of range.
 
-use chaincell_kernel::{
-    Dynamics, Euler, GaussSeidel, I8F24, Predict, Rkl1, Rkl2, Tissue, Track, coarse_room,
-};
+use chaincell_kernel::{Dynamics, Euler, I8F24, Predict, Rkl2, Tissue, Track, coarse_room};
 
 use super::{
     BLOCK, BOX, KINDS, PLANE, SHAPES, call, info_of, init, make, model_of, schemes_of, settings_of,
@@ -23,9 +21,6 @@ fn the_size_is_exactly_what_a_body_needs() {
     for (image, contacts) in [(BOX, 0), (BOX, 3), (BOX, 125), (PLANE, 9), (SHAPES, 0), (SHAPES, 9)]
     {
         for scheme in schemes_of(image) {
-            if image == PLANE && scheme == Scheme::GaussSeidel {
-                continue;
-            }
             let model = model_of(image);
             let (info, settings) = (info_of(&model), settings_of(&model, scheme));
             let (bytes, _) = size_of_body(&model, scheme as i32, contacts);
@@ -55,9 +50,7 @@ fn a_body_takes_what_the_kernels_own_takes_and_little_more() {
     check::<Track, 0>(Scheme::Track);
     check::<Predict<{ coarse_room(100, 8) }>, 100>(Scheme::Predict);
     check::<Euler, 0>(Scheme::Euler);
-    check::<Rkl1, 0>(Scheme::Rkl1);
     check::<Rkl2, 0>(Scheme::Rkl2);
-    check::<GaussSeidel, 0>(Scheme::GaussSeidel);
     check::<Track<0, I8F24>, 0>(Scheme::TrackFixed);
     check::<Euler<I8F24>, 0>(Scheme::EulerFixed);
     let bound = TISSUE_BYTES + TISSUE_WORDS * size_of::<usize>();
@@ -85,14 +78,14 @@ fn what_is_out_of_range_has_no_size() {
         }
         assert_eq!(size(scheme, u32::MAX, u32::MAX, u32::MAX), 0);
     }
-    for scheme in [-1, 8, i32::MIN, i32::MAX] {
+    for scheme in [-1, 2, 4, 8, i32::MIN, i32::MAX] {
         assert_eq!(chaincell_tissue_size(scheme, 10, 1, 0), 0);
     }
 }
 
 #[test]
 fn schemes_and_contacts_that_do_not_fit_are_refused() {
-    for scheme in [-1, 8, i32::MIN, i32::MAX] {
+    for scheme in [-1, 2, 4, 8, i32::MIN, i32::MAX] {
         let (code, _, made) = try_make(BOX, scheme, 1, |_| {});
         assert_eq!((code, made.tissue.is_null()), (Code::Scheme, true));
         let model = model_of(BOX);
@@ -102,16 +95,6 @@ fn schemes_and_contacts_that_do_not_fit_are_refused() {
     let (code, detail, made) = try_make(BOX, 0, 126, |_| {});
     assert_eq!((code, detail.needed, detail.available), (Code::Range, 126, 125));
     assert!(made.tissue.is_null());
-}
-
-/// A failed initialisation leaves no tissue behind.
-#[test]
-fn a_model_without_colours_is_not_for_gauss_seidel() {
-    let (code, detail, mut made) = try_make(PLANE, Scheme::GaussSeidel as i32, 1, |_| {});
-    assert_eq!((code, detail), (Code::ResetColours, Detail::default()));
-    assert!(made.tissue.is_null());
-    let there = made.storage.as_mut_ptr().cast();
-    assert_eq!(call!(chaincell_tissue_reset(there, &mut Detail::default())), Code::NotInitialised);
 }
 
 /// One storage for one body after the other, of any scheme that fits.

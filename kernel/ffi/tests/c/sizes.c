@@ -51,14 +51,9 @@ int main(void)
         line(CHAINCELL_SCHEME_EULER,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_EULER, cells, contacts, 0), cells,
              contacts, hats);
-        line(CHAINCELL_SCHEME_RKL1, CHAINCELL_TISSUE_BYTES(cells, contacts, 0), cells, contacts,
-             hats);
         line(CHAINCELL_SCHEME_RKL2,
              CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_RKL2, cells, contacts, 0), cells,
              contacts, hats);
-        line(CHAINCELL_SCHEME_GAUSS_SEIDEL,
-             CHAINCELL_TISSUE_BYTES_OF(CHAINCELL_CELL_BYTES_GAUSS_SEIDEL, cells, contacts, 0),
-             cells, contacts, hats);
     }
     printf("%lu\n", (unsigned long)CHAINCELL_SHAPE_BYTES(144, 2, 18));
     printf("%lu\n", (unsigned long)(CHAINCELL_SHAPE_BYTES_OF(CHAINCELL_CELL_BYTES_PREDICT, 144, 0, 18) +

@@ -121,11 +121,6 @@ pub mod kind {
     /// `HAT_TURNS` that of all three axes together: rows and columns of x, then of y and of z, each
     /// padded.
     pub const HAT_INVERSE: u32 = 30;
-    /// Optional: starts of the colours in `COLOUR_CELLS`, none empty (u32, colours + 1).
-    pub const COLOUR_ROWS: u32 = 31;
-    /// With `COLOUR_ROWS`: the cells with a mobility, colour by colour, ascending in each; the colour
-    /// of a cell is the lowest that no cell linked to it has (u16).
-    pub const COLOUR_CELLS: u32 = 32;
     /// Optional: what the host wants to remember, opaque to the kernel (bytes).
     pub const NOTES: u32 = 18;
     /// Optional: rest positions of the nodes of a mesh finer than the network, by input id

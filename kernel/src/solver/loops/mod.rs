@@ -188,10 +188,6 @@ pub trait Loops: LinkNumber {
     }
 }
 
-impl Loops for f64 {
-    const COARSE: bool = false;
-}
-
 impl Loops for I8F24 {
     const COARSE: bool = false;
 }

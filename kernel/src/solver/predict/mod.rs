@@ -94,7 +94,6 @@ impl<const ROOM: usize> Dynamics for Predict<ROOM> {
     const TAKES_SURFACES: bool = true;
     const ARRAYS: usize = ARRAYS;
     const POINTS: usize = TRACK;
-    type Residual<const CELLS: usize> = [[Cell; CELLS]; 1];
     type Arrays<const CELLS: usize> = [[Cell; CELLS]; ARRAYS];
     type Room = [Eight; ROOM];
 

@@ -1,11 +1,10 @@
-//! What a link needs of a number type; the links of `f32` and `f64`.
+//! What a link needs of a number type; the links of `f32`.
 
-use super::law::{self, Band, COINCIDENT, LinkForce};
+use super::law::{self, Band, LinkForce};
 use super::range::RangeError;
 use super::term::Links;
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
-use crate::number::Number;
 use crate::number::cell::{Cell, single};
 use crate::terms::number::TermNumber;
 
@@ -101,52 +100,5 @@ impl LinkNumber for f32 {
             return links.accumulate(awake, v, residual, |v| v);
         }
         super::vfp::accumulate(links.model, Band::new(links.alpha(0)), awake, v, residual);
-    }
-}
-
-/// The band in rest lengths, and of the squared lengths; widened by the rounding of rest lengths
-/// that are stored in single precision.
-#[derive(Debug, Clone, Copy)]
-pub struct DoubleBand {
-    low: f64,
-    high: f64,
-}
-
-/// Rest lengths are stored in single precision.
-const RIM: f64 = 4.0 / 16_777_216.0;
-
-#[allow(private_interfaces)]
-impl LinkNumber for f64 {
-    type Band = DoubleBand;
-
-    fn band(alpha: f32) -> DoubleBand {
-        DoubleBand { low: 1.0 - f64::from(alpha), high: 1.0 + f64::from(alpha) }
-    }
-
-    fn link_force(
-        pi: [Self; 3],
-        pj: [Self; 3],
-        l0: f32,
-        w: f32,
-        band: DoubleBand,
-        rest_difference: impl FnOnce() -> [f32; 3],
-    ) -> Option<LinkForce<Self>> {
-        let difference = [pj[0] - pi[0], pj[1] - pi[1], pj[2] - pi[2]];
-        let l0 = f64::from(l0);
-        let u = libm::sqrt(Self::inner(difference, difference));
-        let d = if u > l0 * band.high * (1.0 + RIM) {
-            u - l0 * band.high
-        } else if u < l0 * band.low * (1.0 - RIM) {
-            u - l0 * band.low
-        } else {
-            return None;
-        };
-        let wd = f64::from(w) * d;
-        let force = if u * u < f64::from(COINCIDENT) * l0 * l0 {
-            rest_difference().map(|x| wd / (2.0 * l0) * f64::from(x))
-        } else {
-            difference.map(|x| wd / (2.0 * u) * x)
-        };
-        Some(LinkForce { force, wd2: wd * d })
     }
 }

@@ -1,13 +1,12 @@
 //! The links of a body as they are in a tick: with their bands, or with closed ones.
 
-use super::law::{Band, LinkForce, link_force};
+use super::law::LinkForce;
 use super::number::LinkNumber;
 use super::scalar::accumulate;
 use crate::backend::slice_set::SliceSet;
 use crate::model::Model;
 use crate::number::cell::{Cell, dot, output, single, sub};
 use crate::number::sqrt::sqrt;
-use crate::terms::term::CellTerm;
 
 /// The links, and whether their bands are closed (unloading).
 #[derive(Clone, Copy)]
@@ -67,27 +66,6 @@ impl Links<'_, '_> {
         }
         N::mend(self, awake, v, residual, y);
         tally
-    }
-
-    /// The links of a cell whose output is `here`, in ascending order of their other ends.
-    pub fn cell(&self, v: &[Cell], cell: usize, here: [f32; 3]) -> CellTerm {
-        let k = self.model.saturation();
-        let (mut sum, mut length) = (Cell::ZERO, 0.0);
-        for (link, other) in self.model.neighbours(cell) {
-            let (Some(there), Some(&l0)) = (v.get(other), self.model.rest_length.get(link)) else {
-                continue;
-            };
-            let there = output(there.xyz(), k);
-            let (w, band) = (self.model.link_weight(link), Band::new(self.alpha(link)));
-            let rest = || self.rest_difference(cell, other);
-            if let Some(of) = link_force(here, there, l0, w, band, rest) {
-                let [x, y, z] = of.force;
-                sum = sum.plus(Cell([x, y, z, of.wd2]));
-            }
-            let [x, y, z] = sub(there, here);
-            length += w * (x.abs() + y.abs() + z.abs());
-        }
-        CellTerm { residual: sum.xyz(), wd2: sum.w(), length }
     }
 
     /// Output of the state of one cell.

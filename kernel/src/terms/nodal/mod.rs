@@ -67,7 +67,7 @@ pub(crate) use state::ShapeState;
 
 use super::held::{Contact, Touched};
 use super::number::TermNumber;
-use super::term::{CellTerm, Term};
+use super::term::Term;
 use crate::backend::f32x8::F32x8;
 use crate::backend::slice_set::SliceSet;
 use crate::backend::slices::cells_of;
@@ -165,7 +165,7 @@ impl Term for Nodal<'_> {
         cell: usize,
         at: &impl Fn(usize) -> [N; 3],
         state: &impl Fn(usize) -> ShapeState,
-        add: &mut impl FnMut(CellTerm),
+        add: &mut impl FnMut([f32; 3]),
     ) {
         if self.is_any() {
             add(self.at_positions(cell, &|cell| single(at(cell)), state));

@@ -9,7 +9,6 @@ use crate::model::image::nodal;
 use crate::model::nodal::Nodal;
 use crate::number::cell::sub;
 use crate::terms::held::Touched;
-use crate::terms::term::CellTerm;
 
 impl Nodal<'_> {
     /// The cells linked to a cell, ascending.
@@ -60,25 +59,23 @@ impl Nodal<'_> {
         [x, y, z, energy]
     }
 
-    /// Force on a cell at these positions, and eight times its energy.
+    /// Force on a cell at these positions.
     pub(super) fn at_positions(
         self,
         cell: usize,
         at: &impl Fn(usize) -> [f32; 3],
         state: &impl Fn(usize) -> ShapeState,
-    ) -> CellTerm {
-        let Step { pull: [x, y, z, energy], .. } = self.here(cell, state(cell), at);
-        let (mut force, mut length) = ([x.0, y.0, z.0], 0.0);
+    ) -> [f32; 3] {
+        let Step { pull: [x, y, z, _], .. } = self.here(cell, state(cell), at);
+        let mut force = [x.0, y.0, z.0];
         for (other, slot) in self.slots_of(cell).filter(|(other, _)| *other != cell) {
             let stress = self.here(other, state(other), at).stress;
             let area = three(slot.three(nodal::BACK_AREA), Lane);
             for (sum, part) in force.iter_mut().zip(times(stress, area)) {
                 *sum -= part.0;
-                length += 4.0 * part.0.abs();
             }
         }
-        length += 4.0 * (x.0.abs() + y.0.abs() + z.0.abs());
-        CellTerm { residual: force, wd2: energy.0, length }
+        force
     }
 
     /// Adds the energy of the cells `held` and of all that are linked to them, each once.

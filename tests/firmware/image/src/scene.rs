@@ -3,7 +3,7 @@
 use chaincell_kernel::{Dynamics, Model, Settings, Unloading};
 // Each scheme's line needs one of these, and perhaps the room for hats.
 #[allow(unused_imports)]
-use chaincell_kernel::{Euler, GaussSeidel, Predict, Rkl1, Rkl2, Track, coarse_room, elastic_room};
+use chaincell_kernel::{Euler, Predict, Rkl2, Track, coarse_room, elastic_room};
 use chaincell_scenes::{Scene, Tools};
 
 include!(concat!(env!("OUT_DIR"), "/scene.rs"));

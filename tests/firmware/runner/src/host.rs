@@ -6,8 +6,8 @@ use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Anchor, CoarseTouch, Dynamics, Euler, GaussSeidel, Head, Model, NearTriangle, Network, Predict,
-    Rkl1, Rkl2, Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays,
+    Anchor, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
+    Rkl2, Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays,
     TouchRoom, TouchState, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
@@ -117,9 +117,7 @@ fn stage<A: Act>(ready: &Ready, tier: Tier, act: A) -> Result<A::Output> {
         ("track", Tier::F32) => with::<Track, A>(ready, act),
         ("predict", Tier::F32) => with::<Predict, A>(ready, act),
         ("euler", Tier::F32) => with::<Euler, A>(ready, act),
-        ("rkl1", Tier::F32) => with::<Rkl1, A>(ready, act),
         ("rkl2", Tier::F32) => with::<Rkl2, A>(ready, act),
-        ("gauss-seidel", Tier::F32) => with::<GaussSeidel, A>(ready, act),
         ("track", Tier::Fixed) => with::<Track<0, I8F24>, A>(ready, act),
         ("euler", Tier::Fixed) => with::<Euler<I8F24>, A>(ready, act),
         (scheme, tier) => bail!("no scheme {scheme} in {}", tier.name()),
@@ -132,7 +130,7 @@ fn with<D: Dynamics, A: Act>(ready: &Ready, act: A) -> A::Output {
     let tissue = TissueMut {
         head: &mut { Head::<D>::NEW },
         state: &mut vec![Cell::ZERO; cells],
-        residual: &mut vec![Cell::ZERO; D::RESIDUALS * cells],
+        residual: &mut vec![Cell::ZERO; cells],
         own: &mut vec![Cell::ZERO; D::ARRAYS * cells],
         room: &mut vec![[0.0; 8]; D::room_blocks(&ready.model, held)],
         contacts: &mut vec![Contact::NONE; held],

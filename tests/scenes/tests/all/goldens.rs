@@ -181,10 +181,10 @@ fn scenes_press_clamp_close_and_reach_the_safe_state() {
 }
 
 /// Traces name the revision: a change of any golden raises it, and both numbers here; a new scene
-/// changes the second alone, and so does one whose old image the kernel refuses.
+/// changes the second alone, and so does one that is gone or whose old image the kernel refuses.
 #[test]
 fn the_goldens_are_those_of_the_revision() {
     let mut digest = CRC.digest();
     GOLDENS.iter().for_each(|golden| digest.update(&golden.digest.to_le_bytes()));
-    assert_eq!((REVISION, digest.finalize()), (4, 0xe72c_24e2));
+    assert_eq!((REVISION, digest.finalize()), (4, 0xa284_e77c));
 }

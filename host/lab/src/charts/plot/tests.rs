@@ -23,7 +23,7 @@ fn example() -> Chart {
     .series("track with a coarse level of 320 hats", Style::MarkedLine, &coarse)
     .series("euler", Style::MarkedLine, &euler)
     .series("XPBD, links in their order", Style::Markers, &xpbd)
-    .series("rkl1", Style::Dashed, &rkl)
+    .series("rkl2", Style::Dashed, &rkl)
     .front(
         "Pareto front",
         &[euler[0], track[0], track[1], coarse[0], coarse[1], track[3], coarse[2]],

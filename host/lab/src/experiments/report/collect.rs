@@ -214,16 +214,6 @@ fn motions(options: &Options) -> [&'static [Motion]; 2] {
     }
 }
 
-/// Held cells under a hand that moves, alone: what [`collect`] measures of it.
-///
-/// # Errors
-/// As there.
-pub fn hands_alone(options: &Options) -> Result<Vec<HandRow>> {
-    let main = main_body(options, 0.0)?;
-    let main_ns = worst::sweep(&main, hand_rounds(options))?.mixed.simd_ns;
-    hands(options, &main, main_ns, || Ok(()))
-}
-
 fn hand_rounds(options: &Options) -> usize {
     if options.quick { 15 } else { 101 }
 }

@@ -13,8 +13,8 @@
 //! | The sweep | time of one sweep in its worst state, at rest, and in a local press, beside a plain loop | `report_summary.json` |
 //! | Time to equilibrium | sweeps and time until a pressed cell is settled, beside mass-spring and position-based dynamics | `report_settle.csv` |
 //! | A press by 3 mean link lengths | error of every scheme against the exact path of energy minima | `report_press.csv` |
-//! | The relaxation in time | error of `euler`, `rkl1` and `rkl2` against the exact trajectory of the plane | `report_flow.csv` |
-//! | Number types | distance of `f32` and fixed point from `f64`, and their cost | `report_numbers.csv` |
+//! | The relaxation in time | error of `euler` and `rkl2` against the exact trajectory of the plane | `report_flow.csv` |
+//! | Number types | distance of fixed point from `f32`, and their cost | `report_numbers.csv` |
 //! | Cost over size | cost and sweeps over the size of the body | `report_growth.csv` |
 //!
 //! An error of the field is |u - `u_exact`| over |`u_exact`|, L2 over the cells; an error of the

@@ -1,5 +1,5 @@
-//! The kernel's number types under the same press: what they cost, and how far each is from double
-//! precision.
+//! The kernel's number types under the same press: what they cost, and how far fixed point is from
+//! single precision.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -37,7 +37,7 @@ pub struct NumberRow {
     pub ticks: usize,
     /// Median tick \[ns\].
     pub tick_ns_p50: u64,
-    /// Largest distance of a cell from double precision after the last tick, over the depth.
+    /// Largest distance of a cell from single precision after the last tick, over the depth.
     pub field: f64,
     /// Difference of the force after the last tick, over the largest force.
     pub force: f64,
@@ -73,11 +73,11 @@ fn press(scene: &Scene, scheme: Scheme, numbers: Arithmetic) -> Result<Press> {
 pub fn run(scene: &Scene) -> Result<Vec<NumberRow>> {
     let mut rows = Vec::new();
     for scheme in [Scheme::Euler, Scheme::Track] {
-        let exact = press(scene, scheme, Arithmetic::F64)?;
-        let largest = exact.forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
-        for number in [Arithmetic::F32, Arithmetic::Fixed, Arithmetic::F64] {
+        let single = press(scene, scheme, Arithmetic::F32)?;
+        let largest = single.forces.iter().map(|force| force.norm()).fold(0.0, f64::max);
+        for number in [Arithmetic::F32, Arithmetic::Fixed] {
             let press = press(scene, scheme, number)?;
-            let forces = press.forces.iter().zip(&exact.forces);
+            let forces = press.forces.iter().zip(&single.forces);
             let off: Vec<f64> = forces.map(|(a, b)| (a - b).norm() / largest).collect();
             rows.push(NumberRow {
                 scene: scene.name,
@@ -86,7 +86,7 @@ pub fn run(scene: &Scene) -> Result<Vec<NumberRow>> {
                 sweeps: SWEEPS,
                 ticks: TICKS,
                 tick_ns_p50: press.tick_ns_p50,
-                field: farthest(&press.field, &exact.field) / DEPTH_LINKS,
+                field: farthest(&press.field, &single.field) / DEPTH_LINKS,
                 force: off.last().copied().unwrap_or_default(),
                 force_max: off.iter().copied().fold(0.0, f64::max),
             });

@@ -82,7 +82,7 @@ pub fn write(report: &Report, folder: &Folder) -> Result<Vec<(String, String)>> 
         put(
             flow(report),
             "report_flow",
-            "euler, rkl1 and rkl2 against the exact trajectory of the plane",
+            "euler and rkl2 against the exact trajectory of the plane",
         )?;
     }
     if let Some(growth) = &report.growth {
@@ -173,11 +173,7 @@ fn flow(report: &Report) -> Chart {
     let title = "the plane, 50 mm, 8 neighbours, against the exact trajectory";
     let y = Axis::log10("largest error of a cell [% of the depth]");
     let mut chart = Chart::new(title, Axis::log10("link passes"), y);
-    for (scheme, style) in [
-        (Scheme::Euler, Style::MarkedLine),
-        (Scheme::Rkl1, Style::Dashed),
-        (Scheme::Rkl2, Style::MarkedLine),
-    ] {
+    for (scheme, style) in [(Scheme::Euler, Style::MarkedLine), (Scheme::Rkl2, Style::MarkedLine)] {
         for t in [1.0, 100.0] {
             let rows = report
                 .flow

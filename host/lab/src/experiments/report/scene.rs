@@ -83,10 +83,9 @@ impl Scene {
         contact: Contact,
         options: &BakeOptions,
     ) -> Result<Self> {
-        let options = BakeOptions { colours: true, ..options.clone() };
-        let image = bake(mesh, fixed, &options)?;
+        let image = bake(mesh, fixed, options)?;
         let model = parse(&image)?;
-        let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options };
+        let without = BakeOptions { coarse_basis: BasisSpacing::None, ..options.clone() };
         let bare = (model.hats() > 0).then(|| bake(mesh, fixed, &without)).transpose()?;
         let (contacts, direction) = contact.of(&model)?;
         Ok(Self { name, source: source.into(), image, bare, contacts, direction })

@@ -380,7 +380,7 @@ fn numbers(report: &Report) -> String {
         .column("force, largest on the way [%]", |row| percent(row.force_max));
     format!(
         "## Number types\n\nA press by 3 mean link lengths in 300 ticks, held to tick {}, {} a \
-         tick, no hats (only f32 has them): against f64 under the same scheme. Field: largest \
+         tick, no hats (only f32 has them): against f32 under the same scheme. Field: largest \
          distance of a cell after the last tick, over the depth. `track` decides from sweep to sweep \
          by the last bits, so its way differs more than its end.\n\n{}{}",
         first.ticks,

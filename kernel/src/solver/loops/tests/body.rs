@@ -119,7 +119,6 @@ impl Body {
                 alphas: varied.alphas.then_some(&self.slice_alphas),
                 weights: varied.weights.then_some(&self.slice_weights),
             }),
-            colours: None,
             coarse_basis: None,
             link_alphas: varied.alphas.then_some(&self.alphas),
             link_weights: varied.weights.then_some(&self.weights),

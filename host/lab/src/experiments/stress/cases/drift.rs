@@ -64,10 +64,8 @@ fn drift(scale: Scale, found: &mut Findings) -> Result<()> {
         for variant in if is_nodal { Variant::of_shapes() } else { Variant::all() } {
             let Some(model) = body.model(variant.hats)? else { continue };
             let is_single = variant.numbers == Arithmetic::F32;
-            let is_short =
-                !scale.quick || label != "floating" || variant.numbers != Arithmetic::F64;
             // The longest drift is for the arithmetic that devices have.
-            if (scale.slow && !is_single) || !is_short {
+            if scale.slow && !is_single {
                 continue;
             }
             let sweeps = (!variant.scheme.goes_by_tick()).then_some(SWEEPS);

@@ -7,19 +7,14 @@ use crate::experiments::stress::case::{Case, Findings, Scale};
 use crate::experiments::stress::trial::{Trial, sample};
 use crate::monitor::Check;
 use chaincell_host::bake::{BakeOptions, PerCell};
-use chaincell_host::engine::Arithmetic;
 use chaincell_host::error::Result;
 use chaincell_host::interrupt;
 
 pub const CASES: &[Case] = &[Case {
     name: "rest",
-    checks: "every body untouched, then held still: force 0, level 0, not a bit moves (f64: \
-             nowhere by over 1e-5 links, for rest lengths are single precision)",
+    checks: "every body untouched, then held still: force 0, level 0, not a bit moves",
     run: rest,
 }];
-
-/// Farthest that a cell may come in double precision [mean link lengths].
-const DOUBLE_MAX: f64 = 1e-5;
 
 fn rest(scale: Scale, found: &mut Findings) -> Result<()> {
     let n = scale.nodes();
@@ -57,13 +52,12 @@ fn still(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<
             }
         };
         let (before, start_m) = (engine.state_hash(), engine.positions_m());
-        let double = variant.numbers == Arithmetic::F64;
         let place = || format!("{name}, {variant}");
         for tick in 0..2 * ticks {
             let output = engine.tick(&sample(([0.3, -0.2, 0.1], tick >= ticks)));
             let nothing = output.force_n.norm() == 0.0 && output.energy_j.to_bits() == 0;
             let same = nothing && engine.state_hash() == before;
-            found.hold(same || double, place(), Check::Rest, || {
+            found.hold(same, place(), Check::Rest, || {
                 format!("tick {tick}: force {}, level {:e} J", output.force_n, output.energy_j)
             });
             if !same {
@@ -74,7 +68,7 @@ fn still(scale: Scale, found: &mut Findings, name: &str, body: &Body) -> Result<
         let apart = now_m.as_flattened().iter().zip(start_m.as_flattened());
         let farthest_m = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let farthest = farthest_m / f64::from(model.unit_m());
-        found.hold(farthest <= DOUBLE_MAX, place(), Check::Rest, || format!("{farthest} links"));
+        found.hold(farthest == 0.0, place(), Check::Rest, || format!("{farthest} links"));
         found.figure("moved_links", farthest);
         found.figure("ticks_each", f64::from(2 * ticks));
     }
