@@ -76,7 +76,7 @@
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 1280
+#define CHAINCELL_VERSION 1536
 
 /**
  * Alignment of a tissue's storage [bytes].

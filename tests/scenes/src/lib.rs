@@ -8,7 +8,7 @@
 //! ```
 //! use chaincell_scenes::{Run, Tier, golden, plane4_euler as scene};
 //!
-//! let mut tissue = scene::Body::new(); // in firmware a static, 10 kB
+//! let mut tissue = scene::Body::new(); // in firmware a static, 17 kB
 //! let mut run = Run::new(&scene::SCENE, tissue.view()).unwrap();
 //! run.play(100, |_tick, _state_hash| {});
 //! let golden = golden(&scene::SCENE, Tier::F32, 100).unwrap();

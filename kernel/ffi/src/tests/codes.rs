@@ -26,8 +26,10 @@ fn text(code: i32) -> String {
 #[test]
 fn numbers_do_not_change() {
     let numbers: Vec<i32> = Code::ALL.iter().map(|&code| code as i32).collect();
-    let promised = (0..=7).chain(20..=31).chain(40..=46).chain(60..=67).chain(80..=98);
+    let promised = (0..=7).chain(20..=31).chain(40..=46).chain(60..=61);
     let promised: Vec<i32> = promised
+        .chain(63..=67)
+        .chain(80..=98)
         .chain(100..=102)
         .chain(120..=127)
         .chain(140..=148)
@@ -76,7 +78,7 @@ fn every_code_has_words_of_its_own() {
 #[test]
 fn the_version_names_the_layout() {
     let sizes = [size_of::<Sample>(), size_of::<Output>(), size_of::<Settings>()];
-    assert_eq!((chaincell_version(), sizes), (0x0500, [16, 36, 28]));
+    assert_eq!((chaincell_version(), sizes), (0x0600, [16, 36, 28]));
     let of_tools = [size_of::<ToolPart>(), size_of::<ToolPose>(), size_of::<ToolOutput>()];
     assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 36], 56, 16));
     assert_eq!(chaincell_version(), VERSION);
