@@ -212,9 +212,12 @@ impl<const ROOM: usize, N: Loops> Track<ROOM, N> {
             if !is_finite {
                 room.fill([0.0; LANES]);
             }
-            match terms.touch.get() {
-                Some(_) => self.guess.fall_back(),
-                None => self.guess.judge(false),
+            // A body at rest tells nothing of how stiff it is; asleep it makes no such pass.
+            if fine.hi > 0.0 {
+                match terms.touch.get() {
+                    Some(_) => self.guess.fall_back(),
+                    None => self.guess.judge(false),
+                }
             }
             let (rz, rz_last) = (own.plus(product).hi, direction.plus(mixed).hi);
             let products = Products { rz, rs, rz_last };

@@ -202,6 +202,33 @@ proptest! {
     }
 }
 
+/// A body that the guard had judged stiff, and that slept, moves on as one that lay awake.
+#[test]
+fn what_is_learnt_of_a_body_outlasts_its_sleep() {
+    let shape = Shape::generated("box:5x5x5x0.01").unwrap().holding(&[124]);
+    let mut discarded = 0;
+    for options in kinds(&BakeOptions::default()) {
+        let image = shape.bake(&options).unwrap();
+        let model = Model::from_bytes(image.as_bytes()).unwrap();
+        for variant in Variant::plain_of(&model) {
+            let contact = || Contact::Cells(shape.cells(&model));
+            let mut engines = [(); 2]
+                .map(|()| variant.engine(model, contact(), variant.sweeps(), |of| of).unwrap());
+            engines[0].forbid_sleep();
+            for tick in 0..3000_u16 {
+                // Presses with a jump, and a long rest between them.
+                let (at, engaged) = (tick % 1500, u32::from(tick % 1500 < 40));
+                let z = if at < 2 { 0.0 } else { -0.01 };
+                let [awake, asleep] =
+                    engines.each_mut().map(|engine| engine.tick(&sample([0.0, 0.0, z], engaged)));
+                discarded += u32::from(awake.flags.contains(Flags::ROLLED_BACK));
+                assert_eq!(awake, asleep, "{variant}, tick {tick}");
+            }
+        }
+    }
+    assert!(discarded > 0);
+}
+
 /// 10,000 ticks at rest on the generated organ, without a band: the hash stays.
 #[test]
 fn ten_thousand_ticks_of_rest() {

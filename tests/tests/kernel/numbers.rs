@@ -1,4 +1,5 @@
-//! Number types: how far fixed point is from single precision under the same scheme, and that no sample makes any of them leave its range.
+//! Number types: how far fixed point is from single precision under the same scheme, and that no
+//! sample makes any of them leave its range.
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use chaincell_host::bake::tissue::Tissue;
