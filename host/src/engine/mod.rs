@@ -336,9 +336,8 @@ impl<'m> Engine<'m> {
         self.tissue.is_anytime()
     }
 
-    /// Fewest sweeps of a tick whose force is one of this contact's: links under a moving tool are
-    /// torn into another equilibrium by fewer than [`LINKS_LEAST_SWEEPS`], where the settings have
-    /// so many.
+    /// Fewest sweeps of a tick whose force is one of this contact's: four for links under a moving
+    /// tool, which fewer tear into another equilibrium, or all where the settings have less; else one.
     #[must_use]
     pub fn least_sweeps(&self) -> u16 {
         let is_moving = !matches!(self.contact, Contact::Cells(_));
