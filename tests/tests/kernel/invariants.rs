@@ -2,7 +2,7 @@
 //! over six decades, alpha from 0 to 0.99, pushed, torn and let go.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell};
+use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::{Choice, Flags, Model, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
@@ -205,9 +205,10 @@ proptest! {
 /// A body that the guard had judged stiff, and that slept, moves on as one that lay awake.
 #[test]
 fn what_is_learnt_of_a_body_outlasts_its_sleep() {
-    let shape = Shape::generated("box:5x5x5x0.01").unwrap().holding(&[124]);
+    let shape = Shape::generated("box:2x2x2x0.02").unwrap().holding(&[7]);
     let mut discarded = 0;
-    for options in kinds(&BakeOptions::default()) {
+    let coarse_basis = BasisSpacing::Links(1.0);
+    for options in kinds(&BakeOptions { coarse_basis, ..BakeOptions::default() }) {
         let image = shape.bake(&options).unwrap();
         let model = Model::from_bytes(image.as_bytes()).unwrap();
         for variant in Variant::plain_of(&model) {
@@ -215,10 +216,10 @@ fn what_is_learnt_of_a_body_outlasts_its_sleep() {
             let mut engines = [(); 2]
                 .map(|()| variant.engine(model, contact(), variant.sweeps(), |of| of).unwrap());
             engines[0].forbid_sleep();
-            for tick in 0..3000_u16 {
-                // Presses with a jump, and a long rest between them.
-                let (at, engaged) = (tick % 1500, u32::from(tick % 1500 < 40));
-                let z = if at < 2 { 0.0 } else { -0.01 };
+            for tick in 0..4000_u16 {
+                // Moves with a jump, and a long rest after each.
+                let (at, engaged) = (tick % 400, u32::from(tick % 400 < 40));
+                let z = if at < 2 { 0.0 } else { 0.002 * f32::from(1 + tick / 400) };
                 let [awake, asleep] =
                     engines.each_mut().map(|engine| engine.tick(&sample([0.0, 0.0, z], engaged)));
                 discarded += u32::from(awake.flags.contains(Flags::ROLLED_BACK));
