@@ -26,7 +26,7 @@ const TICKS: u64 = 2 * CYCLE;
 /// Most energy out of nothing of a pair of events, of a sequence, and where the tool takes hold inside the
 /// tissue \[J\].
 const PAIR_MAX_J: f64 = 1.0e-3;
-const MADE_MAX_J: f64 = 1.5e-3;
+const MADE_MAX_J: f64 = 1.1e-3;
 const INSIDE_MAX_J: f64 = 13.0e-3;
 /// States that are kept for a server that is killed.
 const SAVED: usize = 60;
