@@ -1,6 +1,7 @@
 //! A probe on the triangles of a body of links.
 #![allow(clippy::unwrap_used)]
 
+use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
@@ -29,6 +30,22 @@ fn engine(image: &ImageBytes, radius_m: f32, (scheme, sweeps): (Scheme, u16)) ->
     let contact = Contact::Probe { radius_m, capacity: 64 };
     let network = Network::new(model, settings).unwrap();
     Engine::with_contact(network, scheme, Arithmetic::F32, contact).unwrap()
+}
+
+/// Links under a moving tool need more than one sweep; held cells and bodies of shapes do not.
+#[test]
+fn the_fewest_sweeps_are_those_of_the_contact() {
+    let image = links("box:5x5x5x0.008", 0.0);
+    assert_eq!(engine(&image, 0.01, (Scheme::Predict, 9)).least_sweeps(), 4);
+    assert_eq!(engine(&image, 0.01, (Scheme::Predict, 2)).least_sweeps(), 2);
+    let network = Network::new(model(&image), Settings::for_model(&model(&image))).unwrap();
+    assert_eq!(Engine::new(network, Scheme::Predict, &[7]).unwrap().least_sweeps(), 1);
+    let mesh = load("box:5x5x5x0.008", &MeshOptions::default()).unwrap();
+    let tissue = Some(Tissue::new(PerCell::Uniform(5000.0), PerCell::Uniform(0.45)));
+    let options =
+        BakeOptions { tissue, probe_contact: ProbeContact::Surface, ..BakeOptions::default() };
+    let shapes = bake(&mesh, &mesh.default_fixed, &options).unwrap();
+    assert_eq!(engine(&shapes, 0.01, (Scheme::Predict, 9)).least_sweeps(), 1);
 }
 
 /// Everything that a tick gives, bit by bit.
