@@ -6,9 +6,9 @@ use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Anchor, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
-    Rkl2, Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays,
-    TouchRoom, TouchState, Track,
+    Anchor, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict, Rkl2,
+    Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays, TouchRoom,
+    TouchState, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
 use chaincell_scenes::{Act, Run, RunError, Scene, Tier, golden};
