@@ -389,8 +389,7 @@ fn write(plan: &Plan<'_>, body: &OrderedCells, options: &BakeOptions) -> Result<
     let (cells, links) = (body.rest.len(), &body.links);
     let at = |cell: u16| body.rest[usize::from(cell)];
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (alphas, mut stiffness) = (plan.alpha(links), plan.stiffness(links));
-    stiffness.varies &= options.tissue.is_none();
+    let (alphas, stiffness) = (plan.alpha(links), plan.stiffness(links));
     let shaped = |tissue| Shapes::new(plan.mesh(), body, tissue);
     let shapes = options.tissue.as_ref().map(shaped).transpose()?;
     let alpha = mean(&alphas.each) as f32;

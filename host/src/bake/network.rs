@@ -88,11 +88,13 @@ impl<'a> Plan<'a> {
         self.of_links(links, &self.options.alpha, coarse.filter(|_| varies), varies)
     }
 
-    /// Stiffness of every link [N/m].
+    /// Stiffness of every link [N/m]; in a body of tissue no link has one of its own.
     pub fn stiffness(&self, links: &[Link]) -> OfLinks {
         let coarse = self.coarse.as_ref().map(|coarse| &coarse.links.stiffness_n_per_m);
-        let varies = coarse.is_some() || matches!(self.options.stiffness_n_per_m, PerCell::Each(_));
-        self.of_links(links, &self.options.stiffness_n_per_m, coarse, varies)
+        let given = &self.options.stiffness_n_per_m;
+        let is_of_links = self.options.tissue.is_none();
+        let varies = is_of_links && (coarse.is_some() || matches!(given, PerCell::Each(_)));
+        self.of_links(links, given, coarse, varies)
     }
 
     fn of_links(

@@ -314,7 +314,9 @@ impl Header {
         }
         // A damaged length must not be read as a cut.
         let (bytes, contacts) = (bytes as usize, contacts as usize);
-        if contacts > CONTACTS_MAX || !may_have(bytes, contacts) {
+        if contacts > CONTACTS_MAX
+            || [0, STAGE_BYTES].iter().all(|stage| header_bytes(contacts) + stage != bytes)
+        {
             return Err(TraceError::Checksum);
         }
         let header = trace.get(..bytes).ok_or(TraceError::Truncated)?;
@@ -322,9 +324,10 @@ impl Header {
             return Err(TraceError::Checksum);
         }
         let (origin, parts, friction) = extension(header)?;
-        let front = HEADER_BYTES..HEADER_BYTES + usize::from(parts & STAGE_BIT) * STAGE_BYTES;
+        let stage_bytes = if parts & STAGE_BIT != 0 { STAGE_BYTES } else { 0 };
+        let front = HEADER_BYTES..HEADER_BYTES + stage_bytes;
         let has_tools = parts & TOOLS_BIT != 0;
-        if bytes != (front.end + 4 * contacts).next_multiple_of(8) {
+        if bytes != header_bytes(contacts) + stage_bytes {
             return Err(TraceError::Layout);
         }
         let [unloading, drive]: [u16; 2] = bytemuck::cast(codes);
@@ -391,12 +394,6 @@ pub(super) struct Read<'t> {
     /// Length of the header.
     pub(super) bytes: usize,
     pub(super) checksum: u32,
-}
-
-/// Whether a header with so many contact cells may be so long: with an output stage or without.
-fn may_have(bytes: usize, contacts: usize) -> bool {
-    let fronts = [HEADER_BYTES, HEADER_BYTES + STAGE_BYTES];
-    fronts.iter().any(|front| (front + 4 * contacts).next_multiple_of(8) == bytes)
 }
 
 /// What wrote the trace, which parts it has, and the word of the friction.

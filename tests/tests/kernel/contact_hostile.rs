@@ -9,8 +9,8 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    Model, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose, ToolSample,
-    TouchStore, Unloading,
+    Model, NOT_TURNED, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose,
+    ToolSample, TouchStore, Unloading,
 };
 use proptest::prelude::*;
 
@@ -39,7 +39,7 @@ fn coordinate() -> impl Strategy<Value = f32> {
 fn poses(tools: usize) -> impl Strategy<Value = Vec<ToolPose>> {
     let orientation = prop_oneof![
         3 => prop::array::uniform4(-1.0_f32..1.0),
-        3 => Just([0.0, 0.0, 0.0, 1.0]),
+        3 => Just(NOT_TURNED),
         1 => prop::array::uniform4(coordinate()),
     ];
     let engaged = prop_oneof![20 => Just(1_u32), 3 => Just(0), 1 => any::<u32>()];

@@ -7,7 +7,8 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    Choice, Drive, Model, Network, TickOutput, ToolPart, ToolPose, ToolSample, Unloading,
+    Choice, Drive, Model, NOT_TURNED, Network, TickOutput, ToolPart, ToolPose, ToolSample,
+    Unloading,
 };
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_tests::graph::sample;
@@ -188,7 +189,7 @@ fn tools_go_on_with_friction_and_grips() {
             engaged: u32::from(tick % 300 < 260),
         };
         [
-            pose([x - unit_m, y, high - along * unit_m], [0.0, 0.0, 0.0, 1.0]),
+            pose([x - unit_m, y, high - along * unit_m], NOT_TURNED),
             pose([x + along * unit_m, y + unit_m, high - 0.4 * unit_m], [0.0, sin, 0.0, cos]),
         ]
     };

@@ -17,7 +17,7 @@ use chaincell_host::session::ipc::payload::{ToolForce, ToolPose as FirstPose};
 use chaincell_host::session::loops::record::{Recorder, Row};
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::{Command, CommandRecord, End, Reader};
-use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose};
+use chaincell_kernel::{Model, NOT_TURNED, Network, Settings, ToolPart, ToolPose};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -48,7 +48,7 @@ fn pose() -> impl Strategy<Value = ToolPose> {
     let depth = prop_oneof![12 => -0.004_f32..0.008, 1 => coordinate()];
     let engaged = prop_oneof![20 => Just(1), 4 => Just(0), 1 => any::<u32>()];
     let orientation = prop_oneof![
-        12 => Just([0.0, 0.0, 0.0, 1.0]),
+        12 => Just(NOT_TURNED),
         1 => prop::array::uniform4(-2.0_f32..2.0),
         1 => Just([f32::NAN; 4]),
     ];

@@ -4,14 +4,12 @@ use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Model, Network, Settings as KernelSettings, Tissue as Own, ToolPart as KernelPart,
+    Model, NOT_TURNED, Network, Settings as KernelSettings, Tissue as Own, ToolPart as KernelPart,
     ToolPose as KernelPose, TouchStore, Track, elastic_room,
 };
 
 use super::tool_storage::{ROOM, SURFACE, placed};
 use super::{BOX, NO_OUTPUT, call, hash, make};
-use chaincell_kernel::NOT_TURNED;
-
 use crate::{
     Code, ContactForce, Detail, FLAG_BAD_SAMPLE, FLAG_LATE, FLAG_SAFE_STATE, Output, Room, Scheme,
     Tissue, ToolOutput, ToolPart, ToolPose,

@@ -1,10 +1,10 @@
 //! How many sweeps a tick may make: as many as fit the time between two poses.
 //!
 //! The fewest that the contact needs are made in any case. A further sweep is made where it would
-//! end in time by the p99 of the last [`COSTS`] sweeps. The
-//! time is counted from the arrival of the pose. What stands behind the sweeps (hash, record, send)
-//! is measured and kept free. After a miss, a pose that came before the answer to the one before
-//! had left, sweeps count twice as long; that fades within a second.
+//! end in time by the p99 of the last [`COSTS`] sweeps. The time is counted from the arrival of the
+//! pose. What stands behind the sweeps (hash, record, send) is measured and kept free. After a miss,
+//! a pose that came before the answer to the one before had left, sweeps count twice as long; that
+//! fades within a second.
 
 use std::fmt;
 use std::str::FromStr;
