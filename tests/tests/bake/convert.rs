@@ -300,7 +300,7 @@ fn ctrl_c_ends_a_fill_at_once_and_leaves_nothing() {
     std::thread::sleep(Duration::from_secs(2));
     assert!(convert.is_running(), "the fill is too short for this test");
     convert.signal(Signal::INT);
-    let ended = convert.end(Duration::from_secs(2)).with(130);
+    let ended = convert.end(Duration::from_secs(10)).with(130);
     assert!(ended.err.contains("interrupted") && ended.out.is_empty(), "{ended:?}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

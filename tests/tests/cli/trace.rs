@@ -303,7 +303,7 @@ fn ctrl_c_ends_a_replay_within_a_long_tick() {
     std::thread::sleep(Duration::from_secs(2));
     assert!(replay.is_running(), "the tick is too short for this test");
     replay.signal(Signal::INT);
-    let ended = replay.end(Duration::from_secs(2)).with(130);
+    let ended = replay.end(Duration::from_secs(10)).with(130);
     assert!(ended.err.contains("interrupted") && ended.out.is_empty(), "{ended:?}");
 }
 

@@ -3,6 +3,7 @@
 use chaincell_client::{Flags, Notes, Outcome, Pose};
 use chaincell_tests::files::{Table, summary, text};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{run, turn};
 
 use super::{SOME_N, WAIT_NS, answered, options, pose, press, size_n};
@@ -50,7 +51,7 @@ fn sending_and_receiving_apart_give_the_same() {
     let start = std::time::Instant::now();
     let mut seen = 0;
     while seen < 5 {
-        assert!(start.elapsed().as_secs() < 20, "{seen} answers");
+        assert!(start.elapsed() < SHORT, "{seen} answers");
         let (outcome, answer) = client.try_receive().unwrap();
         assert_eq!(outcome == Outcome::Answered, answer.answers > seen);
         seen = answer.answers;

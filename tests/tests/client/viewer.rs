@@ -6,6 +6,7 @@ use chaincell_client::viewed::View;
 use chaincell_client::{Client, Command, Kind, Pose};
 use chaincell_tests::files::text;
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, turn};
 
 use super::{SOME_N, WAIT_NS, answered, options, pose, press, size_n, viewer};
@@ -18,7 +19,7 @@ fn next<T>(mut look: impl FnMut() -> Option<T>) -> T {
         if let Some(found) = look() {
             return found;
         }
-        assert!(start.elapsed().as_secs() < 20, "nothing within 20 s");
+        assert!(start.elapsed() < SHORT, "nothing within {SHORT:?}");
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
 }

@@ -10,8 +10,6 @@ use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// Flag of the safe state.
 const SAFE_STATE: u32 = 16;
 
@@ -78,7 +76,7 @@ fn two_viewers_see_what_an_offline_run_of_the_same_poses_writes() {
     assert_eq!(found.header, cells.header);
     assert_eq!(found.whole("node"), cells.whole("node"));
     outsider.send(pose(60));
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert!(served["states_sent"].as_u64().unwrap() >= 3, "{served}");
 }
 
@@ -119,7 +117,7 @@ fn a_session_with_commands_is_replayed_to_the_same_bits() {
     let reset = command(&place, &["reset"]).with(0).json();
     assert_eq!(reset["state_hash"], rest["state_hash"]);
     let last = press(80, 120).last().unwrap().state_hash;
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["commands_done"], &served["ticks_paused"]), (&8.into(), &10.into()));
     assert_eq!(served["state_hash"], format!("{last:016x}"));
     let trace = out.join("session.trace");
@@ -163,7 +161,7 @@ fn commands_that_mean_nothing_change_nothing_and_say_why() {
     outsider.send(pose(0));
     assert_eq!(outsider.receive().flags & SAFE_STATE, 0);
     outsider.send(pose(1));
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["commands_done"], &served["commands_refused"]), (&1.into(), &12.into()));
 }
 
@@ -187,7 +185,7 @@ fn a_viewer_that_was_killed_disturbs_nobody() {
     let (stamp, rows) = Viewer::join(&place.scene).after(39);
     assert_eq!((stamp.tick, rows.len()), (38, 81));
     press(39, 40);
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["ticks_executed"], &served["sends_failed"]), (&40.into(), &0.into()));
 }
 

@@ -8,10 +8,9 @@ use chaincell_tests::files::{Table, play, write_path};
 use chaincell_tests::outsider::contacts::{Touch, Touched, Watcher};
 use chaincell_tests::outsider::{Force, Outsider, Pose};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// A sphere of 6 mm that rubs.
 const TOOL: [&str; 4] = ["--contact", "probe:0.006", "--friction", "0.4"];
 
@@ -96,7 +95,7 @@ fn an_outside_reader_sees_the_contacts_whose_sum_is_the_force() {
     let (stamp, touches) = watcher.after(81);
     assert_eq!((stamp.tick, stamp.contacts, touches.len()), (80, 0, 0));
     outsider.send(Pose { engaged: 0, ..pose(81) });
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert!(served["contacts_sent"].as_u64().unwrap() >= 4, "{served}");
     assert_eq!(served["states_sent"], 0, "nobody reads states");
 }
@@ -123,7 +122,7 @@ fn a_reader_that_stops_reading_or_is_killed_harms_nothing() {
     assert!(stuck.try_receive().is_none());
     let last = answers(&outsider, 299..300);
     assert!(last[0].contacts > 0);
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["ticks_executed"], &served["sends_failed"]), (&300.into(), &0.into()));
     assert!(served["contacts_sent"].as_u64().unwrap() > 20, "{served}");
 }

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use std::path::Path;
-use std::time::Duration;
 
 use chaincell_host::session::timing::clock::now_ns;
 use chaincell_kernel::trace::{Reader, Record};
@@ -11,10 +10,9 @@ use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::tools::{Poses, ToolsOutsider};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 const TICKS: u64 = 300;
 const MILLISECOND_NS: u64 = 1_000_000;
 
@@ -56,7 +54,7 @@ fn session(name: &str, options: &[&str], press: impl FnOnce(&Place)) -> Vec<Opti
     let trace = place.folder.path().join("a.trace");
     let server = serve(&place, &trace, options);
     press(&place);
-    let served = server.end(SOON).with(0).json();
+    let served = server.end(SHORT).with(0).json();
     let model = ["--model", text(&place.model), "--json"];
     let replayed = run([&["replay", text(&trace)][..], &model].concat()).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);

@@ -2,16 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::time::Duration;
-
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::contacts::Watcher;
 use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, run, turn};
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// A tick at which the sphere is 2 mm deep.
 const DEEP: u64 = 40;
 
@@ -81,7 +78,7 @@ fn a_grip_by_command_drags_the_tissue_along_and_is_replayed_to_the_same_bits() {
             let step_n = largest_step_n(&last);
             assert!(step_n < 0.2 * dragged_n[1].abs(), "a step of {step_n} N");
         }
-        let served = serve.end(SOON).with(0).json();
+        let served = serve.end(SHORT).with(0).json();
         assert_eq!(served["commands_done"], if grips { 2 } else { 0 });
         let replayed = run(["replay", text(&out), "--json"]).with(0).json();
         assert_eq!(replayed["state_hash"], served["state_hash"]);
@@ -131,7 +128,7 @@ fn what_cannot_be_gripped_is_refused_and_changes_nothing() {
     let free = outsider.receive();
     refused(let_go(0, 20.0), 10, (100, 101, free.state_hash));
     answers(&outsider, 101..120);
-    let served = serve.end(SOON).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["commands_done"], &served["commands_refused"]), (&1.into(), &12.into()));
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);

@@ -11,11 +11,10 @@ use chaincell_tests::outsider::{
     BAD_SAMPLE, Force, LATE, Outsider, Pose, RELEASE_FIRST, SAFE, STALE,
 };
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 use rustix::process::Signal;
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// Ticks of a press.
 const TICKS: u64 = 40;
 
@@ -80,7 +79,7 @@ fn a_press_is_answered_as_by_version_1_to_the_bit() {
         Force { step_ns: 0, ..outsider.receive() }
     });
     let wanted: Vec<Force> = wanted.collect();
-    first.end(SOON).with(0);
+    first.end(SHORT).with(0);
     drop(outsider);
     assert!(size_n(wanted[60].force_n) > 0.0 && wanted[80].force_n == [0.0; 3]);
     let mut sessions = BTreeSet::new();
@@ -113,7 +112,7 @@ fn a_press_is_answered_as_by_version_1_to_the_bit() {
             assert_eq!(found.each[1..], [ToolForce::default(); 7]);
             sessions.insert(found.session_id);
         }
-        server.end(SOON).with(0);
+        server.end(SHORT).with(0);
     }
     assert!(sessions.len() == 2 && !sessions.contains(&0), "{sessions:?}");
 }
@@ -141,7 +140,7 @@ fn late_answers_say_of_which_tick_their_force_is() {
         let same = answer.each[0].force_n == before[39].each[0].force_n;
         assert_eq!(same, is_late, "{at}");
     }
-    server.end(SOON).with(0);
+    server.end(SHORT).with(0);
 }
 
 #[test]
@@ -284,7 +283,7 @@ fn the_force_falls_on_the_service_of_the_version_in_charge() {
             server.interrupt().with(130);
         } else {
             outsider.send(poses(TICKS));
-            let served = server.end(SOON).with(0).json();
+            let served = server.end(SHORT).with(0).json();
             assert_eq!(served["watchdog_fired"].as_u64().map(|times| times >= 1), Some(true));
         }
     }

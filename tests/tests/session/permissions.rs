@@ -13,11 +13,10 @@ use std::time::Duration;
 use chaincell_tests::files::{content, text};
 use chaincell_tests::outsider::{Commander, Order, Outsider, Pose, Reply, Viewer};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, chaincell, run, turn};
 use iceoryx2::prelude::*;
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// User and group that own nothing.
 const NOBODY: u32 = 65_534;
 /// Reading, writing or executing by anybody but the owner.
@@ -104,7 +103,7 @@ fn readable_by_all(place: &Place) -> (PathBuf, PathBuf) {
 fn as_nobody(program: &Path, args: &[&str]) -> chaincell_tests::Ended {
     let mut command = Command::new(program);
     command.args(args).uid(NOBODY).gid(NOBODY).current_dir("/");
-    Running::start(&mut command).end(SOON)
+    Running::start(&mut command).end(SHORT)
 }
 
 #[test]
@@ -142,8 +141,8 @@ fn another_user_is_refused_and_disturbs_nothing() {
                    mv /tmp/iceoryx2 /tmp/iceoryx2-taken 2>/dev/null && echo moved; true";
     let ended = as_nobody(Path::new("/bin/sh"), &["-c", by_hand]).with(0);
     assert_eq!(ended.out, "", "{}", ended.out);
-    let sent = control.end(SOON).with(0).json();
-    let served = serve.end(SOON).with(0).json();
+    let sent = control.end(SHORT).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&sent["ticks_answered"], &served["ticks_executed"]), (&3000.into(), &3000.into()));
     for key in ["poses_refused", "poses_repeated", "commands_done", "commands_refused"] {
         assert_eq!(served[key], 0, "{key}");
@@ -174,7 +173,7 @@ fn a_configuration_in_the_working_folder_changes_nothing() {
         let outsider = Outsider::join(&place.scene, true);
         outsider.send(Pose { tick: 7, ..Pose::default() });
         assert_eq!(outsider.receive().tick, 7);
-        let ended = serve.end(SOON).with(0);
+        let ended = serve.end(SHORT).with(0);
         assert_eq!(ended.err, "");
         assert!(!Path::new("/tmp/chaincell-hostile").exists());
         let evil = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name());
@@ -228,7 +227,7 @@ fn messages_of_other_sizes_are_refused() {
     let outsider = Outsider::join(&place.scene, true);
     outsider.send(Pose { tick: 1, ..Pose::default() });
     assert_eq!(outsider.receive().tick, 1);
-    assert_eq!(serve.end(SOON).with(0).json()["ticks_executed"], 1);
+    assert_eq!(serve.end(SHORT).with(0).json()["ticks_executed"], 1);
 }
 
 #[test]

@@ -3,9 +3,8 @@
 #![allow(clippy::panic, reason = "a failing helper fails its test")]
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::time::Duration;
-
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{run, turn};
 
 /// The rest of the line that begins with a name.
@@ -25,7 +24,7 @@ fn serve_and_control_count_flags_by_name() {
     let serve = place.serve(&[&["--ticks", "200"][..], &SLOW_TOOL].concat());
     let press = ["control", "--scene", &place.scene, "--seconds", "0.2", "--late-share", "off"];
     let control = run(press).with(0);
-    let serve = serve.end(Duration::from_secs(20)).with(0);
+    let serve = serve.end(SHORT).with(0);
     let flags = line(&serve.out, "flags");
     assert!(flags.starts_with("motion_clamped on ") && flags.contains(" tick"), "{flags}");
     assert!(line(&control.out, "flags").starts_with(flags), "{} {flags}", control.out);

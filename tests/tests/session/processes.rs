@@ -9,6 +9,7 @@ use std::time::Duration;
 use chaincell_tests::files::{Table, is_hash, play, summary, text, write_path};
 use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
 
 /// Arguments of a controller on the place's scene.
@@ -33,7 +34,7 @@ fn every_pose_of_a_path_is_answered() {
     let options = ["--ticks", "500", "--out", text(&out), "--json", "--budget-us", "off"];
     let serve = place.serve(&options);
     let control = run(control_args(&place, &["--path", text(&path)])).with(0).json();
-    let served = serve.end(Duration::from_secs(20)).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&500.into(), &500.into()));
     assert_eq!((&control["foreign_answers"], &control["sends_failed"]), (&0.into(), &0.into()));
     assert_eq!(served["ticks_executed"], 500);
@@ -84,7 +85,7 @@ fn a_server_that_was_killed_is_replaced() {
     drop(place.serve(&[]));
     let serve = place.serve(&["--ticks", "100"]);
     run(control_args(&place, &["--seconds", "0.1"])).with(0);
-    serve.end(Duration::from_secs(20)).with(0);
+    serve.end(SHORT).with(0);
 }
 
 #[test]
@@ -159,8 +160,8 @@ fn readers_that_join_and_leave_cost_no_answer() {
         ticks.push(answer.tick);
     }
     assert!(ticks.into_iter().eq(0..2000), "each answer once and in order");
-    assert_eq!(control.end(Duration::from_secs(20)).with(0).json()["ticks_answered"], 2000);
-    let served = serve.end(Duration::from_secs(20)).with(0).json();
+    assert_eq!(control.end(SHORT).with(0).json()["ticks_answered"], 2000);
+    let served = serve.end(SHORT).with(0).json();
     assert!(served["peers"]["joins"].as_u64().unwrap() >= 4, "{}", served["peers"]);
 }
 

@@ -8,11 +8,10 @@ use std::time::{Duration, Instant};
 use chaincell_tests::files::text;
 use chaincell_tests::outsider::{Commander, Force, Order, Outsider, Pose, Reply, Viewer};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, run, turn};
 use rustix::process::Signal;
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// The last tick before the snapshot.
 const TICK: u64 = 79;
 const RELEASE_FIRST: u32 = 512;
@@ -57,7 +56,7 @@ fn beside(folder: &Path, tick: u64) -> PathBuf {
 fn written(path: &Path) {
     let start = Instant::now();
     while !path.is_file() {
-        assert!(start.elapsed() < SOON, "no {}", path.display());
+        assert!(start.elapsed() < SHORT, "no {}", path.display());
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -89,7 +88,7 @@ fn a_session_goes_on_from_a_snapshot_and_has_no_force_until_a_release() {
     // The device felt nothing since the snapshot.
     let is_withheld = |of: &Force| of.force_n == [0.0; 3] && of.flags & RELEASE_FIRST != 0;
     assert!(found.iter().all(is_withheld), "{found:?}");
-    let served = restored.end(SOON).with(0).json();
+    let served = restored.end(SHORT).with(0).json();
     // Its own trace begins with a copy.
     let replayed = run(["replay", text(&second), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);
@@ -117,7 +116,7 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
     let told = command(&place, &["snapshot"]).with(0).json();
     assert_eq!(told["tick"], TICK - 1);
     answers(&outsider, TICK..TICK + 1);
-    served.end(SOON).with(0);
+    served.end(SHORT).with(0);
     run(["replay", text(&first)]).with(0);
     let from = run(["replay", text(&first), "--from", "0"]).with(0);
     assert!(from.out.contains("80 ticks"), "{}", from.out);
@@ -129,7 +128,7 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
     assert_eq!(told["tick"], TICK - 1, "the last tick before it");
     let wanted = answers(&outsider, TICK..TICK + 20);
     assert_ne!(wanted[0].flags & RELEASE_FIRST, 0);
-    restored.end(SOON).with(0);
+    restored.end(SHORT).with(0);
     run(["replay", text(&second)]).with(0);
     run(["replay", text(&second), "--from", "78"]).with(0);
     // The controller in charge is still known.
@@ -139,7 +138,7 @@ fn a_restored_session_is_saved_again_before_its_first_pose() {
     let state = Viewer::join(&place.scene).after(0).0;
     assert_eq!((state.tick, state.ticks_answered), (TICK - 1, 0));
     assert_eq!(done(&answers(&outsider, TICK..TICK + 20)), done(&wanted));
-    restored.end(SOON).with(0);
+    restored.end(SHORT).with(0);
     run(["replay", text(&third)]).with(0);
 }
 
@@ -153,7 +152,7 @@ fn another_controller_releases_first() {
     answers(&outsider, 0..TICK + 1);
     command(&place, &["snapshot"]).with(0);
     answers(&outsider, TICK + 1..90);
-    first.end(SOON).with(0);
+    first.end(SHORT).with(0);
     drop(outsider);
     let from = beside(&out, TICK);
     let second = serve(&place, &["--ticks", "3", "--restore", text(&from)]);
@@ -164,7 +163,7 @@ fn another_controller_releases_first() {
     let _ = other.receive();
     other.send(pose(82));
     assert_eq!(other.receive().flags & RELEASE_FIRST, 0);
-    second.end(SOON).with(0);
+    second.end(SHORT).with(0);
 }
 
 #[test]
@@ -183,12 +182,12 @@ fn what_cannot_go_on_is_told_and_nothing_is_lost() {
     assert!(told.contains("--record"), "{told}");
     let outsider = Outsider::join(&place.scene, true);
     answers(&outsider, 0..1);
-    unrecorded.end(SOON).with(0);
+    unrecorded.end(SHORT).with(0);
     let recorded = serve(&place, &["--ticks", "6", "--out", text(&out)]);
     answers(&outsider, 1..6);
     command(&place, &["snapshot"]).with(0);
     answers(&outsider, 6..7);
-    recorded.end(SOON).with(0);
+    recorded.end(SHORT).with(0);
     let file = beside(&out, 5);
     let trace = out.join("session.trace");
     let whole = std::fs::read(&trace).unwrap();
@@ -249,7 +248,7 @@ fn a_snapshot_that_cannot_be_written_is_refused() {
     let binary = chaincell_tests::chaincell().get_program().to_owned();
     let mut command = std::process::Command::new("unshare");
     command.current_dir(place.folder.path()).args(["--mount", "sh", "-c", &lines]);
-    let ended = Running::start(command.arg(binary)).end(SOON);
+    let ended = Running::start(command.arg(binary)).end(SHORT);
     if ended.code == Some(99) || ended.err.contains("unshare") {
         println!("SKIPPED a_snapshot_that_cannot_be_written_is_refused: no right to mount");
         return;

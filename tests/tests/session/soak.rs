@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use chaincell_tests::files::{Table, bake, content, is_hash, scratch, text};
 use chaincell_tests::outsider::Outsider;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, chaincell, scene, turn};
 use serde_json::Value;
 
@@ -127,7 +128,7 @@ fn a_path_played_over_and_over() {
     let control = chaincell_tests::run(args).with(0).json();
     assert_eq!((&control["ticks_sent"], &control["ticks_answered"]), (&600.into(), &600.into()));
     assert_eq!(control["foreign_answers"], 0);
-    let served = serve.end(Duration::from_secs(20)).with(0).json();
+    let served = serve.end(SHORT).with(0).json();
     assert_eq!((&served["ticks_executed"], &served["poses_repeated"]), (&600.into(), &0.into()));
     assert_eq!(served["state_hash"], control["state_hash"]);
     let none = chaincell_tests::run(["control", "--scene", &place.scene, "--repeat", "0"]).with(2);

@@ -17,7 +17,7 @@ use chaincell_tests::outsider::{LATE, SAFE};
 use nalgebra::Vector3;
 
 /// Longest wait for anything that must happen.
-pub const LIMIT: Duration = Duration::from_secs(20);
+pub const LIMIT: Duration = Duration::from_secs(60);
 /// Stiffness of the spring [N/m].
 pub const SPRING_N_PER_M: f32 = 100.0;
 

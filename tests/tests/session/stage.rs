@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use chaincell_tests::files::{Table, bake, play, scratch, summary, text, write_path};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, scene, turn};
 
 /// A stiff plane and a path that presses its middle by 20 mm to some newtons, and holds.
@@ -30,8 +31,8 @@ fn session(test: &str, ticks: u64, stage: &[&str], beside: impl Fn(&str)) -> (Pl
     let control = ["control", "--scene", &place.scene, "--path", text(&path), "--json"];
     let control = Running::chaincell([&control[..], &["--late-share", "off"]].concat());
     beside(&place.scene);
-    control.end(Duration::from_secs(60)).with(0);
-    serve.end(Duration::from_secs(60)).with(0);
+    control.end(SHORT).with(0);
+    serve.end(SHORT).with(0);
     (place, out)
 }
 

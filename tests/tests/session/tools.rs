@@ -11,11 +11,10 @@ use chaincell_tests::outsider::tools::{Forces, Poses, ToolForce, ToolPose, Tools
 use chaincell_tests::outsider::{
     BAD_SAMPLE, Commander, LATE, Order, Outsider, Pose, RELEASE_FIRST, SAFE, STALE,
 };
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, scene, turn};
 use rustix::process::Signal;
 
-/// Longest life of a server that has got its last pose.
-const SOON: Duration = Duration::from_secs(20);
 /// A capsule of 15 mm half length along x.
 const CAPSULE: &str = "--tool=capsule:0.015,0.004/0,0.70710678,0,0.70710678";
 /// Two of them.
@@ -158,7 +157,7 @@ fn each_tool_feels_its_own_force_and_torque_and_the_session_replays() {
         one.receive()
     }));
     assert!(size(pressed_anew.force_n) > 0.01);
-    let served = server.end(SOON).with(0).json();
+    let served = server.end(SHORT).with(0).json();
     let replayed = run(["replay", text(&out), "--json"]).with(0).json();
     assert_eq!(replayed["state_hash"], served["state_hash"]);
     assert_eq!(replayed["ticks"], ALL);
@@ -428,7 +427,7 @@ fn a_controller_plays_a_path_of_two_tools() {
     let args = ["control", "--scene", &block.scene, "--path", text(&path), "--json"];
     let told = run([&args[..], &["--late-share", "off"]].concat()).with(0).json();
     assert_eq!((&told["ticks_answered"], &told["has_touched"]), (&61.into(), &true.into()));
-    let served = server.end(SOON).with(0).json();
+    let served = server.end(SHORT).with(0).json();
     assert_eq!(told["state_hash"], served["state_hash"]);
     let again = block.file("again");
     let sent = out.join("path.csv");

@@ -48,7 +48,7 @@ fn a_control_outlives_its_server_and_goes_on_with_the_next_one() {
     let mut seen = until(&outsider, |force| force.tick >= 600);
     let killed = first.id();
     first.signal(Signal::KILL);
-    first.end(SOON);
+    first.end(SHORT);
     std::thread::sleep(Duration::from_millis(200));
     let second = place.serve(&["--json"]);
     assert_eq!(dead_nodes_of(killed), 0, "what the first server left was not cleared up");
@@ -77,7 +77,7 @@ fn a_control_without_a_server_again_ends_by_itself() {
     let control = control(&place, &["--path", text(&hold(&place, 1000))]);
     until(&outsider, |force| force.tick >= 300);
     serve.signal(Signal::KILL);
-    let ended = control.end(SOON).with(1);
+    let ended = control.end(SHORT).with(1);
     assert!(ended.err.contains("not answered: "), "{}", ended.err);
     let report = ended.json();
     assert_eq!(count(&report, "ticks_sent"), 1000);

@@ -18,7 +18,7 @@ fn with_memory(test: &str, kilobytes: u32, lines: &str) -> Option<Ended> {
     let script = format!("mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 99\n{lines}");
     let mut command = Command::new("unshare");
     command.args(["-m", "sh", "-c", &script]).env("chaincell", chaincell().get_program());
-    Some(Running::start(&mut command).end(SOON))
+    Some(Running::start(&mut command).end(SHORT))
 }
 
 /// What a session leaves in shared memory but iceoryx2's own lock.
@@ -66,7 +66,7 @@ fn a_session_goes_on_while_another_program_fills_it() {
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
         "\"$chaincell\" serve {} --scene {scene} --contact 40 --json > {folder}/serve.out & s=$!
-        until grep -q ready {folder}/serve.out; do sleep 0.01; done
+        until grep -q ready {folder}/serve.out || ! kill -0 $s; do sleep 0.01; done
         \"$chaincell\" control --late-share off --scene {scene} --path {} --json > {folder}/control.out & c=$!
         sleep 0.5
         dd if=/dev/zero of=/dev/shm/filler bs=64k 2> {folder}/dd.err
@@ -103,7 +103,7 @@ fn a_server_is_ready_only_where_others_can_join() {
     let (scene, folder) = (&place.scene, text(place.folder.path()));
     let lines = format!(
         "\"$chaincell\" serve {} --scene {scene} --contact 40 --late-share off > {folder}/out 2> {folder}/err & s=$!
-        until grep -q ready {folder}/out || grep -q \"shared memory\" {folder}/err; do sleep 0.01; done
+        until grep -q ready {folder}/out || ! kill -0 $s; do sleep 0.01; done
         if grep -q ready {folder}/out; then
             \"$chaincell\" control --late-share off --scene {scene} --path {} > /dev/null; echo $?
             \"$chaincell\" command --scene {scene} pause > /dev/null; echo $?
@@ -139,7 +139,7 @@ fn too_few_open_files_are_told_before_ready() {
             place.scene
         );
         let mut command = Command::new("sh");
-        Running::start(command.args(["-c", &line]).arg(chaincell().get_program())).end(SOON)
+        Running::start(command.args(["-c", &line]).arg(chaincell().get_program())).end(SHORT)
     };
     for limit in ["-n 36", "-n 60", "-n 100"] {
         let ended = serve(limit).with(2);

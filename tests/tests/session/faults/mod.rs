@@ -21,11 +21,10 @@ use std::time::{Duration, Instant};
 use chaincell_tests::files::{bake, scratch, text, write_path};
 use chaincell_tests::outsider::{Force, Outsider, SAFE, STALE};
 use chaincell_tests::place::Place;
+use chaincell_tests::process::SHORT;
 use chaincell_tests::{Ended, Running, chaincell, scene};
 use serde_json::Value;
 
-/// Longest life of a process whose work is done.
-const SOON: Duration = Duration::from_secs(30);
 /// Ticks in which the tool goes to its depth, and holds from then on.
 const PRESS_TICKS: u64 = 200;
 /// Part of the largest force that no step may reach: a ramp's own is a twentieth, what the tissue
@@ -128,7 +127,7 @@ fn timed_until(outsider: &Outsider, done: impl Fn(&Force) -> bool) -> Vec<Timed>
     let start = Instant::now();
     let (mut looked, mut seen) = (start, Vec::new());
     while !seen.last().is_some_and(|(_, _, force)| done(force)) {
-        assert!(start.elapsed() < SOON, "{} messages in {SOON:?}", seen.len());
+        assert!(start.elapsed() < SHORT, "{} messages in {SHORT:?}", seen.len());
         take(outsider, &mut looked, &mut seen);
     }
     seen
@@ -162,7 +161,7 @@ fn until_end(mut process: Running, outsider: &Outsider) -> (Ended, Vec<Force>) {
         seen.extend(std::iter::from_fn(|| outsider.try_receive()));
         std::thread::sleep(Duration::from_micros(500));
     }
-    let ended = process.end(SOON);
+    let ended = process.end(SHORT);
     seen.extend(std::iter::from_fn(|| outsider.try_receive()));
     (ended, seen)
 }

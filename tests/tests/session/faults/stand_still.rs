@@ -43,7 +43,7 @@ fn stopped(side: Side, ms: u64) -> (Value, Value, Vec<Timed>) {
     while control.is_running() {
         take(&outsider, &mut looked, &mut seen);
     }
-    let report = control.end(SOON).json();
+    let report = control.end(SHORT).json();
     let served = serve.interrupt().with(130).json();
     take(&outsider, &mut looked, &mut seen);
     (report, served, seen)
