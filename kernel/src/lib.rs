@@ -27,7 +27,7 @@
 //! - [`trace`]: recorded sessions, to be played again bit for bit.
 //!
 //! ```
-//! use chaincell_kernel::{Model, ModelError, Network, Settings, Tissue, ToolSample, Track};
+//! use chaincell_kernel::{Budget, Model, ModelError, Network, Settings, Tissue, ToolPose, Track};
 //! use nalgebra::Vector3;
 //!
 //! fn press(image: &[u8]) -> Result<Vector3<f32>, ModelError> {
@@ -41,8 +41,8 @@
 //!     if tissue.reset(&network).is_err() || tissue.choose_contacts(&network, &[7]).is_err() {
 //!         return Ok(Vector3::zeros());
 //!     }
-//!     let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -0.001), engaged: 1 };
-//!     Ok(tissue.tick(&network, &sample).force_n)
+//!     let sample = ToolPose::at(Vector3::new(0.0, 0.0, -0.001), 1);
+//!     Ok(tissue.tick(&network, &[sample], Budget::All).force_n)
 //! }
 //! assert!(press(&[0; 64]).is_err()); // not a model image
 //! ```
@@ -89,6 +89,7 @@ pub use terms::links::range::RangeError;
 pub use terms::rounding::Rounding;
 pub use terms::state::{TermState, TermStates};
 pub use terms::surface::{Anchor, ContactForce, NearTriangle, PARTS_MAX, TOOLS_MAX, ToolState};
+pub use tick::budget::Budget;
 pub use tick::choice::Choice;
 pub use tick::choices::{Arithmetic, Drive, Scheme, Unloading};
 pub use tick::error::{ResetError, StateError};
@@ -96,7 +97,7 @@ pub use tick::fit::array_bytes;
 pub use tick::handover;
 pub use tick::order::HELD_TICKS_MAX;
 pub use tick::pose::{NOT_TURNED, ToolPart, ToolPose};
-pub use tick::sample::{Flags, TickOutput, ToolSample};
+pub use tick::sample::{Flags, TickOutput};
 pub use tick::settings::{Network, Settings, SettingsError};
 pub use tick::tissue::{Head, Tissue, TissueMut};
 pub use tick::tools::{FRICTION_MAX, ProxyPose, ToolOutput};

@@ -4,7 +4,7 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme, rest_m};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPart, ToolSample, Unloading};
+use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPart, ToolPose, Unloading};
 use nalgebra::Vector3;
 
 /// A body, and what presses it.
@@ -106,7 +106,7 @@ impl Body {
     }
 
     /// The body at rest under one of its tools: a tick for a sample.
-    pub fn tissue(&self, tool: usize) -> impl FnMut(&ToolSample) -> TickOutput {
+    pub fn tissue(&self, tool: usize) -> impl FnMut(&ToolPose) -> TickOutput {
         let model = Model::from_bytes(self.image.as_bytes()).unwrap();
         let settings =
             Settings { sweeps: 2, unloading: Unloading::Off, ..Settings::for_model(&model) };

@@ -4,7 +4,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake}
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::{
-    Flags, Model, Network, Settings, TickOutput, Tissue, ToolSample, Track, Unloading,
+    Budget, Flags, Model, Network, Settings, TickOutput, Tissue, ToolPose, Track, Unloading,
 };
 use nalgebra::{Rotation3, Vector3};
 
@@ -59,7 +59,7 @@ impl Wall {
     }
 
     /// What it answers to a tool.
-    pub fn tick(&mut self, tool: &ToolSample) -> TickOutput {
+    pub fn tick(&mut self, tool: &ToolPose) -> TickOutput {
         let depth = (-tool.position_m.z).max(0.0);
         let before = self.stored_j;
         self.stored_j = 0.5 * self.stiffness_n_per_m * depth * depth;
@@ -201,7 +201,7 @@ impl<'m> Loop<'m> {
     pub fn tick(&mut self, way: Vector3<f64>, holds: bool) {
         let device = self.moving.sample(true);
         let tool = self.stage.sample(&device);
-        let answer = self.tissue.tick(&self.network, &tool);
+        let answer = self.tissue.tick(&self.network, &[tool], Budget::All);
         let output = self.stage.output(&answer);
         let force_n = output.force_n;
         self.is_withheld = output.flags.contains(Flags::FORCE_WITHHELD);

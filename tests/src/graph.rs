@@ -6,7 +6,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::Error;
 use chaincell_host::mesh::Mesh;
-use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use nalgebra::Vector3;
@@ -276,6 +276,6 @@ pub fn holds(monitor: &Monitor<'_>) -> Result<(), TestCaseError> {
 
 /// A tool sample.
 #[must_use]
-pub fn sample(position_m: [f32; 3], engaged: u32) -> ToolSample {
-    ToolSample { position_m: Vector3::from(position_m), engaged }
+pub fn sample(position_m: [f32; 3], engaged: u32) -> ToolPose {
+    ToolPose::at(Vector3::from(position_m), engaged)
 }

@@ -5,7 +5,7 @@
 //! double precision) under the force that the device holds for a tick; what is measured of them is
 //! quantised. All energies are those of the continuous motion.
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::{Rotation3, Vector3};
 
 type V = Vector3<f64>;
@@ -78,11 +78,11 @@ impl Moving {
 
     /// What the device measures.
     #[must_use]
-    pub fn sample(&self, engaged: bool) -> ToolSample {
+    pub fn sample(&self, engaged: bool) -> ToolPose {
         let Handle { count_m: count, axes, .. } = self.handle;
         let read = |x: f64| if count > 0.0 { (x / count).round() * count } else { x };
         let measured = axes.inverse() * (axes * self.position).map(read);
-        ToolSample { position_m: measured.map(|x| x as f32), engaged: u32::from(engaged) }
+        ToolPose::at(measured.map(|x| x as f32), u32::from(engaged))
     }
 
     /// One tick under a new answer: it acts after the delay.

@@ -11,7 +11,7 @@
 use std::collections::VecDeque;
 
 use chaincell_kernel::stage::{Stage, StageSettings};
-use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, TickOutput, ToolPose};
 use nalgebra::Vector3;
 
 use crate::handle::{Hand, Handle, Moving};
@@ -132,7 +132,7 @@ pub fn run(
     settings: StageSettings,
     of: (&Held, &Way),
     seconds: f64,
-    tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
+    tissue: &mut dyn FnMut(&ToolPose) -> TickOutput,
     wish: &dyn Fn(f64) -> V,
 ) -> Seen {
     run_looking(settings, of, seconds, tissue, wish, &mut |_| ())
@@ -143,7 +143,7 @@ pub fn run_looking(
     settings: StageSettings,
     ((handle, grip), way): (&Held, &Way),
     seconds: f64,
-    tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
+    tissue: &mut dyn FnMut(&ToolPose) -> TickOutput,
     wish: &dyn Fn(f64) -> V,
     look: &mut dyn FnMut(Moment),
 ) -> Seen {

@@ -9,8 +9,8 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::ContactError;
 use chaincell_kernel::{
-    Dynamics, Euler, Head, Model, Network, ResetError, Rkl2, Settings, TermState, Tissue,
-    TissueMut, ToolSample, Track, include_model,
+    Budget, Dynamics, Euler, Head, Model, Network, ResetError, Rkl2, Settings, TermState, Tissue,
+    TissueMut, ToolPose, Track, include_model,
 };
 use chaincell_scenes::{Scene, tissue6_track};
 use chaincell_tests::allocations::{Counting, so_far};
@@ -22,9 +22,9 @@ static ALLOCATOR: Counting = Counting;
 /// `chaincell bake plane:9x9x0.01 --diagonals --lean -o tests/data/plane9.chaincell`
 static IMAGE: &[u8] = include_model!("../data/plane9.chaincell");
 
-fn sample(tick: u16) -> ToolSample {
+fn sample(tick: u16) -> ToolPose {
     let position_m = Vector3::new(0.0, 0.0002 * f32::from(tick % 40), 0.001 * f32::from(tick % 60));
-    ToolSample { position_m, engaged: u32::from(tick % 100 < 80) }
+    ToolPose::at(position_m, u32::from(tick % 100 < 80))
 }
 
 fn network(image: &[u8]) -> Network<'_> {
@@ -58,7 +58,7 @@ fn is_the_heaps<D: Dynamics>(image: &[u8], held: &[u32], mut tissue: TissueMut<'
     assert!(so_far().0 > 0, "nothing is counted");
     for tick in 0..500 {
         let before = so_far();
-        let own = tissue.tick(&network, &sample(tick));
+        let own = tissue.tick(&network, &[sample(tick)], Budget::All);
         let hash = tissue.state_hash(network.model());
         let host = engine.tick(&sample(tick));
         assert_eq!(so_far(), before, "tick {tick} allocates");
@@ -131,7 +131,7 @@ fn another_model_than_that_of_the_reset_is_safe() {
 fn only_its_own<D: Dynamics>(image: &[u8], held: u32, tissue: &mut TissueMut<'_, D>) {
     let network = network(image);
     let held = network.model().cell_of_input(held).unwrap();
-    let output = tissue.tick(&network, &sample(1));
+    let output = tissue.tick(&network, &[sample(1)], Budget::All);
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
     // A smaller body, for which there would be room.
     let mesh = load("plane:5x5x0.01", &Default::default()).unwrap();
@@ -139,11 +139,11 @@ fn only_its_own<D: Dynamics>(image: &[u8], held: u32, tissue: &mut TissueMut<'_,
     let other = self::network(small.as_bytes());
     tissue.reset(&network).unwrap();
     tissue.choose_contacts(&network, &[held]).unwrap();
-    tissue.tick(&network, &sample(1));
-    assert!(tissue.tick(&network, &sample(9)).force_n.norm() > 0.0);
+    tissue.tick(&network, &[sample(1)], Budget::All);
+    assert!(tissue.tick(&network, &[sample(9)], Budget::All).force_n.norm() > 0.0);
     let hash = tissue.state_hash(network.model());
-    let output = tissue.tick(&other, &sample(20));
+    let output = tissue.tick(&other, &[sample(20)], Budget::All);
     assert_eq!((output.force_n, output.flags.0), (Vector3::zeros(), 16));
     assert_eq!(tissue.state_hash(network.model()), hash);
-    assert_eq!(tissue.tick(&network, &sample(20)).flags.0 & 16, 0);
+    assert_eq!(tissue.tick(&network, &[sample(20)], Budget::All).flags.0 & 16, 0);
 }

@@ -16,7 +16,7 @@ use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server};
 use chaincell_kernel::trace::Header;
-use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
+use chaincell_kernel::{ContactForce, TickOutput, ToolPose as OneTool};
 use chaincell_kernel::{Model, Network, Settings, Track};
 use chaincell_tests::allocations::{Counting, so_far};
 
@@ -61,7 +61,7 @@ impl Counter {
 }
 
 impl TissueEngine for Counter {
-    fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
+    fn tick(&mut self, _sample: &OneTool) -> TickOutput {
         self.ticks += 1;
         let now = so_far();
         if self.ticks == WARM_UP_TICKS {

@@ -2,7 +2,6 @@
 
 use std::mem::{offset_of, size_of};
 
-use chaincell_kernel::ToolSample;
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Type name of [`ToolPose`] in shared memory.
@@ -107,9 +106,9 @@ pub struct ReplyMessage {
     pub reason: u32,
 }
 
-impl From<ToolPose> for ToolSample {
+impl From<ToolPose> for chaincell_kernel::ToolPose {
     fn from(pose: ToolPose) -> Self {
-        Self { position_m: pose.position_m.into(), engaged: pose.engaged }
+        Self::at(pose.position_m.into(), pose.engaged)
     }
 }
 

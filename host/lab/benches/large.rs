@@ -23,7 +23,7 @@ use chaincell_host::engine::Scheme;
 use chaincell_host::engine::contact::contact_cells;
 use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use chaincell_lab::cli::exit_code;
 use chaincell_lab::experiments::report::press::engine;
 use chaincell_lab::experiments::report::scene::Scene;
@@ -37,7 +37,7 @@ const WAY_M: f64 = 8e-5;
 const SETTLED: u16 = 60;
 /// Ticks that are left out: the tool engages.
 const ENGAGING: usize = 30;
-const FREE: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 };
+const FREE: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
 
 /// How much is done.
 struct Extent {
@@ -87,7 +87,7 @@ fn press(
         let way_m = WAY_M * tick.min(ticks - HELD_TICKS) as f64;
         let position_m = Vector3::from(scene.direction.map(|x| (way_m * x) as f32));
         let begin = Instant::now();
-        let output = engine.tick(&ToolSample { position_m, engaged: 1 });
+        let output = engine.tick(&ToolPose::at(position_m, 1));
         times.push(begin.elapsed().as_secs_f64());
         forces.push(output.force_n.cast::<f64>().into());
     }

@@ -21,7 +21,7 @@ use std::process::{Command, ExitCode};
 use chaincell_host::engine::{Arithmetic, Contact, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::session::timing::histogram::Summary;
-use chaincell_kernel::{Model, ToolSample};
+use chaincell_kernel::{Budget, Model, ToolPose};
 use chaincell_lab::baseline::{Baseline, PerCell};
 use chaincell_lab::bodies::Variant;
 use chaincell_lab::cli::exit_code;
@@ -53,7 +53,7 @@ const PRESS_TICKS: u16 = 100;
 /// Way of the tool a tick, and radius of the probe \[m\].
 const WAY_M: f64 = 1e-4;
 const RADIUS_M: f32 = 0.012;
-const FREE: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 };
+const FREE: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
 
 #[derive(Serialize)]
 struct Row {
@@ -153,7 +153,7 @@ fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let sample = |tick: u16| {
         let way_m = WAY_M * f64::from(tick) - away_m;
         let at = |x| (centre_m[x] + unit_m * rest[x] + way_m * scene.direction[x]) as f32;
-        ToolSample { position_m: Vector3::from([0, 1, 2].map(at)), engaged: 1 }
+        ToolPose::at(Vector3::from([0, 1, 2].map(at)), 1)
     };
     let (name, scheme) = LATE[number];
     let variant = Variant::plain(scheme, Arithmetic::F32);
@@ -161,7 +161,7 @@ fn late_run(scene: &Scene, number: usize, length: usize) -> Result<()> {
     let contacts = (0..PRESS_TICKS).map(|tick| engine.tick(&sample(tick)).contacts).last();
     eprintln!("{name}: {} cells", contacts.unwrap_or(0));
     for tick in PRESS_TICKS..PRESS_TICKS + ticks {
-        black_box(engine.tick_again(black_box(&sample(tick)), Some(0)));
+        black_box(engine.tick_by(&[*black_box(&sample(tick))], Budget::again(Some(0))));
     }
     Ok(())
 }

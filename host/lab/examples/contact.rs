@@ -20,7 +20,7 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, Equivalent, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{Mesh, MeshOptions, load};
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Network, Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
 const YOUNG_PA: f64 = 5000.0;
@@ -91,7 +91,7 @@ impl<'m> Scene<'m> {
     fn tick(&mut self, x_m: f64, depth_m: f64) -> (Vector3<f64>, f64, f64) {
         let z_m = top_m(self.mesh, x_m) + self.radius_m - depth_m;
         let position_m = [x_m, 0.0, z_m].map(|x| x as f32).into();
-        let output = self.engine.tick(&ToolSample { position_m, engaged: 1 });
+        let output = self.engine.tick(&ToolPose::at(position_m, 1));
         (output.force_n.cast(), output.energy_j.into(), output.work_j.into())
     }
 }

@@ -3,7 +3,7 @@
 use chaincell_client::Pose;
 use chaincell_client::tools::TOOLS_MAX;
 use chaincell_host::engine::tools::{Poses, is_unit};
-use chaincell_kernel::{ToolPose, ToolSample};
+use chaincell_kernel::ToolPose;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
@@ -95,9 +95,9 @@ impl Tick {
     }
 
     /// The first tool's sample.
-    pub(crate) fn sample(&self) -> ToolSample {
+    pub(crate) fn sample(&self) -> ToolPose {
         let pose = self.poses.first().copied().unwrap_or(Pose::AWAY);
-        ToolSample { position_m: pose.position_m.into(), engaged: pose.engaged.into() }
+        ToolPose::at(pose.position_m.into(), pose.engaged.into())
     }
 
     /// The poses of so many tools: those that were not given are not engaged.

@@ -7,10 +7,11 @@ use chaincell_client::command::refusal_text;
 use chaincell_client::contacts::Contact;
 use chaincell_host::cli::offline::Offline;
 use chaincell_host::engine::staged::Staged;
-use chaincell_host::engine::tissue::{Node, Sweeps, TissueEngine};
+use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::engine::tools::Felt;
 use chaincell_host::files::recording::Recording;
 use chaincell_host::files::snapshot::SessionSnapshot;
+use chaincell_kernel::Budget;
 use chaincell_kernel::TOOLS_MAX;
 use chaincell_kernel::trace::Command;
 use numpy::{IntoPyArray, PyArray2};
@@ -91,12 +92,12 @@ impl Live {
         self.with(|staged| {
             let tools = staged.tools();
             if tools == 0 {
-                let of = staged.tick_again(&tick.sample(), sweeps);
+                let of = staged.tick_by(&tick.sample(), Budget::again(sweeps));
                 let (force_n, contacts) = (of.force_n.into(), of.contacts);
                 let felt = Felt { force_n, torque_n_m: [0.0; 3], contacts, flags: of.flags };
                 return Output { of, felt: vec![felt], is_several: false, tick: number };
             }
-            let of = staged.tick_tools(&tick.of_tools(tools), Sweeps::Counted(sweeps));
+            let of = staged.tick_tools(&tick.of_tools(tools), Budget::again(sweeps));
             let felt = (0..tools).map(|tool| staged.felt(tool)).collect();
             Output { of, felt, is_several: tools > 1 || tick.is_several, tick: number }
         })

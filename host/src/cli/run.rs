@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use chaincell_kernel::trace::Record;
-use chaincell_kernel::{Choice, TickOutput, ToolSample};
+use chaincell_kernel::{Budget, Choice, TickOutput, ToolPose};
 use serde::Serialize;
 
 use super::mesh_file::Units;
@@ -19,7 +19,7 @@ use crate::engine::flag_ticks::FlagTicks;
 use crate::engine::motion::Pose;
 use crate::engine::order::{TickOrder, TickPlace};
 use crate::engine::staged::Staged;
-use crate::engine::tissue::{Sweeps, TissueEngine};
+use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::engine::untouched::Untouched;
 use crate::error::{Error, Result};
@@ -217,7 +217,7 @@ fn far(args: &Args, tissue: &Staged<'_>, executed: &[Pose]) -> Option<Far> {
 /// The record of a tick that has been made.
 fn record(pose: &Pose, tissue: &mut Staged<'_>) -> Record {
     let state_hash = Some(tissue.state_hash());
-    Record { sweeps: pose.sweeps, state_hash, ..Record::of(pose.tick, ToolSample::from(*pose)) }
+    Record { sweeps: pose.sweeps, state_hash, ..Record::of(pose.tick, ToolPose::from(*pose)) }
 }
 
 /// Adds what all tools felt in a tick.
@@ -293,7 +293,7 @@ pub fn play(
                 continue;
             }
             tools = match paths.each(sequence, at) {
-                [] => tools.with_first_alone(&ToolSample::from(*pose)),
+                [] => tools.with_first_alone(&ToolPose::from(*pose)),
                 each => Poses::of(each),
             };
             let output = played.tick(tissue, pose, &tools);
@@ -312,11 +312,11 @@ impl Played {
 
     /// One timed tick.
     fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose, tools: &Poses) -> TickOutput {
-        let sample = ToolSample::from(*pose);
+        let sample = ToolPose::from(*pose);
         let start = Instant::now();
         let output = match tools.each() {
-            [] => tissue.tick_again(&sample, pose.sweeps),
-            _ => tissue.tick_tools(tools, Sweeps::Counted(pose.sweeps)),
+            [] => tissue.tick_by(&sample, Budget::again(pose.sweeps)),
+            _ => tissue.tick_tools(tools, Budget::again(pose.sweeps)),
         };
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));

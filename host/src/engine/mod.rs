@@ -22,10 +22,10 @@ use std::cell::OnceCell;
 
 use chaincell_kernel::Cell;
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Contact as Slot, ContactError};
+use chaincell_kernel::{Budget, Contact as Slot, ContactError};
 use chaincell_kernel::{
     Dynamics, Euler, Head, I8F24, Model, Network, Number, Predict, ResetError, Rkl2, Settings,
-    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolSample, Track,
+    Team, TermState, TermStates, TickOutput, TissueMut, ToolPart, ToolPose, Track,
 };
 
 pub use chaincell_kernel::{Arithmetic, Scheme};
@@ -33,7 +33,7 @@ pub use chaincell_kernel::{Arithmetic, Scheme};
 use crate::error::{Error, Result};
 use snapshot::AnySaved;
 use threads::Threads;
-use tissue::{Node, Refusal, Sweeps};
+use tissue::{Node, Refusal};
 use tools::AnyTools;
 use touch::TouchMemory;
 pub use touch::{Contact, only_sphere};
@@ -99,12 +99,8 @@ trait AnyTissue: AnyTools + AnySaved {
         network: &Network<'_>,
         contact: &Contact,
     ) -> std::result::Result<(), ContactError>;
-    fn tick_by(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        sweeps: Sweeps<'_>,
-    ) -> TickOutput;
+    fn tick(&mut self, network: &Network<'_>, poses: &[ToolPose], budget: Budget<'_>)
+    -> TickOutput;
     fn is_anytime(&self) -> bool;
     fn state_hash(&mut self, model: &Model<'_>) -> u64;
     fn position(&mut self, model: &Model<'_>, cell: usize) -> [f64; 3];
@@ -144,16 +140,13 @@ impl<D: Dynamics> AnyTissue for Memory<D> {
         }
     }
 
-    fn tick_by(
+    fn tick(
         &mut self,
         network: &Network<'_>,
-        sample: &ToolSample,
-        sweeps: Sweeps<'_>,
+        poses: &[ToolPose],
+        budget: Budget<'_>,
     ) -> TickOutput {
-        match sweeps {
-            Sweeps::Counted(sweeps) => self.view().tick_again(network, sample, sweeps),
-            Sweeps::While(more) => self.view().tick_while(network, sample, more),
-        }
+        self.view().tick(network, poses, budget)
     }
 
     fn is_anytime(&self) -> bool {
@@ -302,19 +295,14 @@ impl<'m> Engine<'m> {
         Ok(())
     }
 
-    /// One tick, see [`TissueMut::tick`].
-    pub fn tick(&mut self, sample: &ToolSample) -> TickOutput {
-        self.tick_by(sample, Sweeps::ALL)
+    /// One tick of one tool with all sweeps, see [`Self::tick_by`].
+    pub fn tick(&mut self, pose: &ToolPose) -> TickOutput {
+        self.tick_by(core::slice::from_ref(pose), Budget::All)
     }
 
-    /// One tick with these sweeps, see [`TissueMut::tick_while`] and [`TissueMut::tick_late`].
-    pub fn tick_by(&mut self, sample: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
-        self.tissue.tick_by(&self.network, sample, sweeps)
-    }
-
-    /// The tick that made so many sweeps once, see [`TissueMut::tick_again`].
-    pub fn tick_again(&mut self, sample: &ToolSample, sweeps: Option<u16>) -> TickOutput {
-        self.tick_by(sample, Sweeps::Counted(sweeps))
+    /// One tick with a pose for each tool and this budget, see [`TissueMut::tick`].
+    pub fn tick_by(&mut self, poses: &[ToolPose], budget: Budget<'_>) -> TickOutput {
+        self.tissue.tick(&self.network, poses, budget)
     }
 
     /// The scheme that it ticks by.

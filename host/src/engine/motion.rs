@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use chaincell_client::payload::ToolPose;
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose as OneTool;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
@@ -44,9 +44,9 @@ impl From<ToolPose> for Pose {
     }
 }
 
-impl From<Pose> for ToolSample {
+impl From<Pose> for OneTool {
     fn from(pose: Pose) -> Self {
-        Self { position_m: Vector3::from(pose.position_m), engaged: pose.engaged }
+        Self::at(pose.position_m.into(), pose.engaged)
     }
 }
 

@@ -4,7 +4,7 @@
 //! The tool goes in by small steps and waits after each, so a move that is shortened for its speed is
 //! made up for before the next. What is still shortened then is so for the depth.
 
-use chaincell_kernel::{Flags, Model, Network, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, Model, Network, TickOutput, ToolPose};
 use nalgebra::Vector3;
 
 use super::place::place;
@@ -79,7 +79,7 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
         progress.inc(1);
         press.pressed_m = step_m * step as f64;
         let position_m = (touch_m + direction * press.pressed_m).map(|x| x as f32);
-        let sample = ToolSample { position_m, engaged: 1 };
+        let sample = ToolPose::at(position_m, 1);
         let output = settle(&mut engine, &sample, press.behind.is_none());
         let (force_n, depth_m) = (output.force_n.norm(), press.pressed_m);
         if has_touched && output.contacts == 0 {
@@ -100,7 +100,7 @@ pub fn slow_press(model: &Model<'_>, radius_m: f32) -> Result<SlowPress> {
 }
 
 /// The answer once the force stays.
-fn settle(engine: &mut Engine<'_>, sample: &ToolSample, may_catch_up: bool) -> TickOutput {
+fn settle(engine: &mut Engine<'_>, sample: &ToolPose, may_catch_up: bool) -> TickOutput {
     let mut last = engine.tick(sample);
     for tick in 1..WAIT_TICKS {
         let next = engine.tick(sample);

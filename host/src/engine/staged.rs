@@ -2,12 +2,12 @@
 
 use chaincell_kernel::stage::{Stage, StageSettings};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolSample};
+use chaincell_kernel::{Budget, ContactForce, Drive, Flags, TOOLS_MAX, TickOutput, ToolPose};
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
 use crate::engine::snapshot::Saved;
-use crate::engine::tissue::{Node, Refusal, Sweeps, TissueEngine};
+use crate::engine::tissue::{Node, Refusal, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
 use crate::error::{Error, Result};
 
@@ -70,12 +70,6 @@ impl<'m> Staged<'m> {
         &mut self.engine
     }
 
-    /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
-    /// settings' count.
-    pub fn tick_again(&mut self, device: &ToolSample, sweeps: Option<u16>) -> TickOutput {
-        self.tick_by(device, Sweeps::Counted(sweeps))
-    }
-
     /// Goes on from what an engine of the same options had saved.
     ///
     /// # Errors
@@ -110,8 +104,8 @@ impl<'m> Staged<'m> {
 }
 
 impl TissueEngine for Staged<'_> {
-    fn tick(&mut self, device: &ToolSample) -> TickOutput {
-        self.tick_by(device, Sweeps::ALL)
+    fn tick(&mut self, device: &ToolPose) -> TickOutput {
+        self.tick_by(device, Budget::All)
     }
 
     fn is_anytime(&self) -> bool {
@@ -122,24 +116,24 @@ impl TissueEngine for Staged<'_> {
         self.engine.least_sweeps()
     }
 
-    fn tick_by(&mut self, device: &ToolSample, sweeps: Sweeps<'_>) -> TickOutput {
+    fn tick_by(&mut self, device: &ToolPose, budget: Budget<'_>) -> TickOutput {
         self.limit_force();
-        match self.stages.as_mut_slice() {
-            [] => self.engine.tick_by(device, sweeps),
-            [stage] => {
-                let tool = stage.sample(device);
-                let output = self.engine.tick_by(&tool, sweeps);
-                stage.output(&output)
-            }
-            _ => self.tick_tools(&Poses::away(self.tools()).with_first_alone(device), sweeps),
+        if self.tools() > 1 {
+            return self.tick_tools(&Poses::away(self.tools()).with_first_alone(device), budget);
         }
+        let Some(stage) = self.stages.first_mut() else {
+            return self.engine.tick_by(core::slice::from_ref(device), budget);
+        };
+        let tool = stage.sample(device);
+        let output = self.engine.tick_by(&[tool], budget);
+        stage.output(&output)
     }
 
     fn tools(&self) -> usize {
         self.engine.contact().tools()
     }
 
-    fn tick_tools(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
+    fn tick_tools(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
         if poses.are_good() {
             for (engaged, pose) in self.engaged.iter_mut().zip(poses.each()) {
                 *engaged = pose.engaged == 1;
@@ -147,10 +141,10 @@ impl TissueEngine for Staged<'_> {
         }
         if !self.stages.is_empty() {
             self.limit_force();
-            return self.tick_staged(poses, sweeps);
+            return self.tick_staged(poses, budget);
         }
         let [last, ..] = &mut self.last;
-        *last = self.engine.tick_tools_by(poses.each(), sweeps);
+        *last = self.engine.tick_by(poses.each(), budget);
         if !self.feels(0) {
             // Others may hold on: a late tick would repeat the force.
             let [last, ..] = &mut self.last;
@@ -246,16 +240,16 @@ impl Staged<'_> {
     }
 
     /// A tick with a stage for each tool; gives what the first one's device is given.
-    fn tick_staged(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
+    fn tick_staged(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
         let are_good = poses.are_good();
         let mut behind = *poses;
         for (pose, stage) in behind.each_mut().iter_mut().zip(&mut self.stages) {
             let engaged = if are_good { pose.engaged } else { u32::MAX };
-            let tool = stage.sample(&ToolSample { position_m: pose.position_m, engaged });
+            let tool = stage.sample(&ToolPose::at(pose.position_m, engaged));
             (pose.position_m, pose.engaged) = (tool.position_m, tool.engaged);
         }
         let is_bad = !behind.are_good();
-        let output = self.engine.tick_tools_by(behind.each(), sweeps);
+        let output = self.engine.tick_by(behind.each(), budget);
         let tools = self.stages.len();
         for tool in 0..tools {
             // Of one tool the tick's answer is the tool's.
@@ -326,7 +320,7 @@ mod tests {
     fn press(staged: &mut Staged<'_>) -> Vec<TickOutput> {
         let tick = |tick: u8| {
             let position_m = Vector3::new(0.0, 0.0, -1.0e-3 * f32::from(tick));
-            staged.tick(&ToolSample { position_m, engaged: 1 })
+            staged.tick(&ToolPose::at(position_m, 1))
         };
         (0..=40).map(tick).collect()
     }

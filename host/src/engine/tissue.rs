@@ -3,7 +3,7 @@
 pub use chaincell_client::command::Refusal;
 use chaincell_client::payload::NodePosition;
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{ContactForce, TickOutput, ToolSample};
+use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 
 use super::snapshot::Saved;
 use super::tools::{Felt, Poses};
@@ -23,26 +23,10 @@ impl From<Node> for NodePosition {
     }
 }
 
-/// Which sweeps a tick makes.
-pub enum Sweeps<'a> {
-    /// So many, as [`TissueMut::tick_again`](chaincell_kernel::TissueMut::tick_again) has it: 0 for
-    /// a late tick, `None` for the settings' count.
-    Counted(Option<u16>),
-    /// At least one, then as long as this says so, told how many are done.
-    While(&'a mut dyn FnMut(u16) -> bool),
-}
-
-impl Sweeps<'_> {
-    /// Those of the settings.
-    pub const ALL: Self = Self::Counted(None);
-    /// None: newer samples wait.
-    pub const LATE: Self = Self::Counted(Some(0));
-}
-
 /// A tissue that is advanced one tick at a time.
 pub trait TissueEngine {
     /// Advances the tissue by one tick. Allocates nothing and never blocks.
-    fn tick(&mut self, sample: &ToolSample) -> TickOutput;
+    fn tick(&mut self, sample: &ToolPose) -> TickOutput;
 
     /// Whether a tick may end after any sweep. Without it every tick makes all its sweeps.
     fn is_anytime(&self) -> bool {
@@ -54,8 +38,8 @@ pub trait TissueEngine {
         1
     }
 
-    /// As [`Self::tick`], with these sweeps where [`Self::is_anytime`].
-    fn tick_by(&mut self, sample: &ToolSample, _sweeps: Sweeps<'_>) -> TickOutput {
+    /// As [`Self::tick`], with this budget where [`Self::is_anytime`].
+    fn tick_by(&mut self, sample: &ToolPose, _budget: Budget<'_>) -> TickOutput {
         self.tick(sample)
     }
 
@@ -66,8 +50,8 @@ pub trait TissueEngine {
     }
 
     /// As [`Self::tick_by`], with a pose for each tool.
-    fn tick_tools(&mut self, poses: &Poses, sweeps: Sweeps<'_>) -> TickOutput {
-        self.tick_by(&poses.sample(), sweeps)
+    fn tick_tools(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
+        self.tick_by(&poses.sample(), budget)
     }
 
     /// What a tool felt in the last tick.
@@ -119,7 +103,7 @@ pub trait TissueEngine {
 pub struct NoTissue;
 
 impl TissueEngine for NoTissue {
-    fn tick(&mut self, _sample: &ToolSample) -> TickOutput {
+    fn tick(&mut self, _sample: &ToolPose) -> TickOutput {
         TickOutput::NONE
     }
 

@@ -2,12 +2,11 @@
 
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    ContactForce, Dynamics, Flags, NOT_TURNED, Network, ProxyPose, TOOLS_MAX, TickOutput,
-    ToolOutput, ToolPose, ToolSample,
+    ContactForce, Dynamics, Flags, NOT_TURNED, Network, ProxyPose, TOOLS_MAX, ToolOutput, ToolPose,
 };
 use nalgebra::Vector3;
 
-use super::tissue::{Refusal, Sweeps};
+use super::tissue::Refusal;
 use super::touch::TRIANGLES;
 use super::{Contact, Engine, Memory};
 
@@ -73,7 +72,7 @@ impl Poses {
 
     /// These poses with the first tool at a place, not turned, and no other engaged.
     #[must_use]
-    pub fn with_first_alone(mut self, sample: &ToolSample) -> Self {
+    pub fn with_first_alone(mut self, sample: &ToolPose) -> Self {
         self.each_mut().iter_mut().for_each(|pose| pose.engaged = 0);
         if let Some(first) = self.each_mut().first_mut() {
             *first = ToolPose::at(sample.position_m, sample.engaged);
@@ -89,10 +88,10 @@ impl Poses {
 
     /// The first tool's sample, a bad one where one pose is bad.
     #[must_use]
-    pub fn sample(&self) -> ToolSample {
+    pub fn sample(&self) -> ToolPose {
         let [first, ..] = self.each;
         let engaged = if self.are_good() { first.engaged } else { u32::MAX };
-        ToolSample { position_m: first.position_m, engaged }
+        ToolPose::at(first.position_m, engaged)
     }
 }
 
@@ -133,12 +132,6 @@ impl Felt {
 
 /// What a tissue of any scheme does with tools.
 pub(super) trait AnyTools {
-    fn tick_tools(
-        &mut self,
-        network: &Network<'_>,
-        poses: &[ToolPose],
-        sweeps: Sweeps<'_>,
-    ) -> TickOutput;
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput;
     fn proxy_pose(&mut self, network: &Network<'_>, tool: usize) -> Option<ProxyPose>;
     fn contact_forces(&mut self, network: &Network<'_>, each: &mut dyn FnMut(&ContactForce));
@@ -148,23 +141,6 @@ pub(super) trait AnyTools {
 }
 
 impl<D: Dynamics> AnyTools for Memory<D> {
-    fn tick_tools(
-        &mut self,
-        network: &Network<'_>,
-        poses: &[ToolPose],
-        sweeps: Sweeps<'_>,
-    ) -> TickOutput {
-        let mut tissue = self.view();
-        match sweeps {
-            Sweeps::Counted(None) => tissue.tick_tools(network, poses),
-            Sweeps::Counted(Some(0)) => tissue.tick_tools_late(network, poses),
-            Sweeps::Counted(Some(sweeps)) => {
-                tissue.tick_tools_while(network, poses, |done| done < sweeps)
-            }
-            Sweeps::While(more) => tissue.tick_tools_while(network, poses, more),
-        }
-    }
-
     fn tool_output(&mut self, network: &Network<'_>, tool: usize) -> ToolOutput {
         self.view().tool_output(network, tool)
     }
@@ -191,17 +167,6 @@ impl<D: Dynamics> AnyTools for Memory<D> {
 }
 
 impl Engine<'_> {
-    /// One tick with a pose for each tool, see
-    /// [`TissueMut::tick_tools`](chaincell_kernel::TissueMut::tick_tools).
-    pub fn tick_tools(&mut self, poses: &[ToolPose]) -> TickOutput {
-        self.tick_tools_by(poses, Sweeps::ALL)
-    }
-
-    /// As [`Self::tick_tools`], with these sweeps.
-    pub fn tick_tools_by(&mut self, poses: &[ToolPose], sweeps: Sweeps<'_>) -> TickOutput {
-        self.tissue.tick_tools(&self.network, poses, sweeps)
-    }
-
     /// What a tool felt in the last tick, see
     /// [`TissueMut::tool_output`](chaincell_kernel::TissueMut::tool_output).
     pub fn tool_output(&mut self, tool: usize) -> ToolOutput {

@@ -169,7 +169,7 @@ static int grasp(chaincell_tissue *tissue, float top_m)
             return EXIT_FAILURE;
         }
         place(tick, top_m, poses);
-        if (refused("tick", chaincell_tick_tools(tissue, poses, TOOLS, &output))) {
+        if (refused("tick", chaincell_tick(tissue, poses, TOOLS, NULL, &output))) {
             return EXIT_FAILURE;
         }
         work_j += (double)output.work_j;

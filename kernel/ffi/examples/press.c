@@ -66,18 +66,16 @@ static int refused(const char *what, chaincell_code code, const chaincell_detail
 static int press(chaincell_tissue *tissue)
 {
     chaincell_detail none = {0, 0, 0, 0, 0.0f};
-    chaincell_sample sample;
+    chaincell_tool_pose pose = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0};
     chaincell_output output;
     chaincell_code code;
     uint64_t hash;
     uint32_t tick;
 
     for (tick = 0; tick < TICKS; tick++) {
-        sample.position_m[0] = 0.0f;
-        sample.position_m[1] = 0.0f;
-        sample.position_m[2] = -0.0001f * (float)tick;
-        sample.engaged = tick < PRESS_TICKS;
-        code = chaincell_tick(tissue, &sample, &output);
+        pose.position_m[2] = -0.0001f * (float)tick;
+        pose.engaged = tick < PRESS_TICKS;
+        code = chaincell_tick(tissue, &pose, 1, NULL, &output);
         if (refused("tick", code, &none)) {
             return EXIT_FAILURE;
         }

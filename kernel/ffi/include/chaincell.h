@@ -3,8 +3,7 @@
  *
  *   chaincell_model    a validated model, in storage of yours; the image stays where it is
  *   chaincell_tissue   a body, in storage of yours: CHAINCELL_TISSUE_BYTES or chaincell_tissue_size
- *   chaincell_tick     one tick, every millisecond: sample in, force out
- *   chaincell_tick_tools  the same with several tools on the body's surface
+ *   chaincell_tick     one tick, every millisecond: poses in, force out
  *   chaincell_stage    between the two and a hand: coupling, passivity, limits, watchdog
  *
  * Every function that takes a pointer answers with a chaincell_code, 0 when all is well. None
@@ -76,7 +75,7 @@
 /**
  * Version of this interface: major 65,536, minor 256, patch 1.
  */
-#define CHAINCELL_VERSION 1536
+#define CHAINCELL_VERSION 1792
 
 /**
  * Alignment of a tissue's storage [bytes].
@@ -855,21 +854,24 @@ typedef struct chaincell_stage {
 } chaincell_stage;
 
 /**
- * One tool sample.
- *
- * Any bits are admitted: a sample that is not finite, or whose `engaged` is neither 0 nor 1, is
- * answered by the rule for bad samples.
+ * Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
+ * 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells and a probe
+ * among cells go by the place alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
  */
-typedef struct chaincell_sample {
+typedef struct chaincell_tool_pose {
     /**
-     * Tool position in the frame of the input mesh [m].
+     * Where its frame is in the frame of the input mesh [m].
      */
     float position_m[3];
     /**
-     * 1 while the tool holds the contact cells, or its probe touches, else 0.
+     * Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+     */
+    float orientation[4];
+    /**
+     * 1 while the tissue feels it (it holds the contact cells, or touches), else 0.
      */
     uint32_t engaged;
-} chaincell_sample;
+} chaincell_tool_pose;
 
 /**
  * What one tick answers. It describes the state after the last update.
@@ -940,6 +942,27 @@ typedef struct chaincell_room {
 typedef int32_t (*chaincell_more)(uint32_t done, void *context);
 
 /**
+ * How many sweeps a tick makes, at most those of the settings. Under `euler` and `rkl2` the sweeps are
+ * the tissue's time: there all are made, whatever the budget.
+ */
+typedef struct chaincell_budget {
+    /**
+     * At most so many. 0 for a tick that is late, newer poses waiting: the tool moves, within its
+     * limits, without a sweep; the answer repeats the last force, with `CHAINCELL_FLAG_LATE`, and is 0
+     * where the tool lets go. Tools on a contact surface stay until the next tick with a sweep.
+     */
+    uint32_t sweeps;
+    /**
+     * Null, or whether to go on: at least one sweep is made.
+     */
+    chaincell_more more;
+    /**
+     * What `more` is called with.
+     */
+    void *context;
+} chaincell_budget;
+
+/**
  * A convex part of a tool with rounded edges, in the tool's frame. Any bits are admitted: a part
  * that cannot be is refused.
  */
@@ -963,26 +986,6 @@ typedef struct chaincell_tool_part {
      */
     float radius_m;
 } chaincell_tool_part;
-
-/**
- * Where a tool is. Any bits are admitted, as for a `chaincell_sample`: a pose that is not finite,
- * whose `engaged` is neither 0 nor 1, or whose quaternion is not of length 1/2 to 2 makes the sample
- * a bad one.
- */
-typedef struct chaincell_tool_pose {
-    /**
-     * Where its frame is in the frame of the input mesh [m].
-     */
-    float position_m[3];
-    /**
-     * Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
-     */
-    float orientation[4];
-    /**
-     * 1 while the tissue feels it, else 0.
-     */
-    uint32_t engaged;
-} chaincell_tool_pose;
 
 /**
  * What one of several tools feels in a tick.
@@ -1178,15 +1181,15 @@ chaincell_code chaincell_stage_restart_ramp(struct chaincell_stage *stage);
 
 /**
  * What the tissue is to be given for what the device has measured: the tool behind the coupling.
- * `device` and `tool` may be one sample.
+ * `device` and `tool` may be one pose; the turn goes through as it is.
  *
  * Safety
- * `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a sample,
+ * `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a pose,
  * `tool` storage for the answer.
  */
 chaincell_code chaincell_stage_sample(struct chaincell_stage *stage,
-                                      const struct chaincell_sample *device,
-                                      struct chaincell_sample *tool);
+                                      const struct chaincell_tool_pose *device,
+                                      struct chaincell_tool_pose *tool);
 
 /**
  * What the device is given for what the tissue has answered to the tool of
@@ -1422,48 +1425,29 @@ chaincell_code chaincell_choose_probe(struct chaincell_tissue *tissue,
                                       struct chaincell_detail *detail);
 
 /**
- * One tick: infallible with good pointers, and with a constant number of link passes whatever the
- * sample says. Bad samples are held for up to 10 ticks, then the safe state answers.
+ * One tick with a pose for each tool: infallible with good pointers, and with a number of link passes
+ * that does not depend on what the poses say. Bad samples are held for up to 10 ticks, then the safe
+ * state answers.
+ *
+ * `count` is 1, or up to as many tools as the tissue has room for, best as many as were chosen. Tools
+ * beyond the poses stay as they are; but all let go where no pose is engaged. One bad pose makes the
+ * sample a bad one. A null `budget` stands for all sweeps of the settings; `output->sweeps` says how
+ * many were made, and the level is certified after every one. `output` is that of the first tool, with
+ * the work of all; `chaincell_output_of_tool` has the others'.
  *
  * Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
  * `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
  *
  * Safety
- * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `sample` is a sample,
- * `output` storage for the answer.
+ * `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `poses` are `count` poses,
+ * `budget` is null or a budget, whose `more` is null or may be called with its `context` and does not
+ * touch the tissue; `output` is storage for the answer.
  */
 chaincell_code chaincell_tick(struct chaincell_tissue *tissue,
-                              const struct chaincell_sample *sample,
+                              const struct chaincell_tool_pose *poses,
+                              size_t count,
+                              const struct chaincell_budget *budget,
                               struct chaincell_output *output);
-
-/**
- * As `chaincell_tick`, but it ends after the first sweep for which `more` gives 0: at least one
- * sweep, at most those of the settings. `output->sweeps` says how many. The level is certified
- * after every one. A null `more` is `chaincell_tick`.
- *
- * Under `euler` and `rkl2` the sweeps are the tissue's time: `more` is not called.
- *
- * Safety
- * As `chaincell_tick`; `more` is null or may be called with `context`, and does not touch the
- * tissue.
- */
-chaincell_code chaincell_tick_while(struct chaincell_tissue *tissue,
-                                    const struct chaincell_sample *sample,
-                                    chaincell_more more,
-                                    void *context,
-                                    struct chaincell_output *output);
-
-/**
- * A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, within its
- * limits. The answer repeats the last force, with `CHAINCELL_FLAG_LATE`; it is 0 where the tool lets
- * go. Under `euler` and `rkl2` this is `chaincell_tick`.
- *
- * Safety
- * As `chaincell_tick`.
- */
-chaincell_code chaincell_tick_late(struct chaincell_tissue *tissue,
-                                   const struct chaincell_sample *sample,
-                                   struct chaincell_output *output);
 
 /**
  * The state hash: 64 bits over the published positions of all cells, and over their shapes where
@@ -1547,47 +1531,6 @@ chaincell_code chaincell_choose_tools(struct chaincell_tissue *tissue,
                                       size_t tools,
                                       float friction,
                                       struct chaincell_detail *detail);
-
-/**
- * As `chaincell_tick`, with a pose for each tool: `count` of them, 1 to as many as the tissue has room
- * for, best as many as tools were chosen. Tools beyond the poses stay as they are; but all let go where
- * no pose is engaged. One bad pose makes the sample a bad one.
- *
- * `output` is that of the first tool, with the work of all; `chaincell_output_of_tool` has the others'.
- * `chaincell_tick` moves the first tool alone, not turned; all let go where its sample is not engaged.
- *
- * Safety
- * As `chaincell_tick`; `poses` are `count` poses.
- */
-chaincell_code chaincell_tick_tools(struct chaincell_tissue *tissue,
-                                    const struct chaincell_tool_pose *poses,
-                                    size_t count,
-                                    struct chaincell_output *output);
-
-/**
- * As `chaincell_tick_tools`, ended as by `chaincell_tick_while`.
- *
- * Safety
- * As `chaincell_tick_tools`; `more` is null or may be called with `context`, and does not touch the
- * tissue.
- */
-chaincell_code chaincell_tick_tools_while(struct chaincell_tissue *tissue,
-                                          const struct chaincell_tool_pose *poses,
-                                          size_t count,
-                                          chaincell_more more,
-                                          void *context,
-                                          struct chaincell_output *output);
-
-/**
- * As `chaincell_tick_late`, with a pose for each tool: none moves before the next tick with a sweep.
- *
- * Safety
- * As `chaincell_tick_tools`.
- */
-chaincell_code chaincell_tick_tools_late(struct chaincell_tissue *tissue,
-                                         const struct chaincell_tool_pose *poses,
-                                         size_t count,
-                                         struct chaincell_output *output);
 
 /**
  * What a tool, from 0, felt in the last tick with a sweep; nothing while it is not engaged or was not

@@ -71,23 +71,22 @@ pub use storage::{
     chaincell_tissue_save, chaincell_tissue_size, chaincell_tissue_snapshot_size,
 };
 pub use tick::{
-    FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
+    Budget, FLAG_BAD_SAMPLE, FLAG_BAND_CLOSED, FLAG_CONTACT_CAPACITY, FLAG_FORCE_CLAMPED,
     FLAG_FORCE_WITHHELD, FLAG_LATE, FLAG_MOTION_CLAMPED, FLAG_RELEASE_FIRST, FLAG_ROLLED_BACK,
-    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, More, Output, Sample, chaincell_fine_position,
-    chaincell_position, chaincell_positions, chaincell_set_positions, chaincell_state_hash,
-    chaincell_tick, chaincell_tick_late, chaincell_tick_while,
+    FLAG_SAFE_STATE, FLAG_STALE, FLAG_STARTS_INSIDE, More, Output, ToolPose,
+    chaincell_fine_position, chaincell_position, chaincell_positions, chaincell_set_positions,
+    chaincell_state_hash, chaincell_tick,
 };
 pub use tools::{
-    ContactForce, ToolOutput, ToolPart, ToolPose, chaincell_choose_tools, chaincell_contact_forces,
+    ContactForce, ToolOutput, ToolPart, chaincell_choose_tools, chaincell_contact_forces,
     chaincell_grip, chaincell_gripped, chaincell_let_go, chaincell_output_of_tool,
-    chaincell_tick_tools, chaincell_tick_tools_late, chaincell_tick_tools_while,
 };
 pub use touch::{CELL_BYTES_TOUCH, Room, SAMPLE_BYTES, TOOL_BYTES, TOUCH_BYTES, TRIANGLE_BYTES};
 
 use code::Refusal;
 
 /// Version of this interface: major 65,536, minor 256, patch 1.
-pub const VERSION: u32 = 0x0600;
+pub const VERSION: u32 = 0x0700;
 
 /// Version of the library, to compare with `CHAINCELL_VERSION` of the header.
 #[unsafe(no_mangle)]

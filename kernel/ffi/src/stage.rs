@@ -1,12 +1,12 @@
 //! The output stage: what stands between a tissue's answer and a hand.
 
 use chaincell_kernel::stage::{Coupling, Device, Passivity, Stage};
-use chaincell_kernel::{Flags, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, TickOutput};
 
 use crate::code::{Code, Refusal};
 use crate::memory;
 use crate::settings::chosen;
-use crate::tick::{Output, SAFE, Sample};
+use crate::tick::{KernelPose, Output, SAFE, ToolPose};
 
 /// Words of a `chaincell_stage`.
 pub const STAGE_WORDS: usize = 160;
@@ -223,24 +223,25 @@ pub unsafe extern "C" fn chaincell_stage_restart_ramp(stage: *mut StageStorage) 
 }
 
 /// What the tissue is to be given for what the device has measured: the tool behind the coupling.
-/// `device` and `tool` may be one sample.
+/// `device` and `tool` may be one pose; the turn goes through as it is.
 ///
 /// # Safety
-/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a sample,
+/// `stage` was made by `chaincell_stage_init` and no other thread uses it; `device` is a pose,
 /// `tool` storage for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn chaincell_stage_sample(
     stage: *mut StageStorage,
-    device: *const Sample,
-    tool: *mut Sample,
+    device: *const ToolPose,
+    tool: *mut ToolPose,
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
     Code::of(unsafe { self::stage(stage) }.and_then(|stage| {
         // SAFETY: the caller's promises are handed on.
-        let Sample { position_m, engaged } = unsafe { memory::read(device) }?;
+        let ToolPose { position_m, orientation, engaged } = unsafe { memory::read(device) }?;
         memory::check(tool)?;
-        let value = stage.sample(&ToolSample { position_m: position_m.into(), engaged });
-        let value = Sample { position_m: value.position_m.into(), engaged: value.engaged };
+        let device = KernelPose { position_m: position_m.into(), orientation, engaged };
+        let KernelPose { position_m, orientation, engaged } = stage.sample(&device);
+        let value = ToolPose { position_m: position_m.into(), orientation, engaged };
         // SAFETY: the caller's promises are handed on.
         unsafe { memory::write(tool, value) }
     }))

@@ -1,25 +1,37 @@
 //! The tick, and what can be read from a body and written into it.
 
+use core::mem::offset_of;
+
 use chaincell_kernel::number::cell::{Cell, output, single};
 use chaincell_kernel::tick::hash::state_hash;
-use chaincell_kernel::{Flags, Network, Number, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, Network, Number, TickOutput};
 
 use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Published, Tissue, by_scheme};
 use crate::memory;
 
-/// One tool sample.
-///
-/// Any bits are admitted: a sample that is not finite, or whose `engaged` is neither 0 nor 1, is
-/// answered by the rule for bad samples.
+/// Where a tool is. Any bits are admitted: a pose that is not finite, whose `engaged` is neither 0 nor
+/// 1, or whose quaternion is not of length 1/2 to 2 makes the sample a bad one. Held cells and a probe
+/// among cells go by the place alone, but the quaternion has to be one: 0, 0, 0, 1 for no turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
-pub struct Sample {
-    /// Tool position in the frame of the input mesh \[m\].
+pub struct ToolPose {
+    /// Where its frame is in the frame of the input mesh \[m\].
     pub position_m: [f32; 3],
-    /// 1 while the tool holds the contact cells, or its probe touches, else 0.
+    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
+    /// 1 while the tissue feels it (it holds the contact cells, or touches), else 0.
     pub engaged: u32,
 }
+
+pub(crate) type KernelPose = chaincell_kernel::ToolPose;
+
+// Poses of the caller are read as those of the kernel.
+const _: () = assert!(size_of::<ToolPose>() == size_of::<KernelPose>());
+const _: () = assert!(align_of::<ToolPose>() == align_of::<KernelPose>());
+const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose, position_m));
+const _: () = assert!(offset_of!(ToolPose, orientation) == offset_of!(KernelPose, orientation));
+const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
 
 /// What one tick answers. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,152 +125,108 @@ pub(crate) const SAFE: Output = Output {
 /// other than 0 for a further one.
 pub type More = Option<unsafe extern "C" fn(done: u32, context: *mut core::ffi::c_void) -> i32>;
 
-/// Which sweeps a tick makes.
-#[derive(Clone, Copy)]
-pub(crate) enum Sweeps {
-    All,
-    While(More, *mut core::ffi::c_void),
-    Late,
+/// How many sweeps a tick makes, at most those of the settings. Under `euler` and `rkl2` the sweeps are
+/// the tissue's time: there all are made, whatever the budget.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Budget {
+    /// At most so many. 0 for a tick that is late, newer poses waiting: the tool moves, within its
+    /// limits, without a sweep; the answer repeats the last force, with `CHAINCELL_FLAG_LATE`, and is 0
+    /// where the tool lets go. Tools on a contact surface stay until the next tick with a sweep.
+    pub sweeps: u32,
+    /// Null, or whether to go on: at least one sweep is made.
+    pub more: More,
+    /// What `more` is called with.
+    pub context: *mut core::ffi::c_void,
+}
+
+/// A tick of the kernel's with the caller's budget.
+///
+/// # Safety
+/// `budget.more` is null or may be called with `budget.context`.
+#[inline(always)]
+unsafe fn with_budget(
+    budget: Option<&Budget>,
+    tick: impl FnOnce(chaincell_kernel::Budget<'_>) -> TickOutput,
+) -> TickOutput {
+    let Some(&Budget { sweeps, more, context }) = budget else {
+        return tick(chaincell_kernel::Budget::All);
+    };
+    let mut goes_on = |done: u16| {
+        let is_wanted = u32::from(done) < sweeps;
+        // SAFETY: the caller's promise is handed on.
+        is_wanted && more.is_none_or(|more| unsafe { more(done.into(), context) } != 0)
+    };
+    tick(match sweeps {
+        0 => chaincell_kernel::Budget::LATE,
+        _ => chaincell_kernel::Budget::While(&mut goes_on),
+    })
 }
 
 /// # Safety
-/// As [`chaincell_tick_while`].
-#[inline(always)]
-unsafe fn tick(tissue: *mut Tissue, sample: *const Sample, sweeps: Sweeps) -> Result<Output, Code> {
+/// As [`chaincell_tick`].
+unsafe fn tick(
+    tissue: *mut Tissue,
+    (poses, count): (*const ToolPose, usize),
+    budget: *const Budget,
+) -> Result<Output, Code> {
     // SAFETY: the caller's promises are handed on.
-    let ((scheme, sizes), sample) = unsafe { (layout::front(tissue)?, memory::read(sample)?) };
-    let sample = ToolSample { position_m: sample.position_m.into(), engaged: sample.engaged };
+    let (scheme, sizes) = unsafe { layout::front(tissue) }?;
+    if !(1..=sizes.touch.tools().max(1)).contains(&count) {
+        return Err(Code::Range);
+    }
+    // SAFETY: the layouts are the same, and the caller says what stands there.
+    let poses: &[KernelPose] = unsafe { memory::slice(poses.cast(), count) }?;
+    let budget = match budget.is_null() {
+        true => None,
+        // SAFETY: the caller's promises are handed on.
+        false => Some(unsafe { memory::read(budget) }?),
+    };
     let answer = by_scheme!(scheme, D => {
         // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
         let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
-        match sweeps {
-            Sweeps::All => body.tick_inlined(network, &sample),
-            Sweeps::Late => body.tick_late(network, &sample),
-            Sweeps::While(more, context) => body.tick_while(network, &sample, |done| {
-                // SAFETY: the caller says that it may be called with this context.
-                unsafe { goes_on(more, done, context) }
-            }),
-        }
+        // SAFETY: the caller's promise is handed on.
+        unsafe { with_budget(budget.as_ref(), |budget| body.tick(network, poses, budget)) }
     });
     Ok(Output::of(&answer))
 }
 
-/// Whether the caller wants a further sweep.
+/// One tick with a pose for each tool: infallible with good pointers, and with a number of link passes
+/// that does not depend on what the poses say. Bad samples are held for up to 10 ticks, then the safe
+/// state answers.
+///
+/// `count` is 1, or up to as many tools as the tissue has room for, best as many as were chosen. Tools
+/// beyond the poses stay as they are; but all let go where no pose is engaged. One bad pose makes the
+/// sample a bad one. A null `budget` stands for all sweeps of the settings; `output->sweeps` says how
+/// many were made, and the level is certified after every one. `output` is that of the first tool, with
+/// the work of all; `chaincell_output_of_tool` has the others'.
+///
+/// Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
+/// `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
 ///
 /// # Safety
-/// `more` is null or may be called with `context`.
-pub(crate) unsafe fn goes_on(more: More, done: u16, context: *mut core::ffi::c_void) -> bool {
-    // SAFETY: the caller's promise is handed on.
-    more.is_none_or(|more| unsafe { more(done.into(), context) } != 0)
-}
-
-/// Ticks and writes the answer.
-///
-/// # Safety
-/// As [`chaincell_tick_while`].
-#[inline(always)]
-unsafe fn tick_to(
+/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `poses` are `count` poses,
+/// `budget` is null or a budget, whose `more` is null or may be called with its `context` and does not
+/// touch the tissue; `output` is storage for the answer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chaincell_tick(
     tissue: *mut Tissue,
-    sample: *const Sample,
-    sweeps: Sweeps,
+    poses: *const ToolPose,
+    count: usize,
+    budget: *const Budget,
     output: *mut Output,
 ) -> Code {
     if let Err(code) = memory::check(output) {
         return code;
     }
-    // Not by a closure: each caller is to have the code of its own sweeps alone.
-    // SAFETY: the caller's promises are handed on; the output was checked.
-    unsafe {
-        let answer = tick(tissue, sample, sweeps);
-        put(output, answer)
-    }
-}
-
-/// Writes the answer of a tick, or that of none.
-///
-/// # Safety
-/// A pointer that passes [`memory::check`] is storage for an answer.
-#[inline(always)]
-pub(crate) unsafe fn answer_to(
-    output: *mut Output,
-    tick: impl FnOnce() -> Result<Output, Code>,
-) -> Code {
-    if let Err(code) = memory::check(output) {
-        return code;
-    }
-    // SAFETY: checked above, and the caller says that it is storage.
-    unsafe { put(output, tick()) }
-}
-
-/// Writes an answer, or that of none.
-///
-/// # Safety
-/// The pointer passed [`memory::check`] and is storage for an answer.
-#[inline(always)]
-unsafe fn put(output: *mut Output, answer: Result<Output, Code>) -> Code {
-    let (code, answer) = match answer {
+    // SAFETY: the caller's promises are handed on.
+    let (code, answer) = match unsafe { tick(tissue, (poses, count), budget) } {
         Ok(answer) => (Code::Ok, answer),
         Err(code) => (code, SAFE),
     };
     // SAFETY: the caller says that it is storage.
     unsafe { output.write(answer) };
     code
-}
-
-/// One tick: infallible with good pointers, and with a constant number of link passes whatever the
-/// sample says. Bad samples are held for up to 10 ticks, then the safe state answers.
-///
-/// Where a pointer is bad nothing moves, and an `output` that can be written says force 0 with
-/// `CHAINCELL_FLAG_SAFE_STATE`. The calling thread's arithmetic is that of the last reset.
-///
-/// # Safety
-/// `tissue` was made by `chaincell_tissue_init` and no other thread uses it; `sample` is a sample,
-/// `output` storage for the answer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tick(
-    tissue: *mut Tissue,
-    sample: *const Sample,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { tick_to(tissue, sample, Sweeps::All, output) }
-}
-
-/// As `chaincell_tick`, but it ends after the first sweep for which `more` gives 0: at least one
-/// sweep, at most those of the settings. `output->sweeps` says how many. The level is certified
-/// after every one. A null `more` is `chaincell_tick`.
-///
-/// Under `euler` and `rkl2` the sweeps are the tissue's time: `more` is not called.
-///
-/// # Safety
-/// As `chaincell_tick`; `more` is null or may be called with `context`, and does not touch the
-/// tissue.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tick_while(
-    tissue: *mut Tissue,
-    sample: *const Sample,
-    more: More,
-    context: *mut core::ffi::c_void,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { tick_to(tissue, sample, Sweeps::While(more, context), output) }
-}
-
-/// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, within its
-/// limits. The answer repeats the last force, with `CHAINCELL_FLAG_LATE`; it is 0 where the tool lets
-/// go. Under `euler` and `rkl2` this is `chaincell_tick`.
-///
-/// # Safety
-/// As `chaincell_tick`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tick_late(
-    tissue: *mut Tissue,
-    sample: *const Sample,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { tick_to(tissue, sample, Sweeps::Late, output) }
 }
 
 /// Output of a state in single precision.

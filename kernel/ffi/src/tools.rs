@@ -9,7 +9,6 @@ use crate::code::{Code, Detail, Refusal};
 use crate::layout::{self, Parts, Sizes, Tissue, by_touching_scheme};
 use crate::memory;
 use crate::settings::Scheme;
-use crate::tick::{More, Output, Sweeps, answer_to, goes_on};
 
 /// A convex part of a tool with rounded edges, in the tool's frame. Any bits are admitted: a part
 /// that cannot be is refused.
@@ -26,20 +25,6 @@ pub struct ToolPart {
     /// Radius of the rounded edges around the core, above 0 \[m\]. Tissue is never pushed deeper into
     /// the tool than half of it.
     pub radius_m: f32,
-}
-
-/// Where a tool is. Any bits are admitted, as for a `chaincell_sample`: a pose that is not finite,
-/// whose `engaged` is neither 0 nor 1, or whose quaternion is not of length 1/2 to 2 makes the sample
-/// a bad one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct ToolPose {
-    /// Where its frame is in the frame of the input mesh \[m\].
-    pub position_m: [f32; 3],
-    /// Turns its frame into that of the mesh: a unit quaternion x, y, z, w.
-    pub orientation: [f32; 4],
-    /// 1 while the tissue feels it, else 0.
-    pub engaged: u32,
 }
 
 /// What one of several tools feels in a tick.
@@ -81,7 +66,6 @@ pub struct ContactForce {
 }
 
 type KernelPart = chaincell_kernel::ToolPart;
-type KernelPose = chaincell_kernel::ToolPose;
 
 // Lists of parts and poses are read where they are.
 const _: () = assert!(size_of::<ToolPart>() == size_of::<KernelPart>());
@@ -90,11 +74,6 @@ const _: () = assert!(offset_of!(ToolPart, centre_m) == offset_of!(KernelPart, c
 const _: () = assert!(offset_of!(ToolPart, orientation) == offset_of!(KernelPart, orientation));
 const _: () = assert!(offset_of!(ToolPart, half_m) == offset_of!(KernelPart, half_m));
 const _: () = assert!(offset_of!(ToolPart, radius_m) == offset_of!(KernelPart, radius_m));
-const _: () = assert!(size_of::<ToolPose>() == size_of::<KernelPose>());
-const _: () = assert!(align_of::<ToolPose>() == align_of::<KernelPose>());
-const _: () = assert!(offset_of!(ToolPose, position_m) == offset_of!(KernelPose, position_m));
-const _: () = assert!(offset_of!(ToolPose, orientation) == offset_of!(KernelPose, orientation));
-const _: () = assert!(offset_of!(ToolPose, engaged) == offset_of!(KernelPose, engaged));
 
 /// What is the same for every scheme, of a tissue with room for tools.
 ///
@@ -210,88 +189,6 @@ pub unsafe extern "C" fn chaincell_choose_tools(
 ) -> Code {
     // SAFETY: the caller's promises are handed on.
     unsafe { crate::answer(detail, || choose(tissue, parts, (counts, tools), friction)) }
-}
-
-/// # Safety
-/// As [`chaincell_tick_tools_while`].
-unsafe fn tick(
-    tissue: *mut Tissue,
-    (poses, count): (*const ToolPose, usize),
-    sweeps: Sweeps,
-) -> Result<Output, Code> {
-    // SAFETY: the caller's promises are handed on.
-    let (scheme, sizes) = unsafe { touching(tissue) }?;
-    if !(1..=sizes.touch.tools()).contains(&count) {
-        return Err(Code::Range);
-    }
-    // SAFETY: the layouts are the same, and the caller says what stands there.
-    let poses: &[KernelPose] = unsafe { memory::slice(poses.cast(), count) }?;
-    let answer = by_touching_scheme!(scheme, D => {
-        // SAFETY: a tissue of this scheme stands there, and the caller says that it is ours.
-        let Parts { network, tissue: mut body, .. } = unsafe { layout::parts::<D>(tissue, sizes) };
-        match sweeps {
-            Sweeps::All => body.tick_tools(network, poses),
-            Sweeps::Late => body.tick_tools_late(network, poses),
-            Sweeps::While(more, context) => body.tick_tools_while(network, poses, |done| {
-                // SAFETY: the caller says that it may be called with this context.
-                unsafe { goes_on(more, done, context) }
-            }),
-        }
-    });
-    Ok(Output::of(&answer))
-}
-
-/// As `chaincell_tick`, with a pose for each tool: `count` of them, 1 to as many as the tissue has room
-/// for, best as many as tools were chosen. Tools beyond the poses stay as they are; but all let go where
-/// no pose is engaged. One bad pose makes the sample a bad one.
-///
-/// `output` is that of the first tool, with the work of all; `chaincell_output_of_tool` has the others'.
-/// `chaincell_tick` moves the first tool alone, not turned; all let go where its sample is not engaged.
-///
-/// # Safety
-/// As `chaincell_tick`; `poses` are `count` poses.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tick_tools(
-    tissue: *mut Tissue,
-    poses: *const ToolPose,
-    count: usize,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { answer_to(output, || tick(tissue, (poses, count), Sweeps::All)) }
-}
-
-/// As `chaincell_tick_tools`, ended as by `chaincell_tick_while`.
-///
-/// # Safety
-/// As `chaincell_tick_tools`; `more` is null or may be called with `context`, and does not touch the
-/// tissue.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tick_tools_while(
-    tissue: *mut Tissue,
-    poses: *const ToolPose,
-    count: usize,
-    more: More,
-    context: *mut core::ffi::c_void,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { answer_to(output, || tick(tissue, (poses, count), Sweeps::While(more, context))) }
-}
-
-/// As `chaincell_tick_late`, with a pose for each tool: none moves before the next tick with a sweep.
-///
-/// # Safety
-/// As `chaincell_tick_tools`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn chaincell_tick_tools_late(
-    tissue: *mut Tissue,
-    poses: *const ToolPose,
-    count: usize,
-    output: *mut Output,
-) -> Code {
-    // SAFETY: the caller's promises are handed on.
-    unsafe { answer_to(output, || tick(tissue, (poses, count), Sweeps::Late)) }
 }
 
 /// What a tool, from 0, felt in the last tick with a sweep; nothing while it is not engaged or was not

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use chaincell_kernel::{
-    Model, Network, Predict, Settings, Tissue, ToolPart, ToolPose, ToolSample, TouchStore, Track,
+    Budget, Model, Network, Predict, Settings, Tissue, ToolPart, ToolPose, TouchStore, Track,
     coarse_room, elastic_room, include_model,
 };
 use nalgebra::Vector3;
@@ -93,7 +93,7 @@ fn pressed<const ROOM: usize, const STATES: usize>(
     for tick in 0..250_u16 {
         let position_m = Vector3::new(0.0, 0.0, -0.0001 * f32::from(tick));
         let output =
-            tissue.tick(&network, &ToolSample { position_m, engaged: u32::from(tick < 200) });
+            tissue.tick(&network, &[ToolPose::at(position_m, u32::from(tick < 200))], Budget::All);
         if tick % 25 == 24 {
             lines.push(format!("flags {}", output.flags.0));
         }
@@ -186,7 +186,7 @@ fn grasped() -> Vec<String> {
         if tick == 240 {
             body.let_go(1, 20);
         }
-        work_j += f64::from(body.tick_tools(&network, &placed(tick)).work_j);
+        work_j += f64::from(body.tick(&network, &placed(tick), Budget::All).work_j);
         if tick % 60 == 59 {
             for tool in 0..2 {
                 let contacts = body.tool_output(&network, tool).contacts;

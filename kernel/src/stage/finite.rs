@@ -3,7 +3,8 @@
 //! Numbers that no device and no tissue can mean are bad too, so that no square and no product of
 //! the stage ever leaves the range of single precision.
 
-use crate::tick::sample::{Flags, TickOutput, ToolSample};
+use crate::tick::pose::ToolPose;
+use crate::tick::sample::{Flags, TickOutput};
 
 /// Largest coordinate of a device's position \[m\].
 const REACH_M: f32 = 1.0e3;
@@ -11,13 +12,13 @@ const REACH_M: f32 = 1.0e3;
 const MOST: f32 = 1.0e9;
 
 /// Whether the stage may act on a sample.
-pub(super) fn is_good(sample: &ToolSample) -> bool {
+pub(super) fn is_good(sample: &ToolPose) -> bool {
     sample.is_good() && sample.position_m.iter().all(|x| x.abs() <= REACH_M)
 }
 
 /// The sample as the tissue gets it: one that is bad here is bad there.
-pub(super) fn made_bad(sample: &ToolSample) -> ToolSample {
-    ToolSample { engaged: u32::MAX, ..*sample }
+pub(super) fn made_bad(sample: &ToolPose) -> ToolPose {
+    ToolPose { engaged: u32::MAX, ..*sample }
 }
 
 /// What of a tissue's answer the stage may act on, and whether that is all of it.
@@ -43,13 +44,13 @@ mod tests {
 
     #[test]
     fn numbers_that_nobody_means_are_bad() {
-        let at = |x| ToolSample { position_m: Vector3::new(0.0, x, 0.0), engaged: 1 };
+        let at = |x| ToolPose::at(Vector3::new(0.0, x, 0.0), 1);
         assert!(is_good(&at(0.1)) && is_good(&at(-1.0e3)));
         for x in [f32::NAN, f32::INFINITY, 1.1e3, -f32::MAX] {
             assert!(!is_good(&at(x)));
             assert!(!made_bad(&at(x)).is_good());
         }
-        assert!(!is_good(&ToolSample { engaged: 2, ..at(0.0) }));
+        assert!(!is_good(&ToolPose { engaged: 2, ..at(0.0) }));
     }
 
     #[test]

@@ -55,20 +55,20 @@
 //!
 //! ```
 //! use chaincell_kernel::stage::{Device, Stage, StageSettings};
-//! use chaincell_kernel::{TickOutput, ToolSample};
+//! use chaincell_kernel::{TickOutput, ToolPose};
 //! use nalgebra::Vector3;
 //!
 //! let mut stage = Stage::new(StageSettings::for_device(Device::Falcon))?;
-//! let mut tick = |sample: Option<ToolSample>| match sample {
+//! let mut tick = |sample: Option<ToolPose>| match sample {
 //!     Some(sample) => {
 //!         let tool = stage.sample(&sample);
-//!         let answer = TickOutput::NONE; // tissue.tick(&network, &tool)
+//!         let answer = TickOutput::NONE; // tissue.tick(&network, &[tool], Budget::All)
 //!         # let _ = tool;
 //!         stage.output(&answer)
 //!     }
 //!     None => stage.missed(),
 //! };
-//! let sample = ToolSample { position_m: Vector3::zeros(), engaged: 1 };
+//! let sample = ToolPose::at(Vector3::zeros(), 1);
 //! assert_eq!(tick(Some(sample)).force_n + tick(None).force_n, Vector3::zeros());
 //! # Ok::<(), chaincell_kernel::stage::StageError>(())
 //! ```
@@ -102,7 +102,8 @@ use crate::number::cell::{dot, sub};
 use crate::number::clamp::{clamped, finite as finite_number};
 use crate::number::kept::kept;
 use crate::number::sqrt::sqrt;
-use crate::tick::sample::{TickOutput, ToolSample};
+use crate::tick::pose::ToolPose;
+use crate::tick::sample::TickOutput;
 use controller::{Asked, Controller};
 use coupling::Proxy;
 use delay::Delay;
@@ -246,7 +247,7 @@ impl Stage {
     /// What the tissue is given for what the device has measured: the tool behind the coupling.
     ///
     /// A sample that is bad here (not good, or a coordinate beyond 1 km) is bad for the tissue too.
-    pub fn sample(&mut self, device: &ToolSample) -> ToolSample {
+    pub fn sample(&mut self, device: &ToolPose) -> ToolPose {
         // The answer to the last one has not come.
         self.has_gap |= self.is_good;
         self.is_good = finite::is_good(device);
@@ -278,7 +279,7 @@ impl Stage {
         }
         let held = engaged.into();
         let Some(coupling) = &self.coupling() else {
-            return ToolSample { engaged: held, ..*device };
+            return ToolPose { engaged: held, ..*device };
         };
         if engaged && !self.begins {
             // As if no tick were missing: where the tissue is does not depend on silences.
@@ -286,7 +287,7 @@ impl Stage {
         } else {
             self.proxy.follow(position);
         }
-        ToolSample { position_m: self.proxy.at().into(), engaged: held }
+        ToolPose { position_m: self.proxy.at().into(), engaged: held, ..*device }
     }
 
     /// So many samples in front of the next one got lost: the hand has had the time of them too. Called

@@ -1,7 +1,7 @@
 //! The tick: what goes in, what comes out, and what happens in between.
 //!
 //! A caller resets a [`Tissue`](crate::Tissue) to a [`Network`](crate::Network), chooses contact
-//! cells or a probe while the tool is released, and then ticks once for each sample:
+//! cells or a probe while the tool is released, and then ticks once for each sample of its poses:
 //!
 //! | step of a tick | what it does | file |
 //! |---|---|---|
@@ -18,7 +18,7 @@
 //! tick" in `host/CONTRACT.md`.
 //!
 //! - [`choice`], [`choices`]: a choice among named values, and the choices of a run.
-//! - [`settings`], [`sample`]: a run's parameters, a tick's input and output.
+//! - [`settings`], [`budget`], [`sample`]: a run's parameters, how many sweeps a tick makes, its output.
 //! - [`tissue`], [`fit`], `error`: the state in RAM, whether a model fits it, and why it refuses a
 //!   model or a state.
 //! - `begin`: a tool that is engaged in contact or inside the tissue.
@@ -28,6 +28,7 @@
 //! - [`handover`]: samples from an interrupt to the tick.
 
 mod begin;
+pub mod budget;
 pub mod choice;
 pub mod choices;
 mod current;

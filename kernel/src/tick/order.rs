@@ -1,6 +1,7 @@
 //! One tick, in the order that the contract fixes: sample, contact, sweeps, outputs. The terms'
 //! corrections come before the contact.
 
+use super::budget::Budget;
 use super::pose::ToolPose;
 use super::sample::{Flags, TickOutput, ToolSample};
 use super::settings::{Network, Settings};
@@ -23,126 +24,36 @@ use crate::terms::term::Term;
 pub const HELD_TICKS_MAX: u32 = 10;
 
 impl<D: Dynamics> TissueMut<'_, D> {
-    /// One tick of the network: infallible, with [`Settings::sweeps`](crate::Settings::sweeps)
-    /// link passes whatever the input, none in the safe state.
+    /// One tick of the network with a pose for each tool: infallible, with at most
+    /// [`Settings::sweeps`](crate::Settings::sweeps) link passes whatever the input, none in the safe
+    /// state. [`TickOutput::sweeps`] says how many were made. The published state is certified after
+    /// every sweep of `track` and `predict`.
     ///
-    /// The safe state (force 0, cells as they are) answers a sample that stays bad for more than
+    /// Held cells and a probe among cells follow the first pose, whatever its turn. Poses beyond the
+    /// tools are left out, tools beyond the poses stay as they are. One bad pose, or none, makes the
+    /// sample a bad one. The output is that of the first tool, with the work of all;
+    /// [`Self::tool_output`] has the others'.
+    ///
+    /// The safe state (force 0, cells as they are) answers samples that stay bad for more than
     /// [`HELD_TICKS_MAX`] ticks, and a network other than that of the last reset. The arithmetic
     /// of the calling thread must be that which the reset found: IEEE 754 to nearest.
-    pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.run_sweeps(network, sample, &mut |_| true)
-    }
-
-    /// As [`Self::tick`], with its code in the caller: smaller in a program that has one caller and
-    /// no other kind of tick, as many with the C interface.
-    #[inline(always)]
-    pub fn tick_inlined(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.run::<false>(network, sample, |_| true)
-    }
-
-    /// As [`Self::tick`], but it ends after the first sweep for which `more` says no: `more` is
-    /// asked after each sweep but the last, and told how many are done. At least one sweep is made,
-    /// at most [`Settings::sweeps`](crate::Settings::sweeps); [`TickOutput::sweeps`] says how many.
-    ///
-    /// The published state is certified after every sweep of `track` and `predict`.
-    /// The sweeps of the other schemes are the tissue's time: there `more` is not asked, see
-    /// [`Dynamics::IS_ANYTIME`].
-    pub fn tick_while(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        mut more: impl FnMut(u16) -> bool,
-    ) -> TickOutput {
-        self.run_sweeps(network, sample, &mut more)
-    }
-
-    /// A tick without a sweep, for a sample that newer ones have overtaken: the tool moves, by the
-    /// step limit and the energy limit as ever, and the level is charged. The answer repeats the
-    /// force of the last tick with [`Flags::LATE`], 0 where the tool lets go. Bands stay as they
-    /// are until a tick with a sweep. A probe pushes out what it touches and lets go of nothing; it
-    /// looks for further cells where it has come an eighth of its radius further since it last did.
-    ///
-    /// Cost: the links of the contact cells, at most four times; for a probe that looks, one look at
-    /// each surface cell besides.
-    ///
-    /// A scheme that is not [`Dynamics::IS_ANYTIME`] makes all its sweeps. Where the level is not
-    /// known (positions were set, or bands changed) there is one sweep.
-    pub fn tick_late(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        if !D::IS_ANYTIME {
-            return self.tick(network, sample);
-        }
-        if self.head.level.is_forgotten() {
-            return self.tick_while(network, sample, |_| false);
-        }
-        self.run::<true>(network, sample, |_| false)
-    }
-
-    /// The tick that made so many sweeps once: 0 for one that was late, `None` for one with the
-    /// settings' count.
-    pub fn tick_again(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        sweeps: Option<u16>,
-    ) -> TickOutput {
-        match sweeps {
-            None => self.tick(network, sample),
-            Some(0) => self.tick_late(network, sample),
-            Some(sweeps) => self.tick_while(network, sample, |done| done < sweeps),
-        }
-    }
-
-    /// A tick with sweeps while `more` says so: one function for all that have sweeps, so that a
-    /// firmware that uses several has the code of one.
+    // One function, so that a firmware with several calls has its code and its frame once.
     #[inline(never)]
-    fn run_sweeps(
+    pub fn tick(
         &mut self,
         network: &Network<'_>,
-        sample: &ToolSample,
-        more: &mut dyn FnMut(u16) -> bool,
+        poses: &[ToolPose],
+        mut budget: Budget<'_>,
     ) -> TickOutput {
-        self.run::<false>(network, sample, more)
-    }
-
-    /// A tick with sweeps while `more` says so, or a late one.
-    #[inline(always)]
-    fn run<const LATE: bool>(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        more: impl FnMut(u16) -> bool,
-    ) -> TickOutput {
-        self.run_with::<LATE>(network, sample, None, more)
-    }
-
-    /// The same for several tools: one function, whatever the caller.
-    #[inline(never)]
-    pub(super) fn run_poses<const LATE: bool>(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        poses: Option<&[ToolPose]>,
-        more: &mut dyn FnMut(u16) -> bool,
-    ) -> TickOutput {
-        self.run_with::<LATE>(network, sample, poses, more)
-    }
-
-    /// A tick whose tools have these poses; without any the sample is that of the first tool.
-    #[inline(always)]
-    fn run_with<const LATE: bool>(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        poses: Option<&[ToolPose]>,
-        more: impl FnMut(u16) -> bool,
-    ) -> TickOutput {
+        let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
+        let sample = self.joined(poses);
         let is_good = sample.is_good();
         let mut flags = Flags::default();
         let cells = network.model().cells();
         if self.head.model != Some(network.model().checksum()) {
             return self.safe(network, flags);
         }
-        let Some(sample) = self.head.accept(sample, &mut flags) else {
+        let Some(sample) = self.head.accept(&sample, &mut flags) else {
             return self.safe(network, flags);
         };
         let (Some(state), Some(residual), Some(own)) = (
@@ -175,30 +86,27 @@ impl<D: Dynamics> TissueMut<'_, D> {
             team: self.team,
             work: TwoFloat::ZERO,
             sweeps: 0,
+            is_late,
             flags,
         };
-        if !LATE {
+        if !is_late {
             tick.begin_terms();
         }
         tick.hold_or_release(&sample);
         match tick.head.probe {
             _ if !tick.head.engaged => {}
-            Some(_) if is_surface => match poses {
-                None => tick.press::<LATE>(&[ToolPose::at(sample.position_m, sample.engaged)]),
-                Some(poses) if is_good => tick.press::<LATE>(poses),
-                // The last good poses stand.
-                Some(_) => tick.press::<LATE>(&[]),
-            },
-            Some(radius) => tick.touch::<LATE>(&sample, radius),
+            // Where they are bad, the last good ones stand.
+            Some(_) if is_surface => tick.press(if is_good { poses } else { &[] }),
+            Some(radius) => tick.touch(&sample, radius),
             None => tick.follow(&sample),
         }
-        if !LATE {
+        if !is_late {
             tick.unload();
-            tick.sweep(more);
+            tick.sweep(&mut budget);
             tick.book();
             tick.settle();
         }
-        tick.output::<LATE>()
+        tick.output()
     }
 
     fn safe(&self, network: &Network<'_>, mut flags: Flags) -> TickOutput {
@@ -249,6 +157,8 @@ pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub work: TwoFloat,
     /// Sweeps made.
     pub sweeps: u16,
+    /// Whether it makes none, see [`Budget::LATE`].
+    pub is_late: bool,
     pub flags: Flags,
 }
 
@@ -279,7 +189,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
     }
 
     /// The bounded number of link passes.
-    fn sweep(&mut self, mut more: impl FnMut(u16) -> bool) {
+    fn sweep(&mut self, budget: &mut Budget<'_>) {
         let current = self.current();
         let contacts: &[Contact<D::Number>] = if self.head.engaged { self.contacts } else { &[] };
         let held = if current.is_none() { contacts } else { &[] };
@@ -326,7 +236,7 @@ impl<'a, 'm, D: Dynamics> Tick<'a, 'm, D> {
                 self.flags.insert(Flags::ROLLED_BACK);
             }
             self.sweeps = done;
-            if D::IS_ANYTIME && done < sweeps && !more(done) {
+            if D::IS_ANYTIME && done < sweeps && !budget.goes_on(done) {
                 break;
             }
         }

@@ -47,9 +47,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// Force and energy of the state after the last update. A late tick repeats the force of the
     /// last one, while the tool still holds on, with the energy of the state now.
-    pub(super) fn output<const LATE: bool>(mut self) -> TickOutput {
+    pub(super) fn output(mut self) -> TickOutput {
         let (model, settings) = (self.network.model(), self.network.settings());
-        if LATE {
+        if self.is_late {
             self.flags.insert(Flags::LATE);
             if self.head.closed {
                 self.flags.insert(Flags::BAND_CLOSED);
@@ -57,7 +57,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         }
         let mut force_n = [0.0; 3];
         if self.head.engaged {
-            force_n = if LATE {
+            force_n = if self.is_late {
                 self.head.force_n
             } else if IS_BUILT && self.head.probe.is_some() && model.has_contact_surface() {
                 scale(model.force_unit_n(), self.feel())

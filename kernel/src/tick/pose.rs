@@ -8,7 +8,10 @@ use crate::terms::surface::Solid;
 /// The orientation x, y, z, w of what is not turned.
 pub const NOT_TURNED: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Pose of a tool in a tick: any bit pattern is admitted, as for [`ToolSample`](crate::ToolSample).
+/// Pose of a tool in a tick, the same bytes in Rust, C, messages and traces.
+///
+/// Any bit pattern is admitted; a pose that is not good never reaches the cells: the last good one
+/// stands in for ten ticks, then the safe state answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct ToolPose {
@@ -23,7 +26,7 @@ pub struct ToolPose {
 impl ToolPose {
     /// A tool at a place, not turned.
     #[must_use]
-    pub fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
+    pub const fn at(position_m: Vector3<f32>, engaged: u32) -> Self {
         Self { position_m, orientation: NOT_TURNED, engaged }
     }
 

@@ -25,8 +25,9 @@ fn is_free(model: &Model<'_>, cell: usize) -> bool {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The sphere follows the tool and pushes cells out.
-    pub(super) fn touch<const LATE: bool>(&mut self, sample: &ToolSample, radius: f32) {
+    /// The sphere follows the tool and pushes cells out. Not inlined: its frame is gone when the sweeps begin.
+    #[inline(never)]
+    pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32) {
         let model = self.network.model();
         let from = self.head.applied;
         self.head.applied = self.step_towards(sample);
@@ -36,11 +37,11 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let start = sub(self.head.tool_origin_m, model.centre_m())
             .map(|way| (way / unit).clamp(-CENTRE_MAX, CENTRE_MAX));
         let whole = Sphere::new(add(start, self.head.applied), radius);
-        self.head.share = self.share::<LATE>(&whole);
+        self.head.share = self.share(&whole);
         let sphere = Sphere::new(whole.centre, self.head.share * radius);
-        let sphere = Sphere { only_pushes: LATE, ..sphere };
+        let sphere = Sphere { only_pushes: self.is_late, ..sphere };
         let touched = self.head.chosen > 0;
-        let changed = self.renew::<LATE>(&sphere);
+        let changed = self.renew(&sphere);
         if !touched && self.head.chosen > 0 {
             self.head.touched_at = self.head.applied;
             self.head.deepest = -1.0;
@@ -57,9 +58,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// The share of its radius that the sphere has in this tick, see [`begin`]. It grows with sweeps
     /// alone.
-    fn share<const LATE: bool>(&self, whole: &Sphere) -> f32 {
+    fn share(&self, whole: &Sphere) -> f32 {
         let share = self.head.share;
-        if share >= 1.0 || LATE && share >= begin::WAITS {
+        if share >= 1.0 || self.is_late && share >= begin::WAITS {
             return share;
         }
         let (model, at) = (self.network.model(), places(self.network.model(), self.state));
@@ -81,7 +82,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
 
     /// Finds the contacts of this tick; whether they are others than in the last one. A late tick
     /// lets go of none, and seldom looks for further ones.
-    fn renew<const LATE: bool>(&mut self, sphere: &Sphere) -> bool {
+    fn renew(&mut self, sphere: &Sphere) -> bool {
         let (terms, state) = (self.terms(), &*self.state);
         let model = terms.model;
         let k = D::Number::from_single(model.saturation());
@@ -92,14 +93,14 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             changed: false,
             full: false,
         };
-        if !LATE {
+        if !self.is_late {
             contacts.retain(|cell| {
                 let mobility = model.mobility.get(cell).copied().unwrap_or(0.0);
                 let keeps = |at| sphere.keeps(at, residual(terms, state, cell), mobility);
                 sphere.radius > 0.0 && at(cell).is_some_and(keeps)
             });
         }
-        let is_looking = !LATE || self.head.unseen >= LOOK * sphere.radius;
+        let is_looking = !self.is_late || self.head.unseen >= LOOK * sphere.radius;
         let surface = if is_looking { model.surface } else { &[] };
         if is_looking {
             self.head.unseen = 0.0;

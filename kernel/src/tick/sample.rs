@@ -3,16 +3,12 @@
 use crate::number::kept::kept;
 use nalgebra::Vector3;
 
-/// One tool sample: position and whether the tool holds the contact cells.
-///
-/// Any bit pattern is admitted; a sample that is not finite, or whose `engaged` is neither 0 nor
-/// 1, is answered by the rule for bad samples and never reaches the cells.
+/// What the tick keeps of its poses: where the first tool is, and whether one is engaged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C)]
-pub struct ToolSample {
-    /// Tool position in the frame of the input mesh \[m\].
+pub(crate) struct ToolSample {
+    /// In the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
-    /// 1 while the tool holds or loads the contact cells, else 0.
+    /// 1 while a tool holds or loads the body, else 0; any other number for a bad one.
     pub engaged: u32,
 }
 
@@ -20,7 +16,6 @@ kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
 
 impl ToolSample {
     /// Whether the tick may act on the sample.
-    #[must_use]
     pub fn is_good(&self) -> bool {
         self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite())
     }

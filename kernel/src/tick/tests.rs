@@ -8,8 +8,10 @@ use std::vec::Vec;
 use fixed::types::I8F24;
 use nalgebra::Vector3;
 
+use super::budget::Budget;
 use super::choices::{Drive, Unloading};
-use super::sample::{Flags, ToolSample};
+use super::pose::ToolPose;
+use super::sample::Flags;
 use super::settings::{Network, Settings, SettingsError};
 use super::tissue::{Tissue, TissueMut};
 use crate::model::image::{ModelError, kind, params};
@@ -123,7 +125,7 @@ fn press<D: Dynamics>(
     way_m: [f32; 3],
     on: u32,
 ) -> super::sample::TickOutput {
-    tissue.tick(network, &ToolSample { position_m: Vector3::from(way_m), engaged: on })
+    tissue.tick(network, &[ToolPose::at(Vector3::from(way_m), on)], Budget::All)
 }
 
 /// How the tool acts.
@@ -269,7 +271,7 @@ fn the_pins_carry_the_force() {
     let mut force = [0.0; 3];
     for tick in 0..3000 {
         let position_m = if tick == 0 { Vector3::zeros() } else { Vector3::from(way_m) };
-        force = tissue.tick(&network, &ToolSample { position_m, engaged: 1 }).force_n.into();
+        force = tissue.tick(&network, &[ToolPose::at(position_m, 1)], Budget::All).force_n.into();
     }
     let view = tissue.view();
     for (axis, force) in force.into_iter().enumerate() {

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::budget::Budget;
 use super::error::{ResetError, StateError};
 use super::hash::state_hash;
+use super::pose::ToolPose;
 use super::sample::{TickOutput, ToolSample};
 use super::settings::Network;
 use super::touch_room::TouchRoom;
@@ -214,33 +216,13 @@ impl<const CELLS: usize, D: Dynamics, const CONTACTS: usize, const STATES: usize
     }
 
     /// See [`TissueMut::tick`].
-    pub fn tick(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.view().tick(network, sample)
-    }
-
-    /// See [`TissueMut::tick_while`].
-    pub fn tick_while(
+    pub fn tick(
         &mut self,
         network: &Network<'_>,
-        sample: &ToolSample,
-        more: impl FnMut(u16) -> bool,
+        poses: &[ToolPose],
+        budget: Budget<'_>,
     ) -> TickOutput {
-        self.view().tick_while(network, sample, more)
-    }
-
-    /// See [`TissueMut::tick_again`].
-    pub fn tick_again(
-        &mut self,
-        network: &Network<'_>,
-        sample: &ToolSample,
-        sweeps: Option<u16>,
-    ) -> TickOutput {
-        self.view().tick_again(network, sample, sweeps)
-    }
-
-    /// See [`TissueMut::tick_late`].
-    pub fn tick_late(&mut self, network: &Network<'_>, sample: &ToolSample) -> TickOutput {
-        self.view().tick_late(network, sample)
+        self.view().tick(network, poses, budget)
     }
 }
 

@@ -29,7 +29,9 @@ impl Change {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
+    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them. Not inlined: its
+    /// frame is gone when the sweeps begin.
+    #[inline(never)]
     pub(super) fn hold_or_release(&mut self, sample: &ToolSample) {
         let engaged = sample.engaged == 1;
         if engaged && !self.head.engaged {
@@ -88,7 +90,9 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         to
     }
 
-    /// Moves the held cells, or the current, towards the tool, as far as the limits allow.
+    /// Moves the held cells, or the current, towards the tool, as far as the limits allow. Not inlined:
+    /// its frame is gone when the sweeps begin.
+    #[inline(never)]
     pub(super) fn follow(&mut self, sample: &ToolSample) {
         let from = self.head.applied;
         let to = self.step_towards(sample);

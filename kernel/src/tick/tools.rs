@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::pose::{ToolPart, ToolPose};
-use super::sample::{TickOutput, ToolSample};
+use super::sample::ToolSample;
 use super::settings::Network;
 use super::surface::{held_by, places, take_hold};
 use super::tissue::TissueMut;
@@ -27,7 +27,7 @@ pub struct ToolOutput {
     pub force_n: Vector3<f32>,
     /// Torque on it about its position \[N m\].
     pub torque_n_m: Vector3<f32>,
-    /// Its part in [`TickOutput::work_j`], the torque's times the turn included \[J\].
+    /// Its part in [`TickOutput::work_j`](crate::TickOutput::work_j), the torque's times the turn included \[J\].
     pub work_j: f32,
     /// Upper bound of the stiffness that it meets within a tick [N/m].
     pub stiffness_n_per_m: f32,
@@ -104,9 +104,8 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// Gives the tissue tools in place of chosen cells: each a list of at most [`PARTS_MAX`] convex
-    /// parts, with one coefficient of friction by Coulomb's law, 0 for none. Each tick then takes a
-    /// pose for each ([`Self::tick_tools`]); [`Self::tick`] moves the first, not turned, and where its
-    /// sample is not engaged lets all of them go.
+    /// parts, with one coefficient of friction by Coulomb's law, 0 for none. Each [`Self::tick`] then
+    /// takes a pose for each.
     ///
     /// The model needs a contact surface ([`Model::has_contact_surface`](crate::Model)). A tissue
     /// without room for anchors has no friction and no grips.
@@ -169,33 +168,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.dynamics.release();
         self.head.probe = Some(radius);
         Ok(())
-    }
-
-    /// One tick with a pose for each tool, see [`Self::tick`]; poses beyond the tools are left out,
-    /// tools beyond the poses stay as they are. One bad pose makes the sample a bad one. The output is
-    /// that of the first tool, with the work of all; [`Self::tool_output`] has the others'.
-    pub fn tick_tools(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput {
-        self.tick_tools_while(network, poses, |_| true)
-    }
-
-    /// As [`Self::tick_tools`], ended as by [`Self::tick_while`].
-    pub fn tick_tools_while(
-        &mut self,
-        network: &Network<'_>,
-        poses: &[ToolPose],
-        mut more: impl FnMut(u16) -> bool,
-    ) -> TickOutput {
-        let sample = self.joined(poses);
-        self.run_poses::<false>(network, &sample, Some(poses), &mut more)
-    }
-
-    /// As [`Self::tick_late`], with a pose for each tool.
-    pub fn tick_tools_late(&mut self, network: &Network<'_>, poses: &[ToolPose]) -> TickOutput {
-        if !D::IS_ANYTIME || self.head.level.is_forgotten() {
-            return self.tick_tools_while(network, poses, |_| false);
-        }
-        let sample = self.joined(poses);
-        self.run_poses::<true>(network, &sample, Some(poses), &mut |_| false)
     }
 
     /// What a tool felt in the last tick with a sweep; nothing while it is not engaged.
@@ -272,11 +244,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
     /// The sample that poses make together: the first one's place, engaged where one is or a tool
     /// beyond them, bad where one is.
-    fn joined(&self, poses: &[ToolPose]) -> ToolSample {
+    pub(super) fn joined(&self, poses: &[ToolPose]) -> ToolSample {
         let position_m = poses.first().map_or_else(Vector3::zeros, |pose| pose.position_m);
-        let stays = self.touch.tools().iter().skip(poses.len()).any(|tool| tool.is_in);
-        let engaged = match poses.iter().all(ToolPose::is_good) {
-            true => u32::from(stays || poses.iter().any(|pose| pose.engaged == 1)),
+        let tools = self.touch.tools();
+        let stays = tools.iter().skip(poses.len()).any(|tool| tool.is_in);
+        let moved = poses.get(..tools.len().max(1)).unwrap_or(poses);
+        let engaged = match !poses.is_empty() && poses.iter().all(ToolPose::is_good) {
+            true => u32::from(stays || moved.iter().any(|pose| pose.engaged == 1)),
             false => u32::MAX,
         };
         ToolSample { position_m, engaged }

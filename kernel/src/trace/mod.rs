@@ -110,7 +110,7 @@
 //!
 //! ```
 //! use chaincell_kernel::trace::{Header, RECORD_BYTES, Record, Writer};
-//! use chaincell_kernel::{Network, TissueMut, ToolSample, Track};
+//! use chaincell_kernel::{Budget, Network, TissueMut, ToolPose, Track};
 //!
 //! /// Writes the header to the front of a log, and gives its length.
 //! fn begin(network: &Network<'_>, held_ids: &[u32], log: &mut [u8]) -> Option<(Writer, usize)> {
@@ -121,10 +121,10 @@
 //! fn recorded_tick(
 //!     tissue: &mut TissueMut<'_, Track>,
 //!     network: &Network<'_>,
-//!     (tick, sample): (u64, ToolSample),
+//!     (tick, sample): (u64, ToolPose),
 //!     writer: &mut Writer,
 //! ) -> [u8; RECORD_BYTES] {
-//!     tissue.tick(network, &sample);
+//!     tissue.tick(network, &[sample], Budget::All);
 //!     let state_hash = Some(tissue.state_hash(network.model()));
 //!     writer.record(&Record { state_hash, ..Record::of(tick, sample) })
 //! }

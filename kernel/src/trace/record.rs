@@ -12,7 +12,7 @@ use super::{
 };
 use crate::model::Model;
 use crate::stage::DELAY_TICKS_MAX;
-use crate::tick::sample::ToolSample;
+use crate::tick::pose::ToolPose;
 
 /// Words of a record but for its checksum.
 pub(super) const WORDS: usize = RECORD_BYTES / 4 - 1;
@@ -30,8 +30,8 @@ const WITH_DELAY: u16 = 8;
 pub struct Record {
     /// Number of the tick.
     pub tick: u64,
-    /// The tool sample as received, bit by bit.
-    pub sample: ToolSample,
+    /// The first tool's pose as received, its place bit by bit and without its turn.
+    pub sample: ToolPose,
     /// Its sweeps, 0 for a late tick; `None` for those of the settings.
     pub sweeps: Option<u16>,
     /// Whether the output stage's ramp began anew before it.
@@ -46,7 +46,7 @@ pub struct Record {
 impl Record {
     /// A tick with the sweeps of the settings, without a hash.
     #[must_use]
-    pub const fn of(tick: u64, sample: ToolSample) -> Self {
+    pub const fn of(tick: u64, sample: ToolPose) -> Self {
         let (sweeps, delay_ticks, state_hash) = (None, None, None);
         Self { tick, sample, sweeps, ramp_restarted: false, delay_ticks, state_hash }
     }
@@ -108,7 +108,9 @@ impl Writer {
         bits |= if *ramp_restarted { RAMP_RESTARTED } else { 0 };
         bits |= if delay_ticks.is_some() { WITH_DELAY } else { 0 };
         let of_kind = [KIND_SAMPLE, bits, sweeps.unwrap_or(0), delay_ticks.unwrap_or(0)];
-        self.encode(*tick, [x, y, z, sample.engaged], *state_hash, of_kind)
+        // The turn is not kept; one that is none makes the sample a bad one here too.
+        let engaged = if sample.turn().is_some() { sample.engaged } else { u32::MAX };
+        self.encode(*tick, [x, y, z, engaged], *state_hash, of_kind)
     }
 
     /// The bytes of the next record, for a command.
@@ -373,7 +375,7 @@ impl<'t> Reader<'t> {
     /// it.
     ///
     /// ```
-    /// # use chaincell_kernel::{Model, Tissue, Track, trace::Reader};
+    /// # use chaincell_kernel::{Budget, Model, Tissue, Track, trace::Reader};
     /// # fn play(trace: &[u8], model: Model<'_>) -> Option<()> {
     /// let trace = Reader::open(trace).ok()?;
     /// let network = trace.header().network(model).ok()?;
@@ -381,7 +383,7 @@ impl<'t> Reader<'t> {
     /// tissue.reset(&network).ok()?;
     /// tissue.choose_contacts(&network, trace.contact_cells(&model, &mut room).ok()?).ok()?;
     /// let played = trace.play(|record| {
-    ///     tissue.tick_again(&network, &record.sample, record.sweeps);
+    ///     tissue.tick(&network, &[record.sample], Budget::again(record.sweeps));
     ///     tissue.view().state_hash(&model)
     /// });
     /// # played.ok().map(|_| ())
@@ -429,7 +431,7 @@ pub(super) fn sample(words: &[u32; WORDS]) -> Record {
     let [.., sweeps, _] = *words;
     Record {
         tick: long(t0, t1),
-        sample: ToolSample { position_m, engaged },
+        sample: ToolPose::at(position_m, engaged),
         sweeps: has(words, WITH_SWEEPS).then_some(sweeps as u16),
         ramp_restarted: has(words, RAMP_RESTARTED),
         delay_ticks: has(words, WITH_DELAY).then_some((sweeps >> 16) as u16),

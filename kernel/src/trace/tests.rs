@@ -14,10 +14,11 @@ use proptest::prelude::*;
 use super::*;
 use crate::model::Model;
 use crate::solver::Track;
+use crate::tick::budget::Budget;
 use crate::tick::choice::Choice;
 use crate::tick::choices::{Drive, Unloading};
 use crate::tick::hash::REVISION;
-use crate::tick::sample::ToolSample;
+use crate::tick::pose::ToolPose;
 use crate::tick::settings::{Network, Settings};
 use crate::tick::tissue::Tissue;
 
@@ -43,9 +44,9 @@ fn held() -> (Vec<u32>, Vec<u16>) {
     (cells.iter().map(|&cell| model().input_id()[usize::from(cell)]).collect(), cells)
 }
 
-fn sample(tick: usize) -> ToolSample {
+fn sample(tick: usize) -> ToolPose {
     let z = if tick == 11 { f32::NAN } else { -0.001 * tick as f32 };
-    ToolSample { position_m: Vector3::new(0.0, -0.0, z), engaged: u32::from(tick < 24) }
+    ToolPose::at(Vector3::new(0.0, -0.0, z), u32::from(tick < 24))
 }
 
 /// A tissue as at the beginning of the session.
@@ -67,7 +68,7 @@ fn session() -> Vec<Record> {
     (0..TICKS)
         .map(|tick| {
             let sample = sample(tick);
-            tissue.tick(&network, &sample);
+            tissue.tick(&network, &[sample], Budget::All);
             let hash = tissue.view().state_hash(&model());
             let state_hash = (tick % 3 != 2).then_some(hash);
             Record { state_hash, ..Record::of(1000 + 7 * tick as u64, sample) }
@@ -114,7 +115,7 @@ fn play(trace: &[u8]) -> Result<Played, ReplayError> {
     let mut room = [0; 4];
     let mut tissue = begin(&network, trace.contact_cells(&model(), &mut room).unwrap());
     trace.play(|record| {
-        tissue.tick_again(&network, &record.sample, record.sweeps);
+        tissue.tick(&network, &[record.sample], Budget::again(record.sweeps));
         tissue.view().state_hash(&model())
     })
 }
@@ -407,7 +408,7 @@ proptest! {
             .iter()
             .map(|&(tick, [x, y, z, engaged], state_hash, sweeps, delay_ticks, ramp_restarted)| {
                 let position_m = Vector3::from([x, y, z].map(f32::from_bits));
-                let sample = ToolSample { position_m, engaged };
+                let sample = ToolPose::at(position_m, engaged);
                 Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash }
             })
             .collect();

@@ -72,7 +72,7 @@ static chaincell_tissue *begin(void)
 int press(void)
 {
     chaincell_tissue *tissue = begin();
-    chaincell_sample sample;
+    chaincell_tool_pose pose;
     chaincell_output output;
     uint64_t hash = 0, digest = 0;
     uint32_t tick;
@@ -81,8 +81,8 @@ int press(void)
         return 0;
     }
     for (tick = 0; tick < TICKS; tick++) {
-        sample = golden_sample(reach_m, tick);
-        if (!is_done("tick", chaincell_tick(tissue, &sample, &output)) ||
+        pose = golden_pose(reach_m, tick);
+        if (!is_done("tick", chaincell_tick(tissue, &pose, 1, NULL, &output)) ||
             !is_done("hash", chaincell_state_hash(tissue, &hash))) {
             return 0;
         }

@@ -14,7 +14,7 @@ static float part(uint32_t at, uint32_t from, uint32_t to)
     return (float)(inside - from) / (float)(to - from);
 }
 
-chaincell_sample golden_sample(float reach_m, uint32_t tick)
+chaincell_tool_pose golden_pose(float reach_m, uint32_t tick)
 {
     const uint32_t stroke = tick / STROKE, at = tick % STROKE, hundreds = tick % 400;
     const float far = stroke % 8 == 5 ? 20.0f : 1.0f;
@@ -26,18 +26,18 @@ chaincell_sample golden_sample(float reach_m, uint32_t tick)
         uint32_t bits;
         float real;
     } not_a_number = {0x7fc00000u};
-    chaincell_sample sample;
+    chaincell_tool_pose pose = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 1.0f}, 0};
 
-    sample.position_m[0] = 0.25f + way[0] * depth;
-    sample.position_m[1] = way[1] * depth + aside;
-    sample.position_m[2] = way[2] * depth;
-    sample.engaged = at < 36;
+    pose.position_m[0] = 0.25f + way[0] * depth;
+    pose.position_m[1] = way[1] * depth + aside;
+    pose.position_m[2] = way[2] * depth;
+    pose.engaged = at < 36;
     if (tick % 61 == 30 || (long_gap && tick % 2 == 0)) {
-        sample.position_m[1] = not_a_number.real;
+        pose.position_m[1] = not_a_number.real;
     } else if (long_gap) {
-        sample.engaged = 2;
+        pose.engaged = 2;
     }
-    return sample;
+    return pose;
 }
 
 static uint64_t absorb(uint64_t crc, uint64_t value, int bytes)

@@ -5,7 +5,7 @@
 //! from place to place, then samples are any bits at all, then the tool is gone. The whole is
 //! integer and plain `f32` arithmetic.
 
-use chaincell_kernel::{Dynamics, Flags, Model, Number, TickOutput, TissueMut, ToolSample};
+use chaincell_kernel::{Dynamics, Flags, Model, Number, TickOutput, TissueMut, ToolPose};
 use nalgebra::Vector3;
 
 use crate::{Run, RunError, Scene};
@@ -94,7 +94,7 @@ fn position(model: &Model<'_>, state: &str, cell: usize) -> [f32; 3] {
 }
 
 /// The sample of a tick after a state: away, jumping, any bits, bad until the safe state, away.
-fn sample(tick: u32) -> ToolSample {
+fn sample(tick: u32) -> ToolPose {
     let jump = [0, 1, 2].map(|axis| JUMP_M * part_of_one(tick, axis));
     let bits = [3, 4, 5].map(|axis| f32::from_bits(mixed(tick, axis)));
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
@@ -104,7 +104,7 @@ fn sample(tick: u32) -> ToolSample {
         3 | 4 => (jump.map(|_| bad.get(tick as usize % 4).copied().unwrap_or(0.0)), 1 + tick % 2),
         _ => (jump, 0),
     };
-    ToolSample { position_m: Vector3::from(position), engaged }
+    ToolPose::at(Vector3::from(position), engaged)
 }
 
 impl<D: Dynamics> Run<'_, D> {

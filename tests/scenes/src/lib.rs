@@ -39,7 +39,7 @@ pub use tools::{TOOLS_MAX, Tools};
 /// Number type that a scheme computes in.
 pub use chaincell_kernel::Arithmetic as Tier;
 
-use chaincell_kernel::{Model, Settings, ToolSample};
+use chaincell_kernel::{Model, Settings, ToolPose};
 
 /// What is played.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +67,7 @@ pub struct Scene {
 impl Scene {
     /// The sample of a tick.
     #[must_use]
-    pub fn sample(&self, tick: u32) -> ToolSample {
+    pub fn sample(&self, tick: u32) -> ToolPose {
         match self.tools() {
             Some(Tools { start_m: [start_m, _], .. }) => {
                 motion::press(*start_m, self.reach_m, tick)

@@ -1,6 +1,6 @@
 //! The tool's motion: integer and `f32` arithmetic alone, the same bits everywhere.
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
 /// Ticks of a stroke: press, drag, partly back, free.
@@ -19,21 +19,21 @@ const FAR: f32 = 20.0;
 /// Single samples are not finite now and then; 14 bad ones in a row, every 400 ticks, reach the
 /// safe state.
 #[must_use]
-pub fn sample(reach_m: f32, tick: u32) -> ToolSample {
+pub fn sample(reach_m: f32, tick: u32) -> ToolPose {
     let way = along(&WAYS, reach_m, tick);
     // Not at the origin: what counts is the way from where the tool took hold.
     let position_m = Vector3::new(0.25 + way.position_m.x, way.position_m.y, way.position_m.z);
-    ToolSample { position_m, ..way }
+    ToolPose { position_m, ..way }
 }
 
 /// The same for a tool that begins at a place beside the body.
-pub(crate) fn press(start_m: [f32; 3], reach_m: f32, tick: u32) -> ToolSample {
+pub(crate) fn press(start_m: [f32; 3], reach_m: f32, tick: u32) -> ToolPose {
     let way = along(&INTO, reach_m, tick);
-    ToolSample { position_m: Vector3::from(start_m) + way.position_m, ..way }
+    ToolPose { position_m: Vector3::from(start_m) + way.position_m, ..way }
 }
 
 /// The way of a tick from where the tool takes hold.
-fn along(ways: &[[f32; 3]; 4], reach_m: f32, tick: u32) -> ToolSample {
+fn along(ways: &[[f32; 3]; 4], reach_m: f32, tick: u32) -> ToolPose {
     let (stroke, at) = (tick / STROKE, (tick % STROKE) as u16);
     let part = |from: u16, to: u16| f32::from(at.clamp(from, to) - from) / f32::from(to - from);
     let far = if stroke % 8 == 5 { FAR } else { 1.0 };
@@ -48,5 +48,5 @@ fn along(ways: &[[f32; 3]; 4], reach_m: f32, tick: u32) -> ToolSample {
     } else if long_gap {
         engaged = 2;
     }
-    ToolSample { position_m, engaged }
+    ToolPose::at(position_m, engaged)
 }

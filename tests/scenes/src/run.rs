@@ -5,8 +5,8 @@ use chaincell_kernel::ContactError;
 use chaincell_kernel::snapshot::SnapshotError;
 use chaincell_kernel::trace::{Header, Record, RecordedProbe, Writer};
 use chaincell_kernel::{
-    Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput, TissueMut,
-    ToolPose, ToolSample,
+    Budget, Dynamics, Model, ModelError, Network, Number, ResetError, SettingsError, TickOutput,
+    TissueMut, ToolPose,
 };
 
 use crate::{Digest, Scene, TOOLS_MAX, Tools};
@@ -145,10 +145,10 @@ impl<'t, D: Dynamics> Run<'t, D> {
     }
 
     /// Plays one tick with a sample that came from elsewhere: from an interrupt, say.
-    pub fn tick_with(&mut self, sample: &ToolSample) -> (TickOutput, u64) {
+    pub fn tick_with(&mut self, sample: &ToolPose) -> (TickOutput, u64) {
         let output = match self.scene.tools() {
             Some(tools) if tools.count() > 1 => self.tick_tools(tools, sample),
-            _ => self.tissue.tick(&self.network, sample),
+            _ => self.tissue.tick(&self.network, &[*sample], Budget::All),
         };
         if let Some((_, cell)) = self.fault.take_if(|(tick, _)| *tick == self.next)
             && let Some(v) = self.tissue.state.get_mut(cell)
@@ -163,7 +163,7 @@ impl<'t, D: Dynamics> Run<'t, D> {
     }
 
     /// Plays one tick of several tools.
-    fn tick_tools(&mut self, tools: &Tools, sample: &ToolSample) -> TickOutput {
+    fn tick_tools(&mut self, tools: &Tools, sample: &ToolPose) -> TickOutput {
         let [grip, let_go] = GRIP.map(|at| self.next % STROKE == at);
         for tool in (0..tools.count()).filter(|_| grip) {
             self.tissue.grip(&self.network, tool);
@@ -172,7 +172,7 @@ impl<'t, D: Dynamics> Run<'t, D> {
             self.tissue.let_go(tool, FADE);
         }
         let poses: [ToolPose; TOOLS_MAX] = tools.poses(sample);
-        self.tissue.tick_tools(&self.network, &poses)
+        self.tissue.tick(&self.network, &poses, Budget::All)
     }
 
     /// Begins the trace of this run: writes its header to the front of `to` and gives its length.

@@ -1,6 +1,6 @@
 //! Tools of a scene whose body has a contact surface.
 
-use chaincell_kernel::{ToolPart, ToolPose, ToolSample};
+use chaincell_kernel::{ToolPart, ToolPose};
 
 /// Most tools of a scene.
 pub const TOOLS_MAX: usize = 2;
@@ -37,7 +37,7 @@ impl Tools {
 
     /// Where the tools are at a sample, those beyond [`Self::count`] of no meaning.
     #[must_use]
-    pub fn poses(&self, sample: &ToolSample) -> [ToolPose; TOOLS_MAX] {
+    pub fn poses(&self, sample: &ToolPose) -> [ToolPose; TOOLS_MAX] {
         let [first, second] = self.start_m;
         let one = ToolPose::at(sample.position_m, sample.engaged);
         if self.count() < TOOLS_MAX {

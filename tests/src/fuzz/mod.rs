@@ -16,7 +16,7 @@ mod twins;
 mod words;
 
 use chaincell_host::engine::Engine;
-use chaincell_kernel::{TickOutput, ToolSample};
+use chaincell_kernel::{TickOutput, ToolPose};
 use chaincell_lab::monitor::Monitor;
 
 pub use canary::canary;
@@ -33,7 +33,7 @@ pub use words::words;
 fn tick<'m>(
     monitor: &mut Monitor<'m>,
     engine: &mut Engine<'m>,
-    sample: &ToolSample,
+    sample: &ToolPose,
     sweeps: Option<u16>,
 ) -> TickOutput {
     let output = monitor.tick_again(engine, sample, sweeps);

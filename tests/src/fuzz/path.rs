@@ -4,7 +4,7 @@ use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::order::{TickOrder, TickPlace};
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::files::path::{Rules, parse, to_text};
-use chaincell_kernel::{Network, Settings, ToolSample};
+use chaincell_kernel::{Network, Settings, ToolPose};
 use chaincell_lab::monitor::Monitor;
 
 use super::{bodies, tick};
@@ -41,7 +41,7 @@ fn play(sequences: &[Vec<Pose>]) {
         let mut order = TickOrder::default();
         for pose in poses.iter().take(left) {
             if order.take(pose.tick) == TickPlace::Next {
-                tick(&mut monitor, &mut engine, &ToolSample::from(*pose), pose.sweeps);
+                tick(&mut monitor, &mut engine, &ToolPose::from(*pose), pose.sweeps);
             }
         }
         left = left.saturating_sub(poses.len());

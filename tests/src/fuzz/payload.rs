@@ -5,7 +5,7 @@ use chaincell_host::engine::{Arithmetic, Engine, Scheme};
 use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
 use chaincell_host::session::ipc::tools::{Answer, Asking as _, OneToolPose, ToolPoses};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Choice, Network, ToolSample};
+use chaincell_kernel::{Choice, Network};
 use chaincell_lab::monitor::Monitor;
 
 use super::{bodies, tick};
@@ -59,7 +59,7 @@ pub fn payload(data: &[u8]) {
                 answered(&poses(message))
             };
             if last.is_none_or(|last| pose.tick > last) && !paused {
-                tick(&mut monitor, &mut engine, &ToolSample::from(pose), None);
+                tick(&mut monitor, &mut engine, &pose.into(), None);
             }
             last = last.max(Some(pose.tick));
         }

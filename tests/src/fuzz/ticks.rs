@@ -3,7 +3,7 @@
 
 use arbitrary::{Result, Unstructured};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Choice, Drive, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Budget, Choice, Drive, Model, Network, Settings, ToolPose, Unloading};
 use chaincell_lab::monitor::Monitor;
 
 use super::twins::{Twins, command};
@@ -78,7 +78,7 @@ fn settings(bytes: &mut Unstructured<'_>, model: &Model<'_>, scheme: Scheme) -> 
 struct Session<'m> {
     twins: Twins<'m>,
     monitor: Monitor<'m>,
-    tool: ToolSample,
+    tool: ToolPose,
     left: usize,
 }
 
@@ -96,7 +96,7 @@ impl Session<'_> {
                 let at = |axis: usize| centre[axis] + unit_m * f32::from(way[axis]);
                 self.tick(sample([0, 1, 2].map(at), 1), 1);
             }
-            3 => self.tick(ToolSample { engaged: 0, ..self.tool }, 1),
+            3 => self.tick(ToolPose { engaged: 0, ..self.tool }, 1),
             4 => self.tick(self.tool, bytes.int_in_range(1..=12)?),
             5 => self.command(bytes.arbitrary()?),
             6 => self.other_settings(bytes)?,
@@ -108,7 +108,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    fn tick(&mut self, tool: ToolSample, times: usize) {
+    fn tick(&mut self, tool: ToolPose, times: usize) {
         self.tool = tool;
         for _ in 0..times.min(self.left) {
             self.left -= 1;
@@ -116,7 +116,7 @@ impl Session<'_> {
             let sweeps = [None, None, Some(0), None, Some(1), Some(0), Some(2)][self.left % 7];
             let output = tick(&mut self.monitor, &mut self.twins.engine, &tool, sweeps);
             if let Some(twin) = &mut self.twins.twin {
-                assert_eq!(twin.tick_again(&tool, sweeps), output);
+                assert_eq!(twin.tick_by(&[tool], Budget::again(sweeps)), output);
                 assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
             }
         }

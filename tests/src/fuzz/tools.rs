@@ -2,8 +2,8 @@
 //! commands and other states in any order.
 
 use arbitrary::{Result, Unstructured};
-use chaincell_host::engine::tissue::Sweeps;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
+use chaincell_kernel::Budget;
 use chaincell_kernel::{Model, Network, Settings, ToolPart, ToolPose, Unloading};
 use chaincell_lab::monitor::ToolMonitor;
 
@@ -161,7 +161,7 @@ impl Session<'_> {
             let output = self.monitor.tick(&mut self.twins.engine, poses, sweeps);
             assert!(self.monitor.failures().is_empty(), "{:?}", self.monitor.failures());
             if let Some(twin) = &mut self.twins.twin {
-                assert_eq!(twin.tick_tools_by(poses, Sweeps::Counted(sweeps)), output);
+                assert_eq!(twin.tick_by(poses, Budget::again(sweeps)), output);
                 assert_eq!(twin.state_hash(), self.twins.engine.state_hash());
                 for tool in 0..self.poses.len() {
                     assert_eq!(twin.tool_output(tool), self.twins.engine.tool_output(tool));

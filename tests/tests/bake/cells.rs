@@ -9,7 +9,7 @@ use chaincell_host::engine::contact::held;
 use chaincell_host::mesh::{Mesh, load};
 use chaincell_kernel::image::kind as section;
 use chaincell_kernel::{
-    Model, ModelError, Network, Settings, Tissue, ToolSample, Track, coarse_room,
+    Budget, Model, ModelError, Network, Settings, Tissue, ToolPose, Track, coarse_room,
 };
 use chaincell_tests::files::{Table, bake, play, scratch, summary, text, write_path};
 use chaincell_tests::{forge, run};
@@ -136,7 +136,7 @@ fn the_kernel_carries_nodes_without_a_heap() {
     tissue.choose_contacts(&network, &[cell]).unwrap();
     for tick in 0..30_u8 {
         let position_m = [0.0, 0.0, -0.0005 * f32::from(tick)].into();
-        tissue.tick(&network, &ToolSample { position_m, engaged: 1 });
+        tissue.tick(&network, &[ToolPose::at(position_m, 1)], Budget::All);
     }
     let view = tissue.view();
     // A cell and the node it stands at are one.

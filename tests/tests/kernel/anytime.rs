@@ -3,7 +3,7 @@
 
 use chaincell_host::bake::BakeOptions;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Flags, Model, Settings, Unloading};
+use chaincell_kernel::{Budget, Flags, Model, Settings, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{Case, body, case, holds, kinds, sample, singles};
@@ -53,7 +53,7 @@ proptest! {
                 prop_assert_eq!(output.force_n, kept_n);
             }
             force_n = output.force_n;
-            prop_assert_eq!(again.tick_again(&tool, Some(output.sweeps)), output);
+            prop_assert_eq!(again.tick_by(&[tool], Budget::again(Some(output.sweeps))), output);
             prop_assert_eq!(again.state_hash(), engine.state_hash());
         }
         holds(&monitor)?;
@@ -85,7 +85,7 @@ proptest! {
             let output = monitor.tick_again(&mut engine, &tool, sweeps);
             prop_assert!(output.contacts as usize <= capacity && (engaged == 1 || output.contacts == 0));
             prop_assert_eq!(output.flags.contains(Flags::LATE), output.sweeps == 0);
-            prop_assert_eq!(again.tick_again(&tool, Some(output.sweeps)), output);
+            prop_assert_eq!(again.tick_by(&[tool], Budget::again(Some(output.sweeps))), output);
             prop_assert_eq!(again.state_hash(), engine.state_hash());
             let now = engine.positions_m();
             for &cell in model.fixed() {
@@ -105,7 +105,7 @@ proptest! {
         for tick in 0..20_u16 {
             let tool = sample([0.002 * f32::from(tick), 0.0, 0.0], 1);
             let [one, other] = &mut engines;
-            prop_assert_eq!(one.tick_again(&tool, Some(tick % 3)), other.tick(&tool));
+            prop_assert_eq!(one.tick_by(&[tool], Budget::again(Some(tick % 3))), other.tick(&tool));
         }
     }
 }
@@ -126,7 +126,7 @@ fn a_tick_behind_late_ones_is_where_the_tool_is() {
         let mut forces = [0.0; 2];
         for tick in 0..200 {
             let sweeps = if (31..60).contains(&tick) { Some(0) } else { None };
-            forces = [late.tick_again(&way(tick), sweeps), all.tick(&way(tick))]
+            forces = [late.tick_by(&[way(tick)], Budget::again(sweeps)), all.tick(&way(tick))]
                 .map(|output| output.force_n.norm());
             if tick == 30 || tick == 59 {
                 assert!((forces[0] == forces[1]) == (tick == 30), "{forces:?}");

@@ -7,7 +7,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, Probe
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    Model, Network, ProxyPose, Settings, TickOutput, ToolPart, ToolPose, ToolSample, Unloading,
+    Budget, Model, Network, ProxyPose, Settings, TickOutput, ToolPart, ToolPose, Unloading,
 };
 use chaincell_lab::monitor::contact::ExactContact;
 use chaincell_lab::reference::vectors::farthest;
@@ -101,7 +101,7 @@ impl<'m> Followed<'m> {
     }
 
     fn tick(&mut self, poses: &[ToolPose]) -> TickOutput {
-        let output = self.engine.tick_tools(poses);
+        let output = self.engine.tick_by(poses, Budget::All);
         self.check(&output);
         output
     }
@@ -109,7 +109,8 @@ impl<'m> Followed<'m> {
     /// A late tick of the first tool.
     fn late(&mut self, pose: &ToolPose) {
         let ToolPose { position_m, engaged, .. } = *pose;
-        let output = self.engine.tick_again(&ToolSample { position_m, engaged }, Some(0));
+        let output =
+            self.engine.tick_by(&[ToolPose::at(position_m, engaged)], Budget::again(Some(0)));
         self.check(&output);
     }
 

@@ -9,8 +9,8 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    Model, NOT_TURNED, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose,
-    ToolSample, TouchStore, Unloading,
+    Budget, Model, NOT_TURNED, Network, Predict, Settings, Tissue as Memory, ToolPart, ToolPose,
+    TouchStore, Unloading,
 };
 use proptest::prelude::*;
 
@@ -119,10 +119,12 @@ fn act(engine: &mut Engine<'_>, act: &Act, tools: usize) -> Vec<u32> {
         bits.extend(all.map(f32::to_bits));
     };
     match act {
-        Act::Ticks(poses, times) => (0..*times).for_each(|_| see(&engine.tick_tools(poses))),
+        Act::Ticks(poses, times) => {
+            (0..*times).for_each(|_| see(&engine.tick_by(poses, Budget::All)))
+        }
         Act::Late(pose) => {
             let ToolPose { position_m, engaged, .. } = *pose;
-            see(&engine.tick_again(&ToolSample { position_m, engaged }, Some(0)));
+            see(&engine.tick_by(&[ToolPose::at(position_m, engaged)], Budget::again(Some(0))));
         }
         Act::Grip(tool) => bits.push(engine.grip(*tool) as u32),
         Act::LetGo(tool, ticks) => engine.let_go(*tool, *ticks),
@@ -178,8 +180,8 @@ proptest! {
         tissue.choose_tools(&network, &[&[ToolPart::sphere(radius_m)]], 0.5).unwrap();
         for next in &acts {
             let output = match next {
-                Act::Ticks(poses, _) => tissue.tick_tools(&network, poses),
-                Act::Late(pose) => tissue.tick_tools_late(&network, &[*pose]),
+                Act::Ticks(poses, _) => tissue.tick(&network, poses, Budget::All),
+                Act::Late(pose) => tissue.tick(&network, &[*pose], Budget::LATE),
                 Act::Grip(tool) => {
                     prop_assert!(tissue.grip(&network, *tool) < 100);
                     continue;

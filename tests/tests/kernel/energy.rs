@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use chaincell_host::bake::{BakeOptions, ImageBytes, ProbeContact};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Network, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::contact::ExactContact;
 use chaincell_lab::reference::vectors::{minus, norm};
@@ -200,8 +200,7 @@ fn work_is_what_the_tools_motion_stores_in_the_links() {
         for (tick, tool, engaged) in path() {
             let lift = if probe { 0.0125 } else { 0.0 };
             let position_m = std::array::from_fn(|axis| (top[axis] + f64::from(tool[axis])) as f32);
-            let mut sample =
-                ToolSample { position_m: nalgebra::Vector3::from(position_m), engaged };
+            let mut sample = ToolPose::at(nalgebra::Vector3::from(position_m), engaged);
             sample.position_m.z += lift;
             let output = engine.tick(&sample);
             let after = at(&mut engine);

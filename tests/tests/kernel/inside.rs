@@ -4,12 +4,10 @@
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
-use chaincell_host::engine::tissue::Sweeps;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{
-    Flags, Model, Network, Settings, TickOutput, ToolPart, ToolPose, ToolSample,
-};
+use chaincell_kernel::Budget;
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPart, ToolPose};
 
 /// Height of the top \[m\].
 const TOP_M: f32 = 0.04;
@@ -117,9 +115,9 @@ impl Run<'_> {
     fn tick(&mut self, act: Act) -> (f32, TickOutput) {
         let pose = self.way.pose(act);
         let output = if self.engine.tools_on_surface() > 0 {
-            self.engine.tick_tools(&[pose])
+            self.engine.tick_by(&[pose], Budget::All)
         } else {
-            self.engine.tick(&ToolSample { position_m: pose.position_m, engaged: pose.engaged })
+            self.engine.tick(&ToolPose::at(pose.position_m, pose.engaged))
         };
         let outward_n = self.way.outward_n(&output);
         assert!(outward_n >= -NOTHING_N, "{} {act:?}: {output:?}", self.name);
@@ -275,8 +273,10 @@ fn a_late_tick_and_a_bad_pose_leave_a_tool_waiting() {
             }
             let ToolPose { position_m, engaged, .. } = pose;
             match is_surface {
-                true => engine.tick_tools_by(&[pose], Sweeps::Counted(sweeps)),
-                false => engine.tick_again(&ToolSample { position_m, engaged }, sweeps),
+                true => engine.tick_by(&[pose], Budget::again(sweeps)),
+                false => {
+                    engine.tick_by(&[ToolPose::at(position_m, engaged)], Budget::again(sweeps))
+                }
             }
         };
         for n in 0..40 {
@@ -306,7 +306,7 @@ fn one_of_two_tools_waits() {
             for tick in 0..200_u16 {
                 let down_m = 1.2 * RADIUS_M - 1.0e-4 * f32::from(tick.min(60));
                 let poses = [at(-0.02, down_m), at(0.025, -0.012)];
-                let output = engine.tick_tools(if inside { &poses } else { &poses[..1] });
+                let output = engine.tick_by(if inside { &poses } else { &poses[..1] }, Budget::All);
                 assert_eq!(waits(&output), inside);
                 last = [0, 1].map(|tool| engine.tool_output(tool).force_n.z);
             }
@@ -332,7 +332,8 @@ fn a_half_space_presses_wherever_it_is() {
     // From above, upside down.
     let pose =
         |z| ToolPose { orientation: [1.0, 0.0, 0.0, 0.0], ..ToolPose::at([0.0, 0.0, z].into(), 1) };
-    let outputs: Vec<_> = (0..100).map(|_| engine.tick_tools(&[pose(TOP_M - 0.003)])).collect();
+    let outputs: Vec<_> =
+        (0..100).map(|_| engine.tick_by(&[pose(TOP_M - 0.003)], Budget::All)).collect();
     assert!(!outputs.iter().any(waits));
     assert!(outputs[99].force_n.z > 1.0 && outputs[0].force_n.z <= outputs[99].force_n.z);
 }

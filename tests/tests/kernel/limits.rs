@@ -4,7 +4,7 @@
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_tests::graph::kinds;
 use nalgebra::Vector3;
@@ -29,9 +29,7 @@ fn moved(
     let network = Network::new(model, settings(Settings::for_model(&model))).unwrap();
     let held = model.cell_of_input(node).unwrap();
     let mut engine = Engine::new(network, scheme, &[held]).unwrap();
-    heights_m
-        .map(|z| engine.tick(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 }))
-        .collect()
+    heights_m.map(|z| engine.tick(&ToolPose::at(Vector3::new(0.0, 0.0, z), 1))).collect()
 }
 
 /// The bound stops the tool on its way out and lets it come back.

@@ -9,7 +9,7 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::load;
 use chaincell_kernel::image::{HEADER_BYTES, kind, nodal, params};
 use chaincell_kernel::number::two_float::LANES;
-use chaincell_kernel::{Model, ModelError, Network, Settings, ToolSample};
+use chaincell_kernel::{Model, ModelError, Network, Settings, ToolPose};
 use chaincell_tests::forge::{resealed, section};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -168,7 +168,7 @@ fn press(image: &ImageBytes, schemes: &[Scheme]) -> Option<f32> {
         let mut engine = Engine::new(network, scheme, &[free]).ok()?;
         for tick in 0..20_i16 {
             let position_m = Vector3::new(0.0, 0.0, -0.001 * f32::from(tick));
-            last = engine.tick(&ToolSample { position_m, engaged: 1 }).force_n.z;
+            last = engine.tick(&ToolPose::at(position_m, 1)).force_n.z;
         }
     }
     Some(last)

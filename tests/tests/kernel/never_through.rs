@@ -7,7 +7,7 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
 use chaincell_lab::reference::Npz;
 use chaincell_tests::reference;
 
@@ -68,7 +68,7 @@ fn press(image: &ImageBytes, radius_m: f32, sweeps: u16, step_m: f64) -> Pressed
     for tick in 0..ticks + 300 {
         let way = step_m * f64::from(tick.min(ticks));
         let at = [0, 1, 2].map(|axis| (place.touch_m[axis] + way * place.direction[axis]) as f32);
-        let output = engine.tick(&ToolSample { position_m: at.into(), engaged: 1 });
+        let output = engine.tick(&ToolPose::at(at.into(), 1));
         let force = output.force_n.norm();
         pressed.most_n = pressed.most_n.max(force);
         pressed.end_n = force;

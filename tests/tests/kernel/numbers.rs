@@ -6,7 +6,7 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_lab::reference::vectors::farthest;
@@ -52,7 +52,7 @@ fn press(scheme: Scheme, numbers: Arithmetic) -> (Vec<[f64; 3]>, Vec<f64>) {
     let mut engine = engine(&image, CENTRE, Variant::plain(scheme, numbers));
     let forces = (1..=TICKS).map(|tick| {
         let depth_m = DEPTH_M * f32::from(tick.min(PRESSING)) / f32::from(PRESSING);
-        let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -depth_m), engaged: 1 };
+        let sample = ToolPose::at(Vector3::new(0.0, 0.0, -depth_m), 1);
         f64::from(engine.tick(&sample).force_n.norm())
     });
     let forces = forces.collect();
@@ -91,14 +91,14 @@ fn a_press_of_two_thousand_ticks() {
 }
 
 /// Any bits that a sample may have, near and far positions more often.
-fn any_sample() -> impl Strategy<Value = ToolSample> {
+fn any_sample() -> impl Strategy<Value = ToolPose> {
     let number = prop_oneof![
         3 => -0.3_f32..0.3,
         1 => any::<u32>().prop_map(f32::from_bits),
         1 => prop::sample::select(vec![0.0, f32::MAX, f32::MIN, f32::MIN_POSITIVE, f32::NAN]),
     ];
     (prop::array::uniform3(number), prop_oneof![3 => Just(1), 1 => Just(0), 1 => any::<u32>()])
-        .prop_map(|([x, y, z], engaged)| ToolSample { position_m: Vector3::new(x, y, z), engaged })
+        .prop_map(|([x, y, z], engaged)| ToolPose::at(Vector3::new(x, y, z), engaged))
 }
 
 proptest! {

@@ -6,7 +6,7 @@
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Model, Settings, ToolSample};
+use chaincell_kernel::{Model, Settings, ToolPose};
 use chaincell_lab::bodies::Variant;
 use chaincell_lab::reference::profile::in_input_order;
 use chaincell_lab::reference::vectors::farthest;
@@ -52,7 +52,7 @@ fn engine(
 }
 
 /// The tool at a height \[m\].
-fn at(z_m: f32) -> ToolSample {
+fn at(z_m: f32) -> ToolPose {
     sample([0.0, 0.0, z_m], 1)
 }
 

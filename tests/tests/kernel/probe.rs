@@ -3,7 +3,7 @@
 
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
-use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolPose, Unloading};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::monitor::Monitor;
 use chaincell_tests::graph::{body, holds, kinds, sample, shape};
@@ -247,7 +247,7 @@ fn the_bits_are_the_same_however_they_are_computed() {
         let mut hashes = Vec::new();
         for tick in 0..400_u16 {
             let engaged = u32::from(tick % 370 < 330);
-            let sample = ToolSample { position_m: centre_m(2 * tick).into(), engaged };
+            let sample = ToolPose::at(centre_m(2 * tick).into(), engaged);
             let [one, scalar, sleepless] = engines.each_mut().map(|engine| {
                 let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } =
                     engine.tick(&sample);

@@ -8,7 +8,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell};
 use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::MeshOptions;
-use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Choice, Model, Network, Settings, TickOutput, ToolPose, Unloading};
 use chaincell_kernel::{VectorUnit, parts};
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_lab::states::State;
@@ -62,7 +62,7 @@ impl<'m> Twins<'m> {
     }
 
     /// One tick of both; the hash is that of the state after it.
-    fn tick(&mut self, sample: &ToolSample, what: &str) -> u64 {
+    fn tick(&mut self, sample: &ToolPose, what: &str) -> u64 {
         let mut answers = self.0.iter_mut().map(|engine| {
             let TickOutput { force_n, energy_j, work_j, contacts, flags, .. } = engine.tick(sample);
             let force = force_n.data.0[0].map(f32::to_bits);
@@ -77,11 +77,11 @@ impl<'m> Twins<'m> {
 }
 
 /// A press in one corner direction, a drag across, the way back, then the release.
-fn stroke(tick: u16, length_m: f32) -> ToolSample {
+fn stroke(tick: u16, length_m: f32) -> ToolPose {
     let way = |from: u16, to: u16| f32::from(tick.clamp(from, to) - from) / f32::from(to - from);
     let depth = way(0, 60) - way(100, 140);
     let position_m = Vector3::new(2.0 * way(60, 100), 0.5 * depth, -3.0 * depth) * length_m;
-    ToolSample { position_m, engaged: u32::from(tick < 150) }
+    ToolPose::at(position_m, u32::from(tick < 150))
 }
 
 fn is_here(test: &str) -> bool {
@@ -269,7 +269,7 @@ fn degenerate_states_are_the_same_without_the_vector_unit() {
                         let far = model.unit_m() * f32::from(tick);
                         let position_m = Vector3::new(0.1, 0.2, -0.3) * far;
                         let engaged = u32::from((3..9).contains(&tick));
-                        let sample = ToolSample { position_m, engaged };
+                        let sample = ToolPose::at(position_m, engaged);
                         twins.tick(&sample, &format!("{what} tick {tick}"));
                     }
                 }

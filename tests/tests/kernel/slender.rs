@@ -6,7 +6,7 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Choice, Flags, Model, Network, ToolSample};
+use chaincell_kernel::{Choice, Flags, Model, Network, ToolPose};
 use nalgebra::Vector3;
 
 /// Between two nodes of a bar \[m\].
@@ -54,7 +54,7 @@ impl Bar {
         let forces = (0..MOVES + RESTS).map(|tick| {
             let share = tick.min(MOVES) as f64 / MOVES as f64;
             let position_m = Vector3::from(way_m.map(|x| (share * x) as f32));
-            let output = engine.tick(&ToolSample { position_m, engaged: 1 });
+            let output = engine.tick(&ToolPose::at(position_m, 1));
             discarded += usize::from(output.flags.contains(Flags::ROLLED_BACK));
             output.force_n.map(f64::from)
         });

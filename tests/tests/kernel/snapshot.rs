@@ -7,8 +7,7 @@ use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{
-    Choice, Drive, Model, NOT_TURNED, Network, TickOutput, ToolPart, ToolPose, ToolSample,
-    Unloading,
+    Budget, Choice, Drive, Model, NOT_TURNED, Network, TickOutput, ToolPart, ToolPose, Unloading,
 };
 use chaincell_lab::bodies::{Shape, Variant};
 use chaincell_tests::graph::sample;
@@ -65,7 +64,7 @@ impl<'a> Case<'a> {
     }
 
     /// Samples of a press that wavers, lets go, rests, comes back, and has bad ones.
-    fn sample(&self, tick: usize) -> ToolSample {
+    fn sample(&self, tick: usize) -> ToolPose {
         let model = Model::from_bytes(self.image.as_bytes()).unwrap();
         let (unit_m, [x, y, z]) = (model.unit_m(), model.centre_m());
         let (cycle, phase) = (tick / 400, (tick % 400) as f32);
@@ -80,7 +79,7 @@ impl<'a> Case<'a> {
     /// Some ticks are late, some end early.
     fn tick(&self, engine: &mut Engine<'_>, tick: usize) -> (TickOutput, u64) {
         let sweeps = [None, None, Some(1), None, Some(0)][tick % 5];
-        (engine.tick_again(&self.sample(tick), sweeps), engine.state_hash())
+        (engine.tick_by(&[self.sample(tick)], Budget::again(sweeps)), engine.state_hash())
     }
 
     /// Saves behind so many ticks, and goes on in another tissue.
@@ -203,7 +202,7 @@ fn tools_go_on_with_friction_and_grips() {
             if tick == 160 {
                 let _ = engine.obey(&Command::LetGo { tool: 0, ticks: 40 });
             }
-            let output = engine.tick_tools(&poses(tick));
+            let output = engine.tick_by(&poses(tick), Budget::All);
             let felt = [0, 1].map(|tool| engine.tool_output(tool));
             (output, felt, engine.contact_forces(), engine.state_hash())
         };

@@ -8,7 +8,7 @@ use chaincell_host::engine::motion::Press;
 use chaincell_host::engine::place::place;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose, Unloading};
 
 /// Height of the top of the bodies \[m\].
 const TOP_M: f32 = 0.04;
@@ -40,8 +40,8 @@ fn engine<'m>(model: Model<'m>, radius_m: f32, sweeps: u16) -> Engine<'m> {
 }
 
 /// The sphere so deep below the top \[m\], aside by `x_m`.
-fn at(x_m: f32, radius_m: f32, depth_m: f32) -> ToolSample {
-    ToolSample { position_m: [x_m, 0.3 * x_m, TOP_M + radius_m - depth_m].into(), engaged: 1 }
+fn at(x_m: f32, radius_m: f32, depth_m: f32) -> ToolPose {
+    ToolPose::at([x_m, 0.3 * x_m, TOP_M + radius_m - depth_m].into(), 1)
 }
 
 /// Down to a depth in so many ticks.

@@ -8,7 +8,7 @@ use chaincell_host::engine::place::place;
 use chaincell_host::engine::threads::ThreadCount;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolSample, Unloading, parts};
+use chaincell_kernel::{Flags, Model, Network, Settings, TickOutput, ToolPose, Unloading, parts};
 
 /// A body of links with a contact surface, as `bake SPEC --alpha ALPHA --probe-contact surface`.
 fn links(spec: &str, alpha: f64) -> ImageBytes {
@@ -101,7 +101,7 @@ fn untouched_it_stays_at_rest() {
                 // Less than a hundredth of a millimetre above the top.
                 let position_m = [0.0, 0.0, 0.04 + 0.006_01].into();
                 let engaged = u32::from(tick % 20 < 15);
-                let output = engine.tick(&ToolSample { position_m, engaged });
+                let output = engine.tick(&ToolPose::at(position_m, engaged));
                 assert_eq!(engine.state_hash(), rest, "{alpha} {way:?} {tick}");
                 let all = [output.energy_j, output.work_j].into_iter();
                 assert!(all.chain(output.force_n.iter().copied()).all(|x| x.to_bits() == 0));
@@ -111,11 +111,11 @@ fn untouched_it_stays_at_rest() {
 }
 
 /// Presses, slides and lets go, over and over.
-fn sample(tick: u16, top_m: f32, radius_m: f32) -> ToolSample {
+fn sample(tick: u16, top_m: f32, radius_m: f32) -> ToolPose {
     let within = f32::from(tick % 60);
     let depth_m = 2.0e-4 * within.min(20.0);
     let position_m = [2.0e-4 * (within - 30.0), 0.001, top_m + radius_m - depth_m].into();
-    ToolSample { position_m, engaged: u32::from(tick % 60 < 50) }
+    ToolPose::at(position_m, u32::from(tick % 60 < 50))
 }
 
 /// Scalar and vector units: the same bits, and no -0.0 that would tell them apart.

@@ -7,7 +7,7 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::{
-    Flags, Model, NOT_TURNED, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading,
+    Budget, Flags, Model, NOT_TURNED, Network, Settings, ToolOutput, ToolPart, ToolPose, Unloading,
 };
 use nalgebra::Vector3;
 
@@ -73,7 +73,9 @@ fn a_tool_that_slips_is_held_back_by_the_coefficient() {
         let height = |depth_m: f32| TOP_M + radius_m - depth_m;
         let mut work = 0.0_f64;
         let mut tick = |engine: &mut Engine<'_>, x_m: f32, depth_m: f32| {
-            work += f64::from(engine.tick_tools(&[pose([x_m, 0.001, height(depth_m)])]).work_j);
+            work += f64::from(
+                engine.tick_by(&[pose([x_m, 0.001, height(depth_m)])], Budget::All).work_j,
+            );
         };
         for step in -20..=100_i16 {
             tick(&mut engine, -0.01, f32::from(step) * 3.0e-5);
@@ -109,14 +111,14 @@ fn friction_sticks_until_it_slips() {
     let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.01)]], 0.3, 8);
     let at = |x_m: f32, depth_m: f32| pose([x_m, 0.0, TOP_M + 0.01 - depth_m]);
     for step in 0..=100_u8 {
-        engine.tick_tools(&[at(0.0, f32::from(step) * 3.0e-5)]);
+        engine.tick_by(&[at(0.0, f32::from(step) * 3.0e-5)], Budget::All);
     }
     // Pressed in, the tissue slides along the sphere's sides.
     let [_, start] = contacts(&mut engine, 0);
     let drag = |engine: &mut Engine<'_>, from_m: f32, to_m: f32| {
         for step in 0..=40_u8 {
             let x_m = from_m + (to_m - from_m) * f32::from(step) / 40.0;
-            engine.tick_tools(&[at(x_m, 0.003)]);
+            engine.tick_by(&[at(x_m, 0.003)], Budget::All);
         }
         contacts(engine, 0)
     };
@@ -154,15 +156,15 @@ fn work_of_force_and_torque_is_the_energy() {
         };
         let mut work = 0.0;
         for step in 0..=400_u16 {
-            work += f64::from(engine.tick_tools(&[path(f32::from(step) / 400.0)]).work_j);
+            work += f64::from(engine.tick_by(&[path(f32::from(step) / 400.0)], Budget::All).work_j);
         }
-        let pressed = engine.tick_tools(&[path(1.0)]);
+        let pressed = engine.tick_by(&[path(1.0)], Budget::All);
         let output = engine.tool_output(0);
         let energy = f64::from(pressed.energy_j);
         assert!(output.force_n.z > 0.01 && output.torque_n_m.norm() > 1e-5, "{output:?}");
         assert!((work / energy - 1.0).abs() < 0.02, "{part:?}: {work} {energy}");
         for step in (0..=400_u16).rev() {
-            work += f64::from(engine.tick_tools(&[path(f32::from(step) / 400.0)]).work_j);
+            work += f64::from(engine.tick_by(&[path(f32::from(step) / 400.0)], Budget::All).work_j);
         }
         assert!(work.abs() < 0.01 * energy, "{part:?}: {work} of {energy}");
     }
@@ -179,8 +181,8 @@ fn two_tools_feel_what_two_parts_of_one_feel() {
         let depth_m = f32::from(step.min(60)) * 4.0e-5;
         let x_m = -0.01 + f32::from(step.saturating_sub(60)) * 1.0e-4;
         let at = [x_m, 0.0, TOP_M + 0.006 - depth_m];
-        one.tick_tools(&[pose(at)]);
-        two.tick_tools(&[pose(at), pose([at[0] + 0.02, at[1], at[2]])]);
+        one.tick_by(&[pose(at)], Budget::All);
+        two.tick_by(&[pose(at), pose([at[0] + 0.02, at[1], at[2]])], Budget::All);
     }
     let [a, b] = [two.tool_output(0), two.tool_output(1)];
     let whole = one.tool_output(0);
@@ -193,7 +195,7 @@ fn two_tools_feel_what_two_parts_of_one_feel() {
     let mut free = pose([0.0, 0.0, TOP_M]);
     free.engaged = 0;
     let kept = pose([0.016, 0.0, TOP_M + 0.006 - 0.0024]);
-    two.tick_tools(&[free, kept]);
+    two.tick_by(&[free, kept], Budget::All);
     assert_eq!(two.tool_output(0).force_n.norm(), 0.0);
     assert!(two.tool_output(1).force_n.z > 0.01);
 }
@@ -209,15 +211,15 @@ fn grip_and_let_go(body: &str, image: &ImageBytes) {
     let mut engine = engine(image, vec![vec![ToolPart::sphere(0.008)]], 0.0, 8);
     let at = |height_m: f32| pose([0.0, 0.0, TOP_M + 0.008 + height_m]);
     for step in 0..=60_u8 {
-        engine.tick_tools(&[at(-5.0e-5 * f32::from(step))]);
+        engine.tick_by(&[at(-5.0e-5 * f32::from(step))], Budget::All);
     }
     let before = engine.tool_output(0).force_n;
     assert!(engine.grip(0) > 4);
-    engine.tick_tools(&[at(-0.003)]);
+    engine.tick_by(&[at(-0.003)], Budget::All);
     assert!((engine.tool_output(0).force_n - before).norm() < 0.02 * before.norm());
     // Up again: from the surface on it pulls the tissue along.
     for step in 0..=120_u8 {
-        engine.tick_tools(&[at(-0.003 + 5.0e-5 * f32::from(step))]);
+        engine.tick_by(&[at(-0.003 + 5.0e-5 * f32::from(step))], Budget::All);
     }
     let mut last = engine.tool_output(0).force_n;
     assert!(last.z < -0.01, "{body}: {last}");
@@ -225,7 +227,7 @@ fn grip_and_let_go(body: &str, image: &ImageBytes) {
     engine.let_go(0, 50);
     let mut largest = 0.0_f32;
     for _ in 0..60 {
-        engine.tick_tools(&[at(0.003)]);
+        engine.tick_by(&[at(0.003)], Budget::All);
         let force = engine.tool_output(0).force_n;
         largest = largest.max((force - last).norm());
         last = force;
@@ -242,11 +244,10 @@ fn forces_of_contacts_add_up_to_the_tools() {
         let mut engine = engine(&image, vec![vec![ToolPart::sphere(0.012)]], 0.3, 6);
         for step in 0..150_u8 {
             let x_m = f32::from(step.saturating_sub(80)) * 5.0e-5;
-            engine.tick_tools(&[pose([
-                x_m,
-                0.0,
-                TOP_M + 0.012 - f32::from(step.min(80)) * 4.0e-5,
-            ])]);
+            engine.tick_by(
+                &[pose([x_m, 0.0, TOP_M + 0.012 - f32::from(step.min(80)) * 4.0e-5])],
+                Budget::All,
+            );
         }
         let [normal, across] = contacts(&mut engine, 0);
         let output = engine.tool_output(0);
@@ -286,7 +287,7 @@ fn plays(image: &ImageBytes, scalar: bool) -> Vec<(u32, ToolOutput, ToolOutput, 
         let second = tilted([0.02 - aside, 0.002, z], 0.002 * f32::from(step));
         let mut first = pose([-0.01 + aside, 0.0, z]);
         first.engaged = u32::from(step < 140);
-        let output = engine.tick_tools(&[first, second]);
+        let output = engine.tick_by(&[first, second], Budget::All);
         let [a, b] = [0, 1].map(|tool| engine.tool_output(tool));
         (output.energy_j.to_bits(), a, b, engine.state_hash())
     };
@@ -320,7 +321,7 @@ fn a_tool_that_turns_out_of_the_tissue_is_free() {
         for aside_m in [0.0, 0.003] {
             let mut engine = engine(&image, vec![vec![ToolPart::capsule(0.01, 0.004)]], 0.0, 4);
             let mut tick = |z_m: f32, angle: f32| {
-                engine.tick_tools(&[tilted([aside_m, 0.001, TOP_M + z_m], angle)])
+                engine.tick_by(&[tilted([aside_m, 0.001, TOP_M + z_m], angle)], Budget::All)
             };
             let mut stopped = 0;
             for step in 0..500_u16 {

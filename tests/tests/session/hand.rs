@@ -11,7 +11,7 @@
 
 use std::time::{Duration, Instant};
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use chaincell_tests::closed_loop::{Choice, handle};
 use chaincell_tests::files::{bake, scratch};
 use chaincell_tests::handle::{Hand, Moving, TICK_S};
@@ -140,7 +140,7 @@ fn session(load: Load, stiffness_n_per_m: f64, cycles: u64) -> Session {
             let coupling_j = 0.5 * f64::from(force_n.norm_squared()) / coupling;
             (got_before_j, stored_before_j) = (got_j, f64::from(last.energy_j) + coupling_j);
         }
-        let ToolSample { position_m, engaged } = moving.sample(tick % CYCLE >= 100);
+        let ToolPose { position_m, engaged, .. } = moving.sample(tick % CYCLE >= 100);
         held_back.push(Pose { tick, position_m: position_m.into(), engaged });
         let since = tick.wrapping_sub(DISTURBED);
         match load {

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::stage::{Stage, StageSettings};
-use chaincell_kernel::{Flags, ToolSample};
+use chaincell_kernel::{Flags, ToolPose};
 use chaincell_tests::bodies::Body;
 use chaincell_tests::closed_loop::DEVICES;
 use nalgebra::Vector3;
@@ -50,7 +50,7 @@ fn press(body: &Body, tool: usize, speed: f64, settings: StageSettings) -> Seen 
     for tick in 0..STANDS + ticks {
         let down_m = step_m * f64::from(tick.saturating_sub(STANDS));
         let position_m = (above - Vector3::new(0.0, 0.0, down_m)).map(|x| x as f32);
-        let answer = tissue(&stage.sample(&ToolSample { position_m, engaged: 1 }));
+        let answer = tissue(&stage.sample(&ToolPose::at(position_m, 1)));
         let output = stage.output(&answer);
         seen.withheld += u32::from(output.flags.contains(Flags::FORCE_WITHHELD));
         let (tissue_n, shown_n) =

@@ -10,7 +10,7 @@ use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake}
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{StageSettings, passive_stiffness_n_per_m};
-use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Model, Network, Settings, TickOutput, ToolPose, Unloading};
 use chaincell_tests::closed_loop::{self, DEVICES, GRIPS, Wall, handle};
 use chaincell_tests::late::{Held, Seen, Way, run};
 use nalgebra::{Rotation3, Vector3};
@@ -53,7 +53,7 @@ pub(crate) fn settings(device: usize, way: &Way) -> StageSettings {
 }
 
 /// A wall as a tissue.
-fn wall(stiffness_n_per_m: f32) -> impl FnMut(&ToolSample) -> TickOutput {
+fn wall(stiffness_n_per_m: f32) -> impl FnMut(&ToolPose) -> TickOutput {
     let mut wall = Wall::new(stiffness_n_per_m);
     move |tool| wall.tick(tool)
 }
@@ -195,7 +195,7 @@ fn a_sphere_on_a_surface_makes_no_energy_however_late() {
                 Engine::with_contact(network, Scheme::Predict, Arithmetic::F32, contact).unwrap();
             let above = V::new(0.0, 0.0, 0.048 + 0.012);
             let wish = |t_s: f64| above + busy(t_s);
-            let mut tissue = |sample: &ToolSample| engine.tick(sample);
+            let mut tissue = |sample: &ToolPose| engine.tick(sample);
             let seen =
                 run(settings(device, &way), (&held(device, grip), &way), 5.0, &mut tissue, &wish);
             println!("{:?}, hand {}, {way:?}: {seen:?}", DEVICES[device].0, GRIPS[grip].0);

@@ -6,7 +6,7 @@
 //! Some holds of 20 s; of ten minutes with `CHAINCELL_SLOW=1`.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_kernel::{TickOutput, ToolSample};
+use chaincell_kernel::{TickOutput, ToolPose};
 use chaincell_tests::bodies::Body;
 use chaincell_tests::closed_loop::{DEVICES, GRIPS, Wall};
 use chaincell_tests::late::{Moment, Way, run_looking};
@@ -52,7 +52,7 @@ impl Half {
 /// A hold `depth_m` below `touch` of so many seconds, in two halves.
 fn hold(
     (way, device, grip): (&Way, usize, usize),
-    tissue: &mut dyn FnMut(&ToolSample) -> TickOutput,
+    tissue: &mut dyn FnMut(&ToolPose) -> TickOutput,
     (touch, depth_m): (Vector3<f64>, f64),
     seconds: f64,
 ) -> [Half; 2] {

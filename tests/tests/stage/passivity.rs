@@ -13,7 +13,7 @@
 
 use chaincell_host::bake::ImageBytes;
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
-use chaincell_kernel::{Model, Network, Settings, Tissue, ToolSample, Track};
+use chaincell_kernel::{Budget, Model, Network, Settings, Tissue, ToolPose, Track};
 use chaincell_tests::closed_loop::{Choice, DEVICES, GRIPS, Loop, TISSUES, busy, column};
 use nalgebra::{Rotation3, Vector3};
 
@@ -173,8 +173,8 @@ fn a_slow_press_feels_the_same() {
                 // 10 mm/s for 200 ms, then still.
                 let depth = 1.0e-5 * f32::from(tick.min(300).saturating_sub(100));
                 let position_m = Vector3::new(0.0, 0.0, -depth);
-                let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
-                f64::from(stage.output(&tissue.tick(&network, &tool)).force_n.z)
+                let tool = stage.sample(&ToolPose::at(position_m, 1));
+                f64::from(stage.output(&tissue.tick(&network, &[tool], Budget::All)).force_n.z)
             };
             (0..600).map(tick).collect::<Vec<f64>>()
         };

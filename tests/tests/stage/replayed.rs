@@ -8,7 +8,7 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::order::skipped;
 use chaincell_host::engine::staged::Staged;
-use chaincell_host::engine::tissue::{Sweeps, TissueEngine};
+use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::engine::tools::Poses;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::files::recording::{Played, Recording, Start, TraceFile, play, tissue};
@@ -17,7 +17,7 @@ use chaincell_host::session::ipc::payload::{ToolForce, ToolPose as FirstPose};
 use chaincell_host::session::loops::record::{Recorder, Row};
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::{Command, CommandRecord, End, Reader};
-use chaincell_kernel::{Model, NOT_TURNED, Network, Settings, ToolPart, ToolPose};
+use chaincell_kernel::{Budget, Model, NOT_TURNED, Network, Settings, ToolPart, ToolPose};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -127,7 +127,7 @@ fn session(staged: &mut Staged<'_>, recorder: &mut Recorder, events: &[Event]) {
                     staged.skipped(lost);
                     delay.iter().for_each(|&ticks| staged.delayed(ticks));
                     let mut more = |done| done < *sweeps;
-                    let chosen = if *sweeps == 0 { Sweeps::LATE } else { Sweeps::While(&mut more) };
+                    let chosen = if *sweeps == 0 { Budget::LATE } else { Budget::While(&mut more) };
                     made = Some(staged.tick_tools(&poses, chosen).sweeps);
                 }
                 let state_hash = staged.state_hash();
@@ -171,7 +171,7 @@ fn plays_again(image: &ImageBytes, device: Device, events: &[Event]) -> Result<(
     let place = Vector3::new(0.0, 0.0, TOP_M + RADIUS_M - 0.002);
     let next = Poses::of(&[ToolPose::at(place, 1); 2]);
     let outputs = [&mut first, &mut again].map(|staged| {
-        let output = staged.tick_tools(&next, Sweeps::ALL);
+        let output = staged.tick_tools(&next, Budget::All);
         (output, [staged.felt(0), staged.felt(1)])
     });
     prop_assert_eq!(outputs[0], outputs[1]);

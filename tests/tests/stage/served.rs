@@ -11,12 +11,12 @@ use std::collections::VecDeque;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
 use chaincell_host::engine::order::TickPlace;
 use chaincell_host::engine::staged::Staged;
-use chaincell_host::engine::tissue::Sweeps;
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::tools::Answer;
 use chaincell_host::session::loops::serve::{Arrived, Behind, Session, Shared};
+use chaincell_kernel::Budget;
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Flags, Model, Network, Settings};
@@ -147,7 +147,7 @@ impl<'a> Server<'a> {
         while let Some(mut arrived) = self.inbox.pop_front() {
             let is_late = !self.inbox.is_empty() && !self.session.is_paused();
             self.session.prepare(&mut arrived, None);
-            let sweeps = if is_late { Sweeps::LATE } else { Sweeps::ALL };
+            let sweeps = if is_late { Budget::LATE } else { Budget::All };
             let output = self.session.tick(&arrived, sweeps);
             let answer = self.session.answer(&arrived, &output, 0);
             world.hear(self.session.publish(answer, now_ns));
@@ -161,7 +161,7 @@ impl<'a> Server<'a> {
     pub fn execute_late(&mut self, now_ns: u64, world: &mut World) {
         for mut arrived in std::mem::take(&mut self.inbox) {
             self.session.prepare(&mut arrived, None);
-            let output = self.session.tick(&arrived, Sweeps::LATE);
+            let output = self.session.tick(&arrived, Budget::LATE);
             let answer = self.session.answer(&arrived, &output, 0);
             world.hear(self.session.publish(answer, now_ns));
         }

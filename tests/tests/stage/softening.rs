@@ -6,7 +6,7 @@ use chaincell_host::bake::{BakeOptions, bake};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, Stage, StageSettings};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample};
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose};
 use nalgebra::Vector3;
 
 /// Deepest place of the probe's centre, and where it begins [m].
@@ -35,7 +35,7 @@ fn a_press_that_softens_is_felt_and_gives_nothing_back_for_nothing() {
                 let tick = at.saturating_sub(STANDS);
                 let down = tick.min(2 * ticks - tick);
                 let position_m = Vector3::new(0.0, 0.0, HIGH_M - step_m * down as f32);
-                let tool = stage.sample(&ToolSample { position_m, engaged: 1 });
+                let tool = stage.sample(&ToolPose::at(position_m, 1));
                 let answer = engine.tick(&tool);
                 let output = stage.output(&answer);
                 let way = f64::from(if at < STANDS {

@@ -2,7 +2,7 @@
 
 use chaincell_host::engine::{Engine as Body, Scheme};
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::{Flags, Network, Settings, ToolSample};
+use chaincell_kernel::{Flags, Network, Settings, ToolPose};
 use nalgebra::Vector3;
 
 use super::Engine;
@@ -10,7 +10,7 @@ use super::scene::Pressed;
 
 pub struct Ours<'m> {
     body: Body<'m>,
-    sample: ToolSample,
+    sample: ToolPose,
     target_m: Vector3<f32>,
     force_n: Vector3<f64>,
 }
@@ -24,7 +24,7 @@ impl<'m> Ours<'m> {
         let mut body = Body::new(network, Scheme::Track, &[scene.press])?;
         let vector = |p: [f64; 3]| Vector3::from(p.map(|x| x as f32));
         let position_m = vector(scene.rest_m[usize::from(scene.press)]);
-        let sample = ToolSample { position_m, engaged: 1 };
+        let sample = ToolPose::at(position_m, 1);
         body.tick(&sample);
         Ok(Self { body, sample, target_m: vector(scene.target_m), force_n: Vector3::zeros() })
     }

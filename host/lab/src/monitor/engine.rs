@@ -1,6 +1,6 @@
 //! Follows an engine tick by tick.
 
-use chaincell_kernel::{Drive, Flags, Model, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Budget, Drive, Flags, Model, TickOutput, ToolPose, Unloading};
 
 use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst, is_of_tissue};
 use super::energy::{Energy, energy, energy_of_shapes};
@@ -13,7 +13,7 @@ const FIXED_RESOLUTION: f64 = 8.0 / 16_777_216.0;
 /// The tick before.
 #[derive(Debug, Clone, Copy)]
 struct Before {
-    sample: ToolSample,
+    sample: ToolPose,
     contacts: u32,
     flags: Flags,
 }
@@ -115,7 +115,7 @@ impl<'m> Monitor<'m> {
     }
 
     /// One tick, checked.
-    pub fn tick(&mut self, engine: &mut Engine<'m>, sample: &ToolSample) -> TickOutput {
+    pub fn tick(&mut self, engine: &mut Engine<'m>, sample: &ToolPose) -> TickOutput {
         self.tick_again(engine, sample, None)
     }
 
@@ -123,7 +123,7 @@ impl<'m> Monitor<'m> {
     pub fn tick_again(
         &mut self,
         engine: &mut Engine<'m>,
-        sample: &ToolSample,
+        sample: &ToolPose,
         sweeps: Option<u16>,
     ) -> TickOutput {
         let start_j = self.start_j.unwrap_or_else(|| {
@@ -132,7 +132,7 @@ impl<'m> Monitor<'m> {
             start_j
         });
         self.start_j = Some(start_j);
-        let output = engine.tick_again(sample, sweeps);
+        let output = engine.tick_by(&[*sample], Budget::again(sweeps));
         self.answer(engine, &output);
         let closed = output.flags.contains(Flags::BAND_CLOSED);
         let positions = engine.positions();
@@ -228,7 +228,7 @@ impl<'m> Monitor<'m> {
     }
 
     /// Whether anything acted from outside in this tick. Taking hold and letting go do not.
-    fn acts(&self, sample: &ToolSample, output: &TickOutput) -> bool {
+    fn acts(&self, sample: &ToolPose, output: &TickOutput) -> bool {
         let Some(before) = &self.before else { return true };
         let has = |flag| output.flags.contains(flag) || before.flags.contains(flag);
         let in_one = |flag| output.flags.contains(flag) != before.flags.contains(flag);

@@ -12,7 +12,7 @@ use super::checks::{Bounds, Certificate, Check, Checks, Failure, Seen, Worst, is
 use super::contact::{ExactContact, Stored};
 use crate::reference::vectors::{farthest, minus, norm};
 use chaincell_host::engine::Engine;
-use chaincell_host::engine::tissue::Sweeps;
+use chaincell_kernel::Budget;
 
 /// How far the tissue may go in a tick until triangles come in reach unseen [radii].
 const COMING: f64 = 0.25;
@@ -103,7 +103,7 @@ impl<'m> ToolMonitor<'m> {
             self.checks.start(start_j);
             start_j
         });
-        let output = engine.tick_tools_by(poses, Sweeps::Counted(sweeps));
+        let output = engine.tick_by(poses, Budget::again(sweeps));
         // Kept rotations, friction and grips may store more: the first level knows.
         if known_j.is_none() {
             start_j = start_j.max(output.energy_j.into());

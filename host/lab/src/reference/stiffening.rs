@@ -79,7 +79,7 @@ mod tests {
     use chaincell_host::bake::{BakeOptions, PerCell, bake};
     use chaincell_host::engine::{Engine, Scheme};
     use chaincell_host::mesh::{MeshOptions, load};
-    use chaincell_kernel::{Network, Settings, ToolSample};
+    use chaincell_kernel::{Network, Settings, ToolPose};
 
     /// A block pulled until its bands are taut: the kernel's energy is that of the positions, and
     /// its force what the energy rises by.
@@ -104,8 +104,8 @@ mod tests {
         let mut engine = Engine::new(network, Scheme::Track, &held).unwrap();
         let mut settled = |by_m: f64| {
             let position_m = [0.0, 0.0, by_m as f32].into();
-            (0..400).map(|_| engine.tick(&ToolSample { position_m, engaged: 1 })).last().unwrap();
-            let output = engine.tick(&ToolSample { position_m, engaged: 1 });
+            (0..400).map(|_| engine.tick(&ToolPose::at(position_m, 1))).last().unwrap();
+            let output = engine.tick(&ToolPose::at(position_m, 1));
             let own: Vec<[f64; 3]> = engine.positions_m().into_iter().collect();
             (f64::from(output.energy_j), -f64::from(output.force_n[2]), own)
         };

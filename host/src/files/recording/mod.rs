@@ -15,11 +15,11 @@ use chaincell_kernel::trace::{
     Command, CommandRecord, End, Entry, Header, MAGIC, PartRecord, Reader, Record, RecordedProbe,
     RecordedTools, ReplayError, TraceError, Writer,
 };
-use chaincell_kernel::{Model, ToolPart};
+use chaincell_kernel::{Budget, Model, ToolPart};
 
 use crate::engine::order::skipped;
 use crate::engine::staged::Staged;
-use crate::engine::tissue::{Sweeps, TissueEngine};
+use crate::engine::tissue::TissueEngine;
 use crate::engine::tools::Poses;
 use crate::engine::{Arithmetic, Contact, Engine, Scheme};
 use crate::error::{Error, Result};
@@ -228,9 +228,9 @@ pub fn play(
                         tissue.delayed(ticks);
                     }
                     if tissue.tools() > 0 {
-                        tissue.tick_tools(&poses, Sweeps::Counted(record.sweeps));
+                        tissue.tick_tools(&poses, Budget::again(record.sweeps));
                     } else {
-                        tissue.tick_again(&record.sample, record.sweeps);
+                        tissue.tick_by(&record.sample, Budget::again(record.sweeps));
                     }
                 }
                 last = Some(record.tick);

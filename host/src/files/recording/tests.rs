@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use chaincell_kernel::stage::{Coupling, Passivity, Stage};
 use chaincell_kernel::trace::{CommandRecord, RECORD_BYTES, header_bytes};
-use chaincell_kernel::{Flags, ToolSample};
+use chaincell_kernel::{Budget, Flags, ToolPose};
 use nalgebra::Vector3;
 
 use super::*;
@@ -19,7 +19,7 @@ pub(crate) fn begun(stage: Option<&StageSettings>) -> Recording {
 
 fn record(tick: u64) -> Record {
     let position_m = Vector3::new(0.0, 0.001, -0.0002 * tick as f32);
-    let sample = ToolSample { position_m, engaged: u32::from(tick % 50 < 40) };
+    let sample = ToolPose::at(position_m, u32::from(tick % 50 < 40));
     Record { state_hash: Some(tick << 40 | 1), ..Record::of(tick, sample) }
 }
 
@@ -218,7 +218,7 @@ fn what_the_clock_decided_is_played_again() {
                 first.restart_ramp();
             }
             let sweeps = [None, Some(0), Some(1), Some(3), Some(0)][at as usize % 5];
-            let output = first.tick_again(&device, sweeps);
+            let output = first.tick_by(&device, Budget::again(sweeps));
             late += u32::from(output.flags.contains(Flags::LATE));
             let state_hash = Some(first.state_hash());
             recording.add(&Record { sweeps, ramp_restarted, state_hash, ..Record::of(at, device) });

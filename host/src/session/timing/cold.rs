@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
 use crate::engine::Engine;
@@ -37,7 +37,7 @@ pub fn measure(engine: &mut Engine<'_>, ticks: u64) -> Result<ColdSteps> {
     let scaled = |cell| model.rest_position(cell).map(|x| SCALE * x);
     let positions: Vec<[f32; 3]> = (0..model.cells()).map(scaled).collect();
     let mut stream = vec![1_u8; 2 * last_level_cache_bytes()];
-    let sample = ToolSample { position_m: Vector3::zeros(), engaged: 1 };
+    let sample = ToolPose::at(Vector3::zeros(), 1);
     let mut times = Latencies::new()?;
     let progress = terminal::progress(ticks, "worst");
     for round in 0..ticks {

@@ -1,19 +1,17 @@
 //! Bodies through the interface are the kernel's, to the last bit, however many there are.
 
 use core::ffi::c_void;
-use core::ptr::null_mut;
+use core::ptr::{null, null_mut};
 use core::sync::atomic::{AtomicU32, Ordering};
 use std::vec::Vec;
 
-use chaincell_kernel::{
-    Dynamics, Euler, Model, Network, Predict, Rkl2, ToolSample, Track, coarse_room,
-};
+use chaincell_kernel::{Dynamics, Euler, Model, Network, Predict, Rkl2, Track, coarse_room};
 
 use super::{
     BLOCK, BOX, CELLS, KINDS, Made, NO_OUTPUT, PLANE, SHAPES, call, choose, hash, info_of, make,
-    model_of, sample, storage, tick,
+    model_of, of_kernel, pose_at, sample, storage, tick,
 };
-use crate::{Code, Detail, Output, Sample, Scheme, Tissue};
+use crate::{Budget, Code, Detail, Output, Scheme, Tissue, ToolPose};
 
 const TICKS: u16 = 130;
 
@@ -46,8 +44,7 @@ fn kernels<D: Dynamics>(image: &'static [u8], ids: &[u32], sweeps: u16) -> Run {
     held.sort_unstable();
     tissue.choose_contacts(&network, &held).unwrap();
     let run = (0..TICKS).map(|at| {
-        let Sample { position_m, engaged } = sample(at);
-        let out = tissue.tick(&network, &ToolSample { position_m: position_m.into(), engaged });
+        let out = tissue.tick(&network, &[of_kernel(&sample(at))], chaincell_kernel::Budget::All);
         (bits(Output::of(&out)), tissue.view().state_hash(&model))
     });
     run.collect()
@@ -165,16 +162,19 @@ fn bad_samples_are_the_kernels_matter() {
         let made = body(image, Scheme::Track, &[id]);
         step(made.tissue, 0);
         step(made.tissue, 10);
-        for bad in [
-            Sample { position_m: [f32::NAN, 0.0, 0.0], engaged: 1 },
-            Sample { position_m: [0.0; 3], engaged: 2 },
+        let still = pose_at([0.0; 3], 1);
+        let turned = ToolPose { orientation: [0.0; 4], ..still };
+        for (bad, ticks) in [
+            (pose_at([f32::NAN, 0.0, 0.0], 1), 5),
+            (ToolPose { engaged: 2, ..still }, 3),
+            (turned, 2),
         ] {
-            for _ in 0..5 {
+            for _ in 0..ticks {
                 let Output { force_n, flags, .. } = tick(made.tissue, bad);
                 assert!(flags & 2 != 0 && flags & 16 == 0 && force_n[2] != 0.0);
             }
         }
-        let far = Sample { position_m: [0.0, 0.0, f32::INFINITY], engaged: 1 };
+        let far = pose_at([0.0, 0.0, f32::INFINITY], 1);
         let output = tick(made.tissue, far);
         assert_eq!((output.force_n, output.flags & 18), ([0.0; 3], 18));
     }
@@ -234,7 +234,8 @@ fn positions_that_cannot_be_are_refused() {
         let mut untouched = [7.0; 3];
         let code = call!(chaincell_position(made.tissue, cells as u32, &mut untouched));
         assert_eq!((code, untouched), (Code::UnknownId, [7.0; 3]));
-        let code = call!(chaincell_tick(made.tissue, &sample(0), &mut NO_OUTPUT.clone()));
+        let code =
+            call!(chaincell_tick(made.tissue, &sample(0), 1, null(), &mut NO_OUTPUT.clone()));
         assert_eq!(code, Code::Ok);
     }
 }
@@ -250,8 +251,7 @@ fn fine_nodes_are_carried_as_the_kernel_carries_them() {
     tissue.reset(&network).unwrap();
     tissue.choose_contacts(&network, &[model.cell_of_input(id).unwrap()]).unwrap();
     for at in 0..20 {
-        let Sample { position_m, engaged } = sample(at);
-        tissue.tick(&network, &ToolSample { position_m: position_m.into(), engaged });
+        tissue.tick(&network, &[of_kernel(&sample(at))], chaincell_kernel::Budget::All);
         step(made.tissue, at);
     }
     let mut moved = false;
@@ -288,23 +288,28 @@ fn a_tick_ends_where_the_callback_says_and_a_late_one_repeats_the_force() {
         let bodies = [(); 2].map(|()| body(image, Scheme::Track, &[id]));
         let [some, none] = [0, 1].map(|one: usize| bodies[one].tissue);
         let (mut output, mut wanted) = (NO_OUTPUT, NO_OUTPUT);
+        let without_end = Budget { sweeps: u32::MAX, more: None, context: null_mut() };
+        let as_asked = Budget { more: Some(two), ..without_end };
+        let late = Budget { sweeps: 0, ..as_asked };
         ASKED.store(0, Ordering::Relaxed);
         for at in 1..40 {
             let sample = sample(at);
-            let code =
-                call!(chaincell_tick_while(some, &sample, Some(two), null_mut(), &mut output));
+            let code = call!(chaincell_tick(some, &sample, 1, &as_asked, &mut output));
             let asked = ASKED.load(Ordering::Relaxed);
             assert_eq!((code, output.sweeps, asked), (Code::Ok, 2, 2 * u32::from(at)));
-            let code = call!(chaincell_tick_while(none, &sample, None, null_mut(), &mut wanted));
+            let code = call!(chaincell_tick(none, &sample, 1, &without_end, &mut wanted));
             assert_eq!((code, wanted.sweeps), (Code::Ok, 4));
         }
+        let counted = Budget { sweeps: 3, ..without_end };
+        assert_eq!(call!(chaincell_tick(none, &sample(39), 1, &counted, &mut wanted)), Code::Ok);
+        assert_eq!(wanted.sweeps, 3);
         let before = output.force_n;
         assert!(before != [0.0; 3] && hash(some) != hash(none));
-        assert_eq!(call!(chaincell_tick_late(some, &sample(40), &mut output)), Code::Ok);
+        assert_eq!(call!(chaincell_tick(some, &sample(40), 1, &late, &mut output)), Code::Ok);
         assert_eq!((output.force_n, output.sweeps), (before, 0));
         assert_ne!(output.flags & crate::FLAG_LATE, 0);
         let none: *mut Tissue = null_mut();
-        assert_eq!(call!(chaincell_tick_late(none, &sample(40), &mut output)), Code::Null);
+        assert_eq!(call!(chaincell_tick(none, &sample(40), 1, &late, &mut output)), Code::Null);
         assert_eq!((output.force_n, output.flags), ([0.0; 3], crate::FLAG_SAFE_STATE));
     }
 }

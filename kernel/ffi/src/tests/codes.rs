@@ -12,7 +12,7 @@ use chaincell_kernel::{ModelError, RangeError, ResetError, SettingsError, StateE
 use super::call;
 use crate::code::Refusal;
 use crate::{
-    Code, ContactForce, Detail, Output, Room, Sample, Settings, ToolOutput, ToolPart, ToolPose,
+    Budget, Code, ContactForce, Detail, Output, Room, Settings, ToolOutput, ToolPart, ToolPose,
     VERSION, chaincell_code_text, chaincell_version,
 };
 
@@ -77,8 +77,8 @@ fn every_code_has_words_of_its_own() {
 /// A program built against another layout learns it from the version before it reads a byte.
 #[test]
 fn the_version_names_the_layout() {
-    let sizes = [size_of::<Sample>(), size_of::<Output>(), size_of::<Settings>()];
-    assert_eq!((chaincell_version(), sizes), (0x0600, [16, 36, 28]));
+    let sizes = [size_of::<Budget>(), size_of::<Output>(), size_of::<Settings>()];
+    assert_eq!((chaincell_version(), sizes), (0x0700, [3 * size_of::<usize>(), 36, 28]));
     let of_tools = [size_of::<ToolPart>(), size_of::<ToolPose>(), size_of::<ToolOutput>()];
     assert_eq!((of_tools, size_of::<ContactForce>(), size_of::<Room>()), ([44, 32, 36], 56, 16));
     assert_eq!(chaincell_version(), VERSION);

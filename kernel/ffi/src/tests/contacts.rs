@@ -77,9 +77,9 @@ fn probe(tissue: *mut crate::Tissue, radius_m: f32) -> (Code, crate::Detail) {
 }
 
 /// Down on the top of the box, from where the sphere touches it.
-fn press(at: u16) -> crate::Sample {
+fn press(at: u16) -> crate::ToolPose {
     let down = 0.0002 * f32::from(at.min(60));
-    crate::Sample { position_m: [0.0, 0.0, 0.055 - down], engaged: u32::from(at < 80) }
+    super::pose_at([0.0, 0.0, 0.055 - down], u32::from(at < 80))
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_probe_that_cannot_be_is_refused() {
     // Over the capacity the flag is set.
     let few = make(BOX, Scheme::Euler, 2);
     assert_eq!(probe(few.tissue, 0.03).0, Code::Ok);
-    let deep = crate::Sample { position_m: [0.0, 0.0, 0.05], engaged: 1 };
+    let deep = super::pose_at([0.0, 0.0, 0.05], 1);
     // It grows from nothing where it is engaged in contact.
     for _ in 0..100 {
         tick(few.tissue, deep);

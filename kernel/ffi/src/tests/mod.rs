@@ -17,7 +17,7 @@ use std::vec::Vec;
 
 use chaincell_kernel::include_model;
 
-use crate::{Code, Detail, Info, ModelStorage, Output, Sample, Scheme, Settings, Tissue};
+use crate::{Code, Detail, Info, ModelStorage, Output, Scheme, Settings, Tissue, ToolPose};
 
 /// `chaincell bake box:5x5x5x0.01 --hats 2 --alpha 0.02 --lean`: fits every scheme.
 static BOX: &[u8] = include_model!("../../../../tests/data/box5.chaincell");
@@ -155,12 +155,20 @@ fn make(image: &[u8], scheme: Scheme, contacts: u32) -> Made {
 }
 
 /// One press, drag and release after the other.
-fn sample(tick: u16) -> Sample {
+fn sample(tick: u16) -> ToolPose {
     let at = f32::from(tick % 60);
-    Sample {
-        position_m: [0.0002 * at, 0.0001 * at, -0.0006 * at],
-        engaged: u32::from(tick % 60 < 45),
-    }
+    pose_at([0.0002 * at, 0.0001 * at, -0.0006 * at], u32::from(tick % 60 < 45))
+}
+
+/// A tool that is not turned.
+fn pose_at(position_m: [f32; 3], engaged: u32) -> ToolPose {
+    ToolPose { position_m, orientation: chaincell_kernel::NOT_TURNED, engaged }
+}
+
+/// A pose of the caller's as one of the kernel's.
+fn of_kernel(pose: &ToolPose) -> chaincell_kernel::ToolPose {
+    let &ToolPose { position_m, orientation, engaged } = pose;
+    chaincell_kernel::ToolPose { position_m: position_m.into(), orientation, engaged }
 }
 
 const NO_OUTPUT: Output = Output {
@@ -173,9 +181,9 @@ const NO_OUTPUT: Output = Output {
     sweeps: 99,
 };
 
-fn tick(tissue: *mut Tissue, sample: Sample) -> Output {
+fn tick(tissue: *mut Tissue, sample: ToolPose) -> Output {
     let mut output = NO_OUTPUT;
-    assert_eq!(call!(chaincell_tick(tissue, &sample, &mut output)), Code::Ok);
+    assert_eq!(call!(chaincell_tick(tissue, &sample, 1, core::ptr::null(), &mut output)), Code::Ok);
     output
 }
 

@@ -3,7 +3,9 @@
 use super::{
     BLOCK, BOX, KINDS, NO_OUTPUT, call, hash, info_of, make, model_of, sample, settings_of, storage,
 };
-use crate::{Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Sample, Scheme, Settings, Tissue};
+use crate::{
+    Budget, Code, Detail, FLAG_SAFE_STATE, Info, ModelStorage, Scheme, Settings, Tissue, ToolPose,
+};
 
 /// Null and, inside aligned memory, one byte beyond.
 fn bad<T>(good: *const T) -> [(*mut T, Code); 2] {
@@ -102,7 +104,7 @@ fn all_of(image: &'static [u8], id: u32, tissue: *mut Tissue) -> [Code; 9] {
         call!(chaincell_change_settings(tissue, &settings, none)),
         call!(chaincell_choose_contacts(tissue, ids.as_ptr(), 1, none)),
         call!(chaincell_choose_probe(tissue, 0.01, none)),
-        call!(chaincell_tick(tissue, &sample(0), &mut NO_OUTPUT.clone())),
+        call!(chaincell_tick(tissue, &sample(0), 1, core::ptr::null(), &mut NO_OUTPUT.clone())),
         call!(chaincell_state_hash(tissue, &mut word)),
         call!(chaincell_position(tissue, id, &mut position)),
         call!(chaincell_positions(tissue, numbers.as_mut_ptr(), cells)),
@@ -194,9 +196,9 @@ fn of_the_tick() {
         let good = sample(0);
         let safe = crate::tick::SAFE;
         assert_eq!((safe.force_n, safe.flags), ([0.0; 3], FLAG_SAFE_STATE));
-        let tick = |tissue, sample: *const Sample| {
+        let tick = |tissue, sample: *const ToolPose| {
             let mut output = NO_OUTPUT;
-            (call!(chaincell_tick(tissue, sample, &mut output)), output)
+            (call!(chaincell_tick(tissue, sample, 1, core::ptr::null(), &mut output)), output)
         };
         for (bad, code) in bad(made.tissue) {
             assert_eq!(tick(bad, &good), (code, safe));
@@ -206,8 +208,13 @@ fn of_the_tick() {
         }
         let output = NO_OUTPUT;
         for (bad, code) in bad(&output) {
-            assert_eq!(call!(chaincell_tick(made.tissue, &good, bad)), code);
+            assert_eq!(call!(chaincell_tick(made.tissue, &good, 1, core::ptr::null(), bad)), code);
         }
+        let budget = Budget { sweeps: 1, more: None, context: core::ptr::null_mut() };
+        let beyond = (&raw const budget).wrapping_byte_add(1);
+        let mut output = NO_OUTPUT;
+        let code = call!(chaincell_tick(made.tissue, &good, 1, beyond, &mut output));
+        assert_eq!((code, output), (Code::Misaligned, safe));
         // None of them was a tick: the first one takes hold at its own position.
         super::choose(made.tissue, &[id]);
         let (code, output) = tick(made.tissue, &sample(20));

@@ -3,7 +3,7 @@
 use std::vec::Vec;
 
 use chaincell_kernel::{
-    Model, Network, Settings as KernelSettings, Tissue as Own, ToolSample, Track, elastic_room,
+    Budget, Model, Network, Settings as KernelSettings, Tissue as Own, Track, elastic_room,
 };
 
 use super::{
@@ -79,8 +79,7 @@ fn it_is_the_kernels_body_to_the_last_bit() {
     for at in 0..90 {
         let sample = sample(at);
         let here = tick(tissue, sample);
-        let position_m = sample.position_m.into();
-        let there = own.tick(&network, &ToolSample { position_m, engaged: sample.engaged });
+        let there = own.tick(&network, &[super::of_kernel(&sample)], Budget::All);
         assert_eq!(
             here.force_n.map(f32::to_bits),
             <[f32; 3]>::from(there.force_n).map(f32::to_bits)

@@ -1,12 +1,12 @@
 //! The output stage through the interface: the kernel's own, and every refusal.
 
 use chaincell_kernel::stage::{Device, Stage, StageSettings as KernelSettings};
-use chaincell_kernel::{Choice, TickOutput, ToolSample};
+use chaincell_kernel::{Choice, TickOutput};
 
-use super::{BOX, NO_OUTPUT, call, choose, model_of, settings_of, tick};
+use super::{BOX, NO_OUTPUT, call, choose, model_of, of_kernel, pose_at, settings_of, tick};
 use crate::{
-    Code, DeviceKind, DriveMode, FLAG_SAFE_STATE, Output, Sample, Scheme, StageSettings,
-    StageStorage,
+    Code, DeviceKind, DriveMode, FLAG_SAFE_STATE, Output, Scheme, StageSettings, StageStorage,
+    ToolPose,
 };
 
 const DEVICES: [(DeviceKind, Device); 5] = [
@@ -62,7 +62,7 @@ fn answer(tool: [f32; 3]) -> Output {
 }
 
 /// A sample to the stage, and the spring's answer back.
-pub(super) fn pass(stage: &mut StageStorage, mut sample: Sample) -> Output {
+pub(super) fn pass(stage: &mut StageStorage, mut sample: ToolPose) -> Output {
     let (this, there) = (&raw const sample, &raw mut sample);
     assert_eq!(call!(chaincell_stage_sample(stage, this, there)), Code::Ok);
     let (tissue, mut output) = (answer(sample.position_m), NO_OUTPUT);
@@ -85,8 +85,8 @@ fn a_stage_is_the_kernels() {
                 continue;
             }
             let x = 1.0e-5 * f32::from(tick) * if tick == 200 { f32::NAN } else { 1.0 };
-            let mut sample = Sample { position_m: [x, 0.5 * x, 0.0], engaged: 1 };
-            let own_sample = ToolSample { position_m: sample.position_m.into(), engaged: 1 };
+            let mut sample = pose_at([x, 0.5 * x, 0.0], 1);
+            let own_sample = of_kernel(&sample);
             let (this, there) = (&raw const sample, &raw mut sample);
             assert_eq!(call!(chaincell_stage_sample(&mut stage, this, there)), Code::Ok);
             let tool = own.sample(&own_sample);
@@ -149,8 +149,7 @@ fn a_limit_and_a_restart_are_the_stages() {
     for bad in [0.0, -1.0, f32::NAN] {
         assert_eq!(call!(chaincell_stage_limit_force(&mut stage, bad)), Code::StageMaxForce);
     }
-    let sample =
-        |tick: u16| Sample { position_m: [1.0e-4 * f32::from(tick), 0.0, 0.0], engaged: 1 };
+    let sample = |tick: u16| pose_at([1.0e-4 * f32::from(tick), 0.0, 0.0], 1);
     let sizes: std::vec::Vec<f32> =
         (0..200).map(|at| -pass(&mut stage, sample(at)).force_n[0]).collect();
     assert!(sizes.iter().all(|&size| size <= 0.5) && sizes[199] > 0.49, "{sizes:?}");
@@ -166,7 +165,7 @@ fn a_limit_and_a_restart_are_the_stages() {
 fn bad_pointers_give_no_force() {
     let (_, mut stage) = make(&settings(DeviceKind::Touch));
     let mut empty = StageStorage::EMPTY;
-    let mut sample = Sample { position_m: [0.0; 3], engaged: 1 };
+    let mut sample = pose_at([0.0; 3], 1);
     let tissue = answer([1.0; 3]);
     let null = core::ptr::null_mut::<StageStorage>();
     let beyond = (&raw mut stage).wrapping_byte_add(1);
@@ -192,7 +191,7 @@ fn bad_pointers_give_no_force() {
     assert!(is_safe(&output));
     assert_eq!(call!(chaincell_stage_output(&mut stage, &tissue, nothing)), Code::Null);
     assert_eq!(call!(chaincell_stage_missed(&mut stage, nothing)), Code::Null);
-    let (of, to) = (core::ptr::null::<Sample>(), core::ptr::null_mut::<Sample>());
+    let (of, to) = (core::ptr::null::<ToolPose>(), core::ptr::null_mut::<ToolPose>());
     assert_eq!(call!(chaincell_stage_sample(&mut stage, of, &raw mut sample)), Code::Null);
     assert_eq!(call!(chaincell_stage_sample(&mut stage, &raw const sample, to)), Code::Null);
     assert_eq!(call!(chaincell_stage_init(&mut stage, core::ptr::null())), Code::Null);

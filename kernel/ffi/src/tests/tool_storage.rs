@@ -2,7 +2,9 @@
 
 use std::vec::Vec;
 
-use chaincell_kernel::{CoarseTouch, Network, Settings as KernelSettings, Tissue as Own, Track};
+use chaincell_kernel::{
+    Budget, CoarseTouch, Network, Settings as KernelSettings, Tissue as Own, Track,
+};
 use chaincell_kernel::{Model, ToolPart as KernelPart, TouchStore, elastic_room, include_model};
 
 use super::{BLOCK, BOX, Block, call, hash, model_of, settings_of, storage};
@@ -186,11 +188,10 @@ fn a_probe_touches_the_surface_where_there_is_room() {
     let mut most = 0.0_f32;
     for at in 0..80_u16 {
         let position_m = [0.003, 0.001, 0.04 - 0.0001 * f32::from(at.min(60))];
-        let sample = crate::Sample { position_m, engaged: u32::from(at < 70) };
+        let sample = super::pose_at(position_m, u32::from(at < 70));
         let here = super::tick(with.tissue, sample);
-        let sample =
-            chaincell_kernel::ToolSample { position_m: position_m.into(), engaged: sample.engaged };
-        let there = own.touching(store.room()).tick(&network, &sample);
+        let sample = super::of_kernel(&sample);
+        let there = own.touching(store.room()).tick(&network, &[sample], Budget::All);
         assert_eq!(here, crate::Output::of(&there), "tick {at}");
         most = most.max(here.force_n[2]);
     }

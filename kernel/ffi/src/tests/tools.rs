@@ -5,14 +5,14 @@ use std::vec::Vec;
 
 use chaincell_kernel::{
     Model, NOT_TURNED, Network, Settings as KernelSettings, Tissue as Own, ToolPart as KernelPart,
-    ToolPose as KernelPose, TouchStore, Track, elastic_room,
+    TouchStore, Track, elastic_room,
 };
 
 use super::tool_storage::{ROOM, SURFACE, placed};
-use super::{BOX, NO_OUTPUT, call, hash, make};
+use super::{BOX, NO_OUTPUT, call, hash, make, of_kernel};
 use crate::{
-    Code, ContactForce, Detail, FLAG_BAD_SAMPLE, FLAG_LATE, FLAG_SAFE_STATE, Output, Room, Scheme,
-    Tissue, ToolOutput, ToolPart, ToolPose,
+    Budget, Code, ContactForce, Detail, FLAG_BAD_SAMPLE, FLAG_LATE, FLAG_SAFE_STATE, Output, Room,
+    Scheme, Tissue, ToolOutput, ToolPart, ToolPose,
 };
 
 const BALL: ToolPart =
@@ -54,7 +54,7 @@ fn poses(at: u16) -> [ToolPose; 2] {
 pub(super) fn tick(tissue: *mut Tissue, at: u16) -> (Output, [ToolOutput; 2]) {
     let mut output = NO_OUTPUT;
     let poses = poses(at);
-    assert_eq!(call!(chaincell_tick_tools(tissue, poses.as_ptr(), 2, &mut output)), Code::Ok);
+    assert_eq!(call!(chaincell_tick(tissue, poses.as_ptr(), 2, null(), &mut output)), Code::Ok);
     (output, [0, 1].map(|tool| felt(tissue, tool)))
 }
 
@@ -92,11 +92,6 @@ fn contacts(tissue: *mut Tissue, room: usize) -> (Vec<ContactForce>, usize) {
     (all, count)
 }
 
-fn kernels(pose: &ToolPose) -> KernelPose {
-    let &ToolPose { position_m, orientation, engaged } = pose;
-    KernelPose { position_m: position_m.into(), orientation, engaged }
-}
-
 /// Two tools, one of two parts, with friction and a grip.
 #[test]
 fn tools_are_the_kernels_to_the_last_bit() {
@@ -128,8 +123,11 @@ fn tools_are_the_kernels_to_the_last_bit() {
             own.touching(store.room()).let_go(1, 10);
         }
         let (here, felt) = tick(made.tissue, at);
-        let there =
-            own.touching(store.room()).tick_tools(&network, &poses(at).map(|p| kernels(&p)));
+        let there = own.touching(store.room()).tick(
+            &network,
+            &poses(at).map(|p| of_kernel(&p)),
+            chaincell_kernel::Budget::All,
+        );
         assert_eq!(here, Output::of(&there), "tick {at}");
         for (tool, felt) in felt.iter().enumerate() {
             let wanted = own.touching(store.room()).tool_output(&network, tool);
@@ -186,20 +184,19 @@ fn a_late_tick_and_one_that_ends_early_take_poses() {
     assert_eq!(choose(made.tissue, 0.0), Code::Ok);
     let before = play(made.tissue, 40).0;
     let (poses, mut output) = (poses(40), NO_OUTPUT);
-    let code = call!(chaincell_tick_tools_late(made.tissue, poses.as_ptr(), 2, &mut output));
+    let all = Budget { sweeps: 4, more: None, context: null_mut() };
+    let late = Budget { sweeps: 0, ..all };
+    let code = call!(chaincell_tick(made.tissue, poses.as_ptr(), 2, &late, &mut output));
     assert_eq!((code, output.sweeps, output.force_n), (Code::Ok, 0, before.force_n));
     assert_ne!(output.flags & FLAG_LATE, 0);
     extern "C" fn one(_: u32, context: *mut core::ffi::c_void) -> i32 {
         i32::from(!context.is_null())
     }
     let there = poses.as_ptr();
-    #[rustfmt::skip]
-    let code = call!(chaincell_tick_tools_while(
-        made.tissue, there, 2, Some(one), null_mut(), &mut output
-    ));
+    let budget = Budget { more: Some(one), ..all };
+    let code = call!(chaincell_tick(made.tissue, there, 2, &budget, &mut output));
     assert_eq!((code, output.sweeps), (Code::Ok, 1));
-    let code =
-        call!(chaincell_tick_tools_while(made.tissue, there, 2, None, null_mut(), &mut output));
+    let code = call!(chaincell_tick(made.tissue, there, 2, &all, &mut output));
     assert_eq!((code, output.sweeps), (Code::Ok, 4));
 }
 
@@ -216,7 +213,7 @@ fn bad_poses_are_the_kernels_matter() {
     ];
     for at in 0..12 {
         let (poses, mut output) = ([first, bad[at % 3]], NO_OUTPUT);
-        let code = call!(chaincell_tick_tools(made.tissue, poses.as_ptr(), 2, &mut output));
+        let code = call!(chaincell_tick(made.tissue, poses.as_ptr(), 2, null(), &mut output));
         let is_safe = output.flags & FLAG_SAFE_STATE != 0;
         assert!(code == Code::Ok && output.flags & FLAG_BAD_SAMPLE != 0);
         assert_eq!((is_safe, output.force_n[2] > 0.0), (at >= 10, at < 10), "{at}");
@@ -287,8 +284,8 @@ fn what_there_is_no_room_for_is_refused() {
     assert_eq!(chosen(links.tissue, sphere, 0.0).0, Code::ContactNoSurface);
     for tissue in [without.tissue, links.tissue] {
         let (poses, mut output, mut count) = (poses(0), NO_OUTPUT, 0);
-        let code = call!(chaincell_tick_tools(tissue, poses.as_ptr(), 1, &mut output));
-        assert_eq!((code, output.flags), (Code::ContactRoom, FLAG_SAFE_STATE));
+        let code = call!(chaincell_tick(tissue, poses.as_ptr(), 2, null(), &mut output));
+        assert_eq!((code, output.flags), (Code::Range, FLAG_SAFE_STATE));
         let code = call!(chaincell_contact_forces(tissue, null_mut(), 0, &mut count));
         assert_eq!(code, Code::ContactRoom);
         let mut felt = NOTHING;
@@ -305,7 +302,7 @@ fn numbers_out_of_their_range_are_refused() {
     assert_eq!(chosen(made.tissue, (&[BALL], &[1]), 0.3).0, Code::Ok);
     let (poses, mut output, mut count) = (poses(0), NO_OUTPUT, 0);
     for wrong in [0, 3, usize::MAX] {
-        let code = call!(chaincell_tick_tools(made.tissue, poses.as_ptr(), wrong, &mut output));
+        let code = call!(chaincell_tick(made.tissue, poses.as_ptr(), wrong, null(), &mut output));
         assert_eq!((code, output.flags), (Code::Range, FLAG_SAFE_STATE));
     }
     for wrong in [2, u32::MAX] {
@@ -353,10 +350,10 @@ fn every_pointer_of_tools_is_checked() {
                 0.0,
                 null_mut()
             )),
-            call!(chaincell_tick_tools(tissue, poses.as_ptr(), 2, &mut output)),
-            call!(chaincell_tick_tools(made.tissue, bad(poses.as_ptr(), skip), 2, &mut output)),
-            call!(chaincell_tick_tools(made.tissue, poses.as_ptr(), 2, bad(&output, skip))),
-            call!(chaincell_tick_tools_late(tissue, poses.as_ptr(), 2, &mut output)),
+            call!(chaincell_tick(tissue, poses.as_ptr(), 2, null(), &mut output)),
+            call!(chaincell_tick(made.tissue, bad(poses.as_ptr(), skip), 2, null(), &mut output)),
+            call!(chaincell_tick(made.tissue, poses.as_ptr(), 2, null(), bad(&output, skip))),
+            call!(chaincell_tick(tissue, poses.as_ptr(), 2, null(), &mut output)),
             call!(chaincell_output_of_tool(tissue, 0, (&raw const felt).cast_mut())),
             call!(chaincell_output_of_tool(made.tissue, 0, bad(&felt, skip))),
             call!(chaincell_contact_forces(
@@ -395,7 +392,7 @@ fn released_tools_touch_nothing() {
     for pose in &mut away {
         pose.engaged = 0;
     }
-    assert_eq!(call!(chaincell_tick_tools(made.tissue, away.as_ptr(), 2, &mut output)), Code::Ok);
+    assert_eq!(call!(chaincell_tick(made.tissue, away.as_ptr(), 2, null(), &mut output)), Code::Ok);
     assert_eq!((output.force_n, output.contacts), ([0.0; 3], 0));
     assert_eq!([0, 1].map(|tool| felt(made.tissue, tool)), [NOTHING; 2]);
     assert_eq!(contacts(made.tissue, 100).1, 0);

@@ -3,7 +3,6 @@
 
 CHAINCELL_ALIGNED static unsigned char storage[CHAINCELL_TISSUE_BYTES(8, 1, 0)];
 
-static_assert(sizeof(chaincell_sample) == 16, "a sample is four words");
 static_assert(sizeof(chaincell_output) == 36, "an output is nine words");
 static_assert(sizeof(chaincell_tool_part) == 44, "a part is eleven words");
 static_assert(sizeof(chaincell_tool_pose) == 32, "a pose is eight words");

@@ -118,7 +118,7 @@ fn what_was_lost_in_the_tissue_is_no_credit() {
         let mut tick = |step: f32, force: f32| {
             z += step;
             let position_m = Vector3::new(0.0, 0.0, z);
-            let _ = stage.sample(&ToolSample { position_m, engaged: 1 });
+            let _ = stage.sample(&ToolPose::at(position_m, 1));
             let answer = TickOutput {
                 force_n: Vector3::new(0.0, 0.0, force),
                 work_j: -force * step,
@@ -165,7 +165,7 @@ fn a_fast_hand_is_pushed_by_what_it_has_put_in_alone() {
         // 1 m/s, once the ramp is up.
         let step = if tick < 150 { 0.0 } else { 1.0e-3 };
         let position_m = Vector3::new(0.0, 0.0, 1.0e-3 * f32::from(tick.saturating_sub(149)));
-        let _ = stage.sample(&ToolSample { position_m, engaged: 1 });
+        let _ = stage.sample(&ToolPose::at(position_m, 1));
         let answer = TickOutput {
             force_n: Vector3::new(0.0, 0.0, force),
             work_j: -force * step,

@@ -3,11 +3,12 @@
 use super::{Wall, at_height};
 use crate::number::cell::dot;
 use crate::stage::{Device, Stage, StageSettings};
-use crate::tick::sample::{Flags, TickOutput, ToolSample};
+use crate::tick::pose::ToolPose;
+use crate::tick::sample::{Flags, TickOutput};
 use std::vec::Vec;
 
 /// A tick of a wall of 1 kN/m behind the stage.
-fn tick(stage: &mut Stage, wall: &mut Wall, sample: &ToolSample) -> TickOutput {
+fn tick(stage: &mut Stage, wall: &mut Wall, sample: &ToolPose) -> TickOutput {
     let tool = stage.sample(sample);
     let answer = if tool.is_good() { wall.tick(&tool) } else { TickOutput::NONE };
     stage.output(&answer)

@@ -6,7 +6,7 @@ use super::*;
 #[test]
 fn the_ramp_waits_for_the_first_answer() {
     let mut stage = Stage::new(StageSettings { ramp_ticks: 4, ..StageSettings::NONE }).unwrap();
-    let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -0.001), engaged: 1 };
+    let sample = ToolPose::at(Vector3::new(0.0, 0.0, -0.001), 1);
     stage.sample(&sample);
     stage.missed();
     assert_eq!(tick(&mut stage, -0.001).force_n.z, 0.25);
@@ -18,7 +18,7 @@ fn a_motion_over_lost_ticks_is_no_jump() {
     let coupling = Some(Coupling { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 5.0 });
     let mut stage = Stage::new(StageSettings { coupling, ..StageSettings::NONE }).unwrap();
     let tick = |stage: &mut Stage, z: f32| {
-        let tool = stage.sample(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 });
+        let tool = stage.sample(&ToolPose::at(Vector3::new(0.0, 0.0, z), 1));
         // A wall that holds the tool where it is.
         let force_n = -1.0e6 * tool.position_m;
         let answer = TickOutput { force_n, stiffness_n_per_m: 1.0e6, ..TickOutput::NONE };
@@ -58,7 +58,7 @@ fn a_release_whose_answer_is_lost_lets_the_force_go() {
     for _ in 0..10 {
         tick(&mut stage, -0.001);
     }
-    let _ = stage.sample(&ToolSample { position_m: Vector3::zeros(), engaged: 0 });
+    let _ = stage.sample(&ToolPose::at(Vector3::zeros(), 0));
     let forces = [stage.missed(), stage.missed(), stage.missed()].map(|output| output.force_n.z);
     assert!((forces[0] - 0.6).abs() < 1e-5 && (forces[1] - 0.2).abs() < 1e-5, "{forces:?}");
     assert_eq!(forces[2], 0.0);

@@ -13,7 +13,7 @@ use std::vec::Vec;
 
 #[derive(Debug, Clone)]
 enum Event {
-    Tick(ToolSample, TickOutput),
+    Tick(ToolPose, TickOutput),
     Missed,
 }
 
@@ -28,8 +28,8 @@ fn vector(scale: f32) -> impl Strategy<Value = Vector3<f32>> {
 
 fn event() -> impl Strategy<Value = Event> {
     let engaged = prop_oneof![1 => Just(0_u32), 8 => Just(1), 1 => any::<u32>()];
-    let sample = (vector(0.01), engaged)
-        .prop_map(|(position_m, engaged)| ToolSample { position_m, engaged });
+    let sample =
+        (vector(0.01), engaged).prop_map(|(position_m, engaged)| ToolPose::at(position_m, engaged));
     let answer = (vector(20.0), number(1.0), number(0.01), number(1.0e4), 0..256_u32).prop_map(
         |(force_n, energy_j, work_j, stiffness, flags)| TickOutput {
             force_n,
@@ -110,7 +110,7 @@ impl Wall {
         Self { stiffness, stored: 0.0 }
     }
 
-    fn tick(&mut self, tool: &ToolSample) -> TickOutput {
+    fn tick(&mut self, tool: &ToolPose) -> TickOutput {
         let depth = (-tool.position_m.z).max(0.0);
         let before = core::mem::replace(&mut self.stored, 0.5 * self.stiffness * depth * depth);
         TickOutput {
@@ -124,13 +124,13 @@ impl Wall {
 }
 
 /// An engaged tool at a height.
-fn at_height(z: f32) -> ToolSample {
-    ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 }
+fn at_height(z: f32) -> ToolPose {
+    ToolPose::at(Vector3::new(0.0, 0.0, z), 1)
 }
 
 /// The force of a spring of 1 N a tick of motion, along z.
 fn tick(stage: &mut Stage, z: f32) -> TickOutput {
-    let tool = stage.sample(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 });
+    let tool = stage.sample(&ToolPose::at(Vector3::new(0.0, 0.0, z), 1));
     let force_n = -1000.0 * tool.position_m;
     stage.output(&TickOutput { force_n, contacts: 1, ..TickOutput::NONE })
 }
@@ -147,7 +147,7 @@ fn an_absent_stage_changes_no_bit() {
         sweeps: 3,
         flags: Flags(1 + 32),
     };
-    let sample = ToolSample { position_m: Vector3::new(0.1, 0.2, 0.3), engaged: 1 };
+    let sample = ToolPose::at(Vector3::new(0.1, 0.2, 0.3), 1);
     assert_eq!(stage.sample(&sample), sample);
     assert_eq!(stage.output(&answer), answer);
 }
@@ -181,7 +181,7 @@ fn ramp_silence_and_return() {
     );
     assert_eq!(z(tick(&mut stage, -0.001)), 0.25);
     // A bad sample is no sample: the last force holds.
-    let bad = ToolSample { position_m: Vector3::new(f32::NAN, 0.0, 0.0), engaged: 1 };
+    let bad = ToolPose::at(Vector3::new(f32::NAN, 0.0, 0.0), 1);
     assert!(!stage.sample(&bad).is_good());
     let output = stage.output(&TickOutput::NONE);
     assert_eq!((z(output), output.flags), (0.25, Flags::BAD_SAMPLE));
@@ -194,7 +194,7 @@ fn a_bad_answer_lets_the_force_go_by_the_slew_limit() {
     for _ in 0..4 {
         tick(&mut stage, -0.001);
     }
-    let sample = ToolSample { position_m: Vector3::new(0.0, 0.0, -0.001), engaged: 1 };
+    let sample = ToolPose::at(Vector3::new(0.0, 0.0, -0.001), 1);
     let forces: Vec<f32> = (0..3)
         .map(|_| {
             let _ = stage.sample(&sample);
@@ -216,8 +216,7 @@ fn a_coupling_shows_the_tissues_force() {
         let mut last = (TickOutput::NONE, 0.0_f32);
         for at in 0..2000_u16 {
             let z = -1.0e-5 * f32::from(at.min(500));
-            let tool =
-                stage.sample(&ToolSample { position_m: Vector3::new(0.0, 0.0, z), engaged: 1 });
+            let tool = stage.sample(&ToolPose::at(Vector3::new(0.0, 0.0, z), 1));
             let force_n = -stiffness * tool.position_m;
             let answer = TickOutput { force_n, stiffness_n_per_m: stiffness, ..TickOutput::NONE };
             last = (stage.output(&answer), force_n.z);
@@ -266,7 +265,7 @@ fn every_setting_out_of_range_is_named() {
 /// Under a current the tissue makes a force and tells neither work nor stiffness.
 #[test]
 fn a_stage_that_goes_by_position_gives_no_force_under_a_current() {
-    let sample = ToolSample { position_m: Vector3::zeros(), engaged: 1 };
+    let sample = ToolPose::at(Vector3::zeros(), 1);
     let driven = TickOutput {
         force_n: Vector3::new(0.0, 0.0, 1.0),
         contacts: 3,

@@ -11,7 +11,7 @@ fn saved(stage: &Stage) -> Vec<u8> {
 
 /// A push of so much \[N\], which rises a tick after the other.
 fn pushed(stage: &mut Stage, force_n: f32) -> TickOutput {
-    stage.sample(&ToolSample { position_m: Vector3::zeros(), engaged: 1 });
+    stage.sample(&ToolPose::at(Vector3::zeros(), 1));
     let force_n = Vector3::new(0.0, 0.0, force_n);
     stage.output(&TickOutput { force_n, stiffness_n_per_m: 1.0, ..TickOutput::NONE })
 }

@@ -147,29 +147,30 @@ impl ToolState {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The tools follow their poses.
-    pub(super) fn press<const LATE: bool>(&mut self, poses: &[ToolPose]) {
-        if self.go::<LATE>(poses) {
+    /// The tools follow their poses. Not inlined: its frame is gone when the sweeps begin.
+    #[inline(never)]
+    pub(super) fn press(&mut self, poses: &[ToolPose]) {
+        if self.go(poses) {
             self.prepare();
         }
     }
 
     /// The tools go on; whether there is something to prepare for.
-    fn go<const LATE: bool>(&mut self, poses: &[ToolPose]) -> bool {
+    fn go(&mut self, poses: &[ToolPose]) -> bool {
         let model = self.network.model();
         let step = self.network.settings().max_tool_step_m / model.unit_m();
         let at = places(model, &*self.state);
         let sleeps = self.head.awake.set.is_empty(model.slice_count());
         let Some(mut arrays) = self.touch.arrays(self.state.len()) else { return false };
         let nothing = (TwoFloat::ZERO, [0.0; TOOLS_MAX]);
-        let (before, own) = if LATE { nothing } else { energies_of(&arrays, &at) };
+        let (before, own) = if self.is_late { nothing } else { energies_of(&arrays, &at) };
         let (mut edges, mut stays) = ([Edge::None; TOOLS_MAX], true);
         for (number, (tool, edge)) in arrays.tools.iter_mut().zip(&mut edges).enumerate() {
             let pose = poses.get(number);
             if pose.is_some_and(|pose| tool.aim(model, pose, step)) {
                 self.flags.insert(Flags::MOTION_CLAMPED);
             }
-            if !LATE {
+            if !self.is_late {
                 *edge = tool.engage(pose);
                 stays &= *edge == Edge::None && (!tool.is_in || tool.is_there());
             }
@@ -178,7 +179,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             let start = internal(model, self.head.tool_origin_m);
             self.head.applied = sub(tool.target, start);
         }
-        if LATE || (stays && sleeps) {
+        if self.is_late || (stays && sleeps) {
             return false;
         }
         let found = model

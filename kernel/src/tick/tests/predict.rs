@@ -7,8 +7,10 @@ use nalgebra::Vector3;
 use crate::model::Model;
 use crate::number::cell::{Cell, add, dot, scale, sub};
 use crate::solver::{Dynamics, Predict, Track};
+use crate::tick::budget::Budget;
 use crate::tick::choices::Unloading;
-use crate::tick::sample::{Flags, TickOutput, ToolSample};
+use crate::tick::pose::ToolPose;
+use crate::tick::sample::{Flags, TickOutput};
 use crate::tick::settings::{Network, Settings};
 use crate::tick::tissue::{Tissue, TissueMut};
 
@@ -62,9 +64,9 @@ fn body<D: Dynamics>(network: &Network<'_>, held: &[u16]) -> std::boxed::Box<Bod
 }
 
 /// A press with a way aside, `way` mean link lengths a tick.
-fn sample(model: &Model<'_>, tick: u16, way: f32) -> ToolSample {
+fn sample(model: &Model<'_>, tick: u16, way: f32) -> ToolPose {
     let depth = way * f32::from(tick) * model.unit_m();
-    ToolSample { position_m: Vector3::new(0.4 * depth, -0.2 * depth, -depth), engaged: 1 }
+    ToolPose::at(Vector3::new(0.4 * depth, -0.2 * depth, -depth), 1)
 }
 
 fn press<D: Dynamics>(
@@ -74,7 +76,7 @@ fn press<D: Dynamics>(
     let mut body = body::<D>(network, &held());
     prepare(&mut body.view());
     let tick = |tick| {
-        let output = body.tick(network, &sample(network.model(), tick, 0.01));
+        let output = body.tick(network, &[sample(network.model(), tick, 0.01)], Budget::All);
         (output, body.view().state_hash(network.model()))
     };
     (0..120).map(tick).unzip()
@@ -88,7 +90,7 @@ fn a_field_is_the_answer_to_a_small_move() {
     assert!(asked.view().head.dynamics.is_known);
     let mut moved = body::<Track<ROOM>>(&many, &held());
     for tick in [0, 1, 1, 1, 1] {
-        moved.tick(&many, &sample(&model, tick, 0.02));
+        moved.tick(&many, &[sample(&model, tick, 0.02)], Budget::All);
     }
     let way = [0.008, -0.004, -0.02_f32];
     let (asked, moved) = (asked.view(), moved.view());
@@ -133,16 +135,17 @@ fn a_late_pose_leaves_the_fields_to_the_next_pass() {
     };
     let mut bodies = [(); 2].map(|()| body::<Predict<ROOM>>(&network, &held()));
     for body in &mut bodies {
-        (0..40).for_each(|tick| _ = body.tick(&network, &sample(&model, tick, 0.01)));
+        (0..40)
+            .for_each(|tick| _ = body.tick(&network, &[sample(&model, tick, 0.01)], Budget::All));
     }
     let [late, straight] = &mut bodies;
     let before = points(late);
     for tick in 40..44 {
-        late.tick_late(&network, &sample(&model, tick, 0.01));
+        late.tick(&network, &[sample(&model, tick, 0.01)], Budget::LATE);
     }
     assert_eq!(points(late), before);
     let forces = [late, straight].map(|body| {
-        let force = body.tick(&network, &sample(&model, 44, 0.01)).force_n;
+        let force = body.tick(&network, &[sample(&model, 44, 0.01)], Budget::All).force_n;
         assert_ne!(points(body), before);
         force.dot(&force).sqrt()
     });
@@ -169,21 +172,27 @@ fn with_slack_and_with_a_probe_it_is_track() {
     let held = [285, 286];
     let mut bodies = (body::<Predict<ROOM>>(&network, &held), body::<Track<ROOM>>(&network, &held));
     assert!(!bodies.0.view().head.dynamics.is_known);
-    let mut same = |tick: u16, sample: &ToolSample| {
-        let outputs = (bodies.0.tick(&network, sample), bodies.1.tick(&network, sample));
+    let mut same = |tick: u16, sample: &ToolPose| {
+        let outputs = (
+            bodies.0.tick(&network, &[*sample], Budget::All),
+            bodies.1.tick(&network, &[*sample], Budget::All),
+        );
         assert_eq!(outputs.0, outputs.1, "tick {tick}");
         assert_eq!(bodies.0.view().state_hash(&model), bodies.1.view().state_hash(&model));
     };
     (0..60).for_each(|tick| same(tick, &sample(&model, tick, 0.02)));
-    same(60, &ToolSample { engaged: 0, ..sample(&model, 60, 0.0) });
+    same(60, &ToolPose { engaged: 0, ..sample(&model, 60, 0.0) });
     bodies.0.choose_probe(&network, 0.02).unwrap();
     bodies.1.choose_probe(&network, 0.02).unwrap();
     let top = model.rest_position(287);
     for tick in 0..60 {
         let at = [0, 1, 2].map(|axis| model.centre_m()[axis] + model.unit_m() * top[axis]);
         let way = sample(&model, tick, 0.02).position_m;
-        let sample = ToolSample { position_m: Vector3::from(at) + way, engaged: 1 };
-        assert_eq!(bodies.0.tick(&network, &sample), bodies.1.tick(&network, &sample));
+        let sample = ToolPose::at(Vector3::from(at) + way, 1);
+        assert_eq!(
+            bodies.0.tick(&network, &[sample], Budget::All),
+            bodies.1.tick(&network, &[sample], Budget::All)
+        );
     }
 }
 
@@ -212,7 +221,11 @@ fn the_fields_outlive_a_reset_and_are_worked_out_anew_after_a_probe() {
         let (network, held) = (network(image, 1), cells(image, ids));
         let fields = TRACK * network.model().cells();
         let press = |body: &mut Body<Predict<ROOM>>| -> Vec<TickOutput> {
-            (0..40).map(|tick| body.tick(&network, &sample(network.model(), tick, 0.02))).collect()
+            (0..40)
+                .map(|tick| {
+                    body.tick(&network, &[sample(network.model(), tick, 0.02)], Budget::All)
+                })
+                .collect()
         };
         let mut body = body::<Predict<ROOM>>(&network, &held);
         let first = press(&mut body);
@@ -245,7 +258,7 @@ fn wrong_fields_cost_a_discarded_pass_and_never_the_certificate() {
         }
         let (mut discarded, mut level_j) = (false, 0.0);
         for tick in 0..60 {
-            let output = body.tick(&network, &sample(&model, tick.min(30), 0.02));
+            let output = body.tick(&network, &[sample(&model, tick.min(30), 0.02)], Budget::All);
             discarded |= output.flags.contains(Flags::ROLLED_BACK);
             assert!(output.force_n.iter().all(|f| f.is_finite()));
             assert!(tick <= 30 || output.energy_j <= level_j, "tick {tick}");

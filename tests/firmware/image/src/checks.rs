@@ -1,6 +1,7 @@
 //! What an image built with the feature `checks` tries behind the measured parts: traces both ways,
 //! and states and samples that should never come.
 
+use chaincell_kernel::Budget;
 use chaincell_kernel::Model;
 use chaincell_kernel::trace::{Reader, header_bytes};
 use chaincell_scenes::Run;
@@ -36,7 +37,7 @@ fn replay(tissue: &mut Tissue, trace: &[u8], names: [&str; 3]) -> Option<()> {
     let played = trace.play(|record| {
         // The traces of the scenes have no late ticks, whose code is left out here.
         let most = record.sweeps.unwrap_or(u16::MAX);
-        tissue.tick_while(&network, &record.sample, |done| done < most);
+        tissue.tick(&network, &[record.sample], Budget::While(&mut |done| done < most));
         tissue.state_hash(&model)
     });
     match played {

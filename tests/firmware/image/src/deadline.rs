@@ -1,5 +1,7 @@
 //! Ticks that end in time, by the cycle counter: as many sweeps as fit.
 
+use chaincell_kernel::Budget;
+
 use crate::measure::{MANY, Tissue, count, moving, network, put};
 use crate::scene::LONG;
 use crate::{board, console};
@@ -8,11 +10,11 @@ use crate::{board, console};
 pub fn meet(tissue: &mut Tissue) -> Option<()> {
     let network = network(MANY)?;
     put(tissue, LONG, &network)?;
-    let budget = count(|| tissue.tick(&network, &moving(0))) / 2;
+    let budget = count(|| tissue.tick(&network, &[moving(0)], Budget::All)) / 2;
     put(tissue, LONG, &network)?;
     let start = board::instructions();
-    let is_time_left = |_| board::instructions().wrapping_sub(start) < budget;
-    let output = tissue.tick_while(&network, &moving(0), is_time_left);
+    let mut is_time_left = |_| board::instructions().wrapping_sub(start) < budget;
+    let output = tissue.tick(&network, &[moving(0)], Budget::While(&mut is_time_left));
     board::apply(output.force_n.into());
     console::number("sweeps_at_most", MANY.into());
     console::number("sweeps_in_budget", output.sweeps.into());

@@ -3,7 +3,7 @@
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use chaincell_kernel::handover::SampleQueue;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer};
@@ -17,13 +17,13 @@ static LATE: AtomicU32 = AtomicU32::new(0);
 
 /// What the interrupt owns.
 struct Sensor {
-    queue: Producer<'static, ToolSample>,
+    queue: Producer<'static, ToolPose>,
     next: u32,
     end: u32,
 }
 
 /// Starts a motion of `ticks` samples; the end that the loop reads. `None` the second time.
-pub fn start(ticks: u32) -> Option<Consumer<'static, ToolSample>> {
+pub fn start(ticks: u32) -> Option<Consumer<'static, ToolPose>> {
     let (queue, samples) = QUEUE.try_take()?.split();
     let sensor = Sensor { queue, next: 0, end: ticks };
     critical_section::with(|token| SENSOR.borrow(token).set(Some(sensor)));

@@ -1,6 +1,6 @@
 //! Ticks of the scene, from the worst state and at rest, counted in instructions.
 
-use chaincell_kernel::{Model, Network, TickOutput, TissueMut, ToolSample};
+use chaincell_kernel::{Budget, Model, Network, TickOutput, TissueMut, ToolPose};
 use chaincell_scenes::{Run, Tools};
 use nalgebra::Vector3;
 
@@ -78,13 +78,13 @@ pub fn network(sweeps: u16) -> Option<Network<'static>> {
 }
 
 /// The tool in slow motion: every tick moves the cells it holds, or the tool into the surface.
-pub fn moving(tick: u32) -> ToolSample {
+pub fn moving(tick: u32) -> ToolPose {
     let way_m = 0.01 * SCENE.reach_m * tick as f32;
     let position_m = match SCENE.tools() {
         None => Vector3::new(way_m, 0.0, way_m),
         Some(Tools { start_m: [[x, y, z], _], .. }) => Vector3::new(x + way_m, *y, z - way_m),
     };
-    ToolSample { position_m, engaged: 1 }
+    ToolPose::at(position_m, 1)
 }
 
 /// Puts the body into a state and ticks; the most instructions of a tick, and those of the first.
@@ -93,7 +93,7 @@ fn counted(tissue: &mut Tissue, state: &[u8], sweeps: u16) -> Option<(u32, u32)>
     put(tissue, state, &network)?;
     let mut counts = [0; WORST_TICKS as usize];
     for (tick, slot) in (0..).zip(&mut counts) {
-        *slot = count(|| tissue.tick(&network, &moving(tick)));
+        *slot = count(|| tissue.tick(&network, &[moving(tick)], Budget::All));
     }
     Some((counts.iter().copied().max()?, *counts.first()?))
 }
@@ -123,7 +123,7 @@ fn deep(tissue: &mut Tissue, state: &[u8]) -> Option<()> {
     put(tissue, state, &network)?;
     board::interrupt_every(DENSE_PERIOD);
     for tick in 0..WORST_TICKS {
-        board::apply(tissue.tick(&network, &moving(tick)).force_n.into());
+        board::apply(tissue.tick(&network, &[moving(tick)], Budget::All).force_n.into());
     }
     board::interrupt_every(PERIOD);
     Some(())
@@ -140,9 +140,12 @@ pub fn rest(tissue: &mut Tissue) -> Option<()> {
     let network = network(SWEEPS)?;
     tissue.reset(&network).ok()?;
     let before = tissue.state_hash(network.model());
-    let away = ToolSample { position_m: Vector3::zeros(), engaged: 0 };
-    console::number("instructions_of_first_tick", count(|| tissue.tick(&network, &away)));
-    let counts = (0..REST_TICKS).map(|_| count(|| tissue.tick(&network, &away)));
+    let away = ToolPose::at(Vector3::zeros(), 0);
+    console::number(
+        "instructions_of_first_tick",
+        count(|| tissue.tick(&network, &[away], Budget::All)),
+    );
+    let counts = (0..REST_TICKS).map(|_| count(|| tissue.tick(&network, &[away], Budget::All)));
     console::number("instructions_per_tick_rest", counts.max()?);
     let moved = tissue.state_hash(network.model()) != before;
     console::number("moved_at_rest", u32::from(moved));

@@ -1,6 +1,6 @@
 //! Ticks of a tool that presses the surface, counted in instructions.
 
-use chaincell_kernel::{Flags, ToolPose, ToolSample};
+use chaincell_kernel::{Budget, Flags, ToolPose};
 
 use crate::measure::{MANY, Tissue, count, network, put};
 use crate::scene::{REST, SCENE, SWEEPS};
@@ -23,10 +23,10 @@ struct Seen {
 }
 
 /// The tool straight in.
-fn sample(tick: u32, engaged: u32) -> Option<ToolSample> {
+fn sample(tick: u32, engaged: u32) -> Option<ToolPose> {
     let [x, y, z] = SCENE.tools()?.start_m[0];
     let way_m = SCENE.reach_m * tick as f32 / TICKS as f32;
-    Some(ToolSample { position_m: [x, y, z - way_m].into(), engaged })
+    Some(ToolPose::at([x, y, z - way_m].into(), engaged))
 }
 
 /// Gives the tissue its tool again, after a reset.
@@ -46,7 +46,7 @@ fn pressed(tissue: &mut Tissue, sweeps: u16, free: u32) -> Option<Seen> {
         let network = if tick < TICKS { &plain } else { &last };
         let sample = sample(tick, u32::from(tick + free <= TICKS))?;
         seen.last = count(|| {
-            let output = tissue.tick(network, &sample);
+            let output = tissue.tick(network, &[sample], Budget::All);
             seen.contacts = output.contacts;
             seen.flags |= output.flags.0;
             seen.force_n = output.force_n.into();
@@ -83,7 +83,7 @@ fn grip(tissue: &mut Tissue) -> Option<()> {
     console::number("gripped", tissue.grip(&network, 0) as u32);
     let sample = sample(TICKS, 1)?;
     let pose = ToolPose { orientation: [0.0, 0.0, 0.1, 1.0], ..ToolPose::at(sample.position_m, 1) };
-    board::apply(tissue.tick_tools(&network, &[pose]).force_n.into());
+    board::apply(tissue.tick(&network, &[pose], Budget::All).force_n.into());
     board::apply(tissue.tool_output(&network, 0).torque_n_m.into());
     let mut contacts = 0;
     tissue.contact_forces(&network, |contact| {
@@ -92,8 +92,8 @@ fn grip(tissue: &mut Tissue) -> Option<()> {
     });
     console::number("contact_forces", contacts);
     tissue.let_go(0, 1);
-    board::apply(tissue.tick_tools_late(&network, &[pose]).force_n.into());
-    board::apply(tissue.tick_tools(&network, &[pose]).force_n.into());
+    board::apply(tissue.tick(&network, &[pose], Budget::LATE).force_n.into());
+    board::apply(tissue.tick(&network, &[pose], Budget::All).force_n.into());
     console::number("gripped_after", tissue.gripped(&network, 0) as u32);
     Some(())
 }

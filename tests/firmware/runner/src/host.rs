@@ -6,8 +6,8 @@ use chaincell_kernel::Choice;
 use chaincell_kernel::Contact;
 use chaincell_kernel::Team;
 use chaincell_kernel::{
-    Anchor, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict, Rkl2,
-    Settings, TermState, TermStates, TissueMut, ToolSample, ToolState, TouchArrays, TouchRoom,
+    Anchor, Budget, CoarseTouch, Dynamics, Euler, Head, Model, NearTriangle, Network, Predict,
+    Rkl2, Settings, TermState, TermStates, TissueMut, ToolPose, ToolState, TouchArrays, TouchRoom,
     TouchState, Track,
 };
 use chaincell_scenes::adverse::{self, AdverseError};
@@ -82,7 +82,7 @@ impl Act for Again {
         let mut held = held.collect::<Result<Vec<u16>>>()?;
         held.sort_unstable();
         tissue.reset(&network)?;
-        let mut sample = ToolSample { position_m: [0.0; 3].into(), engaged: 1 };
+        let mut sample = ToolPose::at([0.0; 3].into(), 1);
         match scene.tools() {
             None => tissue.choose_contacts(&network, &held)?,
             Some(tools) => {
@@ -93,7 +93,7 @@ impl Act for Again {
         let rest = (0..model.cells()).map(|cell| model.rest_position(cell));
         let state: Vec<[f32; 3]> = rest.map(|at| at.map(|x| x * WORST_SCALE)).collect();
         tissue.set_positions(&network, &state)?;
-        tissue.tick_again(&network, &sample, Some(sweeps));
+        tissue.tick(&network, &[sample], Budget::again(Some(sweeps)));
         Ok(tissue.state_hash(&model))
     }
 }

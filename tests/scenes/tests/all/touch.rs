@@ -1,7 +1,7 @@
 //! Scenes of tools on a surface: what they are there for, without sleep, and with late ticks.
 #![allow(clippy::unwrap_used)]
 
-use chaincell_kernel::{Dynamics, Flags, Model, Network, TissueMut};
+use chaincell_kernel::{Budget, Dynamics, Flags, Model, Network, TissueMut};
 use chaincell_scenes::{Act, Run, Scene, Tier, stage, touch6_predict, touch6_tools};
 
 /// Ticks that are played.
@@ -84,9 +84,9 @@ impl Act for Late {
         let tick = |tick: u32| {
             let poses = tools.poses(&scene.sample(tick));
             let output = match (tick % 3, tick % 5) {
-                (2, _) => tissue.tick_tools_late(&network, &poses),
-                (_, 4) => tissue.tick_tools_while(&network, &poses, |done| done < 1),
-                _ => tissue.tick_tools(&network, &poses),
+                (2, _) => tissue.tick(&network, &poses, Budget::LATE),
+                (_, 4) => tissue.tick(&network, &poses, Budget::While(&mut |done| done < 1)),
+                _ => tissue.tick(&network, &poses, Budget::All),
             };
             (tissue.state_hash(&model), output.force_n.data.0[0].map(f32::to_bits))
         };

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use chaincell_kernel::trace::{End, Played, Reader, RecordedProbe, header_bytes};
-use chaincell_kernel::{Dynamics, Model, TissueMut, ToolPart};
+use chaincell_kernel::{Budget, Dynamics, Model, TissueMut, ToolPart};
 use chaincell_scenes::{Act, Run, SCENES, Scene, box7_track, stage, touch6_tools};
 
 /// The trace of a scene's first ticks.
@@ -47,7 +47,7 @@ impl Act for Play<'_> {
             }
         }
         let played = trace.play(|record| {
-            tissue.tick_again(&network, &record.sample, record.sweeps);
+            tissue.tick(&network, &[record.sample], Budget::again(record.sweeps));
             tissue.state_hash(&model)
         });
         played.unwrap()

@@ -3,7 +3,7 @@
 use super::{HEIGHT_M, slab::Slab};
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
 
 /// Sweeps a tick.
 const SWEEPS: u16 = 32;
@@ -30,7 +30,7 @@ pub fn forces(slab: &Slab, radius_m: f64, [x, y]: [f64; 2], depths_m: &[f64]) ->
     let mut engine = Engine::with_contact(network, Scheme::Track, Arithmetic::F32, contact)?;
     let mut tick = |depth_m: f64| {
         let position_m = [x, y, HEIGHT_M + radius_m - depth_m].map(|x| x as f32).into();
-        engine.tick(&ToolSample { position_m, engaged: 1 })
+        engine.tick(&ToolPose::at(position_m, 1))
     };
     tick(-radius_m);
     let mut at_depth = |&depth_m: &f64| {

@@ -5,7 +5,7 @@ use chaincell_host::cli::session::press;
 use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose, Unloading};
 use nalgebra::Vector3;
 
 /// How far the force of a number of sweeps a tick is off, in shares of the reference's largest.
@@ -81,7 +81,7 @@ impl<'a> Moving<'a> {
         let mut engine = engine(model, &self.contact, sweeps)?;
         let mut rolled_back = 0;
         let mut tick = |pose: &Pose| {
-            let output = engine.tick(&ToolSample::from(*pose));
+            let output = engine.tick(&ToolPose::from(*pose));
             rolled_back += usize::from(output.flags.contains(Flags::ROLLED_BACK));
             output.force_n.map(f64::from)
         };

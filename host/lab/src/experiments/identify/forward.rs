@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use chaincell_kernel::{Flags, Model, Settings, ToolSample};
+use chaincell_kernel::{Flags, Model, Settings, ToolPose};
 
 use super::target::{Data, Target};
 use super::tool::Tool;
@@ -141,7 +141,7 @@ struct Line<'a> {
 
 impl Line<'_> {
     /// The tool at a displacement.
-    fn sample(&self, depth_m: f64) -> ToolSample {
+    fn sample(&self, depth_m: f64) -> ToolPose {
         self.bench.tool.sample(self.direction, depth_m + self.offset_m)
     }
 }

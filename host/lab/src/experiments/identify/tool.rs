@@ -2,7 +2,7 @@
 
 use chaincell_host::engine::Contact;
 use chaincell_host::error::{Error, Result};
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
 /// Most points of a surface that a probe touches at a time.
@@ -34,7 +34,7 @@ impl Tool<'_> {
     }
 
     /// The tool displaced by so much along a direction.
-    pub(super) fn sample(&self, direction: [f64; 3], depth_m: f64) -> ToolSample {
+    pub(super) fn sample(&self, direction: [f64; 3], depth_m: f64) -> ToolPose {
         let place = |from: [f64; 3], by_m: f64| -> Vector3<f32> {
             [0, 1, 2].map(|axis| (from[axis] + by_m * direction[axis]) as f32).into()
         };
@@ -42,7 +42,7 @@ impl Tool<'_> {
             Self::Held(_) => place([0.0; 3], depth_m),
             Self::Probe { radius_m, at_m } => place(at_m, depth_m - radius_m),
         };
-        ToolSample { position_m, engaged: 1 }
+        ToolPose::at(position_m, 1)
     }
 }
 

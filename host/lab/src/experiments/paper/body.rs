@@ -1,6 +1,6 @@
 //! The bodies that the mechanics of the paper are shown on, and a tool that presses them.
 
-use chaincell_kernel::{Drive, Flags, Model, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Drive, Flags, Model, Settings, TickOutput, ToolPose, Unloading};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -212,7 +212,7 @@ impl Tool<'_> {
     /// One tick at a depth.
     pub fn tick(&mut self, depth_m: f64) -> TickOutput {
         let position_m = Vector3::from(self.body.direction.map(|x| (depth_m * x) as f32));
-        self.engine.tick(&ToolSample { position_m, engaged: 1 })
+        self.engine.tick(&ToolPose::at(position_m, 1))
     }
 
     /// The force that a press takes, of a tick's answer \[N\].

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 
 use crate::baseline::chainmail::{Chain, Graph, Limits};
 use crate::bodies::Variant;
@@ -99,7 +99,7 @@ pub fn pressed(model: Model<'_>, variant: Variant, probe: &Probe) -> Result<Pres
     let mut pressed = Pressed::default();
     for (tick, pose) in probe.poses.iter().enumerate() {
         interrupt::check()?;
-        let sample = ToolSample::from(*pose);
+        let sample = ToolPose::from(*pose);
         let start = Instant::now();
         let output = engine.tick(&sample);
         pressed.step_ns.push(start.elapsed().as_nanos() as u64);

@@ -1,7 +1,7 @@
 //! Many chain elements to one neural cell, the paper's first open problem: one press of one body as
 //! a network of all its nodes, and as networks of ever fewer cells with the nodes embedded in them.
 
-use chaincell_kernel::{Model, ToolSample};
+use chaincell_kernel::{Model, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -246,9 +246,9 @@ fn compared(press: &Press<'_>, full: &Settled, coarse: Settled) -> Row {
     }
 }
 
-fn sample(press: &Press<'_>, share: f64) -> ToolSample {
+fn sample(press: &Press<'_>, share: f64) -> ToolPose {
     let position_m = Vector3::from(press.way_m.map(|x| (share * x) as f32));
-    ToolSample { position_m, engaged: 1 }
+    ToolPose::at(position_m, 1)
 }
 
 /// Displacement of every node, by input id \[m\].

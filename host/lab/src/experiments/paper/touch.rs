@@ -1,6 +1,6 @@
 //! The body of Fig. 6 as nodal shapes under the same probe, which meets the triangles of its surface.
 
-use chaincell_kernel::{Model, Settings, ToolSample, Unloading};
+use chaincell_kernel::{Model, Settings, ToolPose, Unloading};
 use serde_json::{Value, json};
 
 use super::press::{Pressed, Probe, pressed};
@@ -161,7 +161,7 @@ fn settled(model: Model<'_>, probe: &Probe, ticks: &[usize]) -> Result<Vec<f64>>
         for _ in 0..LOOKS_MAX {
             interrupt::check()?;
             let before = force;
-            let output = engine.tick(&ToolSample::from(*pose));
+            let output = engine.tick(&ToolPose::from(*pose));
             force = norm(output.force_n.map(f64::from).into());
             if (force - before).abs() <= SETTLED * force {
                 break;

@@ -1,6 +1,6 @@
 //! The paper's relaxation in time: `euler` and `rkl2` against the exact trajectory of the plane.
 
-use chaincell_kernel::{Settings, ToolSample};
+use chaincell_kernel::{Settings, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -78,9 +78,9 @@ impl<'s> Plane<'s> {
         Ok(engine)
     }
 
-    fn sample(&self, depth_m: f64) -> ToolSample {
+    fn sample(&self, depth_m: f64) -> ToolPose {
         let position_m = Vector3::from(self.scene.direction.map(|x| (depth_m * x) as f32));
-        ToolSample { position_m, engaged: 1 }
+        ToolPose::at(position_m, 1)
     }
 
     /// The row of an engine that has come to a moment.

@@ -1,7 +1,7 @@
 //! A hand that holds cells and moves: error of the force against time of a tick, for every scheme
 //! of a list, against the force of the energy's minimum followed tick by tick in double precision.
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use serde::Serialize;
 
 use super::motions::Motion;
@@ -128,7 +128,7 @@ pub fn play(
 ) -> Result<(Summary, Spread)> {
     let mut engine = engine(scene, setting, sweeps)?;
     let mut times = Latencies::new()?;
-    let mut tick = |sample: &ToolSample| times.time(|| engine.tick(sample)).force_n;
+    let mut tick = |sample: &ToolPose| times.time(|| engine.tick(sample)).force_n;
     let forces_n: Vec<[f64; 3]> = (0..=motion.ticks())
         .map(|at| tick(&motion.sample(at, scene.direction)).map(f64::from).into())
         .collect();

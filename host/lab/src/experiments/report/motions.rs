@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
 /// Seconds of a tick.
@@ -64,9 +64,9 @@ impl Motion {
 
     /// The tool at a tick, with `inward` of length 1; at tick 0 it takes hold.
     #[must_use]
-    pub fn sample(self, tick: usize, inward: [f64; 3]) -> ToolSample {
+    pub fn sample(self, tick: usize, inward: [f64; 3]) -> ToolPose {
         let way_mm = self.way_mm(tick as f64 * TICK_S, Vector3::from(inward));
-        ToolSample { position_m: way_mm.map(|x| (1e-3 * x) as f32), engaged: 1 }
+        ToolPose::at(way_mm.map(|x| (1e-3 * x) as f32), 1)
     }
 
     fn way_mm(self, time_s: f64, inward: Vector3<f64>) -> Vector3<f64> {

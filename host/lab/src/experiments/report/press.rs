@@ -1,6 +1,6 @@
 //! A scheme through the press of a scene: time a tick, and error against the exact path.
 
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -61,10 +61,10 @@ pub struct PressRow {
 
 /// The tool of a press at a tick; at tick 0 it takes hold.
 #[must_use]
-pub fn sample(scene: &Scene, unit_m: f32, depth_links: f64) -> ToolSample {
+pub fn sample(scene: &Scene, unit_m: f32, depth_links: f64) -> ToolPose {
     let way_m = depth_links * f64::from(unit_m);
     let position_m = scene.direction.map(|x| (x * way_m) as f32);
-    ToolSample { position_m: Vector3::from(position_m), engaged: 1 }
+    ToolPose::at(Vector3::from(position_m), 1)
 }
 
 /// An engine for a scene; the tool is not slowed down.

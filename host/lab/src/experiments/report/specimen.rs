@@ -16,7 +16,7 @@ use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::input;
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_kernel::{self as kernel, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{self as kernel, Network, Settings, ToolPose, Unloading};
 
 /// Name of the CSV file.
 pub const CSV: &str = "report_specimen.csv";
@@ -91,7 +91,7 @@ fn pull(stiffening: &[Band]) -> Result<Vec<[f64; 2]>> {
     let mut tick = |tick: u32| {
         let pull_m = PULL_M * f64::from(tick) / f64::from(TICKS);
         let position_m = [0.0, pull_m as f32, 0.0].into();
-        let force_n = engine.tick(&ToolSample { position_m, engaged: 1 }).force_n;
+        let force_n = engine.tick(&ToolPose::at(position_m, 1)).force_n;
         [1e3 * pull_m, -1e3 * f64::from(force_n[1])]
     };
     Ok((0..=TICKS).map(&mut tick).collect())

@@ -2,7 +2,7 @@
 //! a moving probe, a load. The reference is the same body under the same tool with so many sweeps
 //! a tick that more change next to nothing.
 
-use chaincell_kernel::{Drive, Settings, ToolSample};
+use chaincell_kernel::{Drive, Settings, ToolPose};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -110,7 +110,7 @@ impl Tool {
     }
 
     /// The tool at a tick: a ramp to its depth; the probe's first half, then its way aside.
-    fn sample(self, scene: &Scene, tick: usize) -> Result<ToolSample> {
+    fn sample(self, scene: &Scene, tick: usize) -> Result<ToolPose> {
         let model = scene.model()?;
         let part = tick as f64 / TICKS as f64;
         let inward = Vector3::from(scene.direction);
@@ -126,7 +126,7 @@ impl Tool {
         };
         let from_m = if self == Self::Probe { middle_m(scene)? } else { Vector3::zeros() };
         let position_m = from_m + f64::from(model.unit_m()) * links;
-        Ok(ToolSample { position_m: position_m.map(|x| x as f32), engaged: 1 })
+        Ok(ToolPose::at(position_m.map(|x| x as f32), 1))
     }
 
     /// Plays the motion.

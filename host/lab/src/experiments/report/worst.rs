@@ -11,14 +11,14 @@ use crate::reference::vectors::{minus, norm};
 use crate::states::State;
 use chaincell_host::error::Result;
 use chaincell_host::session::timing::histogram::{Latencies, Summary};
-use chaincell_kernel::ToolSample;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
 /// Ticks of a row's worst case.
 const TICKS: usize = 25;
 
 /// The tool holds nothing.
-const RELEASED: ToolSample = ToolSample { position_m: Vector3::new(0.0, 0.0, 0.0), engaged: 0 };
+const RELEASED: ToolPose = ToolPose::at(Vector3::new(0.0, 0.0, 0.0), 0);
 
 /// The states of a worst sweep, the mixed one first.
 pub const STATES: [State; 2] = [State::Shaken, State::Stretched];

@@ -6,10 +6,10 @@ use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolPart, ToolPose, U
 use super::trial::{Ended, Positions};
 use crate::bodies::{Body, Variant};
 use crate::monitor::{Check, ToolMonitor};
-use chaincell_host::engine::tissue::Sweeps;
 use chaincell_host::engine::{Contact, Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::interrupt;
+use chaincell_kernel::Budget;
 
 /// A tool step without a limit \[m\].
 const NO_LIMIT_M: f32 = 1e30;
@@ -129,7 +129,7 @@ impl<'b> ToolTrial<'b> {
             let output = monitor.tick(one, &step.poses, sweeps);
             let own = bits(one, &output, self.tools.len());
             for other in [&mut *again, &mut *scalar] {
-                let output = other.tick_tools_by(&step.poses, Sweeps::Counted(sweeps));
+                let output = other.tick_by(&step.poses, Budget::again(sweeps));
                 let same = bits(other, &output, self.tools.len()) == own;
                 monitor.hold(Check::SameBits, same, || "another run differs".to_owned());
             }

@@ -1,7 +1,7 @@
 //! A body, a state to start from, and what a tool does to it: played under every variant, twice
 //! and once more cell by cell, every tick looked at.
 
-use chaincell_kernel::{Flags, Model, Settings, TickOutput, ToolSample, Unloading};
+use chaincell_kernel::{Budget, Flags, Model, Settings, TickOutput, ToolPose, Unloading};
 use nalgebra::Vector3;
 
 use crate::bodies::{Body, Variant};
@@ -76,8 +76,8 @@ pub enum Ended {
 
 /// A sample of a pose.
 #[must_use]
-pub fn sample((position_m, touches): Pose) -> ToolSample {
-    ToolSample { position_m: Vector3::from(position_m), engaged: u32::from(touches) }
+pub fn sample((position_m, touches): Pose) -> ToolPose {
+    ToolPose::at(Vector3::from(position_m), u32::from(touches))
 }
 
 /// All bits of an answer.
@@ -180,7 +180,7 @@ impl<'b> Trial<'b> {
             let sweeps = (self.sweeps_made)(tick);
             let output = monitor.tick_again(one, &sample, sweeps);
             for other in [&mut *again, &mut *scalar] {
-                let same = bits(&other.tick_again(&sample, sweeps)) == bits(&output)
+                let same = bits(&other.tick_by(&[sample], Budget::again(sweeps))) == bits(&output)
                     && other.state_hash() == one.state_hash();
                 monitor.hold(Check::SameBits, same, || "another run differs".to_owned());
             }

@@ -3,7 +3,7 @@
 use chaincell_host::bake::tissue::{Tissue, VolumeLaw};
 use chaincell_host::bake::{BakeOptions, BasisSpacing, PerCell, bake};
 use chaincell_host::engine::{Engine, Scheme};
-use chaincell_kernel::{Flags, Model, Network, Settings, ToolSample};
+use chaincell_kernel::{Flags, Model, Network, Settings, ToolPose};
 
 use super::tests::{body, shaken};
 use super::*;
@@ -47,7 +47,7 @@ fn played(mesh: &Mesh, law: Law, coarse_basis: BasisSpacing, press: &Press) -> E
     let mut engine = Engine::new(network, Scheme::Track, &held).unwrap();
     let at = |engine: &mut Engine<'_>, share: f64| {
         let position_m = press.by_m.map(|x| (share * x) as f32).into();
-        engine.tick(&ToolSample { position_m, engaged: 1 })
+        engine.tick(&ToolPose::at(position_m, 1))
     };
     let (mut output, mut rolled_back) = (at(&mut engine, 0.0), 0);
     for tick in 0..press.ticks + 400 {

@@ -83,7 +83,7 @@ impl fmt::Display for SweepBudget {
 
 /// The budget while it is kept. Allocates nothing after [`Self::new`].
 #[derive(Debug)]
-pub(super) struct Budget {
+pub(super) struct TimeBudget {
     kind: SweepBudget,
     /// Fewest sweeps of a tick.
     least: u16,
@@ -108,7 +108,7 @@ pub(super) struct Budget {
     asked: u16,
 }
 
-impl Budget {
+impl TimeBudget {
     pub(super) fn new(kind: SweepBudget, least: u16, max_pose_hz: u32) -> Self {
         Self {
             kind,
@@ -226,7 +226,7 @@ mod tests {
     const US: u64 = 1000;
 
     /// Sweeps of a tick that begins at `start_ns` with `sweep_ns` each, of at most `most`.
-    fn sweeps(budget: &mut Budget, start_ns: u64, sweep_ns: u64, most: u64) -> u64 {
+    fn sweeps(budget: &mut TimeBudget, start_ns: u64, sweep_ns: u64, most: u64) -> u64 {
         budget.begin(start_ns, start_ns);
         let mut more = |done: &u64| budget.more(start_ns + done * sweep_ns);
         let done = (1..most).find(|done| !more(done)).unwrap_or(most);
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn as_many_sweeps_as_fit_the_period() {
-        let mut budget = Budget::new(SweepBudget::Auto, 1, POSE_HZ);
+        let mut budget = TimeBudget::new(SweepBudget::Auto, 1, POSE_HZ);
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 8, "7/8 of a millisecond");
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 4), 4, "never more than the settings'");
         (0..64).for_each(|_| budget.arrived(1, 500 * US));
@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn no_fewer_than_the_contact_needs() {
-        let mut budget = Budget::new(SweepBudget::Us(1), 4, POSE_HZ);
+        let mut budget = TimeBudget::new(SweepBudget::Us(1), 4, POSE_HZ);
         assert_eq!(sweeps(&mut budget, SECOND_NS, 300 * US, 64), 4);
         assert_eq!(sweeps(&mut budget, SECOND_NS, 300 * US, 2), 2, "the settings' are the most");
         assert!(budget.is_behind(4, 1200 * US) && budget.is_behind(2, 1200 * US));
@@ -263,8 +263,8 @@ mod tests {
 
     #[test]
     fn a_miss_makes_it_careful_for_a_second() {
-        let mut budget = Budget::new(SweepBudget::Auto, 1, POSE_HZ);
-        let at = |budget: &mut Budget, ns| sweeps(budget, ns, 100 * US, 64);
+        let mut budget = TimeBudget::new(SweepBudget::Auto, 1, POSE_HZ);
+        let at = |budget: &mut TimeBudget, ns| sweeps(budget, ns, 100 * US, 64);
         assert_eq!(at(&mut budget, SECOND_NS), 8);
         budget.answered(0, true, SECOND_NS);
         assert_eq!(at(&mut budget, SECOND_NS), 7);
@@ -276,12 +276,12 @@ mod tests {
 
     #[test]
     fn one_slow_sweep_in_a_hundred_and_more_counts() {
-        let mut budget = Budget::new(SweepBudget::Us(1000), 1, POSE_HZ);
+        let mut budget = TimeBudget::new(SweepBudget::Us(1000), 1, POSE_HZ);
         for tick in 0..200 {
             sweeps(&mut budget, tick, if tick % 20 == 0 { 400 * US } else { 100 * US }, 2);
         }
         assert_eq!(sweeps(&mut budget, SECOND_NS, 100 * US, 64), 7, "the next may take 400 us");
-        let mut off = Budget::new(SweepBudget::Off, 1, POSE_HZ);
+        let mut off = TimeBudget::new(SweepBudget::Off, 1, POSE_HZ);
         assert_eq!(sweeps(&mut off, SECOND_NS, SECOND_NS, 64), 64);
     }
 

@@ -6,8 +6,8 @@ use chaincell_kernel::{Flags, TickOutput};
 use super::arrived::Arrived;
 use super::overload::{Behind, FAR};
 use super::{Run, ServeOptions};
-use crate::engine::tissue::Sweeps;
 use crate::session::timing::clock::now_ns;
+use chaincell_kernel::Budget;
 
 impl Run<'_> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
@@ -47,7 +47,7 @@ impl Run<'_> {
     fn tick(&mut self, arrived: &mut Arrived, start_ns: u64) -> TickOutput {
         self.prepare(arrived, start_ns);
         if self.session.is_paused() {
-            return self.session.tick(arrived, Sweeps::ALL);
+            return self.session.tick(arrived, Budget::All);
         }
         let &ServeOptions { sweep_ns, sweep_after, .. } = &self.server.options;
         let stretch_ns = if self.session.executed < sweep_after { 0 } else { sweep_ns };
@@ -58,7 +58,7 @@ impl Run<'_> {
             now_ns()
         };
         if !self.is_anytime() {
-            let output = self.session.tick(arrived, Sweeps::ALL);
+            let output = self.session.tick(arrived, Budget::All);
             stretched(output.sweeps);
             return output;
         }
@@ -69,7 +69,7 @@ impl Run<'_> {
             done_ns = stretched(done);
             budget.more(done_ns)
         };
-        let output = self.session.tick(arrived, Sweeps::While(&mut more));
+        let output = self.session.tick(arrived, Budget::While(&mut more));
         let end_ns = stretched(output.sweeps);
         budget.end(end_ns, output.sweeps);
         output
@@ -87,7 +87,7 @@ impl Run<'_> {
     pub(super) fn execute_late(&mut self, mut arrived: Arrived) {
         let start_ns = now_ns();
         self.prepare(&mut arrived, start_ns);
-        let output = self.session.tick(&arrived, Sweeps::LATE);
+        let output = self.session.tick(&arrived, Budget::LATE);
         let late = u64::from(output.flags.contains(Flags::LATE));
         self.behind_gap |= arrived.restarts_ramp;
         self.late += late;

@@ -2,7 +2,7 @@
 //!
 //! Of poses that have piled up the newest alone is given sweeps, and so a new force; the ones before
 //! it move the tool without a sweep and are answered with the force that is shown already, see
-//! [`TissueMut::tick_late`](chaincell_kernel::TissueMut::tick_late). Where the count of sweeps is
+//! [`Budget::LATE`](chaincell_kernel::Budget::LATE). Where the count of sweeps is
 //! fixed, all poses are executed in full, and the force falls to 0 while they pile up.
 //!
 //! One thread receives, ticks and sends. A second thread for shared memory would stand between
@@ -51,8 +51,8 @@ use crate::session::timing::histogram::Latencies;
 use crate::terminal;
 
 pub use arrived::Arrived;
-use budget::Budget;
 pub use budget::SweepBudget;
+use budget::TimeBudget;
 pub use charge::{Charge, Resumed};
 use delay::LoopDelay;
 pub use options::{Ending, ServeOptions, ServeReport, SweepCounts};
@@ -241,7 +241,7 @@ struct Run<'a> {
     in_charge: Option<UniquePublisherId>,
     rate: PoseRate,
     alive_until_ns: u64,
-    budget: Budget,
+    budget: TimeBudget,
     delay: LoopDelay,
     looked_ns: u64,
     end_ns: u64,
@@ -280,7 +280,7 @@ impl<'a> Run<'a> {
         let charge = resumed.map_or_else(Charge::new, Charge::resuming);
         let paused = resumed.is_some_and(|of| of.is_paused);
         let least = engine.least_sweeps();
-        let budget = Budget::new(server.options.budget, least, server.options.max_pose_hz);
+        let budget = TimeBudget::new(server.options.budget, least, server.options.max_pose_hz);
         let session = Session::new(engine, shared, &server.options, (charge, paused));
         Ok(Self {
             server,

@@ -7,7 +7,7 @@
 use std::sync::MutexGuard;
 
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Flags, TOOLS_MAX, TickOutput};
+use chaincell_kernel::{Budget, Flags, TOOLS_MAX, TickOutput};
 
 use super::ServeOptions;
 use super::arrived::Arrived;
@@ -18,7 +18,7 @@ use super::voice::Voice;
 use super::watcher::Shared;
 use crate::engine::order::{TickPlace, skipped};
 use crate::engine::snapshot::Saved;
-use crate::engine::tissue::{Refusal, Sweeps, TissueEngine};
+use crate::engine::tissue::{Refusal, TissueEngine};
 use crate::engine::tools::{Felt, Poses};
 use crate::session::ipc::payload::ToolForce;
 use crate::session::ipc::tools::Answer;
@@ -173,13 +173,13 @@ impl<'a> Session<'a> {
     }
 
     /// The tick of a pose, with these sweeps; force 0 while paused.
-    pub fn tick(&mut self, arrived: &Arrived, sweeps: Sweeps<'_>) -> TickOutput {
+    pub fn tick(&mut self, arrived: &Arrived, budget: Budget<'_>) -> TickOutput {
         if self.paused {
             return self.rest();
         }
         match arrived.tools.each() {
-            [] => self.engine.tick_by(&arrived.pose.into(), sweeps),
-            _ => self.engine.tick_tools(&arrived.tools, sweeps),
+            [] => self.engine.tick_by(&arrived.pose.into(), budget),
+            _ => self.engine.tick_tools(&arrived.tools, budget),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The methods behind one face: a tick moves the contact node, positions are in input order.
 
-use chaincell_kernel::{Model, ToolSample};
+use chaincell_kernel::{Model, ToolPose};
 use nalgebra::Vector3;
 use serde::{Serialize, Serializer};
 
@@ -129,7 +129,7 @@ impl<'b> Cells<'b> {
             (Variant::plain(scheme, Arithmetic::F32), Contact::Cells(vec![contact]));
         let mut engine = variant.unlimited(model, contact, SWEEPS, |settings| settings)?;
         // The tool takes hold at rest.
-        engine.tick(&ToolSample { position_m: Vector3::zeros(), engaged: 1 });
+        engine.tick(&ToolPose::at(Vector3::zeros(), 1));
         Ok(Self { engine, force_n: 0.0 })
     }
 }
@@ -137,7 +137,7 @@ impl<'b> Cells<'b> {
 impl Method for Cells<'_> {
     fn tick(&mut self, way_m: [f64; 3]) -> Result<usize> {
         let position_m = Vector3::from(way_m.map(|x| x as f32));
-        let answer = self.engine.tick(&ToolSample { position_m, engaged: 1 });
+        let answer = self.engine.tick(&ToolPose::at(position_m, 1));
         self.force_n = norm(answer.force_n.map(f64::from).into());
         Ok(usize::from(SWEEPS) * self.engine.network().model().cells())
     }

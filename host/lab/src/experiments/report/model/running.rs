@@ -14,7 +14,7 @@ use chaincell_host::bake::{BakeOptions, BasisSpacing, ImageBytes, PerCell, bake}
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::error::{Error, Result};
 use chaincell_host::mesh::Mesh;
-use chaincell_kernel::{self as kernel, Choice, Network, Settings, ToolSample, Unloading};
+use chaincell_kernel::{self as kernel, Choice, Network, Settings, ToolPose, Unloading};
 
 /// How fast the tool presses, without a stop \[m/s\].
 pub const SPEED_M_PER_S: f64 = 0.05;
@@ -115,7 +115,7 @@ impl<'a> Player<'a> {
             body.pressed.iter().filter_map(|&node| model.cell_of_input(node as u32)).collect();
         held.sort_unstable();
         let mut engine = Engine::new(network, scheme, &held)?;
-        engine.tick(&ToolSample { position_m: [0.0; 3].into(), engaged: 1 });
+        engine.tick(&ToolPose::at([0.0; 3].into(), 1));
         let node = model.input_id().to_vec();
         Ok(Self { body, engine, node, ticks: 0, rolled_back: 0, times_us: Vec::new() })
     }
@@ -134,7 +134,7 @@ impl<'a> Player<'a> {
             let depth_m = f64::from(self.ticks.min(stop)) * SPEED_M_PER_S * TICK_S;
             let position_m = self.body.direction.map(|x| (depth_m * x) as f32).into();
             let begun = Instant::now();
-            let output = self.engine.tick(&ToolSample { position_m, engaged: 1 });
+            let output = self.engine.tick(&ToolPose::at(position_m, 1));
             self.times_us.push(1e6 * begun.elapsed().as_secs_f64());
             self.rolled_back += u32::from(output.flags.contains(kernel::Flags::ROLLED_BACK));
             let along = output.force_n.iter().zip(self.body.direction);

@@ -1,6 +1,6 @@
 //! The largest and the smallest floats, and what is no number at all.
 
-use chaincell_kernel::{COORDINATE_MAX, Flags, ToolSample};
+use chaincell_kernel::{COORDINATE_MAX, Flags, ToolPose};
 use nalgebra::Vector3;
 
 use crate::bodies::Body;
@@ -137,8 +137,8 @@ fn non_finite(scale: Scale, found: &mut Findings) -> Result<()> {
     each_engine(&body, |variant, engine| {
         refuses(found, variant, engine, &[f32::NAN, f32::INFINITY, f32::NEG_INFINITY])?;
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            let bad = ToolSample { position_m: Vector3::new(0.0, bad, 0.0), engaged: 1 };
-            let bad_touch = ToolSample { position_m: Vector3::zeros(), engaged: 7 };
+            let bad = ToolPose::at(Vector3::new(0.0, bad, 0.0), 1);
+            let bad_touch = ToolPose::at(Vector3::zeros(), 7);
             for bad in [bad, bad_touch] {
                 safe(found, variant, engine, &bad, depth_m);
             }
@@ -152,7 +152,7 @@ fn safe(
     found: &mut Findings,
     variant: Variant,
     engine: &mut Engine<'_>,
-    bad: &ToolSample,
+    bad: &ToolPose,
     depth_m: f32,
 ) {
     let mut check = |holds: bool, tick: u32, what: &str| {

@@ -1,0 +1,52 @@
+//! How many sweeps a tick makes.
+
+/// How far the sweeps of a tick go, at most as many as
+/// [`Settings::sweeps`](crate::Settings::sweeps) says.
+///
+/// The sweeps of a scheme that is not [`Dynamics::IS_ANYTIME`](crate::Dynamics::IS_ANYTIME) are the
+/// tissue's time: such a tick makes all of them, whatever the budget.
+pub enum Budget<'a> {
+    /// All sweeps of the settings.
+    All,
+    /// So many; 0 for a tick that is late, see [`Self::LATE`].
+    Sweeps(u16),
+    /// At least one, then as long as this says so: it is asked after each sweep but the last, and
+    /// told how many are done.
+    While(&'a mut dyn FnMut(u16) -> bool),
+}
+
+impl Budget<'_> {
+    /// No sweep, for poses that newer ones have overtaken: the tools move, by the step limit and the
+    /// energy limit as ever, and the level is charged. The answer repeats the force of the last tick
+    /// with [`Flags::LATE`](crate::Flags::LATE), 0 where the tool lets go. Bands stay as they are until
+    /// a tick with a sweep. A probe pushes out what it touches and lets go of nothing; it looks for
+    /// further cells where it has come an eighth of its radius further since it last did. Tools on a
+    /// contact surface stay where they are.
+    ///
+    /// Cost: the links of the contact cells, at most four times; for a probe that looks, one look at
+    /// each surface cell besides. Where the level is not known (positions were set, or bands changed)
+    /// there is one sweep.
+    pub const LATE: Self = Self::Sweeps(0);
+
+    /// That of a tick that made so many sweeps once; `None` for one with those of the settings.
+    #[must_use]
+    pub const fn again(sweeps: Option<u16>) -> Self {
+        match sweeps {
+            None => Self::All,
+            Some(sweeps) => Self::Sweeps(sweeps),
+        }
+    }
+
+    /// Whether a further sweep is wanted behind so many.
+    pub(super) fn goes_on(&mut self, done: u16) -> bool {
+        match self {
+            Self::All => true,
+            Self::Sweeps(sweeps) => done < *sweeps,
+            Self::While(more) => more(done),
+        }
+    }
+
+    pub(super) fn is_late(&self) -> bool {
+        matches!(self, Self::Sweeps(0))
+    }
+}
