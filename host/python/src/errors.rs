@@ -4,59 +4,51 @@ use chaincell_client::Kind;
 use chaincell_host::error::Error;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
-use pyo3::types::PyType;
 
-/// An exception of the package.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Class {
-    Base,
-    Argument,
-    Model,
-    Snapshot,
-    Pose,
-    Refused,
-    Session,
-    NoServer,
-    OtherVersion,
-    Taken,
-    Full,
-    NoPermission,
-    NoReply,
-    Closed,
+/// Defines `Class` and, of each of its members, the exception in Python that it stands for.
+macro_rules! classes {
+    ($($class:ident = $exception:ident),* $(,)?) => {
+        mod exceptions {
+            $(pyo3::import_exception!(chaincell.errors, $exception);)*
+        }
+
+        /// An exception of the package.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(crate) enum Class {
+            $($class,)*
+        }
+
+        impl Class {
+            /// The exception with this text. It is made in Python when it is raised there, so that a
+            /// thread that has outlived its interpreter asks for nothing.
+            pub(crate) fn error(self, text: impl ToString) -> PyErr {
+                let text = text.to_string();
+                match self {
+                    $(Self::$class => exceptions::$exception::new_err(text),)*
+                }
+            }
+        }
+    };
+}
+
+classes! {
+    Base = Error,
+    Argument = ArgumentError,
+    Model = ModelError,
+    Snapshot = SnapshotError,
+    Pose = PoseError,
+    Refused = Refused,
+    Session = SessionError,
+    NoServer = NoServer,
+    OtherVersion = OtherVersion,
+    Taken = Taken,
+    Full = Full,
+    NoPermission = NoPermission,
+    NoReply = NoReply,
+    Closed = Closed,
 }
 
 impl Class {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Base => "Error",
-            Self::Argument => "ArgumentError",
-            Self::Model => "ModelError",
-            Self::Snapshot => "SnapshotError",
-            Self::Pose => "PoseError",
-            Self::Refused => "Refused",
-            Self::Session => "SessionError",
-            Self::NoServer => "NoServer",
-            Self::OtherVersion => "OtherVersion",
-            Self::Taken => "Taken",
-            Self::Full => "Full",
-            Self::NoPermission => "NoPermission",
-            Self::NoReply => "NoReply",
-            Self::Closed => "Closed",
-        }
-    }
-
-    /// The exception with this text.
-    pub(crate) fn error(self, text: impl ToString) -> PyErr {
-        let text = text.to_string();
-        Python::attach(|py| {
-            let class = py.import("chaincell.errors").and_then(|of| of.getattr(self.name()));
-            match class.and_then(|class| Ok(class.cast_into::<PyType>()?)) {
-                Ok(class) => PyErr::from_type(class, text),
-                Err(why) => why,
-            }
-        })
-    }
-
     /// The exception for bad input that the host has refused.
     pub(crate) fn host(self, why: Error) -> PyErr {
         match why {

@@ -18,6 +18,12 @@ const SPAN_S_MAX: f64 = 3600.0;
 /// Stack of a thread that works aside, that of a main thread.
 const STACK_BYTES: usize = 8 << 20;
 
+/// The exception of a handler of Python's, for a thread that is not attached. None where the interpreter
+/// has ended: its threads go on until the process does.
+pub(crate) fn caught() -> PyResult<()> {
+    Python::try_attach(|py| py.check_signals()).unwrap_or(Ok(()))
+}
+
 /// Looks now and then for a signal that Python has caught, and keeps the exception that its handler
 /// raised.
 #[derive(Debug)]
@@ -32,7 +38,7 @@ impl Signals {
     pub(crate) fn stop(&self) -> bool {
         let mut state = self.0.borrow_mut();
         if state.1.is_none() && state.0.elapsed() >= LOOK {
-            state.1 = Python::attach(|py| py.check_signals()).err();
+            state.1 = caught().err();
             state.0 = Instant::now();
         }
         state.1.is_some()

@@ -7,7 +7,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use pyo3::prelude::*;
 
 use crate::errors::Class;
-use crate::signals::LOOK;
+use crate::signals::{LOOK, caught};
 
 /// A value that one thread has at a time. Ctrl-C ends the wait for it, and nobody waits for a turn that
 /// cannot come: that of the same thread, whose signal handler asks, and that of a thread which a fork has
@@ -83,7 +83,7 @@ impl<T> Turns<T> {
             };
             drop(owner);
             own.check(other)?;
-            Python::attach(|py| py.check_signals())?;
+            caught()?;
         }
     }
 }

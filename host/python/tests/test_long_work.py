@@ -159,6 +159,7 @@ os.waitpid(child, 0)
     [
         "",
         "threading.Thread(target=spin, daemon=True).start(); time.sleep(0.3)",
+        "[threading.Thread(target=spin, daemon=True).start() for _ in range(4)]; time.sleep(0.1)",
         "state = next(of for of in iter(lambda: session.state(1), 0) if of); kept = state.positions_m",
         "sys.modules['kept'] = session",
     ],
