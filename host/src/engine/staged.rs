@@ -245,8 +245,7 @@ impl Staged<'_> {
         let mut behind = *poses;
         for (pose, stage) in behind.each_mut().iter_mut().zip(&mut self.stages) {
             let engaged = if are_good { pose.engaged } else { u32::MAX };
-            let tool = stage.sample(&ToolPose::at(pose.position_m, engaged));
-            (pose.position_m, pose.engaged) = (tool.position_m, tool.engaged);
+            *pose = stage.sample(&ToolPose { engaged, ..*pose });
         }
         let is_bad = !behind.are_good();
         let output = self.engine.tick_by(behind.each(), budget);

@@ -6,7 +6,7 @@ use chaincell_kernel::{Flags, TickOutput};
 use crate::code::{Code, Refusal};
 use crate::memory;
 use crate::settings::chosen;
-use crate::tick::{KernelPose, Output, SAFE, ToolPose};
+use crate::tick::{KernelPose, Output, ToolPose, answer_to};
 
 /// Words of a `chaincell_stage`.
 pub const STAGE_WORDS: usize = 160;
@@ -256,17 +256,8 @@ unsafe fn give(
     output: *mut Output,
     work: impl FnOnce(&mut Stage) -> Result<TickOutput, Code>,
 ) -> Code {
-    if let Err(code) = memory::check(output) {
-        return code;
-    }
     // SAFETY: the caller's promises are handed on.
-    let (code, answer) = match unsafe { self::stage(stage) }.and_then(work) {
-        Ok(answer) => (Code::Ok, Output::of(&answer)),
-        Err(code) => (code, SAFE),
-    };
-    // SAFETY: checked above, and the caller says that it is storage.
-    unsafe { output.write(answer) };
-    code
+    unsafe { answer_to(output, || Ok(Output::of(&self::stage(stage).and_then(work)?))) }
 }
 
 /// What the device is given for what the tissue has answered to the tool of

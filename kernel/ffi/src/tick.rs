@@ -163,6 +163,26 @@ unsafe fn with_budget(
     })
 }
 
+/// Writes an answer; where there is none, force 0 in the safe state.
+///
+/// # Safety
+/// A pointer that passes [`memory::check`] is storage for an answer.
+pub(crate) unsafe fn answer_to(
+    output: *mut Output,
+    work: impl FnOnce() -> Result<Output, Code>,
+) -> Code {
+    if let Err(code) = memory::check(output) {
+        return code;
+    }
+    let (code, answer) = match work() {
+        Ok(answer) => (Code::Ok, answer),
+        Err(code) => (code, SAFE),
+    };
+    // SAFETY: checked above, and the caller says that it is storage.
+    unsafe { output.write(answer) };
+    code
+}
+
 /// # Safety
 /// As [`chaincell_tick`].
 unsafe fn tick(
@@ -216,17 +236,8 @@ pub unsafe extern "C" fn chaincell_tick(
     budget: *const Budget,
     output: *mut Output,
 ) -> Code {
-    if let Err(code) = memory::check(output) {
-        return code;
-    }
     // SAFETY: the caller's promises are handed on.
-    let (code, answer) = match unsafe { tick(tissue, (poses, count), budget) } {
-        Ok(answer) => (Code::Ok, answer),
-        Err(code) => (code, SAFE),
-    };
-    // SAFETY: the caller says that it is storage.
-    unsafe { output.write(answer) };
-    code
+    unsafe { answer_to(output, || tick(tissue, (poses, count), budget)) }
 }
 
 /// Output of a state in single precision.

@@ -47,13 +47,13 @@ impl<D: Dynamics> TissueMut<'_, D> {
     ) -> TickOutput {
         let is_late = D::IS_ANYTIME && budget.is_late() && !self.head.level.is_forgotten();
         let sample = self.joined(poses);
-        let is_good = sample.is_good();
+        let is_good = sample.is_some();
         let mut flags = Flags::default();
         let cells = network.model().cells();
         if self.head.model != Some(network.model().checksum()) {
             return self.safe(network, flags);
         }
-        let Some(sample) = self.head.accept(&sample, &mut flags) else {
+        let Some(sample) = self.head.accept(sample, &mut flags) else {
             return self.safe(network, flags);
         };
         let (Some(state), Some(residual), Some(own)) = (
@@ -125,11 +125,11 @@ impl<D: Dynamics> TissueMut<'_, D> {
 
 impl<D> Head<D> {
     /// The sample to act on; `None` where bad samples have gone on for too long.
-    fn accept(&mut self, sample: &ToolSample, flags: &mut Flags) -> Option<ToolSample> {
-        if sample.is_good() {
-            self.last_good = *sample;
+    fn accept(&mut self, sample: Option<ToolSample>, flags: &mut Flags) -> Option<ToolSample> {
+        if let Some(sample) = sample {
+            self.last_good = sample;
             self.bad_ticks = 0;
-            return Some(*sample);
+            return Some(sample);
         }
         flags.insert(Flags::BAD_SAMPLE);
         self.bad_ticks = self.bad_ticks.saturating_add(1);

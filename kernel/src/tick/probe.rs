@@ -25,8 +25,7 @@ fn is_free(model: &Model<'_>, cell: usize) -> bool {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The sphere follows the tool and pushes cells out. Not inlined: its frame is gone when the sweeps begin.
-    #[inline(never)]
+    /// The sphere follows the tool and pushes cells out.
     pub(super) fn touch(&mut self, sample: &ToolSample, radius: f32) {
         let model = self.network.model();
         let from = self.head.applied;

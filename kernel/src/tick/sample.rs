@@ -3,23 +3,16 @@
 use crate::number::kept::kept;
 use nalgebra::Vector3;
 
-/// What the tick keeps of its poses: where the first tool is, and whether one is engaged.
+/// What the tick keeps of good poses: where the first tool is, and whether one is engaged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ToolSample {
     /// In the frame of the input mesh \[m\].
     pub position_m: Vector3<f32>,
-    /// 1 while a tool holds or loads the body, else 0; any other number for a bad one.
+    /// 1 while a tool holds or loads the body, else 0.
     pub engaged: u32,
 }
 
 kept!(ToolSample { position_m: Vector3<f32>, engaged: u32 });
-
-impl ToolSample {
-    /// Whether the tick may act on the sample.
-    pub fn is_good(&self) -> bool {
-        self.engaged <= 1 && self.position_m.iter().all(|x| x.is_finite())
-    }
-}
 
 /// What one tick answers. It describes the state after the last update.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -29,9 +29,7 @@ impl Change {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them. Not inlined: its
-    /// frame is gone when the sweeps begin.
-    #[inline(never)]
+    /// The edges of `engaged`: the tool takes hold of its cells, or lets go of them.
     pub(super) fn hold_or_release(&mut self, sample: &ToolSample) {
         let engaged = sample.engaged == 1;
         if engaged && !self.head.engaged {
@@ -90,9 +88,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         to
     }
 
-    /// Moves the held cells, or the current, towards the tool, as far as the limits allow. Not inlined:
-    /// its frame is gone when the sweeps begin.
-    #[inline(never)]
+    /// Moves the held cells, or the current, towards the tool, as far as the limits allow.
     pub(super) fn follow(&mut self, sample: &ToolSample) {
         let from = self.head.applied;
         let to = self.step_towards(sample);

@@ -243,16 +243,15 @@ impl<D: Dynamics> TissueMut<'_, D> {
     }
 
     /// The sample that poses make together: the first one's place, engaged where one is or a tool
-    /// beyond them, bad where one is.
-    pub(super) fn joined(&self, poses: &[ToolPose]) -> ToolSample {
-        let position_m = poses.first().map_or_else(Vector3::zeros, |pose| pose.position_m);
-        let tools = self.touch.tools();
+    /// beyond them; `None` where one is bad, or there is none.
+    pub(super) fn joined(&self, poses: &[ToolPose]) -> Option<ToolSample> {
+        let (first, tools) = (poses.first()?, self.touch.tools());
+        if !poses.iter().all(ToolPose::is_good) {
+            return None;
+        }
         let stays = tools.iter().skip(poses.len()).any(|tool| tool.is_in);
         let moved = poses.get(..tools.len().max(1)).unwrap_or(poses);
-        let engaged = match !poses.is_empty() && poses.iter().all(ToolPose::is_good) {
-            true => u32::from(stays || moved.iter().any(|pose| pose.engaged == 1)),
-            false => u32::MAX,
-        };
-        ToolSample { position_m, engaged }
+        let engaged = u32::from(stays || moved.iter().any(|pose| pose.engaged == 1));
+        Some(ToolSample { position_m: first.position_m, engaged })
     }
 }

@@ -147,8 +147,7 @@ impl ToolState {
 }
 
 impl<D: Dynamics> Tick<'_, '_, D> {
-    /// The tools follow their poses. Not inlined: its frame is gone when the sweeps begin.
-    #[inline(never)]
+    /// The tools follow their poses.
     pub(super) fn press(&mut self, poses: &[ToolPose]) {
         if self.go(poses) {
             self.prepare();

@@ -1,13 +1,12 @@
 //! The ticks: one with sweeps for the newest pose, one without for a pose that newer ones have
 //! overtaken.
 
-use chaincell_kernel::{Flags, TickOutput};
+use chaincell_kernel::{Budget, Flags, TickOutput};
 
 use super::arrived::Arrived;
 use super::overload::{Behind, FAR};
 use super::{Run, ServeOptions};
 use crate::session::timing::clock::now_ns;
-use chaincell_kernel::Budget;
 
 impl Run<'_> {
     /// A tick of its own, with sweeps, for the newest pose or where the count is fixed.
