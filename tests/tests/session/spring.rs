@@ -149,6 +149,7 @@ pub fn assert_spring(run: &ControlRun, sent: &[ToolPose]) {
         assert_eq!((force.contacts, force.reserved), (0, 0));
     }
     let in_time = run.forces.iter().filter(|force| force.flags == 0).count();
+    assert!(in_time > 0, "none of {} in time", sent.len());
     if 2 * in_time <= sent.len() {
         println!(
             "SKIPPED most forces: the machine kept the server waiting, {in_time} were in time"

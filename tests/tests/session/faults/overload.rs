@@ -5,9 +5,6 @@ use chaincell_tests::{run, turn};
 
 use super::*;
 
-/// Share of ticks late without a tissue from which on a machine says nothing of the tissue.
-const BUSY: f64 = 0.02;
-
 /// Five seconds of `cosim` with sweeps stretched to so many pose periods.
 fn stretched(periods: &str) -> Ended {
     let place = place("stretched");
@@ -25,11 +22,7 @@ fn a_sweep_below_the_pose_period_is_a_force_in_time() {
             assert_eq!(count(&report, "ticks_answered"), sent, "{report}");
             assert_eq!(report["state_hash"], report["replay_state_hash"]);
             let (late, overloads) = (count(&report, "ticks_late"), count(&report, "overloads"));
-            let floor = report["verdict"]["floor_share"].as_f64().unwrap();
-            if floor > BUSY {
-                println!(
-                    "SKIPPED | {periods} | the machine alone is late in {floor} of the ticks |"
-                );
+            if is_busy(periods, &report) {
                 return Ok(());
             }
             let p99 = |name: &str| report[name]["p99"].as_u64().unwrap();

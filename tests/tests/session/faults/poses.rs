@@ -100,17 +100,18 @@ fn ten_times_as_fast_for_half_a_second() {
     let model = text(&place.model);
     let args = ["cosim", model, "--seconds", "5", "--inject", "rate:10000", "--json"];
     let args = [&args[..], &["--late-share", "off"]].concat();
-    let ended = run(args);
-    let report = ended.json();
-    // At 10 kHz the poses that wait for a server fill their queue within some tens of milliseconds.
-    if count(&report, "poses_missing") > 0 {
-        println!(
-            "SKIPPED | rate:10000 | the machine kept the server waiting, and poses were lost |"
-        );
-        return;
-    }
-    ended.with(0);
-    assert_eq!((count(&report, "ticks_answered"), count(&report, "poses_throttled")), (5000, 0));
+    one_of_a_few(|| {
+        let ended = run(&args);
+        let report = ended.json();
+        // At 10 kHz the poses that wait for a server fill their queue within some tens of milliseconds.
+        if count(&report, "poses_missing") > 0 {
+            return if is_busy("rate:10000", &report) { Ok(()) } else { Err(report.to_string()) };
+        }
+        ended.with(0);
+        let found = ["ticks_answered", "poses_throttled"].map(|name| count(&report, name));
+        assert_eq!(found, [5000, 0]);
+        Ok(())
+    });
 }
 
 #[test]
