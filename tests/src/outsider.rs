@@ -12,6 +12,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::publish_subscribe;
+use tools::{Forces, Poses};
 
 /// Longest wait for a service or a message.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -27,10 +28,8 @@ pub const LATE: u32 = 256;
 /// Flag: the tool counts as not engaged.
 pub const RELEASE_FIRST: u32 = 512;
 
-/// 24 bytes, as declared by the contract.
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.ToolPose.v1")]
-#[repr(C)]
+/// What a program with one tool says in a tick.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pose {
     /// Number of the tick.
     pub tick: u64,
@@ -40,10 +39,8 @@ pub struct Pose {
     pub engaged: u32,
 }
 
-/// 48 bytes, as declared by the contract.
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.ToolForce.v1")]
-#[repr(C)]
+/// What it looks at in an answer: the tick, and tool 0.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Force {
     /// Number of the tick.
     pub tick: u64,
@@ -57,10 +54,24 @@ pub struct Force {
     pub flags: u32,
     /// Time of the tick \[ns\].
     pub step_ns: u32,
-    /// Zero.
-    pub reserved: u32,
     /// Hash after the tick.
     pub state_hash: u64,
+}
+
+impl From<Forces> for Force {
+    fn from(forces: Forces) -> Self {
+        let tool = forces.each.into_iter().take(forces.tools as usize).find(|of| of.number == 0);
+        let tool = tool.unwrap_or_default();
+        Self {
+            tick: forces.tick,
+            force_n: tool.force_n,
+            energy_j: forces.energy_j,
+            contacts: tool.contacts,
+            flags: forces.flags,
+            step_ns: forces.step_ns,
+            state_hash: forces.state_hash,
+        }
+    }
 }
 
 /// A row of a state: 16 bytes.
@@ -74,9 +85,9 @@ pub struct Row {
     pub position_m: [f32; 3],
 }
 
-/// What a state belongs to: 32 bytes.
+/// What a state belongs to: 40 bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.State.v1")]
+#[type_name("chaincell.State.v2")]
 #[repr(C)]
 pub struct Stamp {
     /// Number of the last answered tick.
@@ -89,6 +100,10 @@ pub struct Stamp {
     pub nodes: u32,
     /// Flags of the last answer.
     pub flags: u32,
+    /// Checksum of the model.
+    pub model_checksum: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// A command: 16 bytes.
@@ -190,20 +205,20 @@ impl Commander {
     }
 }
 
-/// The pose as another release might declare it.
+/// The poses as another release might declare them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.ToolPose.v2")]
+#[type_name("chaincell.ToolPoses.v3")]
 #[repr(C)]
-pub struct PoseOfAnotherRelease {
+pub struct PosesOfAnotherRelease {
     /// Tool position \[m\].
     pub position_m: [f64; 3],
 }
 
-/// The pose under its own name in another layout.
+/// The poses under their own name in another layout.
 #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
-#[type_name("chaincell.ToolPose.v1")]
+#[type_name("chaincell.ToolPoses.v2")]
 #[repr(C)]
-pub struct OtherPose {
+pub struct OtherPoses {
     /// Number of the tick.
     pub tick: u64,
     /// Tool position \[m\].
@@ -263,8 +278,8 @@ fn service(scene: &str, topic: &str) -> ServiceName {
 #[derive(Debug)]
 pub struct Outsider {
     // Ports before their node: fields are dropped in this order.
-    publisher: Option<Publisher<ipc::Service, Pose, ()>>,
-    subscriber: Subscriber<ipc::Service, Force, ()>,
+    publisher: Option<Publisher<ipc::Service, Poses, ()>>,
+    subscriber: Subscriber<ipc::Service, Forces, ()>,
     _node: Node<ipc::Service>,
 }
 
@@ -276,22 +291,23 @@ impl Outsider {
     pub fn join(scene: &str, sends: bool) -> Self {
         let node = node();
         let name = |topic: &str| service(scene, topic);
-        let force = eventually(|| {
-            node.service_builder(&name("force")).publish_subscribe::<Force>().open().ok()
+        let forces = eventually(|| {
+            node.service_builder(&name("forces")).publish_subscribe::<Forces>().open().ok()
         });
-        let subscriber = force.subscriber_builder().create().unwrap();
+        let subscriber = forces.subscriber_builder().create().unwrap();
         let publisher = sends.then(|| {
-            let pose = eventually(|| {
-                node.service_builder(&name("pose")).publish_subscribe::<Pose>().open().ok()
+            let tools = eventually(|| {
+                node.service_builder(&name("tools")).publish_subscribe::<Poses>().open().ok()
             });
-            pose.publisher_builder().create().unwrap()
+            tools.publisher_builder().create().unwrap()
         });
         Self { publisher, subscriber, _node: node }
     }
 
     /// Sends one pose.
     pub fn send(&self, pose: Pose) {
-        self.publisher.as_ref().unwrap().send_copy(pose).unwrap();
+        let message = Poses::of(pose.tick, pose.position_m, pose.engaged);
+        self.publisher.as_ref().unwrap().send_copy(message).unwrap();
     }
 
     /// The next answer.
@@ -315,7 +331,7 @@ impl Outsider {
     /// An answer that has arrived.
     #[must_use]
     pub fn try_receive(&self) -> Option<Force> {
-        self.subscriber.receive().unwrap().map(|sample| *sample)
+        self.subscriber.receive().unwrap().map(|sample| Force::from(*sample))
     }
 }
 

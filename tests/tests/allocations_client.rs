@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_client::{Client, Options, Outcome, Pose};
+use chaincell_client::{Client, Options, Outcome, ToolPose};
 use chaincell_tests::allocations::{Counting, so_far};
 use chaincell_tests::place::Place;
 
@@ -34,7 +34,7 @@ fn a_step_allocates_for_its_message_and_nothing_else() {
     let mut client = Client::open(&Options { scene, ..Options::default() }).unwrap();
     let mut steps = |count: u64| {
         for tick in 0..count {
-            let pose = Pose::at([0.0, 0.0, -1e-5 * tick as f32], tick > 0);
+            let pose = ToolPose::at([0.0, 0.0, -1e-5 * tick as f32].into(), u32::from(tick > 0));
             assert_eq!(client.step(&[pose], WAIT_NS).unwrap().0, Outcome::Answered);
         }
     };

@@ -5,18 +5,18 @@
 use std::time::{Duration, Instant};
 
 use chaincell_host::bake::ImageBytes;
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::tissue::{Node, TissueEngine};
 use chaincell_host::files::recording::{Recording, TraceFile};
 use chaincell_host::session::ipc::contacts::ContactReader;
 use chaincell_host::session::ipc::names::unique_scene;
-use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::services::{Domain, SceneServices};
 use chaincell_host::session::ipc::state::StateReader;
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server};
 use chaincell_kernel::trace::Header;
-use chaincell_kernel::{ContactForce, TickOutput, ToolPose as OneTool};
+use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 use chaincell_kernel::{Model, Network, Settings, Track};
 use chaincell_tests::allocations::{Counting, so_far};
 
@@ -61,7 +61,7 @@ impl Counter {
 }
 
 impl TissueEngine for Counter {
-    fn tick(&mut self, _sample: &OneTool) -> TickOutput {
+    fn tick_by(&mut self, _poses: &[ToolPose], _budget: Budget<'_>) -> TickOutput {
         self.ticks += 1;
         let now = so_far();
         if self.ticks == WARM_UP_TICKS {
@@ -175,9 +175,8 @@ fn served(viewed: Viewed) -> Counter {
         SceneServices::open(control_options.scene.as_deref(), &control_options.domain).unwrap();
     let states = (viewed == Viewed::States).then(|| StateReader::open(&scene).unwrap());
     let contacts = (viewed == Viewed::Contacts).then(|| ContactReader::open(&scene).unwrap());
-    let poses: Vec<ToolPose> = (0..WARM_UP_TICKS + COUNTED_TICKS)
-        .map(|tick| ToolPose { tick, ..ToolPose::default() })
-        .collect();
+    let poses: Vec<Pose> =
+        (0..WARM_UP_TICKS + COUNTED_TICKS).map(|tick| Pose { tick, ..Pose::default() }).collect();
     control(&poses, &control_options).unwrap();
     let counter = server.join().unwrap();
     drop((states, contacts));

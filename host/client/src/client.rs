@@ -1,5 +1,6 @@
 //! The client: one handle on a scene, as its controller or as a viewer.
 
+use chaincell_kernel::ToolPose;
 use chaincell_kernel::trace::Command;
 use iceoryx2::port::update_connections::UpdateConnections;
 
@@ -9,7 +10,7 @@ use crate::contacts::{Contact, ContactReader};
 use crate::error::{Error, Kind, Result};
 use crate::hearing::{Answer, Hearing};
 use crate::payload::{CommandMessage, NodePosition, ReplyMessage};
-use crate::pose::{self, Pose};
+use crate::pose;
 use crate::services::{Domain, Ports, QUEUE_MESSAGES, SceneServices};
 use crate::state::StateReader;
 use crate::tools::{ToolForces, ToolPoses};
@@ -125,7 +126,7 @@ impl Client {
             SceneServices::open_unless(options.scene.as_deref(), &options.domain, &mut stop)?;
         let ports = match options.role {
             Role::Viewer => None,
-            Role::Controller => Some(scene.tools_control_ports(options.wait == Wait::Event)?),
+            Role::Controller => Some(scene.control_ports(options.wait == Wait::Event)?),
         };
         wait_for_server(&scene, options.server_wait_ns, stop)?;
         let control = ports.map(|ports| Control::new(ports, options)).transpose()?;
@@ -137,7 +138,7 @@ impl Client {
     ///
     /// # Errors
     /// What is no pose, and nothing was sent; a viewer.
-    pub fn step(&mut self, poses: &[Pose], wait_ns: u64) -> Result<(Outcome, Answer)> {
+    pub fn step(&mut self, poses: &[ToolPose], wait_ns: u64) -> Result<(Outcome, Answer)> {
         let control = self.control()?;
         let tick = control.send(poses)?;
         Ok(control.receive(Some(tick), wait_ns))
@@ -148,7 +149,7 @@ impl Client {
     ///
     /// # Errors
     /// What is no pose, and nothing was sent; a viewer.
-    pub fn send(&mut self, poses: &[Pose]) -> Result<u64> {
+    pub fn send(&mut self, poses: &[ToolPose]) -> Result<u64> {
         self.control()?.send(poses)
     }
 
@@ -184,7 +185,7 @@ impl Client {
     /// starts.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        self.scene.serves_tools()
+        self.scene.is_served()
     }
 
     /// Times without an answer for the time of the watchdog, answers to somebody else, and the largest
@@ -294,7 +295,7 @@ impl Control {
         &mut self.sent_ns[tick as usize % QUEUE_MESSAGES]
     }
 
-    fn send(&mut self, poses: &[Pose]) -> Result<u64> {
+    fn send(&mut self, poses: &[ToolPose]) -> Result<u64> {
         let (tick, send_ns) = (self.tick + 1, now_ns());
         let message = pose::message(tick, send_ns, poses)?;
         self.ports.publisher.send_copy(message).map_err(|why| {
@@ -367,7 +368,7 @@ fn wait_for_server(
     mut stop: impl FnMut() -> bool,
 ) -> Result<()> {
     let end_ns = now_ns().saturating_add(at_most_ns.min(WAIT_NS_MAX));
-    while !scene.serves_tools() {
+    while !scene.is_served() {
         if stop() {
             return Err(Error::new(Kind::Stopped, "asked to stop before a server came"));
         }

@@ -8,7 +8,7 @@
 //! - [`names`], [`services`]: scenes and the services of one, who may connect.
 //! - [`viewed`], [`state`], [`contacts`], [`command`]: what is beside the loop.
 //! - [`ramp`], [`shaper`], [`wait`]: what is shown of a force, and how to wait for it.
-//! - [`Pose`], [`Answer`], [`Client`]: what most programs need.
+//! - [`ToolPose`], [`Answer`], [`Client`]: what most programs need.
 
 mod client;
 pub mod clock;
@@ -34,9 +34,8 @@ pub mod tools;
 pub mod viewed;
 pub mod wait;
 
-pub use chaincell_kernel::Flags;
 pub use chaincell_kernel::trace::Command;
+pub use chaincell_kernel::{Flags, ToolPose};
 pub use client::{Client, MS_MAX, Options, Outcome, Role};
 pub use error::{Error, Kind, Result};
 pub use hearing::{Answer, Felt, Notes};
-pub use pose::Pose;

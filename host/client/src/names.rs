@@ -13,18 +13,14 @@ pub type Ipc = ipc_threadsafe::Service;
 pub const SCENE_BYTES_MAX: usize = 64;
 
 /// The last parts of service names, which therefore can't name a scene.
-const RESERVED: [&str; 7] = ["state", "contacts", "command", "pose", "force", "tools", "forces"];
+const RESERVED: [&str; 5] = ["state", "contacts", "command", "tools", "forces"];
 
 /// The services of one scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneNames {
     /// Poses from the controller to the tissue, and the event that announces them.
-    pub pose: ServiceName,
-    /// Answers from the tissue to the controller, and the event that announces them.
-    pub force: ServiceName,
-    /// Poses of version 2.
     pub tools: ServiceName,
-    /// Answers of version 2.
+    /// Answers from the tissue to the controller, and the event that announces them.
     pub forces: ServiceName,
     /// States for viewers.
     pub state: ServiceName,
@@ -47,8 +43,6 @@ impl SceneNames {
             }
         };
         Ok(Self {
-            pose: service(&format!("{prefix}/pose"), scene)?,
-            force: service(&format!("{prefix}/force"), scene)?,
             tools: service(&format!("{prefix}/tools"), scene)?,
             forces: service(&format!("{prefix}/forces"), scene)?,
             state: service(&format!("{prefix}/state"), scene)?,
@@ -62,8 +56,8 @@ impl SceneNames {
 impl SceneNames {
     /// The names of all services.
     pub(crate) fn services(&self) -> Vec<String> {
-        let Self { pose, force, tools, forces, state, contacts, command, .. } = self;
-        let all = [pose, force, tools, forces, state, contacts, command];
+        let Self { tools, forces, state, contacts, command, .. } = self;
+        let all = [tools, forces, state, contacts, command];
         all.map(|name| name.as_str().to_owned()).into()
     }
 }
@@ -116,13 +110,9 @@ mod tests {
     #[test]
     fn services_carry_the_scene() {
         let unnamed = SceneNames::new(None).unwrap();
-        assert_eq!(unnamed.pose.as_str(), "chaincell/pose");
-        assert_eq!(unnamed.force.as_str(), "chaincell/force");
         assert_eq!(unnamed.tools.as_str(), "chaincell/tools");
         assert_eq!(unnamed.forces.as_str(), "chaincell/forces");
         let named = SceneNames::new(Some("left-hand")).unwrap();
-        assert_eq!(named.pose.as_str(), "chaincell/left-hand/pose");
-        assert_eq!(named.force.as_str(), "chaincell/left-hand/force");
         assert_eq!(named.tools.as_str(), "chaincell/left-hand/tools");
         assert_eq!(named.forces.as_str(), "chaincell/left-hand/forces");
         assert_eq!(named.state.as_str(), "chaincell/left-hand/state");
@@ -141,7 +131,7 @@ mod tests {
     #[test]
     fn refusals_name_the_option_and_the_remedy() {
         let long = "x".repeat(SCENE_BYTES_MAX + 1);
-        let reserved = ["pose", "force", "tools", "forces", "state", "contacts", "command"];
+        let reserved = ["tools", "forces", "state", "contacts", "command"];
         let bad = ["", &long, "a/b", "a\\b", "a\nb", "a b", "käfer"];
         for name in bad.into_iter().chain(reserved) {
             let error = SceneNames::new(Some(name)).unwrap_err();

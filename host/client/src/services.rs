@@ -48,7 +48,6 @@ pub use crate::names::Ipc;
 use crate::names::SceneNames;
 use crate::opening::Opening;
 use crate::owner;
-use crate::payload::{TOOL_FORCE, TOOL_POSE, ToolForce, ToolPose};
 use crate::tools::{TOOL_FORCES, TOOL_POSES, ToolForces, ToolPoses};
 
 /// Longest wait for another process that is clearing up after a killed one.
@@ -73,17 +72,13 @@ pub struct SceneServices {
     /// Service of commands.
     pub command_name: ServiceName,
     /// Poses, from the controller to the tissue.
-    pub pose: Topic<ToolPose>,
-    /// Answers, from the tissue to the controller.
-    pub force: Topic<ToolForce>,
-    /// Poses of version 2.
     pub tools: Topic<ToolPoses>,
-    /// Answers of version 2.
+    /// Answers, from the tissue to the controller.
     pub forces: Topic<ToolForces>,
-    /// Announces poses of both versions.
-    pose_wake: event::PortFactory<Ipc>,
-    /// Announces answers of both versions.
-    force_wake: event::PortFactory<Ipc>,
+    /// Announces poses.
+    tools_wake: event::PortFactory<Ipc>,
+    /// Announces answers.
+    forces_wake: event::PortFactory<Ipc>,
 }
 
 /// The ports of one side: it reads `In` and writes `Out`.
@@ -175,12 +170,10 @@ impl SceneServices {
             })?;
         node.blocking_cleanup_dead_nodes(CLEAR_UP_LIMIT);
         Ok(Self {
-            pose: topic(&node, &names.pose, TOOL_POSE)?,
-            force: topic(&node, &names.force, TOOL_FORCE)?,
             tools: topic(&node, &names.tools, TOOL_POSES)?,
             forces: topic(&node, &names.forces, TOOL_FORCES)?,
-            pose_wake: wake_topic(&node, &names.pose)?,
-            force_wake: wake_topic(&node, &names.force)?,
+            tools_wake: wake_topic(&node, &names.tools)?,
+            forces_wake: wake_topic(&node, &names.forces)?,
             state_name: names.state,
             contacts_name: names.contacts,
             command_name: names.command,
@@ -204,47 +197,30 @@ impl SceneServices {
         self.opening.within(|| false, move || open(&node))
     }
 
-    /// Ports of the controller's side; refused while another `control` is alive on the scene.
-    pub fn control_ports(&self, woken: bool) -> Result<Ports<ToolForce, ToolPose>> {
-        self.controlling(&self.force, &self.pose, woken)
-    }
-
-    /// The same for version 2.
-    pub fn tools_control_ports(&self, woken: bool) -> Result<Ports<ToolForces, ToolPoses>> {
-        self.controlling(&self.forces, &self.tools, woken)
-    }
-
     /// What wakes the readers of answers, and what poses wake.
     ///
     /// # Errors
     /// All places are taken.
     pub fn server_bells(&self, woken: bool) -> Result<(Ring, Wake)> {
-        Ok((ring(&self.force_wake)?, wake(&self.pose_wake, woken)?))
+        Ok((ring(&self.forces_wake)?, wake(&self.tools_wake, woken)?))
     }
 
-    fn controlling<In, Out>(
-        &self,
-        answers: &Topic<In>,
-        poses: &Topic<Out>,
-        woken: bool,
-    ) -> Result<Ports<In, Out>>
-    where
-        In: ZeroCopySend + Debug + 'static,
-        Out: ZeroCopySend + Debug + 'static,
-    {
-        self.refuse_second(&self.pose, CONTROL_PORT, None, "control")?;
+    /// Ports of the controller's side; refused while another `control` is alive on the scene.
+    ///
+    /// # Errors
+    /// Another controller; no places, or too little memory.
+    pub fn control_ports(&self, woken: bool) -> Result<Ports<ToolForces, ToolPoses>> {
         self.refuse_second(&self.tools, CONTROL_PORT, None, "control")?;
-        let messages = (QUEUE_MESSAGES * SUBSCRIBERS_MAX * size_of::<Out>()) as u64;
+        let messages = (QUEUE_MESSAGES * SUBSCRIBERS_MAX * size_of::<ToolPoses>()) as u64;
         memory::check("a controller", messages + memory::JOIN_BYTES)?;
         let ports = Ports {
-            subscriber: subscriber(answers, CONTROL_PORT)?,
-            publisher: self.publisher(poses, CONTROL_PORT, "control")?,
-            ring: ring(&self.pose_wake)?,
-            wake: wake(&self.force_wake, woken)?,
+            subscriber: subscriber(&self.forces, CONTROL_PORT)?,
+            publisher: self.publisher(&self.tools, CONTROL_PORT, "control")?,
+            ring: ring(&self.tools_wake)?,
+            wake: wake(&self.forces_wake, woken)?,
         };
-        let own = Some(ports.publisher.id());
-        self.refuse_second(&self.pose, CONTROL_PORT, own, "control")?;
-        self.refuse_second(&self.tools, CONTROL_PORT, own, "control")?;
+        // Two that started at once see each other now.
+        self.refuse_second(&self.tools, CONTROL_PORT, Some(ports.publisher.id()), "control")?;
         self.take_memory()?;
         Ok(ports)
     }
@@ -274,30 +250,24 @@ impl SceneServices {
         memory::take(&self.node.config().global.prefix.to_string())
     }
 
-    /// Whether somebody reads poses of version 1 and somebody writes answers to them.
+    /// Whether somebody reads poses and writes answers to them.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        answers(&self.pose, &self.force)
+        self.tools.dynamic_config().number_of_subscribers() > 0
+            && self.forces.dynamic_config().number_of_publishers() > 0
     }
 
-    /// The same for version 2: a server takes up one after the other.
-    #[must_use]
-    pub fn serves_tools(&self) -> bool {
-        answers(&self.tools, &self.forces)
-    }
-
-    /// Whether a program beside this controller could publish poses: a bridge, or another
+    /// Whether a program besides this controller could publish poses: a bridge, or another
     /// controller.
     #[must_use]
     pub fn has_other_pose_publisher(&self) -> bool {
-        let of_pose = self.pose.dynamic_config().number_of_publishers();
-        of_pose + self.tools.dynamic_config().number_of_publishers() > 1
+        self.tools.dynamic_config().number_of_publishers() > 1
     }
 
-    /// Number of ports on the services of poses and answers of both versions, ours included.
+    /// Number of ports on the services of poses and answers, ours included.
     #[must_use]
     pub fn ports_count(&self) -> usize {
-        ports(&self.pose) + ports(&self.force) + ports(&self.tools) + ports(&self.forces)
+        ports(&self.tools) + ports(&self.forces)
     }
 
     /// What a message calls the scene.
@@ -306,10 +276,10 @@ impl SceneServices {
         &self.opening.label
     }
 
-    /// The node behind a publisher of poses of either version that is still registered.
+    /// The node of a publisher of poses that is still registered.
     #[must_use]
     pub fn pose_publisher_node(&self, id: UniquePublisherId) -> Option<UniqueNodeId> {
-        publisher_node(&self.pose, id).or_else(|| publisher_node(&self.tools, id))
+        publisher_node(&self.tools, id)
     }
 
     /// Whether a node's process is alive. Looks at files: not for every tick.
@@ -407,15 +377,6 @@ fn topic<Payload: ZeroCopySend + Debug + Copy>(
             foreign::refusal::<Payload>(node.config(), name, type_name)
                 .unwrap_or_else(|| service_error(name, why))
         })
-}
-
-fn answers<In, Out>(poses: &Topic<In>, forces: &Topic<Out>) -> bool
-where
-    In: ZeroCopySend + Debug + 'static,
-    Out: ZeroCopySend + Debug + 'static,
-{
-    poses.dynamic_config().number_of_subscribers() > 0
-        && forces.dynamic_config().number_of_publishers() > 0
 }
 
 fn ports<Payload: ZeroCopySend + Debug>(topic: &Topic<Payload>) -> usize {

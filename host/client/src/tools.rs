@@ -1,5 +1,5 @@
-//! Version 2 of poses and answers: several tools with an orientation in one message, little-endian,
-//! byte for byte as other programs declare it.
+//! Poses and answers of all tools in one message, little-endian, byte for byte as other programs declare
+//! them.
 
 use std::mem::{offset_of, size_of};
 

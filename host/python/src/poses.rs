@@ -1,8 +1,7 @@
 //! Poses in: of one tool or of several, in a tick or in all ticks of a run.
 
-use chaincell_client::Pose;
 use chaincell_client::tools::TOOLS_MAX;
-use chaincell_host::engine::tools::{Poses, is_unit};
+use chaincell_host::engine::tools::is_unit;
 use chaincell_kernel::ToolPose;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -30,7 +29,7 @@ pub(crate) enum Engaged<'py> {
 /// The poses of a tick, tool 0 first.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tick {
-    pub(crate) poses: Vec<Pose>,
+    pub(crate) poses: Vec<ToolPose>,
     /// Whether the tick was given several tools, be it one of them.
     pub(crate) is_several: bool,
 }
@@ -39,7 +38,7 @@ impl Tick {
     /// Of a pose, or an array of them, and whether each is engaged.
     pub(crate) fn of(pose: &Bound<'_, PyAny>, engaged: &Engaged<'_>) -> PyResult<Self> {
         if let (Some(position_m), &Engaged::All(engaged)) = (plain(pose), engaged) {
-            let poses = vec![checked(Pose::at(position_m, engaged), &|| "the pose".into())?];
+            let poses = vec![checked(ToolPose::at(position_m.into(), engaged.into()), &|| "the pose".into())?];
             return Ok(Self { poses, is_several: false });
         }
         let given = parts(pose)?;
@@ -93,25 +92,6 @@ impl Tick {
         };
         of_tick.enumerate().map(tick).collect()
     }
-
-    /// The first tool's sample.
-    pub(crate) fn sample(&self) -> ToolPose {
-        let pose = self.poses.first().copied().unwrap_or(Pose::AWAY);
-        ToolPose::at(pose.position_m.into(), pose.engaged.into())
-    }
-
-    /// The poses of so many tools: those that were not given are not engaged.
-    pub(crate) fn of_tools(&self, count: usize) -> Poses {
-        let mut all = Poses::away(count);
-        for (place, pose) in all.each_mut().iter_mut().zip(&self.poses) {
-            *place = ToolPose {
-                position_m: pose.position_m.into(),
-                orientation: pose.orientation,
-                engaged: pose.engaged.into(),
-            };
-        }
-        all
-    }
 }
 
 /// The place of a usual pose: three numbers of Python in a list or a tuple, or an array of three floats.
@@ -159,24 +139,24 @@ fn parts(pose: &Bound<'_, PyAny>) -> PyResult<Values<f64>> {
 }
 
 /// Of 3 numbers or 7.
-fn pose_of(numbers: &[f64], engaged: bool) -> Pose {
+fn pose_of(numbers: &[f64], engaged: bool) -> ToolPose {
     let at = |index: usize| numbers.get(index).map(|x| *x as f32);
     let place = [0, 1, 2].map(|axis| at(axis).unwrap_or(f32::NAN));
-    let none = Pose::at(place, engaged);
+    let none = ToolPose::at(place.into(), engaged.into());
     let [x, y, z, w] = none.orientation;
-    Pose {
+    ToolPose {
         orientation: [(3, x), (4, y), (5, z), (6, w)].map(|(i, of)| at(i).unwrap_or(of)),
         ..none
     }
 }
 
 /// A pose, or why it is none.
-fn checked(pose: Pose, name: &dyn Fn() -> String) -> PyResult<Pose> {
+fn checked(pose: ToolPose, name: &dyn Fn() -> String) -> PyResult<ToolPose> {
     if !pose.position_m.iter().all(|x| x.is_finite()) {
         let text = format!(
             "{}: its position {:?} is not finite; give three numbers in metres",
             name(),
-            pose.position_m
+            <[f32; 3]>::from(pose.position_m)
         );
         return Err(Class::Pose.error(text));
     }

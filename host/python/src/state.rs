@@ -96,6 +96,12 @@ impl State {
         format!("{:016x}", self.header.state_hash)
     }
 
+    /// Checksum of the server's model, 8 hexadecimal digits, as [`Model`](crate::model::Model) has it.
+    #[getter]
+    fn model_checksum(&self) -> String {
+        format!("{:08x}", self.header.model_checksum)
+    }
+
     /// Flags of the last answer.
     #[getter]
     fn flags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

@@ -90,13 +90,12 @@ impl Live {
         let number = self.ticks;
         self.with(|staged| {
             let tools = staged.tools();
+            let of = staged.tick_by(&tick.poses, Budget::again(sweeps));
             if tools == 0 {
-                let of = staged.tick_by(&tick.sample(), Budget::again(sweeps));
                 let (force_n, contacts) = (of.force_n.into(), of.contacts);
                 let felt = Felt { force_n, torque_n_m: [0.0; 3], contacts, flags: of.flags };
                 return Output { of, felt: vec![felt], is_several: false, tick: number };
             }
-            let of = staged.tick_tools(&tick.of_tools(tools), Budget::again(sweeps));
             let felt = (0..tools).map(|tool| staged.felt(tool)).collect();
             Output { of, felt, is_several: tools > 1 || tick.is_several, tick: number }
         })

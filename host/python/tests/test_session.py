@@ -144,6 +144,7 @@ def test_states_are_views_that_outlive_their_session(serve: Serve, plane: Model)
         if state is not None and state.tick == 30:
             break
     assert state is not None and state.state_hash == offline.state_hash and len(state) == 81
+    assert state.model_checksum == plane.checksum
     positions, ids = state.positions_m, state.node_ids
     for array in (positions, ids):
         assert array.base is state and not array.flags.writeable and not array.flags.owndata

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use chaincell_kernel::ToolPose as OneTool;
+use chaincell_kernel::ToolPose;
 use serde::Serialize;
 
 use super::inject::{InjectArgs, tell_injected};
@@ -17,7 +17,6 @@ use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::files::path::Rules;
 use crate::files::tools_path::{self, Paths};
-use crate::session::ipc::payload::ToolPose;
 use crate::session::loops::control::{ControlOptions, ControlReport, control_tools};
 use crate::terminal;
 use crate::words::counted;
@@ -70,7 +69,7 @@ pub struct Args {
 }
 
 impl Args {
-    fn poses(&self) -> Result<(Vec<Pose>, Vec<OneTool>)> {
+    fn poses(&self) -> Result<(Vec<Pose>, Vec<ToolPose>)> {
         match (&self.path, &self.contact) {
             (Some(_), Some(contact)) => Err(Error::input(format!(
                 "--contact {contact}: it is for the press on a --model, and --path moves the tool itself: \
@@ -98,11 +97,11 @@ impl Args {
 /// A server takes poses as not engaged until the tool was released once: where the first row, or one of
 /// a tool in the first tick, is engaged, one that is not goes ahead of it, numbered one below. Where
 /// there is no number below, all others count one more.
-fn released_first(paths: Paths) -> (Vec<Pose>, Vec<OneTool>) {
+fn released_first(paths: Paths) -> (Vec<Pose>, Vec<ToolPose>) {
     let count = paths.tools;
     let (mut poses, mut tools) = paths.concat();
-    let ahead: Vec<OneTool> =
-        tools.iter().take(count).map(|&tool| OneTool { engaged: 0, ..tool }).collect();
+    let ahead: Vec<ToolPose> =
+        tools.iter().take(count).map(|&tool| ToolPose { engaged: 0, ..tool }).collect();
     let Some(&first) = poses.first() else { return (poses, tools) };
     if first.engaged == 0 && tools.iter().take(count).all(|tool| tool.engaged == 0) {
         return (poses, tools);
@@ -124,7 +123,6 @@ pub fn execute(args: &Args) -> Result<()> {
         ));
     }
     let (poses, tools) = args.poses()?;
-    let poses: Vec<ToolPose> = poses.into_iter().map(ToolPose::from).collect();
     let options = ControlOptions {
         scene: args.common.scene.clone(),
         wait: args.common.wait,

@@ -280,7 +280,6 @@ pub fn play(
         poses_repeated: 0,
     };
     let progress = terminal::progress(poses as u64, "run");
-    let mut tools = Poses::away(tissue.tools());
     'session: for (sequence, poses) in paths.poses.iter().enumerate() {
         let mut order = TickOrder::default();
         for (at, pose) in poses.iter().enumerate() {
@@ -292,8 +291,8 @@ pub fn play(
                 played.poses_repeated += 1;
                 continue;
             }
-            tools = match paths.each(sequence, at) {
-                [] => tools.with_first_alone(&ToolPose::from(*pose)),
+            let tools = match paths.each(sequence, at) {
+                [] => Poses::of_tools(tissue.tools(), &[ToolPose::from(*pose)]),
                 each => Poses::of(each),
             };
             let output = played.tick(tissue, pose, &tools);
@@ -314,10 +313,8 @@ impl Played {
     fn tick(&mut self, tissue: &mut Staged<'_>, pose: &Pose, tools: &Poses) -> TickOutput {
         let sample = ToolPose::from(*pose);
         let start = Instant::now();
-        let output = match tools.each() {
-            [] => tissue.tick_by(&sample, Budget::again(pose.sweeps)),
-            _ => tissue.tick_tools(tools, Budget::again(pose.sweeps)),
-        };
+        let poses = if tools.each().is_empty() { &[sample] } else { tools.each() };
+        let output = tissue.tick_by(poses, Budget::again(pose.sweeps));
         let span = start.elapsed();
         self.step.record(u64::try_from(span.as_nanos()).unwrap_or(u64::MAX));
         self.flag_ticks.add(output.flags);

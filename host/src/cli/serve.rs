@@ -28,7 +28,7 @@ use crate::files::snapshot::{self, SessionSnapshot};
 use crate::files::whole::write_whole;
 use crate::files::{path, tools_path};
 use crate::input;
-use crate::session::ipc::payload::ToolForce;
+use crate::session::ipc::tools::TickForce;
 use crate::session::loops::inject::Faults;
 use crate::session::loops::record::{Recorder, Row};
 use crate::session::loops::serve::{
@@ -257,12 +257,12 @@ fn recorded(
 fn write_poses(folder: &Folder, recorder: &Recorder, tools: usize) -> Result<()> {
     let rows = recorder.rows();
     if tools == 0 {
-        let received = rows.iter().map(|row| Pose { sweeps: row.sweeps, ..row.pose.into() });
+        let received = rows.iter().map(|row| row.pose);
         return folder.write("path.csv", path::to_text(received).as_bytes());
     }
     let poses: Vec<ToolPose> = recorder.tool_rows().iter().map(|row| row.pose).collect();
     let each = rows.iter().zip(poses.chunks_exact(tools));
-    let received = each.map(|(row, poses)| (row.pose.tick, row.sweeps, poses));
+    let received = each.map(|(row, poses)| (row.pose.tick, row.pose.sweeps, poses));
     folder.write("path.csv", tools_path::to_text(received).as_bytes())?;
     let mut felt = ToolRows::default();
     for (row, of_tick) in rows.iter().zip(recorder.tool_rows().chunks_exact(tools)) {
@@ -341,7 +341,7 @@ fn tell_unrecorded(report: &ServeReport) {
 }
 
 /// The kernel's answer in a published message.
-fn answer(force: &ToolForce) -> Answer {
+fn answer(force: &TickForce) -> Answer {
     let output = TickOutput {
         force_n: Vector3::from(force.force_n),
         energy_j: force.energy_j,
@@ -354,7 +354,7 @@ fn answer(force: &ToolForce) -> Answer {
 
 /// How near a probe came that never touched, where all of the session is recorded.
 fn untouched(tissue: &Staged<'_>, rows: &[Row], report: &ServeReport) -> Option<Untouched> {
-    let poses: Vec<Pose> = rows.iter().map(|row| row.pose.into()).collect();
+    let poses: Vec<Pose> = rows.iter().map(|row| row.pose).collect();
     let has_touched = rows.iter().any(|row| row.force.contacts > 0);
     let untouched = Untouched::of(tissue.engine(), &poses, has_touched);
     untouched.filter(|_| report.ticks_unrecorded == 0)

@@ -47,6 +47,8 @@ struct Printed {
     state_hash: String,
     nodes: u32,
     flags: u32,
+    /// As `info` prints it.
+    model_checksum: String,
 }
 
 pub fn execute(args: &Args) -> Result<()> {
@@ -87,6 +89,7 @@ fn tell(args: &Args, header: &StateHeader) -> Result<()> {
         state_hash: format!("{:016x}", header.state_hash),
         nodes: header.nodes,
         flags: header.flags,
+        model_checksum: format!("{:08x}", header.model_checksum),
     };
     if args.json {
         return terminal::say_json(&report);

@@ -48,7 +48,7 @@ impl ServerWait {
         while !reader.is_served() {
             interrupt::check()?;
             let now_ns = now_ns();
-            let is_started = scene.is_served() && scene.serves_tools();
+            let is_started = scene.is_served();
             let since_ns = *started_ns.get_or_insert(now_ns);
             started_ns = is_started.then_some(since_ns);
             if now_ns >= end_ns || (is_started && now_ns - since_ns >= START_NS) {

@@ -2,8 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use chaincell_client::payload::ToolPose;
-use chaincell_kernel::ToolPose as OneTool;
+use chaincell_kernel::ToolPose;
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
@@ -31,20 +30,16 @@ pub struct Pose {
     pub sweeps: Option<u16>,
 }
 
-impl From<Pose> for ToolPose {
-    fn from(pose: Pose) -> Self {
-        Self { tick: pose.tick, position_m: pose.position_m, engaged: pose.engaged }
-    }
-}
-
-impl From<ToolPose> for Pose {
-    fn from(pose: ToolPose) -> Self {
-        let ToolPose { tick, position_m, engaged } = pose;
+impl Pose {
+    /// The pose of the first tool in a tick, with the settings' sweeps.
+    #[must_use]
+    pub fn of(tick: u64, pose: &ToolPose) -> Self {
+        let (position_m, engaged) = (pose.position_m.into(), pose.engaged);
         Self { tick, position_m, engaged, sweeps: None }
     }
 }
 
-impl From<Pose> for OneTool {
+impl From<Pose> for ToolPose {
     fn from(pose: Pose) -> Self {
         Self::at(pose.position_m.into(), pose.engaged)
     }

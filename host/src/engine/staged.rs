@@ -104,10 +104,6 @@ impl<'m> Staged<'m> {
 }
 
 impl TissueEngine for Staged<'_> {
-    fn tick(&mut self, device: &ToolPose) -> TickOutput {
-        self.tick_by(device, Budget::All)
-    }
-
     fn is_anytime(&self) -> bool {
         self.engine.is_anytime()
     }
@@ -116,42 +112,17 @@ impl TissueEngine for Staged<'_> {
         self.engine.least_sweeps()
     }
 
-    fn tick_by(&mut self, device: &ToolPose, budget: Budget<'_>) -> TickOutput {
+    fn tick_by(&mut self, poses: &[ToolPose], budget: Budget<'_>) -> TickOutput {
         self.limit_force();
-        if self.tools() > 1 {
-            return self.tick_tools(&Poses::away(self.tools()).with_first_alone(device), budget);
+        match (self.tools(), self.stages.is_empty()) {
+            (0, _) => self.tick_one(poses, budget),
+            (tools, true) => self.tick_plain(&Poses::of_tools(tools, poses), budget),
+            (tools, false) => self.tick_staged(&Poses::of_tools(tools, poses), budget),
         }
-        let Some(stage) = self.stages.first_mut() else {
-            return self.engine.tick_by(core::slice::from_ref(device), budget);
-        };
-        let tool = stage.sample(device);
-        let output = self.engine.tick_by(&[tool], budget);
-        stage.output(&output)
     }
 
     fn tools(&self) -> usize {
         self.engine.contact().tools()
-    }
-
-    fn tick_tools(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
-        if poses.are_good() {
-            for (engaged, pose) in self.engaged.iter_mut().zip(poses.each()) {
-                *engaged = pose.engaged == 1;
-            }
-        }
-        if !self.stages.is_empty() {
-            self.limit_force();
-            return self.tick_staged(poses, budget);
-        }
-        let [last, ..] = &mut self.last;
-        *last = self.engine.tick_by(poses.each(), budget);
-        if !self.feels(0) {
-            // Others may hold on: a late tick would repeat the force.
-            let [last, ..] = &mut self.last;
-            (last.force_n, last.contacts) = (Vector3::zeros(), 0);
-        }
-        let [last, ..] = self.last;
-        last
     }
 
     fn felt(&mut self, tool: usize) -> Felt {
@@ -193,6 +164,10 @@ impl TissueEngine for Staged<'_> {
 
     fn delayed(&mut self, ticks: u16) {
         self.stages.iter_mut().for_each(|stage| stage.delayed(ticks));
+    }
+
+    fn model_checksum(&self) -> u32 {
+        self.engine.network().model().checksum()
     }
 
     fn state_hash(&mut self) -> u64 {
@@ -239,8 +214,48 @@ impl Staged<'_> {
         self.stages.iter_mut().for_each(|stage| stage.limit_force(max_force_n));
     }
 
+    /// A tick of held cells or of a probe, which goes by the place of the first pose alone.
+    fn tick_one(&mut self, poses: &[ToolPose], budget: Budget<'_>) -> TickOutput {
+        let Some(first) = poses.first() else { return self.engine.tick_by(&[], budget) };
+        let device = match first.is_good() {
+            true => ToolPose::at(first.position_m, first.engaged),
+            false => *first,
+        };
+        let Some(stage) = self.stages.first_mut() else {
+            return self.engine.tick_by(&[device], budget);
+        };
+        let tool = stage.sample(&device);
+        let output = self.engine.tick_by(&[tool], budget);
+        stage.output(&output)
+    }
+
+    /// Notes which tools are engaged, where all poses are good.
+    fn note_engaged(&mut self, poses: &Poses) {
+        if poses.are_good() {
+            for (engaged, pose) in self.engaged.iter_mut().zip(poses.each()) {
+                *engaged = pose.engaged == 1;
+            }
+        }
+    }
+
+    /// A tick of tools without a stage.
+    fn tick_plain(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
+        self.note_engaged(poses);
+        let mut output = self.engine.tick_by(poses.each(), budget);
+        let [last, ..] = &mut self.last;
+        *last = output;
+        if !self.feels(0) {
+            // Others may hold on: a late tick would repeat the force.
+            (output.force_n, output.contacts) = (Vector3::zeros(), 0);
+        }
+        let [last, ..] = &mut self.last;
+        *last = output;
+        output
+    }
+
     /// A tick with a stage for each tool; gives what the first one's device is given.
     fn tick_staged(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
+        self.note_engaged(poses);
         let are_good = poses.are_good();
         let mut behind = *poses;
         for (pose, stage) in behind.each_mut().iter_mut().zip(&mut self.stages) {

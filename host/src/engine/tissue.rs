@@ -6,7 +6,7 @@ use chaincell_kernel::trace::Command;
 use chaincell_kernel::{Budget, ContactForce, TickOutput, ToolPose};
 
 use super::snapshot::Saved;
-use super::tools::{Felt, Poses};
+use super::tools::Felt;
 
 /// A node with its published position.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -25,8 +25,14 @@ impl From<Node> for NodePosition {
 
 /// A tissue that is advanced one tick at a time.
 pub trait TissueEngine {
-    /// Advances the tissue by one tick. Allocates nothing and never blocks.
-    fn tick(&mut self, sample: &ToolPose) -> TickOutput;
+    /// Advances the tissue by one tick, with a pose for each tool, number 0 first, and this budget where
+    /// [`Self::is_anytime`]. Tools beyond the poses are not engaged. Allocates nothing and never blocks.
+    fn tick_by(&mut self, poses: &[ToolPose], budget: Budget<'_>) -> TickOutput;
+
+    /// As [`Self::tick_by`], of one tool with all sweeps.
+    fn tick(&mut self, pose: &ToolPose) -> TickOutput {
+        self.tick_by(core::slice::from_ref(pose), Budget::All)
+    }
 
     /// Whether a tick may end after any sweep. Without it every tick makes all its sweeps.
     fn is_anytime(&self) -> bool {
@@ -38,20 +44,10 @@ pub trait TissueEngine {
         1
     }
 
-    /// As [`Self::tick`], with this budget where [`Self::is_anytime`].
-    fn tick_by(&mut self, sample: &ToolPose, _budget: Budget<'_>) -> TickOutput {
-        self.tick(sample)
-    }
-
     /// How many tools were chosen by their parts; 0 where a sample is that of a probe or of held
     /// cells.
     fn tools(&self) -> usize {
         0
-    }
-
-    /// As [`Self::tick_by`], with a pose for each tool.
-    fn tick_tools(&mut self, poses: &Poses, budget: Budget<'_>) -> TickOutput {
-        self.tick_by(&poses.sample(), budget)
     }
 
     /// What a tool felt in the last tick.
@@ -73,6 +69,11 @@ pub trait TissueEngine {
     /// An answer takes so many ticks of the device from its sample to the device's pushing with it: told
     /// before the tick, where the delay is measured.
     fn delayed(&mut self, _ticks: u16) {}
+
+    /// Checksum of the model image, 0 without one.
+    fn model_checksum(&self) -> u32 {
+        0
+    }
 
     /// Hash of the state after the last tick.
     fn state_hash(&mut self) -> u64;
@@ -103,7 +104,7 @@ pub trait TissueEngine {
 pub struct NoTissue;
 
 impl TissueEngine for NoTissue {
-    fn tick(&mut self, _sample: &ToolPose) -> TickOutput {
+    fn tick_by(&mut self, _poses: &[ToolPose], _budget: Budget<'_>) -> TickOutput {
         TickOutput::NONE
     }
 

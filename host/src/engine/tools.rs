@@ -28,7 +28,7 @@ pub fn is_unit(quaternion: [f32; 4]) -> bool {
     (length_of(quaternion) - 1.0).abs() <= UNIT_TOLERANCE
 }
 
-/// The poses of all tools in a tick, number 0 first; none where no tools were chosen by their parts.
+/// The poses of all tools in a tick, number 0 first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Poses {
     count: usize,
@@ -52,8 +52,14 @@ impl Poses {
     /// Of these tools; what is beyond [`TOOLS_MAX`] is left out.
     #[must_use]
     pub fn of(poses: &[ToolPose]) -> Self {
-        let mut all = Self::away(poses.len());
-        for (place, pose) in all.each.iter_mut().zip(poses) {
+        Self::of_tools(poses.len(), poses)
+    }
+
+    /// Of this many tools, of which the first have these poses and the others are [`Self::away`].
+    #[must_use]
+    pub fn of_tools(count: usize, poses: &[ToolPose]) -> Self {
+        let mut all = Self::away(count);
+        for (place, pose) in all.each_mut().iter_mut().zip(poses) {
             *place = *pose;
         }
         all
@@ -70,28 +76,10 @@ impl Poses {
         self.each.get_mut(..self.count).unwrap_or(&mut [])
     }
 
-    /// These poses with the first tool at a place, not turned, and no other engaged.
-    #[must_use]
-    pub fn with_first_alone(mut self, sample: &ToolPose) -> Self {
-        self.each_mut().iter_mut().for_each(|pose| pose.engaged = 0);
-        if let Some(first) = self.each_mut().first_mut() {
-            *first = ToolPose::at(sample.position_m, sample.engaged);
-        }
-        self
-    }
-
     /// Whether the tick may act on them all.
     #[must_use]
     pub fn are_good(&self) -> bool {
         self.each().iter().all(ToolPose::is_good)
-    }
-
-    /// The first tool's sample, a bad one where one pose is bad.
-    #[must_use]
-    pub fn sample(&self) -> ToolPose {
-        let [first, ..] = self.each;
-        let engaged = if self.are_good() { first.engaged } else { u32::MAX };
-        ToolPose::at(first.position_m, engaged)
     }
 }
 

@@ -1,10 +1,8 @@
 //! Co-simulation: the tissue in one process, the controller in another, iceoryx2 between them.
 //!
 //! ```text
-//! control  --ToolPose-->  chaincell/pose   -->  serve -> tissue
-//! control  <--ToolForce-- chaincell/force  <--  serve
-//!   other  --ToolPoses-->  chaincell/tools  -->  serve -> tissue
-//!   other  <--ToolForces-- chaincell/forces <--  serve
+//! control  --ToolPoses-->  chaincell/tools  -->  serve -> tissue
+//! control  <--ToolForces-- chaincell/forces <--  serve
 //! ```
 //!
 //! Each module uses only those above it:

@@ -1,16 +1,17 @@
-//! What other programs put into shared memory: poses of both versions and commands of any bits, in any order, by
+//! What other programs put into shared memory: poses and commands of any bits, in any order, by
 //! the rules of `serve`.
 
 use chaincell_host::engine::{Arithmetic, Engine, Scheme};
-use chaincell_host::session::ipc::payload::{CommandMessage, ToolPose};
+use chaincell_host::session::ipc::payload::CommandMessage;
 use chaincell_host::session::ipc::tools::{Answer, Asking as _, OneToolPose, ToolPoses};
 use chaincell_kernel::trace::Command;
-use chaincell_kernel::{Choice, Network};
+use chaincell_kernel::{Choice, NOT_TURNED, Network, ToolPose};
 use chaincell_lab::monitor::Monitor;
 
 use super::{bodies, tick};
 
-const POSE_BYTES: usize = size_of::<ToolPose>();
+/// Of a pose in the short form of these inputs: the tick, the place of tool 0, whether it is engaged.
+const POSE_BYTES: usize = 24;
 const POSES_BYTES: usize = size_of::<ToolPoses>();
 const COMMAND_BYTES: usize = size_of::<CommandMessage>();
 /// Most messages of a session, and most sweeps a tick.
@@ -49,19 +50,20 @@ pub fn payload(data: &[u8]) {
                 Err(_) => {}
             }
         } else {
-            let pose = if kind & 2 == 0 {
+            let message = if kind & 2 == 0 {
                 let Some((message, behind)) = behind.split_first_chunk() else { return };
                 rest = behind;
                 pose(message)
             } else {
                 let Some((message, behind)) = behind.split_first_chunk() else { return };
                 rest = behind;
-                answered(&poses(message))
+                poses(message)
             };
-            if last.is_none_or(|last| pose.tick > last) && !paused {
-                tick(&mut monitor, &mut engine, &pose.into(), None);
+            let pose = answered(&message);
+            if last.is_none_or(|last| message.tick > last) && !paused {
+                tick(&mut monitor, &mut engine, &pose, None);
             }
-            last = last.max(Some(pose.tick));
+            last = last.max(Some(message.tick));
         }
     }
 }
@@ -74,13 +76,14 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-fn pose(bytes: &[u8; POSE_BYTES]) -> ToolPose {
+fn pose(bytes: &[u8; POSE_BYTES]) -> ToolPoses {
     let [low, high, x, y, z, engaged] = words(bytes);
-    ToolPose {
-        tick: u64::from(low) | u64::from(high) << 32,
-        position_m: [x, y, z].map(f32::from_bits),
-        engaged,
-    }
+    let tick = u64::from(low) | u64::from(high) << 32;
+    let mut poses = ToolPoses { tick, tools: 1, ..ToolPoses::default() };
+    let position_m = [x, y, z].map(f32::from_bits);
+    poses.each[0] =
+        OneToolPose { engaged, position_m, orientation: NOT_TURNED, ..OneToolPose::default() };
+    poses
 }
 
 fn poses(bytes: &[u8; POSES_BYTES]) -> ToolPoses {
@@ -105,12 +108,12 @@ fn poses(bytes: &[u8; POSES_BYTES]) -> ToolPoses {
     poses
 }
 
-/// The pose of a message of version 2, whose answer holds whatever it holds.
+/// The pose of tool 0 of a message, whose answer holds whatever it holds.
 fn answered(poses: &ToolPoses) -> ToolPose {
-    let answer = Answer { asked: Some(poses.asked()), ..Answer::default() };
+    let answer = Answer { asked: poses.asked(0), ..Answer::default() };
     let forces = answer.message(1);
     assert!((1..=8).contains(&forces.tools) && forces.send_ns == poses.send_ns);
-    poses.pose()
+    poses.poses(0).each().first().copied().unwrap()
 }
 
 fn command(bytes: &[u8; COMMAND_BYTES]) -> CommandMessage {

@@ -1,4 +1,4 @@
-//! A program of somebody else that speaks version 2 of poses and answers.
+//! A program of somebody else that sends poses of several tools.
 
 use iceoryx2::node::Node;
 use iceoryx2::port::publisher::Publisher;
@@ -98,7 +98,8 @@ impl Poses {
     /// One tool, number 0, that is not turned.
     #[must_use]
     pub fn of(tick: u64, position_m: [f32; 3], engaged: u32) -> Self {
-        let mut poses = Self { tick, send_ns: 1000 * tick, tools: 1, ..Self::default() };
+        let mut poses =
+            Self { tick, send_ns: tick.wrapping_mul(1000), tools: 1, ..Self::default() };
         poses.each[0] =
             ToolPose { engaged, position_m, orientation: [0.0, 0.0, 0.0, 1.0], ..poses.each[0] };
         poses

@@ -306,7 +306,7 @@ fn scene_names_that_are_refused() {
     let (model, out) = (text(&place.model), place.folder.path().join("out"));
     let long = "x".repeat(65);
     for scene in [
-        "", "a/b", "/", "..\\", &long, "state", "command", "pose", "force", "a\nb", "a\u{7}b",
+        "", "a/b", "/", "..\\", &long, "state", "command", "tools", "forces", "a\nb", "a\u{7}b",
         "a b", "käfer",
     ] {
         for command in [

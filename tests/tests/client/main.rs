@@ -7,7 +7,7 @@ mod refusals;
 mod session;
 mod viewer;
 
-use chaincell_client::{Answer, Client, Options, Outcome, Pose, Role};
+use chaincell_client::{Answer, Client, Options, Outcome, Role, ToolPose};
 use chaincell_tests::place::Place;
 
 /// Longest wait for an answer \[ns\]: another process may have the core.
@@ -28,13 +28,13 @@ fn viewer(place: &Place) -> Client {
 }
 
 /// Into the plane's middle, released in tick 0.
-fn pose(tick: u64) -> Pose {
-    Pose::at([0.0, 0.001, -0.0003 * tick.min(TICKS) as f32], tick > 0)
+fn pose(tick: u64) -> ToolPose {
+    ToolPose::at([0.0, 0.001, -0.0003 * tick.min(TICKS) as f32].into(), u32::from(tick > 0))
 }
 
 /// A tick that is answered.
 #[track_caller]
-fn answered(client: &mut Client, poses: &[Pose]) -> Answer {
+fn answered(client: &mut Client, poses: &[ToolPose]) -> Answer {
     let (outcome, answer) = client.step(poses, WAIT_NS).unwrap();
     assert_eq!(outcome, Outcome::Answered);
     answer

@@ -1,6 +1,6 @@
 //! What a client feels is what was recorded.
 
-use chaincell_client::{Flags, Notes, Outcome, Pose};
+use chaincell_client::{Flags, Notes, Outcome, ToolPose};
 use chaincell_tests::files::{Table, summary, text};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
@@ -77,9 +77,11 @@ fn two_tools_turn_and_feel_a_torque_each() {
     let mut last = None;
     for tick in 0..40_u8 {
         let z = 0.043 - 1e-4 * f32::from(tick);
-        let rod =
-            Pose { orientation: [0.0, half, 0.0, half], ..Pose::at([0.03, 0.0, z], tick > 0) };
-        last = Some(answered(&mut client, &[rod, Pose::at([-0.02, 0.0, z], false)]));
+        let rod = ToolPose {
+            orientation: [0.0, half, 0.0, half],
+            ..ToolPose::at([0.03, 0.0, z].into(), u32::from(tick > 0))
+        };
+        last = Some(answered(&mut client, &[rod, ToolPose::at([-0.02, 0.0, z].into(), 0)]));
     }
     let [rod, ball, none, ..] = last.unwrap().tools;
     assert!(rod.force_n[2] > 0.01 && rod.torque_n_m[1].abs() > 1e-5, "{rod:?}");

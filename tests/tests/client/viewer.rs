@@ -3,7 +3,7 @@
 use chaincell_client::contacts::Contact;
 use chaincell_client::payload::{CommandMessage, NodePosition};
 use chaincell_client::viewed::View;
-use chaincell_client::{Client, Command, Kind, Pose};
+use chaincell_client::{Client, Command, Kind, ToolPose};
 use chaincell_tests::files::text;
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
@@ -42,7 +42,7 @@ fn a_state_lies_in_shared_memory_until_it_is_given_back() {
     let middle = pressed.rows()[40].position_m;
     assert!((middle[2] + 0.0117).abs() < 1e-3, "{middle:?}");
     // What is held stays as it is while further states come.
-    let released = answered(&mut client, &[Pose::at([0.0; 3], false)]);
+    let released = answered(&mut client, &[ToolPose::at([0.0; 3].into(), 0)]);
     let after = state(&mut viewer, released.state_hash);
     assert_eq!(pressed.rows()[40].position_m, middle);
     assert_ne!(after.rows()[40].position_m, middle);
@@ -64,7 +64,8 @@ fn contacts_are_those_that_make_the_force() {
     let mut last = None;
     for tick in 0..40_u8 {
         let z = 0.052 - 1.5e-4 * f32::from(tick);
-        last = Some(answered(&mut client, &[Pose::at([0.0, 0.0, z], tick > 0)]));
+        last =
+            Some(answered(&mut client, &[ToolPose::at([0.0, 0.0, z].into(), u32::from(tick > 0))]));
     }
     let last = last.unwrap();
     let found: View<Contact> =
@@ -134,19 +135,19 @@ fn a_tool_grips_and_lets_go_by_command() {
     let mut serve = Running::chaincell([&args[..], &tool].concat());
     serve.wait_for_line("ready");
     let mut client = Client::open(&options(&place)).unwrap();
-    answered(&mut client, &[Pose::at([0.0, 0.0, 0.047], false)]);
+    answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.047].into(), 0)]);
     for _ in 0..40 {
-        answered(&mut client, &[Pose::at([0.0, 0.0, 0.047], true)]);
+        answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.047].into(), 1)]);
     }
     client.command(&Command::Grip { tool: 0 }, WAIT_NS).unwrap();
     for _ in 0..200 {
-        answered(&mut client, &[Pose::at([0.0, 0.0, 0.055], true)]);
+        answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.055].into(), 1)]);
     }
     let pulled = client.shown().unwrap().tools[0].force_n[2];
     assert!(pulled < -0.01, "the tissue pulls the tool down: {pulled} N");
     client.command(&Command::LetGo { tool: 0, ticks: 5 }, WAIT_NS).unwrap();
     for _ in 0..200 {
-        answered(&mut client, &[Pose::at([0.0, 0.0, 0.055], true)]);
+        answered(&mut client, &[ToolPose::at([0.0, 0.0, 0.055].into(), 1)]);
     }
     let left = client.shown().unwrap().tools[0].force_n[2];
     assert!(left.abs() < 1e-3 * pulled.abs(), "{left} N of {pulled} N");

@@ -6,8 +6,8 @@ use std::ffi::OsString;
 use std::process::{Child, Command, Stdio};
 
 use chaincell_host::error::Result;
-use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::services::{Domain, SceneServices};
+use chaincell_host::session::ipc::tools::ToolPoses;
 use chaincell_host::session::loops::control::control;
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, Server, serve};
@@ -119,7 +119,7 @@ fn a_killed_controller_is_replaced_while_the_server_runs_on() {
     {
         let watcher = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
         wait_until("the server", || watcher.is_served());
-        let listener = watcher.force.subscriber_builder().create().unwrap();
+        let listener = watcher.forces.subscriber_builder().create().unwrap();
         for _ in 0..4 {
             let controller = start_child("child_control", &options, 1_000_000);
             wait_until("answers", || listener.receive().unwrap().is_some());
@@ -144,10 +144,10 @@ fn a_service_with_other_limits_is_refused_with_the_remedy() {
     config.global.set_root_path(&root);
     let node = NodeBuilder::new().config(&config).create::<ipc::Service>();
     let node = node.unwrap();
-    let name = format!("chaincell/{}/pose", options.scene.as_ref().unwrap());
+    let name = format!("chaincell/{}/tools", options.scene.as_ref().unwrap());
     let _small = node
         .service_builder(&name.as_str().try_into().unwrap())
-        .publish_subscribe::<ToolPose>()
+        .publish_subscribe::<ToolPoses>()
         .create()
         .unwrap();
     let error = Server::open(&options).unwrap_err();
@@ -189,14 +189,14 @@ fn a_killed_cosim_leaves_no_process_behind() {
     let _turn = turn();
     let (_root, options) = options();
     let watcher = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
-    let listener = watcher.force.subscriber_builder().create().unwrap();
+    let listener = watcher.forces.subscriber_builder().create().unwrap();
     let parent = start_child("child_cosim", &options, 1_000_000);
     wait_until("answers", || listener.receive().unwrap().is_some());
     parent.now();
     // Opening the scene clears up after processes that are dead, and only after those.
     wait_until("both children's end", || {
         let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
-        scene.pose.dynamic_config().number_of_publishers() == 0 && !scene.is_served()
+        scene.tools.dynamic_config().number_of_publishers() == 0 && !scene.is_served()
     });
 }
 

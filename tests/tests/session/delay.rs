@@ -8,7 +8,6 @@ use chaincell_host::session::timing::clock::now_ns;
 use chaincell_kernel::trace::{Reader, Record};
 use chaincell_tests::files::{text, write_path};
 use chaincell_tests::outsider::tools::{Poses, ToolsOutsider};
-use chaincell_tests::outsider::{Outsider, Pose};
 use chaincell_tests::place::Place;
 use chaincell_tests::process::SHORT;
 use chaincell_tests::{Running, run, turn};
@@ -76,24 +75,11 @@ fn poses_that_come_late_are_counted_recorded_and_replayed() {
 }
 
 #[test]
-fn other_clocks_and_poses_without_a_time_are_bounded() {
+fn poses_without_a_time_are_bounded() {
     let _turn = turn();
     let auto = ["--delay-ticks", "auto"];
     let delays = session("delay-zero", &auto, |place| press(place, None));
     assert!(delays.iter().all(|&delay| delay == Some(16)), "{delays:?}");
-    let version_1 = |place: &Place| {
-        let outsider = Outsider::join(&place.scene, true);
-        for tick in 0..TICKS {
-            outsider.send(Pose {
-                tick,
-                position_m: position_m(tick),
-                engaged: u32::from(tick > 0),
-            });
-            let _ = outsider.receive();
-        }
-    };
-    let delays = session("delay-one", &auto, version_1);
-    assert!(delays.iter().all(|delay| delay.is_some_and(|ticks| (1..=16).contains(&ticks))));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use chaincell_host::session::ipc::payload::ToolPose;
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::session::loops::inject::{Faults, Injected, Plan, Sending};
 use chaincell_host::session::timing::clock::MILLISECOND_NS;
 
@@ -58,7 +58,7 @@ fn each_fault_comes_as_often_as_asked_and_is_counted() {
     assert_eq!(dup.len() as u64, POSES + done.duplicated);
     let (nan, done) = run("nan:5%", 1);
     about(done.nan);
-    let bad = nan.iter().filter(|sending| sending.pose(ToolPose::default()).position_m[0].is_nan());
+    let bad = nan.iter().filter(|sending| sending.pose(Pose::default()).position_m[0].is_nan());
     assert_eq!(bad.count() as u64, done.nan);
     let (burst, done) = run("burst:5%@8", 1);
     about(done.bursts);

@@ -5,14 +5,15 @@
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::tissue::TissueEngine;
 use chaincell_host::session::ipc::names::unique_scene;
-use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
 use chaincell_host::session::ipc::services::{Domain, Ports, SceneServices};
+use chaincell_host::session::ipc::tools::{OneToolPose, ToolForces, ToolPoses};
 use chaincell_host::session::loops::control::{ControlOptions, ControlRun};
 use chaincell_host::session::loops::record::Recorder;
 use chaincell_host::session::loops::serve::{ServeOptions, ServeReport, Server};
-use chaincell_kernel::{TickOutput, ToolPose as OneTool};
+use chaincell_kernel::{Budget, NOT_TURNED, TickOutput, ToolPose};
 use chaincell_tests::outsider::{LATE, SAFE};
 use nalgebra::Vector3;
 
@@ -28,7 +29,8 @@ pub struct Spring {
 }
 
 impl TissueEngine for Spring {
-    fn tick(&mut self, sample: &OneTool) -> TickOutput {
+    fn tick_by(&mut self, poses: &[ToolPose], _budget: Budget<'_>) -> TickOutput {
+        let sample = poses.first().unwrap();
         let bits = sample.position_m.map(f32::to_bits);
         for word in [bits.x, bits.y, bits.z, sample.engaged] {
             self.hash = (self.hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3) + 1;
@@ -82,11 +84,21 @@ pub fn start_server(options: &ServeOptions) -> JoinHandle<(ServeReport, Recorder
     })
 }
 
-pub fn pose(tick: u64) -> ToolPose {
-    ToolPose { tick, position_m: [0.001 * tick as f32, 0.0, -0.002 * tick as f32], engaged: 0 }
+pub fn pose(tick: u64) -> Pose {
+    let position_m = [0.001 * tick as f32, 0.0, -0.002 * tick as f32];
+    Pose { tick, position_m, engaged: 0, sweeps: None }
 }
 
-pub fn poses(ticks: std::ops::Range<u64>) -> Vec<ToolPose> {
+/// A pose as a message of one tool.
+pub fn message(pose: Pose) -> ToolPoses {
+    let Pose { tick, position_m, engaged, .. } = pose;
+    let mut poses = ToolPoses { tick, tools: 1, ..ToolPoses::default() };
+    poses.each[0] =
+        OneToolPose { engaged, position_m, orientation: NOT_TURNED, ..OneToolPose::default() };
+    poses
+}
+
+pub fn poses(ticks: std::ops::Range<u64>) -> Vec<Pose> {
     ticks.map(pose).collect()
 }
 
@@ -101,7 +113,7 @@ pub fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
 /// A controller of another make, which may send whatever it likes.
 pub struct Sender {
     pub scene: SceneServices,
-    pub ports: Ports<ToolForce, ToolPose>,
+    pub ports: Ports<ToolForces, ToolPoses>,
 }
 
 impl Sender {
@@ -114,11 +126,11 @@ impl Sender {
 
     pub fn send(&self, ticks: &[u64]) {
         for tick in ticks {
-            self.ports.publisher.send_copy(pose(*tick)).unwrap();
+            self.ports.publisher.send_copy(message(pose(*tick))).unwrap();
         }
     }
 
-    pub fn answers(&self, count: usize) -> Vec<ToolForce> {
+    pub fn answers(&self, count: usize) -> Vec<ToolForces> {
         let mut answers = Vec::new();
         wait_until("answers", || {
             while let Some(sample) = self.ports.subscriber.receive().unwrap() {
@@ -130,23 +142,23 @@ impl Sender {
     }
 }
 
-pub fn ticks_of(answers: &[ToolForce]) -> Vec<u64> {
+pub fn ticks_of(answers: &[ToolForces]) -> Vec<u64> {
     answers.iter().map(|force| force.tick).collect()
 }
 
 /// Every pose has its answer, which is the spring's force. Where the machine kept the server waiting
 /// for so long that the force was an old one, it is 0 and says so.
 #[track_caller]
-pub fn assert_spring(run: &ControlRun, sent: &[ToolPose]) {
+pub fn assert_spring(run: &ControlRun, sent: &[Pose]) {
     let ticks: Vec<u64> = sent.iter().map(|pose| pose.tick).collect();
-    assert_eq!(ticks_of(&run.forces), ticks);
+    assert!(run.forces.iter().map(|force| force.tick).eq(ticks));
     for (force, pose) in run.forces.iter().zip(sent) {
         let (wanted, flags) = match force.flags & LATE {
             0 => (-SPRING_N_PER_M * Vector3::from(pose.position_m), 0),
             _ => (Vector3::zeros(), LATE | SAFE),
         };
         assert_eq!((Vector3::from(force.force_n), force.flags), (wanted, flags), "{pose:?}");
-        assert_eq!((force.contacts, force.reserved), (0, 0));
+        assert_eq!(force.contacts, 0);
     }
     let in_time = run.forces.iter().filter(|force| force.flags == 0).count();
     assert!(in_time > 0, "none of {} in time", sent.len());

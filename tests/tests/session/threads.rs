@@ -4,9 +4,10 @@
 
 use std::time::{Duration, Instant};
 
-use chaincell_host::session::ipc::payload::{ToolForce, ToolPose};
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::session::ipc::services::SceneServices;
 use chaincell_host::session::ipc::state::StateReader;
+use chaincell_host::session::ipc::tools::{TickForce, ToolForces, ToolPoses};
 use chaincell_host::session::loops::control::{ControlOptions, control};
 use chaincell_host::session::loops::floor;
 use chaincell_host::session::loops::record::{Recorder, Row};
@@ -42,9 +43,9 @@ fn every_pose_is_answered_in_order_in_every_wait_mode() {
         assert_eq!(report.ticks_executed, 300);
         assert_eq!(report.ended_by, Ending::Ticks);
         assert_eq!((report.publishers, report.sends_failed), (1, 0));
-        let kept: Vec<ToolPose> = recorder.rows().iter().map(|row| row.pose).collect();
+        let kept: Vec<Pose> = recorder.rows().iter().map(|row| row.pose).collect();
         assert_eq!(kept, sent);
-        let answers: Vec<ToolForce> = recorder.rows().iter().map(|row| row.force).collect();
+        let answers: Vec<TickForce> = recorder.rows().iter().map(|row| row.force).collect();
         assert_eq!(answers, run.forces);
     }
 }
@@ -93,11 +94,12 @@ fn a_bad_sample_reaches_the_tissue_bit_for_bit() {
     options.ticks = Some(1);
     let server = start_server(&options);
     let sender = Sender::new(&options);
-    let bad = ToolPose { tick: 3, position_m: [f32::NAN, 0.0, f32::INFINITY], engaged: 77 };
-    sender.ports.publisher.send_copy(bad).unwrap();
+    let position_m = [f32::NAN, 0.0, f32::INFINITY];
+    let bad = Pose { tick: 3, position_m, engaged: 77, sweeps: None };
+    sender.ports.publisher.send_copy(message(bad)).unwrap();
     let (_, recorder) = server.join().unwrap();
     let kept = recorder.rows()[0].pose;
-    let bits = |pose: ToolPose| (pose.position_m.map(f32::to_bits), pose.engaged);
+    let bits = |pose: Pose| (pose.position_m.map(f32::to_bits), pose.engaged);
     assert_eq!(bits(kept), bits(bad));
 }
 
@@ -120,7 +122,7 @@ fn without_a_ramp_the_watchdog_publishes_once_and_never_ticks() {
     let (report, _) = server.join().unwrap();
     assert_eq!(ticks_of(&answers), [1, 2, 2]);
     let (last, stale) = (answers[1], answers[2]);
-    assert_eq!(stale.force_n, [0.0; 3]);
+    assert_eq!(stale.each[0].force_n, [0.0; 3]);
     assert_eq!(stale.flags, Flags::STALE.0 + Flags::SAFE_STATE.0);
     assert_eq!(stale.state_hash, last.state_hash);
     assert_eq!((ticks_of(&late), late[0].flags), (vec![3], 0));
@@ -143,9 +145,9 @@ fn the_watchdog_lets_the_force_fall_and_rise_and_never_ticks() {
         while let Some(sample) = sender.ports.subscriber.receive().unwrap() {
             falling.push(*sample);
         }
-        falling.last().is_some_and(|force: &ToolForce| force.force_n == [0.0; 3])
+        falling.last().is_some_and(|force: &ToolForces| force.each[0].force_n == [0.0; 3])
     });
-    let size = |force: &ToolForce| Vector3::from(force.force_n).norm();
+    let size = |force: &ToolForces| Vector3::from(force.each[0].force_n).norm();
     let share_n = size(&last) / 40.0;
     assert!(falling.len() >= 40, "{}", falling.len());
     for (at, pair) in [&[last], &falling[..]].concat().windows(2).enumerate() {
@@ -157,7 +159,7 @@ fn the_watchdog_lets_the_force_fall_and_rise_and_never_ticks() {
     }
     // A burst of poses makes no force by itself.
     let again: Vec<u64> = (403..483).collect();
-    let mut before = ToolForce::default();
+    let mut before = ToolForces::default();
     for tick in &again {
         sender.send(&[*tick]);
         let answer = sender.answers(1)[0];
@@ -217,9 +219,9 @@ fn a_missing_server_is_an_error_that_names_the_remedy() {
     assert!(error.to_string().contains("tick 3 follows tick 3"), "{error}");
 }
 
-fn foreign_publisher(scene: &SceneServices) -> Publisher<ipc_threadsafe::Service, ToolPose, ()> {
+fn foreign_publisher(scene: &SceneServices) -> Publisher<ipc_threadsafe::Service, ToolPoses, ()> {
     scene
-        .pose
+        .tools
         .publisher_builder()
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()
@@ -237,25 +239,25 @@ fn poses_of_a_second_live_publisher_are_not_executed() {
     assert_eq!(ticks_of(&sender.answers(2)), [10, 11]);
     let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     let second = foreign_publisher(&scene);
-    let third = sender.scene.pose.publisher_builder().create();
+    let third = sender.scene.tools.publisher_builder().create();
     assert!(third.is_err(), "two places only");
     for tick in 12..32 {
-        second.send_copy(pose(1)).unwrap();
+        second.send_copy(message(pose(1))).unwrap();
         sender.send(&[tick]);
         assert_eq!(ticks_of(&sender.answers(1)), [tick], "the second publisher was answered");
     }
-    let listener = scene.force.subscriber_builder().create().unwrap();
+    let listener = scene.forces.subscriber_builder().create().unwrap();
     drop(sender);
     // A new publisher starts a new sequence, below the old one's ticks.
     let mut tick = 1;
     wait_until("the second publisher's turn", || {
         tick += 1;
-        second.send_copy(pose(tick)).unwrap();
+        second.send_copy(message(pose(tick))).unwrap();
         listener.receive().unwrap().is_some_and(|force| force.tick < 10)
     });
     wait_until("the server's end", || {
         tick += 1;
-        second.send_copy(pose(tick)).unwrap();
+        second.send_copy(message(pose(tick))).unwrap();
         server.is_finished()
     });
     let (report, _) = server.join().unwrap();
@@ -287,8 +289,8 @@ fn states_are_sent_no_more_often_than_asked() {
     assert!(report.state_ns.max > 0);
     let details = reader.topic().static_config().message_type_details();
     assert_eq!(details.payload.type_name().to_string(), "chaincell.NodePosition.v1");
-    assert_eq!(details.user_header.type_name().to_string(), "chaincell.State.v1");
-    assert_eq!((details.payload.size(), details.user_header.size()), (16, 32));
+    assert_eq!(details.user_header.type_name().to_string(), "chaincell.State.v2");
+    assert_eq!((details.payload.size(), details.user_header.size()), (16, 40));
 }
 
 #[test]
@@ -297,8 +299,6 @@ fn type_names_and_limits_are_those_of_the_contract() {
     let (_root, options) = options();
     let scene = SceneServices::open(options.scene.as_deref(), &options.domain).unwrap();
     for (limits, name, bytes) in [
-        (scene.pose.static_config(), "chaincell.ToolPose.v1", 24),
-        (scene.force.static_config(), "chaincell.ToolForce.v1", 48),
         (scene.tools.static_config(), "chaincell.ToolPoses.v2", 344),
         (scene.forces.static_config(), "chaincell.ToolForces.v2", 384),
     ] {

@@ -6,8 +6,8 @@
 use std::collections::VecDeque;
 
 use chaincell_host::bake::ImageBytes;
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::snapshot::Saved;
-use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::tools::Answer;
 use chaincell_host::session::loops::serve::{
     Behind, Charge, Resumed, ServeOptions, Session, Shared, Voice,
@@ -105,7 +105,7 @@ struct Play {
     number: u64,
     frame_m: f64,
     /// Poses that wait for the server.
-    queue: Vec<ToolPose>,
+    queue: Vec<Pose>,
     /// The last states, and the one from which the next server goes on.
     saved: VecDeque<Saved>,
     restored: Option<Saved>,
@@ -183,9 +183,8 @@ impl Play {
         let mut sample = self.world.moving.sample(engaged);
         let wrong_m = if self.tick < self.glitch { self.glitch_m } else { 0.0 };
         sample.position_m.z -= (self.frame_m + wrong_m) as f32;
-        let (position_m, engaged) = (sample.position_m.into(), sample.engaged);
         if self.tick >= self.lost {
-            self.queue.push(ToolPose { tick: self.number, position_m, engaged });
+            self.queue.push(Pose::of(self.number, &sample));
         }
         self.number += 1;
     }

@@ -1,6 +1,6 @@
 //! Sweeps that take longer than a pose period, on a simulated clock.
 
-use chaincell_host::session::ipc::payload::ToolPose;
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::session::loops::serve::{
     Arrived, Behind, Charge, ServeOptions, Session, Shared, Voice,
 };
@@ -27,10 +27,11 @@ fn until_zero_ms(sweep_ns: u64, stage: Option<StageSettings>) -> u64 {
         if step % 10 == 0 {
             sent += 1;
             let depth_m = 1.0e-4 * (sent as f32 - 50.0).clamp(0.0, 200.0);
-            let pose = ToolPose {
+            let pose = Pose {
                 tick: sent,
                 position_m: [0.0, 0.0, -depth_m],
                 engaged: u32::from(sent > 20),
+                sweeps: None,
             };
             server.take(pose, now_ns);
         }

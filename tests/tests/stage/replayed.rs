@@ -6,14 +6,14 @@ use std::path::Path;
 
 use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::order::skipped;
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::TissueEngine;
-use chaincell_host::engine::tools::Poses;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::files::recording::{Played, Recording, Start, TraceFile, play, tissue};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_host::session::ipc::payload::{ToolForce, ToolPose as FirstPose};
+use chaincell_host::session::ipc::tools::TickForce;
 use chaincell_host::session::loops::record::{Recorder, Row};
 use chaincell_kernel::stage::{Device, StageSettings};
 use chaincell_kernel::trace::{Command, CommandRecord, End, Reader};
@@ -117,7 +117,6 @@ fn session(staged: &mut Staged<'_>, recorder: &mut Recorder, events: &[Event]) {
                 recorder.command(CommandRecord { tick, command: *command, state_hash });
             }
             Event::Tick { poses, sweeps, delay, is_behind_gap } => {
-                let poses = Poses::of(poses);
                 let (mut made, lost) = (None, last.map_or(0, |last| skipped(last, tick)));
                 last = Some(tick);
                 if !is_paused {
@@ -128,20 +127,17 @@ fn session(staged: &mut Staged<'_>, recorder: &mut Recorder, events: &[Event]) {
                     delay.iter().for_each(|&ticks| staged.delayed(ticks));
                     let mut more = |done| done < *sweeps;
                     let chosen = if *sweeps == 0 { Budget::LATE } else { Budget::While(&mut more) };
-                    made = Some(staged.tick_tools(&poses, chosen).sweeps);
+                    made = Some(staged.tick_by(poses, chosen).sweeps);
                 }
                 let state_hash = staged.state_hash();
-                let first = poses.sample();
-                let pose =
-                    FirstPose { tick, position_m: first.position_m.into(), engaged: first.engaged };
-                let force = ToolForce { tick, state_hash, ..ToolForce::default() };
+                let pose = Pose { sweeps: made, ..Pose::of(tick, &poses[0]) };
+                let force = TickForce { tick, state_hash, ..TickForce::default() };
                 let row = Row {
-                    sweeps: made,
                     ramp_restarted: *is_behind_gap,
                     delay_ticks: *delay,
                     ..Row::of(pose, force)
                 };
-                recorder.record_tools(row, poses.each(), &[]);
+                recorder.record_tools(row, poses, &[]);
             }
         }
     }
@@ -169,9 +165,9 @@ fn plays_again(image: &ImageBytes, device: Device, events: &[Event]) -> Result<(
     prop_assert_eq!(played.compared, played.ticks + played.commands);
     // The stages stand where they stood: what the devices are given next is the same too.
     let place = Vector3::new(0.0, 0.0, TOP_M + RADIUS_M - 0.002);
-    let next = Poses::of(&[ToolPose::at(place, 1); 2]);
+    let next = [ToolPose::at(place, 1); 2];
     let outputs = [&mut first, &mut again].map(|staged| {
-        let output = staged.tick_tools(&next, Budget::All);
+        let output = staged.tick_by(&next, Budget::All);
         (output, [staged.felt(0), staged.felt(1)])
     });
     prop_assert_eq!(outputs[0], outputs[1]);

@@ -9,11 +9,12 @@
 use std::collections::VecDeque;
 
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, bake};
+use chaincell_host::engine::motion::Pose;
 use chaincell_host::engine::order::TickPlace;
 use chaincell_host::engine::staged::Staged;
+use chaincell_host::engine::tools::Poses;
 use chaincell_host::engine::{Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
-use chaincell_host::session::ipc::payload::ToolPose;
 use chaincell_host::session::ipc::tools::Answer;
 use chaincell_host::session::loops::serve::{Arrived, Behind, Session, Shared};
 use chaincell_kernel::Budget;
@@ -134,10 +135,11 @@ impl<'a> Server<'a> {
     }
 
     /// A pose comes in.
-    pub fn take(&mut self, pose: ToolPose, now_ns: u64) {
+    pub fn take(&mut self, pose: Pose, now_ns: u64) {
         let (place, steps) = self.session.place(pose.tick);
         if place == TickPlace::Next {
-            let arrived = Arrived { pose, at_ns: now_ns, ..Arrived::default() };
+            let (tick, poses) = (pose.tick, Poses::of(&[pose.into()]));
+            let arrived = Arrived { tick, poses, at_ns: now_ns, ..Arrived::default() };
             self.inbox.push_back(self.session.accept(arrived, steps));
         }
     }

@@ -5,7 +5,6 @@ use chaincell_host::bake::tissue::Tissue;
 use chaincell_host::bake::{BakeOptions, ImageBytes, PerCell, ProbeContact, bake};
 use chaincell_host::engine::staged::Staged;
 use chaincell_host::engine::tissue::TissueEngine;
-use chaincell_host::engine::tools::Poses;
 use chaincell_host::engine::{Arithmetic, Contact, Engine, Scheme};
 use chaincell_host::mesh::{MeshOptions, load};
 use chaincell_kernel::stage::{Device, StageSettings};
@@ -74,7 +73,7 @@ fn one_that_is_overdrawn_does_not_silence_the_other() {
         let turn = tick as f32 * std::f32::consts::TAU / 16.0;
         let shake = if tick > 700 { 0.001 * turn.sin() } else { 0.0 };
         let poses = [pose(0, press + shake), pose(1, press)].map(|pose| shifted(&image, pose));
-        let _ = staged.tick_tools(&Poses::of(&poses), Budget::All);
+        let _ = staged.tick_by(&poses, Budget::All);
         let felt = [staged.felt(0), staged.felt(1)];
         for (count, felt) in withheld.iter_mut().zip(felt) {
             *count += u32::from(felt.flags.contains(Flags::FORCE_WITHHELD));
@@ -101,7 +100,7 @@ fn each_has_its_ramp_and_its_limits() {
         let mut poses = [pose(0, 0.005), pose(1, 0.005)].map(|pose| shifted(&image, pose));
         // The second engages once the first is at its full force.
         poses[1].engaged = u32::from(tick >= 600);
-        let _ = staged.tick_tools(&Poses::of(&poses), Budget::All);
+        let _ = staged.tick_by(&poses, Budget::All);
         let felt = [staged.felt(0), staged.felt(1)];
         let torque = norm(felt[1].torque_n_m);
         assert!(felt.iter().all(|felt| norm(felt.force_n) <= 0.8));

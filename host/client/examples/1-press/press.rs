@@ -4,7 +4,7 @@
 //! `cargo run --release -p chaincell-client --example press left`.
 
 use chaincell_client::clock::{now_ns, sleep_until_ns};
-use chaincell_client::{Client, Options, Pose, Result};
+use chaincell_client::{Client, Options, Result, ToolPose};
 
 /// A second: a device's loop waits for less than a millisecond.
 const WAIT_NS: u64 = 1_000_000_000;
@@ -22,7 +22,7 @@ fn main() -> Result<()> {
         let depth_m = 0.02 * (tick as f64 / 500.0).min(1.0);
         // A tool has no force until a pose has released it once.
         let engaged = tick > 0 && tick <= 1000;
-        let pose = Pose::at([0.0, 0.0, -depth_m as f32], engaged);
+        let pose = ToolPose::at([0.0, 0.0, -depth_m as f32].into(), u32::from(engaged));
         let (_, answer) = client.step(&[pose], WAIT_NS)?;
         let [x, y, z] = answer.tools[0].force_n.map(f64::from); // what a device shows now
         largest_n = largest_n.max((x * x + y * y + z * z).sqrt());

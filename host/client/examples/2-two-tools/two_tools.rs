@@ -5,7 +5,7 @@
 //! `cargo run --release -p chaincell-client --example two_tools left`.
 
 use chaincell_client::clock::{now_ns, sleep_until_ns};
-use chaincell_client::{Client, Options, Pose, Result};
+use chaincell_client::{Client, Options, Result, ToolPose};
 
 /// A second: a device's loop waits for less than a millisecond.
 const WAIT_NS: u64 = 1_000_000_000;
@@ -25,8 +25,8 @@ fn main() -> Result<()> {
         let t = 0.05 * (tick as f64 / 500.0 - 1.0).max(0.0);
         let (sin, cos) = (2.0 * t / (1.0 + t * t), (1.0 - t * t) / (1.0 + t * t));
         let engaged = tick > 0; // first released
-        let sphere = Pose::at([-0.015, 0.0, (z_m + 0.008) as f32], engaged);
-        let mut plate = Pose::at([0.015, 0.0, (z_m + 0.006) as f32], engaged);
+        let sphere = ToolPose::at([-0.015, 0.0, (z_m + 0.008) as f32].into(), u32::from(engaged));
+        let mut plate = ToolPose::at([0.015, 0.0, (z_m + 0.006) as f32].into(), u32::from(engaged));
         plate.orientation = [sin as f32, 0.0, 0.0, cos as f32];
         let (_, answer) = client.step(&[sphere, plate], WAIT_NS)?;
         if tick % 250 == 249 {

@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 
 use chaincell_client::clock::{now_ns, sleep_until_ns};
-use chaincell_client::{Client, Options, Pose};
+use chaincell_client::{Client, Options, ToolPose};
 
 /// A second: a device's loop waits for less than a millisecond.
 const WAIT_NS: u64 = 1_000_000_000;
@@ -23,14 +23,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = Options { scene, watchdog_ms: 0, ramp_ms: 0, ..Options::default() };
     let mut client = Client::open(&options)?;
     // A tool has no force until a pose has released it once.
-    client.step(&[Pose::AWAY], WAIT_NS)?;
+    client.step(&[ToolPose::at([0.0; 3].into(), 0)], WAIT_NS)?;
     let start_ns = now_ns();
     for (tick, line) in (0..).zip(file.lines().skip(1)) {
         sleep_until_ns(start_ns + 1_000_000 * tick);
         let line = line?;
         let words: Vec<&str> = line.split(',').collect();
         let [_, x, y, z, engaged] = words[..] else { return Err(line.into()) };
-        let pose = Pose::at([x.parse()?, y.parse()?, z.parse()?], engaged == "1");
+        let place = [x.parse()?, y.parse()?, z.parse()?];
+        let pose = ToolPose::at(place.into(), engaged.parse()?);
         let (_, answer) = client.step(&[pose], WAIT_NS)?;
         if tick % 500 == 499 {
             println!("row {tick}: state hash {:016x}", answer.state_hash);

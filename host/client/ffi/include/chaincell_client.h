@@ -401,9 +401,9 @@ typedef struct chaincell_client_states {
      */
     uint32_t flags;
     /**
-     * Zero.
+     * Checksum of the model, as chaincell info prints it.
      */
-    uint32_t reserved;
+    uint32_t model_checksum;
 } chaincell_client_states;
 
 /**

@@ -3,7 +3,7 @@
 use std::ffi::c_char;
 
 use chaincell_client::names::SCENE_BYTES_MAX;
-use chaincell_client::{Answer, Client, Outcome, Pose};
+use chaincell_client::{Answer, Client, Outcome, ToolPose as ClientPose};
 
 use crate::VERSION;
 use crate::code::{Code, keep};
@@ -192,8 +192,8 @@ fn code_of(outcome: Outcome) -> Code {
 pub(crate) unsafe fn read_poses(
     poses: *const ToolPose,
     count: usize,
-) -> Result<([Pose; TOOLS_MAX], usize), Code> {
-    let mut read = [Pose::AWAY; TOOLS_MAX];
+) -> Result<([ClientPose; TOOLS_MAX], usize), Code> {
+    let mut read = [ClientPose::at([0.0; 3].into(), 0); TOOLS_MAX];
     if !(1..=TOOLS_MAX).contains(&count) {
         keep(&format!("poses of {count} tools: give those of 1 to {TOOLS_MAX}"));
         return Err(Code::Pose);
@@ -202,7 +202,7 @@ pub(crate) unsafe fn read_poses(
     for (number, place) in read.iter_mut().enumerate().take(count) {
         // SAFETY: not null and aligned, and the caller says that there are `count` of them.
         let pose = unsafe { poses.add(number).read() };
-        *place = pose.pose(number)?;
+        *place = pose.into();
     }
     Ok((read, count))
 }

@@ -4,7 +4,7 @@ use std::mem::{offset_of, size_of};
 
 use chaincell_client::payload::{NodePosition, ReplyMessage, StateHeader};
 use chaincell_client::wait::Wait;
-use chaincell_client::{Answer, Felt, Pose, contacts};
+use chaincell_client::{Answer, Felt, contacts};
 
 use crate::code::{Code, keep};
 
@@ -110,14 +110,9 @@ pub struct ToolPose {
     pub engaged: u32,
 }
 
-impl ToolPose {
-    pub(crate) fn pose(&self, number: usize) -> Result<Pose, Code> {
-        let &Self { position_m, orientation, engaged } = self;
-        if engaged > 1 {
-            keep(&format!("tool {number}: `engaged` {engaged}: give 0 or 1; nothing was sent"));
-            return Err(Code::Pose);
-        }
-        Ok(Pose { position_m, orientation, engaged: engaged == 1 })
+impl From<ToolPose> for chaincell_client::ToolPose {
+    fn from(ToolPose { position_m, orientation, engaged }: ToolPose) -> Self {
+        Self { position_m: position_m.into(), orientation, engaged }
     }
 }
 
@@ -222,8 +217,8 @@ pub struct State {
     pub count: usize,
     /// Flags of the last answer, a sum of CHAINCELL_CLIENT_FLAG_.
     pub flags: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Checksum of the model, as chaincell info prints it.
+    pub model_checksum: u32,
 }
 
 impl State {
@@ -235,13 +230,13 @@ impl State {
         nodes: std::ptr::null(),
         count: 0,
         flags: 0,
-        reserved: 0,
+        model_checksum: 0,
     };
 
     pub(crate) fn of(header: StateHeader, rows: &[NodePosition]) -> Self {
-        let StateHeader { tick, ticks_answered, state_hash, flags, .. } = header;
+        let StateHeader { tick, ticks_answered, state_hash, flags, model_checksum, .. } = header;
         let nodes = if rows.is_empty() { std::ptr::null() } else { rows.as_ptr().cast() };
-        Self { tick, ticks_answered, state_hash, nodes, count: rows.len(), flags, reserved: 0 }
+        Self { tick, ticks_answered, state_hash, nodes, count: rows.len(), flags, model_checksum }
     }
 }
 

@@ -227,11 +227,9 @@ pub fn play(
                     if let Some(ticks) = record.delay_ticks {
                         tissue.delayed(ticks);
                     }
-                    if tissue.tools() > 0 {
-                        tissue.tick_tools(&poses, Budget::again(record.sweeps));
-                    } else {
-                        tissue.tick_by(&record.sample, Budget::again(record.sweeps));
-                    }
+                    let one = [record.sample];
+                    let poses = if tissue.tools() > 0 { poses.each() } else { &one };
+                    tissue.tick_by(poses, Budget::again(record.sweeps));
                 }
                 last = Some(record.tick);
                 played.ticks += 1;

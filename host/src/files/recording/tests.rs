@@ -218,7 +218,7 @@ fn what_the_clock_decided_is_played_again() {
                 first.restart_ramp();
             }
             let sweeps = [None, Some(0), Some(1), Some(3), Some(0)][at as usize % 5];
-            let output = first.tick_by(&device, Budget::again(sweeps));
+            let output = first.tick_by(&[device], Budget::again(sweeps));
             late += u32::from(output.flags.contains(Flags::LATE));
             let state_hash = Some(first.state_hash());
             recording.add(&Record { sweeps, ramp_restarted, state_hash, ..Record::of(at, device) });

@@ -1,4 +1,4 @@
-//! Version 2 of poses and answers on the server's side: several tools with an orientation in one message.
+//! Poses and answers on the server's side: all tools in one message.
 //!
 //! Of the tools of a message those are moved that `serve` was told of: the ones chosen by their parts,
 //! or else tool 0 alone. The others are answered with no force.
@@ -6,7 +6,6 @@
 pub use chaincell_client::tools::{OneToolForce, OneToolPose, TOOLS_MAX, ToolForces, ToolPoses};
 use chaincell_kernel::Flags;
 
-use super::payload::{ToolForce, ToolPose};
 use crate::engine::tools::{Felt, Poses, is_unit};
 
 /// What an answer repeats of a [`ToolPoses`].
@@ -18,17 +17,36 @@ pub struct Asked {
     numbers: [u32; TOOLS_MAX],
 }
 
-/// An answer of the tissue, for either version.
+/// The answer to a tick, of tool 0 where there are several.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TickForce {
+    /// Number of the tick.
+    pub tick: u64,
+    /// Force of the tissue on the tool \[N\].
+    pub force_n: [f32; 3],
+    /// Certified upper bound of the elastic energy of the published state \[J\].
+    pub energy_j: f32,
+    /// Number of cells the tool holds, or of triangles it is in contact with.
+    pub contacts: u32,
+    /// What bit during the tick, summed: see [`Flags`].
+    pub flags: u32,
+    /// Time the tick took, without waiting, hashing and sending \[ns\].
+    pub step_ns: u32,
+    /// Hash of the state after the tick, 0 where none was taken.
+    pub state_hash: u64,
+}
+
+/// An answer of the tissue.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Answer {
-    /// What version 1 tells.
-    pub force: ToolForce,
+    /// That of the tick.
+    pub force: TickForce,
     /// Number of the last tick that made sweeps, 0 before the first.
     pub force_tick: u64,
     /// Sweeps made in the tick.
     pub sweeps: u32,
-    /// What the message asked for, `None` for one of version 1.
-    pub asked: Option<Asked>,
+    /// What the message asked for.
+    pub asked: Asked,
     /// How many tools were chosen by their parts; 0 where [`Self::force`] is all there is.
     pub chosen: u32,
     /// What each of them felt; the flags are its own, [`Flags::RELEASE_FIRST`] too.
@@ -50,7 +68,7 @@ impl Answer {
 
     /// What is told of a tool.
     fn of(&self, number: u32) -> OneToolForce {
-        let ToolForce { force_n, contacts, flags, .. } = self.force;
+        let TickForce { force_n, contacts, flags, .. } = self.force;
         let felt = match self.tools().get(number as usize) {
             Some(felt) => Felt { flags: Flags(felt.all_flags(flags)), ..*felt },
             None if number == 0 => {
@@ -65,46 +83,25 @@ impl Answer {
 
 /// What a server reads in a [`ToolPoses`].
 pub trait Asking {
-    /// The pose of tool 0. That of a bad message is no number and no release.
+    /// The poses of the tools that were chosen by their parts, 0 to `chosen` - 1; where none were, that of
+    /// tool 0. Those of a bad message are no numbers and no releases.
     #[must_use]
-    fn pose(&self) -> ToolPose {
-        self.pose_of(1)
-    }
+    fn poses(&self, chosen: usize) -> Poses;
 
-    /// The pose of tool 0 where so many tools were chosen by their parts.
+    /// What the answer repeats. Where the tools are not told apart those are the chosen ones, or tool 0
+    /// where none were, by ascending number.
     #[must_use]
-    fn pose_of(&self, chosen: usize) -> ToolPose;
-
-    /// The poses of the tools 0 to `tools` - 1. Those of a bad message are no numbers and no
-    /// releases.
-    #[must_use]
-    fn poses(&self, tools: usize) -> Poses;
-
-    /// What the answer repeats where there is tool 0 alone, see [`Self::asked_of`].
-    #[must_use]
-    fn asked(&self) -> Asked {
-        self.asked_of(1)
-    }
-
-    /// What the answer repeats. Where the tools are not told apart those are the chosen ones, by
-    /// ascending number.
-    #[must_use]
-    fn asked_of(&self, tools: usize) -> Asked;
+    fn asked(&self, chosen: usize) -> Asked;
 }
 
 impl Asking for ToolPoses {
-    fn pose_of(&self, chosen: usize) -> ToolPose {
-        let first = self.poses(chosen.max(1)).each().first().copied();
-        let first = first.map_or(([f32::NAN; 3], 1), |of| (of.position_m.into(), of.engaged));
-        ToolPose { tick: self.tick, position_m: first.0, engaged: first.1 }
-    }
-
-    fn poses(&self, tools: usize) -> Poses {
+    fn poses(&self, chosen: usize) -> Poses {
+        let tools = chosen.max(1);
         let is_chosen = |tool: &&OneToolPose| (tool.number as usize) < tools;
-        let mut chosen = in_use(self).iter().filter(is_chosen);
+        let mut all_chosen = in_use(self).iter().filter(is_chosen);
         let is_sound = has_zeros(self)
             && has_each(self, tools)
-            && chosen.all(|tool| is_unit(tool.orientation));
+            && all_chosen.all(|tool| is_unit(tool.orientation));
         let mut poses = Poses::away(tools);
         for (number, pose) in (0..).zip(poses.each_mut()) {
             (pose.position_m, pose.engaged) = ([f32::NAN; 3].into(), 1);
@@ -117,8 +114,8 @@ impl Asking for ToolPoses {
         poses
     }
 
-    fn asked_of(&self, tools: usize) -> Asked {
-        let send_ns = self.send_ns;
+    fn asked(&self, chosen: usize) -> Asked {
+        let (send_ns, tools) = (self.send_ns, chosen.max(1));
         if !has_each(self, tools) {
             let numbers = std::array::from_fn(|number| number as u32);
             return Asked { send_ns, tools: tools as u32, numbers };
@@ -143,11 +140,10 @@ fn has_zeros(poses: &ToolPoses) -> bool {
 }
 
 impl Answer {
-    /// Its message of version 2; one to version 1 goes to tool 0 alone.
+    /// Its message.
     #[must_use]
     pub fn message(&self, session_id: u64) -> ToolForces {
         let &Answer { force, force_tick, sweeps, asked, .. } = self;
-        let asked = asked.unwrap_or(Asked { tools: 1, ..Asked::default() });
         let mut each = [OneToolForce::default(); TOOLS_MAX];
         for (place, number) in each.iter_mut().zip(asked.numbers).take(asked.tools as usize) {
             *place = self.of(number);
@@ -171,6 +167,9 @@ impl Answer {
 
 #[cfg(test)]
 mod tests {
+    use chaincell_kernel::ToolPose;
+    use nalgebra::Vector3;
+
     use super::*;
 
     fn sound() -> ToolPoses {
@@ -188,10 +187,13 @@ mod tests {
     fn is_bad(change: impl FnOnce(&mut ToolPoses)) -> bool {
         let mut poses = sound();
         change(&mut poses);
-        let ToolPose { tick, position_m, engaged } = poses.pose();
-        assert!(position_m == [1.0, 2.0, 3.0] || position_m.iter().all(|x| x.is_nan()));
-        assert_eq!((tick, engaged), (7, 1));
-        position_m[0].is_nan()
+        let found = poses.poses(0);
+        let [ToolPose { position_m, engaged, .. }] = found.each() else { panic!() };
+        assert!(
+            *position_m == Vector3::new(1.0, 2.0, 3.0) || position_m.iter().all(|x| x.is_nan())
+        );
+        assert_eq!(*engaged, 1);
+        position_m.x.is_nan()
     }
 
     #[test]
@@ -235,7 +237,7 @@ mod tests {
             poses.each().iter().map(|of| of.orientation).collect::<Vec<_>>(),
             [[0.0, 0.6, 0.0, 0.8], [0.0, 0.0, 1.0, 0.0]]
         );
-        assert!(poses.are_good() && sent.asked_of(2).numbers[..3] == [1, 5, 0]);
+        assert!(poses.are_good() && sent.asked(2).numbers[..3] == [1, 5, 0]);
         let bad: [&dyn Fn(&mut ToolPoses); 6] = [
             &|sent| sent.tools = 2,
             &|sent| sent.each[0].number = 0,
@@ -248,9 +250,9 @@ mod tests {
             let mut sent = of_two();
             change(&mut sent);
             let poses = sent.poses(2);
-            let is_nan = |of: &chaincell_kernel::ToolPose| of.position_m.iter().all(|x| x.is_nan());
+            let is_nan = |of: &ToolPose| of.position_m.iter().all(|x| x.is_nan());
             assert!(poses.each().iter().all(|of| is_nan(of) && of.engaged == 1), "{at}");
-            let asked = sent.asked_of(2);
+            let asked = sent.asked(2);
             let are_told_apart = at > 3;
             assert_eq!((asked.tools == 3, asked.numbers[0] == 1), (are_told_apart, are_told_apart));
         }
@@ -258,8 +260,8 @@ mod tests {
 
     #[test]
     fn chosen_tools_have_two_flags_of_their_own() {
-        let force = ToolForce { force_n: [9.0; 3], flags: 8 + 32, ..ToolForce::default() };
-        let asked = Some(of_two().asked_of(2));
+        let force = TickForce { force_n: [9.0; 3], flags: 8 + 32, ..TickForce::default() };
+        let asked = of_two().asked(2);
         let mut answer = Answer { force, asked, chosen: 2, ..Answer::default() };
         let torque_n_m = [0.1, 0.2, 0.3];
         answer.felt[0] = Felt { force_n: [9.0; 3], flags: Flags(8), ..Felt::default() };
@@ -273,17 +275,16 @@ mod tests {
 
     #[test]
     fn every_tool_is_answered_in_its_place() {
-        let force = ToolForce {
+        let force = TickForce {
             tick: 7,
             force_n: [1.0, 2.0, 3.0],
             energy_j: 0.5,
             contacts: 4,
             flags: 32,
             step_ns: 6,
-            reserved: 0,
             state_hash: 11,
         };
-        let asked = Some(sound().asked());
+        let asked = sound().asked(0);
         let answer = Answer { force, force_tick: 3, sweeps: 8, asked, ..Answer::default() };
         let found = answer.message(12);
         let none = OneToolForce::default();
@@ -305,11 +306,9 @@ mod tests {
             each,
         };
         assert_eq!(found, wanted);
-        // A message that has lost count of its tools, and one of version 1: tool 0 alone.
+        // A message that has lost count of its tools is answered for tool 0 alone.
         let lost = ToolPoses { tools: 9, ..sound() };
-        for asked in [Some(lost.asked()), None] {
-            let found = Answer { asked, ..answer }.message(12);
-            assert_eq!((found.tools, found.each[0], found.each[1]), (1, each[1], none));
-        }
+        let found = Answer { asked: lost.asked(0), ..answer }.message(12);
+        assert_eq!((found.tools, found.each[0], found.each[1]), (1, each[1], none));
     }
 }

@@ -6,15 +6,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use chaincell_kernel::{Flags, ToolPose as OneTool};
+use chaincell_kernel::{Flags, ToolPose};
 
 use crate::engine::flag_ticks::FlagTicks;
+use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc;
 use crate::session::ipc::complain::complain;
-use crate::session::ipc::payload::{ToolForce, ToolPose};
 use crate::session::ipc::services::{Domain, SceneServices};
+use crate::session::ipc::tools::TickForce;
 use crate::session::loops::inject::{Faults, Injected, Plan, Sending};
 use crate::session::loops::link::{Heard, Link};
 use crate::session::loops::outstanding::Outstanding;
@@ -145,7 +146,7 @@ pub struct ControlRun {
     /// One answer for each answered pose, of several tools with the force of tool 0 and the contacts of
     /// all; none of poses that are repeated, so that a run's memory
     /// does not depend on its length.
-    pub forces: Vec<ToolForce>,
+    pub forces: Vec<TickForce>,
 }
 
 /// Plays poses at 1 kHz, or as the faults on purpose say. A late pose is sent late, never skipped.
@@ -155,15 +156,15 @@ pub struct ControlRun {
 ///
 /// The ticks must ascend strictly. Waits for a server before the first pose and, for at most 2 s,
 /// for outstanding answers after the last one. Takes memory for the poses given, none for time.
-pub fn control(poses: &[ToolPose], options: &ControlOptions) -> Result<ControlRun> {
+pub fn control(poses: &[Pose], options: &ControlOptions) -> Result<ControlRun> {
     control_tools(poses, &[], options)
 }
 
-/// As [`control`], for several tools by messages of version 2: `tools` are the poses of all in each of
-/// the ticks of `poses`, one behind the other; without any it is [`control`].
+/// As [`control`], for several tools: `tools` are the poses of all in each of the ticks of `poses`, one
+/// after the other; without any it is [`control`].
 pub fn control_tools(
-    poses: &[ToolPose],
-    tools: &[OneTool],
+    poses: &[Pose],
+    tools: &[ToolPose],
     options: &ControlOptions,
 ) -> Result<ControlRun> {
     let poses = Playlist::new(poses, options.repeats)?.with_tools(tools);
@@ -172,10 +173,7 @@ pub fn control_tools(
     }
     let scene = ipc::open(options.scene.as_deref(), &options.domain)?;
     let woken = options.wait == Wait::Event;
-    let ports = match tools {
-        [] => Link::One(scene.control_ports(woken)?),
-        _ => Link::Tools(scene.tools_control_ports(woken)?),
-    };
+    let ports = Link::open(&scene, woken)?;
     if scene.has_other_pose_publisher() {
         log::warn!(
             "another program may publish poses on {}: the server executes those of one program",
@@ -193,7 +191,7 @@ pub fn control_tools(
 
 fn wait_for_server(scene: &SceneServices, ports: &Link, at_most_s: f64) -> Result<()> {
     let end_ns = now_ns().saturating_add(span_ns("`wait_for_server_s`", at_most_s)?);
-    while !ports.is_served(scene) {
+    while !scene.is_served() {
         interrupt::check()?;
         if now_ns() >= end_ns {
             return Err(Error::input(format!(
@@ -222,7 +220,7 @@ struct Run<'a> {
     start_ns: u64,
     outstanding: Outstanding,
     overtaken: u64,
-    forces: Vec<ToolForce>,
+    forces: Vec<TickForce>,
     round_trip: Latencies,
     send_late: Latencies,
     missed: u64,
@@ -241,7 +239,7 @@ impl<'a> Run<'a> {
         let kept = if poses.is_repeated() { 0 } else { poses.len() };
         let mut forces = Vec::new();
         // Writing every element now keeps page faults out of the loop.
-        forces.resize(usize::try_from(kept).unwrap_or(0), ToolForce::default());
+        forces.resize(usize::try_from(kept).unwrap_or(0), TickForce::default());
         forces.clear();
         let now_ns = now_ns();
         Ok(Self {

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::motion::Pose;
 use crate::engine::tissue::NoTissue;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::session::ipc::names::unique_scene;
-use crate::session::ipc::payload::ToolPose;
 use crate::session::ipc::services::Domain;
 use crate::session::loops::control::{ControlOptions, ControlReport, control};
 use crate::session::loops::realtime::{self, Role};
@@ -94,7 +94,7 @@ pub fn without_tissue(
     let server = std::thread::spawn(move || {
         Server::open(&serve_options)?.run(&mut NoTissue, &mut Recorder::default())
     });
-    let run = in_thread(move || control(&[ToolPose::default()], &control_options));
+    let run = in_thread(move || control(&[Pose::default()], &control_options));
     join(server)?;
     let report = run?.report;
     if report.interrupted { Err(Error::Interrupted) } else { Ok(report) }

@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use crate::session::ipc::payload::ToolPose;
+use crate::engine::motion::Pose;
 use crate::session::timing::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::words::percent;
 
@@ -242,8 +242,8 @@ pub struct Sending {
 impl Sending {
     /// The message.
     #[must_use]
-    pub fn pose(&self, pose: ToolPose) -> ToolPose {
-        if self.nan { ToolPose { position_m: [f32::NAN; 3], ..pose } } else { pose }
+    pub fn pose(&self, pose: Pose) -> Pose {
+        if self.nan { Pose { position_m: [f32::NAN; 3], ..pose } } else { pose }
     }
 }
 

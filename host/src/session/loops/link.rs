@@ -1,62 +1,49 @@
-//! What a controller sends and hears, by either version of the messages.
+//! What a controller sends and receives.
 
-use chaincell_kernel::ToolPose as OneTool;
+use chaincell_kernel::ToolPose;
 use iceoryx2::port::update_connections::UpdateConnections;
 
-use crate::session::ipc::payload::{ToolForce, ToolPose};
+use crate::engine::motion::Pose;
+use crate::engine::tools::Poses;
 use crate::session::ipc::services::{Ports, Ring, SceneServices, Wake};
-use crate::session::ipc::tools::{OneToolPose, ToolForces, ToolPoses};
+use crate::session::ipc::tools::{OneToolPose, TOOLS_MAX, TickForce, ToolForces, ToolPoses};
 use crate::session::loops::ramp::Shown;
 use crate::session::timing::clock::now_ns;
 
 /// The ports of a controller.
 #[derive(Debug)]
-pub(crate) enum Link {
-    /// Of one tool, version 1.
-    One(Ports<ToolForce, ToolPose>),
-    /// Of several, version 2.
-    Tools(Ports<ToolForces, ToolPoses>),
-}
+pub(crate) struct Link(Ports<ToolForces, ToolPoses>);
 
 /// An answer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Heard {
-    /// As version 1 tells it: the force is that of tool 0; the contacts are those of all tools.
-    pub(crate) force: ToolForce,
+    /// The force is that of tool 0; the contacts are those of all tools.
+    pub(crate) force: TickForce,
     /// All of it that a device shows.
     pub(crate) shown: Shown,
 }
 
 impl Link {
-    /// Sends a pose; of several tools those of all.
+    /// The controller's side of a scene.
+    ///
+    /// # Errors
+    /// Another controller; no places, or too little memory.
+    pub(crate) fn open(scene: &SceneServices, woken: bool) -> chaincell_client::Result<Self> {
+        Ok(Self(scene.control_ports(woken)?))
+    }
+
+    /// Sends the pose of a tick, of several tools those of all.
     ///
     /// # Errors
     /// What shared memory says.
-    pub(crate) fn send(&self, pose: ToolPose, tools: &[OneTool]) -> Result<(), String> {
-        let sent = match self {
-            Self::One(ports) => ports.publisher.send_copy(pose),
-            Self::Tools(ports) => ports.publisher.send_copy(message(pose, tools)),
-        };
+    pub(crate) fn send(&self, pose: Pose, tools: &[ToolPose]) -> Result<(), String> {
+        let sent = self.0.publisher.send_copy(message(pose, tools));
         sent.map(|_| ()).map_err(|why| format!("{why:?}"))
     }
 
     /// An answer that has arrived. A connection that fails shows as a missing answer.
     pub(crate) fn receive(&self) -> Option<Heard> {
-        match self {
-            Self::One(ports) => {
-                let force = *ports.subscriber.receive().ok()??;
-                Some(Heard { force, shown: Shown::of(force.force_n) })
-            }
-            Self::Tools(ports) => Some(heard(&*ports.subscriber.receive().ok()??)),
-        }
-    }
-
-    /// Whether a server reads these poses and writes answers to them.
-    pub(crate) fn is_served(&self, scene: &SceneServices) -> bool {
-        match self {
-            Self::One(_) => scene.is_served(),
-            Self::Tools(_) => scene.serves_tools(),
-        }
+        Some(heard(&*self.0.subscriber.receive().ok()??))
     }
 
     /// Connects to the server's ports.
@@ -64,39 +51,33 @@ impl Link {
     /// # Errors
     /// What shared memory says.
     pub(crate) fn connect(&self) -> Result<(), String> {
-        let connected = match self {
-            Self::One(ports) => ports.publisher.update_connections(),
-            Self::Tools(ports) => ports.publisher.update_connections(),
-        };
-        connected.map_err(|why| format!("{why:?}"))
+        self.0.publisher.update_connections().map_err(|why| format!("{why:?}"))
     }
 
     /// Wakes the server.
     pub(crate) fn ring(&self) -> &Ring {
-        match self {
-            Self::One(ports) => &ports.ring,
-            Self::Tools(ports) => &ports.ring,
-        }
+        &self.0.ring
     }
 
     /// Woken when an answer was written.
     pub(crate) fn wake(&self) -> &Wake {
-        match self {
-            Self::One(ports) => &ports.wake,
-            Self::Tools(ports) => &ports.wake,
-        }
+        &self.0.wake
     }
 }
 
-/// The message of version 2.
-fn message(pose: ToolPose, tools: &[OneTool]) -> ToolPoses {
+/// The message of a tick. It has all tools that there can be; those beyond the path's stay at the origin
+/// and are not engaged.
+fn message(pose: Pose, tools: &[ToolPose]) -> ToolPoses {
+    let first = [pose.into()];
+    let given = if tools.is_empty() { &first } else { tools };
     let mut poses = ToolPoses {
         tick: pose.tick,
         send_ns: now_ns(),
-        tools: tools.len() as u32,
+        tools: TOOLS_MAX as u32,
         ..ToolPoses::default()
     };
-    for (number, (place, of)) in (0..).zip(poses.each.iter_mut().zip(tools)) {
+    let all = Poses::of_tools(TOOLS_MAX, given);
+    for (number, (place, of)) in (0..).zip(poses.each.iter_mut().zip(all.each())) {
         *place = OneToolPose {
             number,
             engaged: of.engaged,
@@ -113,13 +94,13 @@ fn message(pose: ToolPose, tools: &[OneTool]) -> ToolPoses {
 }
 
 fn heard(forces: &ToolForces) -> Heard {
-    let mut force = ToolForce {
+    let mut force = TickForce {
         tick: forces.tick,
         energy_j: forces.energy_j,
         flags: forces.flags,
         step_ns: forces.step_ns,
         state_hash: forces.state_hash,
-        ..ToolForce::default()
+        ..TickForce::default()
     };
     let mut shown = Shown::ZERO;
     for of in forces.each.iter().take(forces.tools as usize) {

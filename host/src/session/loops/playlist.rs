@@ -1,16 +1,16 @@
 //! Poses to play: a path, once or over and over, its ticks counting on.
 
-use chaincell_kernel::ToolPose as OneTool;
+use chaincell_kernel::ToolPose;
 
+use crate::engine::motion::Pose;
 use crate::error::{Error, Result};
-use crate::session::ipc::payload::ToolPose;
 
 /// A path and how often it is played. The memory is the path's, however often.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Playlist<'a> {
-    poses: &'a [ToolPose],
+    poses: &'a [Pose],
     /// Of several tools the poses of all in each of these ticks, one behind the other.
-    tools: &'a [OneTool],
+    tools: &'a [ToolPose],
     repeats: u64,
     /// Ticks from one repeat to the next.
     span: u64,
@@ -19,7 +19,7 @@ pub(crate) struct Playlist<'a> {
 impl<'a> Playlist<'a> {
     /// # Errors
     /// Ticks that do not ascend; none or too many repeats.
-    pub(crate) fn new(poses: &'a [ToolPose], repeats: u64) -> Result<Self> {
+    pub(crate) fn new(poses: &'a [Pose], repeats: u64) -> Result<Self> {
         if let Some(pair) = poses.windows(2).find(|pair| pair[1].tick <= pair[0].tick) {
             return Err(Error::input(format!(
                 "tick {} follows tick {}: number the ticks of a path upwards",
@@ -40,7 +40,7 @@ impl<'a> Playlist<'a> {
     }
 
     /// The same with the poses of several tools in each tick.
-    pub(crate) fn with_tools(self, tools: &'a [OneTool]) -> Self {
+    pub(crate) fn with_tools(self, tools: &'a [ToolPose]) -> Self {
         Self { tools, ..self }
     }
 
@@ -55,14 +55,14 @@ impl<'a> Playlist<'a> {
     }
 
     /// The pose of a place in the list, which must be below [`Self::len`].
-    pub(crate) fn pose(&self, index: u64) -> ToolPose {
+    pub(crate) fn pose(&self, index: u64) -> Pose {
         let length = self.poses.len() as u64;
         let pose = self.poses[(index % length) as usize];
-        ToolPose { tick: pose.tick + index / length * self.span, ..pose }
+        Pose { tick: pose.tick + index / length * self.span, ..pose }
     }
 
     /// The poses of several tools there; none of a path of one.
-    pub(crate) fn tools(&self, index: u64) -> &'a [OneTool] {
+    pub(crate) fn tools(&self, index: u64) -> &'a [ToolPose] {
         let count = self.tools.len() / self.poses.len().max(1);
         let at = (index % self.poses.len().max(1) as u64) as usize * count;
         self.tools.get(at..at + count).unwrap_or(&[])
@@ -82,8 +82,8 @@ impl<'a> Playlist<'a> {
 mod tests {
     use super::*;
 
-    fn path(ticks: &[u64]) -> Vec<ToolPose> {
-        ticks.iter().map(|&tick| ToolPose { tick, ..ToolPose::default() }).collect()
+    fn path(ticks: &[u64]) -> Vec<Pose> {
+        ticks.iter().map(|&tick| Pose { tick, ..Pose::default() }).collect()
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! Keeps poses as received and their answers, in memory taken beforehand; on disk too, in a trace.
 
-use chaincell_kernel::ToolPose as OneToolPose;
+use chaincell_kernel::ToolPose;
 use chaincell_kernel::trace::{CommandRecord, Record};
 
+use crate::engine::motion::Pose;
 use crate::engine::tools::Felt;
 use crate::error::Result;
 use crate::files::recording::TraceFile;
-use crate::session::ipc::payload::{ToolForce, ToolPose};
+use crate::session::ipc::tools::TickForce;
 
 /// Records of a trace beside those of its ticks, for commands.
 const COMMANDS_MAX: usize = 4096;
@@ -14,12 +15,10 @@ const COMMANDS_MAX: usize = 4096;
 /// What was done with a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The pose, as it was executed.
-    pub pose: ToolPose,
+    /// The pose, as it was executed, with the sweeps of the tick.
+    pub pose: Pose,
     /// The tissue's answer.
-    pub force: ToolForce,
-    /// Sweeps of the tick, 0 where it was late; `None` for the settings' count.
-    pub sweeps: Option<u16>,
+    pub force: TickForce,
     /// Whether the output stage's ramp began anew before the tick.
     pub ramp_restarted: bool,
     /// The delay that the output stage was told of before the tick \[ticks\], where it is measured.
@@ -27,10 +26,10 @@ pub struct Row {
 }
 
 impl Row {
-    /// A tick with the settings' count of sweeps.
+    /// A tick without an output stage.
     #[must_use]
-    pub fn of(pose: ToolPose, force: ToolForce) -> Self {
-        Self { pose, force, sweeps: None, ramp_restarted: false, delay_ticks: None }
+    pub fn of(pose: Pose, force: TickForce) -> Self {
+        Self { pose, force, ramp_restarted: false, delay_ticks: None }
     }
 }
 
@@ -38,7 +37,7 @@ impl Row {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolRow {
     /// Its pose, as it was executed.
-    pub pose: OneToolPose,
+    pub pose: ToolPose,
     /// What it felt.
     pub felt: Felt,
 }
@@ -76,7 +75,7 @@ impl Recorder {
     pub fn with_capacity(capacity_ticks: usize) -> Self {
         let mut rows = Vec::new();
         // Writing every row now keeps page faults out of the loop.
-        let none = Row::of(ToolPose::default(), ToolForce::default());
+        let none = Row::of(Pose::default(), TickForce::default());
         rows.resize(capacity_ticks, none);
         rows.clear();
         Self { rows, keeps_rows: true, capacity_ticks, ..Self::default() }
@@ -85,7 +84,7 @@ impl Recorder {
     /// Takes room for what so many tools do and feel in the ticks that are kept.
     #[must_use]
     pub fn with_tools(mut self, tools: usize) -> Self {
-        let pose = OneToolPose::at([0.0; 3].into(), 0);
+        let pose = ToolPose::at([0.0; 3].into(), 0);
         let none = ToolRow { pose, felt: Felt::default() };
         self.tool_rows.resize(self.capacity_ticks.saturating_mul(tools), none);
         self.tool_rows.clear();
@@ -113,7 +112,7 @@ impl Recorder {
 
     /// As [`Self::record`], with the poses of the tools that were chosen by their parts, and what they
     /// felt.
-    pub fn record_tools(&mut self, row: Row, poses: &[OneToolPose], felt: &[Felt]) {
+    pub fn record_tools(&mut self, row: Row, poses: &[ToolPose], felt: &[Felt]) {
         if self.has_ended() || !self.trace(&row, poses) {
             self.left_out_ticks += 1;
             return;
@@ -127,12 +126,11 @@ impl Recorder {
     }
 
     /// The tick into the trace, where there is one; false where it is full.
-    fn trace(&mut self, row: &Row, poses: &[OneToolPose]) -> bool {
+    fn trace(&mut self, row: &Row, poses: &[ToolPose]) -> bool {
         let Some(trace) = &mut self.trace else { return true };
-        let &Row { pose, force, sweeps, ramp_restarted, delay_ticks } = row;
+        let &Row { pose, force, ramp_restarted, delay_ticks } = row;
         let state_hash = (force.state_hash != 0).then_some(force.state_hash);
-        let sample = pose.into();
-        let tick = pose.tick;
+        let (sample, Pose { tick, sweeps, .. }) = (pose.into(), pose);
         let record = Record { tick, sample, sweeps, ramp_restarted, delay_ticks, state_hash };
         trace.add_tools(&record, poses)
     }
@@ -206,8 +204,8 @@ mod tests {
     fn a_full_recorder_counts_what_it_leaves_out() {
         let mut recorder = Recorder::with_capacity(2);
         for tick in 0..5 {
-            let pose = ToolPose { tick, ..ToolPose::default() };
-            recorder.record(Row::of(pose, ToolForce::default()));
+            let pose = Pose { tick, ..Pose::default() };
+            recorder.record(Row::of(pose, TickForce::default()));
         }
         let ticks: Vec<u64> = recorder.rows().iter().map(|row| row.pose.tick).collect();
         assert_eq!(ticks, [0, 1]);
@@ -225,8 +223,8 @@ mod tests {
     }
 
     fn tick(recorder: &mut Recorder, tick: u64) {
-        let pose = ToolPose { tick, ..ToolPose::default() };
-        let force = ToolForce { tick, state_hash: tick % 2, ..ToolForce::default() };
+        let pose = Pose { tick, ..Pose::default() };
+        let force = TickForce { tick, state_hash: tick % 2, ..TickForce::default() };
         recorder.record(Row::of(pose, force));
     }
 

@@ -1,6 +1,6 @@
 //! Programs that use the scene's names for messages of another release or make.
 
-use chaincell_tests::outsider::{OtherPose, OtherService, PoseOfAnotherRelease};
+use chaincell_tests::outsider::{OtherPoses, OtherService, PosesOfAnotherRelease};
 use chaincell_tests::{Running, run, turn};
 
 use super::*;
@@ -11,13 +11,14 @@ fn a_service_of_another_release_or_layout_is_refused_by_name() {
     let place = place("other-type");
     let args = ["serve", text(&place.model), "--scene", &place.scene, "--contact", "40"];
     {
-        let _release = OtherService::<PoseOfAnotherRelease>::create(&place.scene, "pose").unwrap();
+        let _release =
+            OtherService::<PosesOfAnotherRelease>::create(&place.scene, "tools").unwrap();
         for ended in [run(args), run(["control", "--scene", &place.scene])] {
             let ended = ended.with(2);
             for part in [
-                &format!("chaincell/{}/pose", place.scene),
-                "chaincell.ToolPose.v2 of 24 bytes",
-                "chaincell.ToolPose.v1 of 24 bytes",
+                &format!("chaincell/{}/tools", place.scene),
+                "chaincell.ToolPoses.v3 of 24 bytes",
+                "chaincell.ToolPoses.v2 of 344 bytes",
                 "--scene NAME",
             ] {
                 assert!(ended.err.contains(part), "{}", ended.err);
@@ -26,9 +27,9 @@ fn a_service_of_another_release_or_layout_is_refused_by_name() {
         }
     }
     {
-        let _layout = OtherService::<OtherPose>::create(&place.scene, "pose").unwrap();
+        let _layout = OtherService::<OtherPoses>::create(&place.scene, "tools").unwrap();
         let ended = run(args).with(2);
-        assert!(ended.err.contains("chaincell.ToolPose.v1 of 32 bytes"), "{}", ended.err);
+        assert!(ended.err.contains("chaincell.ToolPoses.v2 of 32 bytes"), "{}", ended.err);
     }
     // Once it is gone the scene is ours.
     place.serve(&[]).interrupt().with(130);
@@ -41,9 +42,9 @@ fn a_program_of_another_release_or_layout_cannot_join_and_disturbs_nobody() {
         let (place, serve, outsider) = served("other-joins");
         let control: Running = holding_control(&place, 800);
         let mut seen = until(&outsider, |force| force.tick >= 250);
-        assert!(OtherService::<PoseOfAnotherRelease>::create(&place.scene, "pose").is_err());
-        assert!(OtherService::<OtherPose>::create(&place.scene, "pose").is_err());
-        assert!(OtherService::<OtherPose>::create(&place.scene, "force").is_err());
+        assert!(OtherService::<PosesOfAnotherRelease>::create(&place.scene, "tools").is_err());
+        assert!(OtherService::<OtherPoses>::create(&place.scene, "tools").is_err());
+        assert!(OtherService::<OtherPoses>::create(&place.scene, "forces").is_err());
         let (ended, more) = until_end(control, &outsider);
         seen.extend(more);
         undisturbed("programs with another layout or release", ended, serve, &seen, 800)

@@ -4,6 +4,7 @@ use chaincell_kernel::{Flags, TickOutput};
 
 use super::Run;
 use super::arrived::Arrived;
+use crate::engine::motion::Pose;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::tools::Answer;
 use crate::session::loops::peers::Call;
@@ -17,13 +18,13 @@ impl Run<'_> {
         let answer = self.session.answer(arrived, output, step_ns);
         // First, so that no answer is seen whose tick a kill could lose.
         let row = Row {
-            pose: arrived.pose,
+            pose: Pose { sweeps, ..arrived.first() },
             force: answer.force,
-            sweeps,
             ramp_restarted: arrived.restarts_ramp,
             delay_ticks: self.delay.told,
         };
-        self.recorder.record_tools(row, arrived.tools.each(), &answer.felt);
+        let tools = arrived.poses.each().get(..self.session.chosen).unwrap_or(&[]);
+        self.recorder.record_tools(row, tools, &answer.felt);
         let shown = self.session.publish(answer, now_ns());
         self.flag_ticks.add(Flags(answer.force.flags | shown.force.flags & Flags::LATE.0));
         self.send(&shown);
@@ -42,7 +43,7 @@ impl Run<'_> {
         self.peers.timed(
             || server.scene.ports_count(),
             || {
-                if let Err(why) = server.ports.mouth.send(answer) {
+                if let Err(why) = server.ports.answers.send(answer) {
                     complain(failed, "cannot send an answer", why);
                 }
                 (Call::Send, ())

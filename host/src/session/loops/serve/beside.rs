@@ -5,12 +5,13 @@ use chaincell_kernel::trace::{Command, CommandRecord};
 use super::Run;
 use crate::engine::tissue::Refusal;
 use crate::session::ipc::contacts::ContactsHeader;
-use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader, ToolForce};
+use crate::session::ipc::payload::{CommandMessage, ReplyMessage, StateHeader};
+use crate::session::ipc::tools::TickForce;
 use crate::session::timing::clock::now_ns;
 
 impl Run<'_> {
     /// The tissue's last answer.
-    fn answer(&self) -> Option<ToolForce> {
+    fn answer(&self) -> Option<TickForce> {
         self.shared.voice().answer.map(|answer| answer.force)
     }
 
@@ -46,6 +47,8 @@ impl Run<'_> {
                 state_hash: self.state_hash(),
                 nodes: 0,
                 flags: self.answer().map_or(0, |last| last.flags),
+                model_checksum: self.session.engine.model_checksum(),
+                reserved: 0,
             };
             if let Some(state) = &mut self.state {
                 state.send(header, self.session.engine);
@@ -67,7 +70,7 @@ impl Run<'_> {
     /// The hash of the last answer where it has one.
     fn state_hash(&mut self) -> u64 {
         match self.answer() {
-            Some(ToolForce { state_hash: hash @ 1.., .. }) => hash,
+            Some(TickForce { state_hash: hash @ 1.., .. }) => hash,
             _ => self.session.engine.state_hash(),
         }
     }

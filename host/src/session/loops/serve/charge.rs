@@ -1,6 +1,6 @@
 //! Who is in charge of a session, the order of its ticks, and which tools it was seen to release.
 
-use chaincell_kernel::TOOLS_MAX;
+use chaincell_kernel::{TOOLS_MAX, ToolPose};
 
 use super::arrived::Arrived;
 use crate::engine::order::{TickOrder, TickPlace, follows};
@@ -16,15 +16,6 @@ pub struct Resumed {
     pub released: [bool; TOOLS_MAX],
     /// Whether it was paused.
     pub is_paused: bool,
-}
-
-/// Who takes charge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Claim {
-    /// The publisher of the session that this one goes on from.
-    Same,
-    /// Another program, or the first.
-    Other,
 }
 
 /// The publisher whose poses are executed.
@@ -84,19 +75,15 @@ impl Charge {
 
     /// A publisher takes charge. The one of the session before goes on where its tools are; another one
     /// releases them first.
-    pub(super) fn take(&mut self, publisher: u128) -> Claim {
+    pub(super) fn take(&mut self, publisher: u128) {
         let before = self.resumed.take().filter(|before| before.publisher == publisher);
         (self.publisher, self.order, self.step) = (Some(publisher), TickOrder::default(), 1);
         match before {
             Some(before) => {
                 self.has_released = before.released;
                 self.withheld = [true; TOOLS_MAX];
-                Claim::Same
             }
-            None => {
-                (self.has_released, self.withheld) = ([false; TOOLS_MAX], [false; TOOLS_MAX]);
-                Claim::Other
-            }
+            None => (self.has_released, self.withheld) = ([false; TOOLS_MAX], [false; TOOLS_MAX]),
         }
     }
 
@@ -113,25 +100,16 @@ impl Charge {
     }
 
     /// Takes tools as not engaged, or without a force, until they were seen released.
-    pub(super) fn release(&mut self, arrived: &mut Arrived, chosen: usize) {
-        // A pose of version 1 says nothing of other tools than 0.
-        let said = if arrived.asked.is_none() { 1 } else { TOOLS_MAX };
-        let mut one = [&mut arrived.pose.engaged];
-        let mut each = arrived.tools.each_mut().iter_mut().map(|pose| &mut pose.engaged);
-        let engaged: &mut dyn Iterator<Item = &mut u32> =
-            if chosen == 0 { &mut one.iter_mut().map(|of| &mut **of) } else { &mut each };
+    pub(super) fn release(&mut self, arrived: &mut Arrived) {
         let seen = self.has_released.iter_mut().zip(&mut self.withheld);
-        let first = seen.zip(&mut arrived.release_first).take(said).zip(engaged);
-        for (((has_released, withheld), release_first), engaged) in first {
+        let each = seen.zip(&mut arrived.release_first).zip(arrived.poses.each_mut());
+        for (((has_released, withheld), release_first), ToolPose { engaged, .. }) in each {
             *has_released |= *engaged == 0;
             *withheld &= *engaged != 0;
             *release_first = *engaged == 1 && (!*has_released || *withheld);
             if !*has_released && *engaged == 1 {
                 *engaged = 0;
             }
-        }
-        if chosen > 0 {
-            arrived.pose.engaged = arrived.tools.each().first().map_or(0, |pose| pose.engaged);
         }
     }
 }

@@ -9,7 +9,7 @@
 //! ticks = max(1, ceil((2 there + waited + tick) / h))
 //! ```
 //!
-//! A pose of version 1 has no send time: its way is taken as nothing. A send time that lies ahead, or more
+//! A send time that lies ahead, or more
 //! than a second back, is of another clock: the delay is then taken as [`DELAY_MAX`], the longest that the
 //! stage is told of, and the loop says so.
 
@@ -47,17 +47,9 @@ impl LoopDelay {
     }
 }
 
-/// The delay of an answer to a pose that was sent at `sent_ns`, where that is known, arrived at `at_ns`
-/// and is executed at `now_ns` \[ticks of `period_ns`\]; `None` for a send time of another clock.
-fn ticks(
-    sent_ns: Option<u64>,
-    [at_ns, now_ns]: [u64; 2],
-    [tick_ns, period_ns]: [u64; 2],
-) -> Option<u16> {
-    let there_ns = match sent_ns {
-        None => 0,
-        Some(sent_ns) => at_ns.checked_sub(sent_ns).filter(|&age_ns| age_ns <= AGE_MAX_NS)?,
-    };
+/// The delay of an answer to a pose that was sent at `sent_ns`, arrived at `at_ns` and is executed at `now_ns` \[ticks of `period_ns`\]; `None` for a send time of another clock.
+fn ticks(sent_ns: u64, [at_ns, now_ns]: [u64; 2], [tick_ns, period_ns]: [u64; 2]) -> Option<u16> {
+    let there_ns = at_ns.checked_sub(sent_ns).filter(|&age_ns| age_ns <= AGE_MAX_NS)?;
     let waited_ns = now_ns.saturating_sub(at_ns);
     let whole_ns = there_ns.saturating_mul(2).saturating_add(waited_ns).saturating_add(tick_ns);
     let ticks = whole_ns.div_ceil(period_ns.max(1)).max(1);
@@ -68,14 +60,14 @@ impl Run<'_> {
     /// How late the answer to this pose will be, where that is measured: the stage is told.
     pub(super) fn measure_delay(&mut self, arrived: &Arrived, now_ns: u64) {
         let Some(period_ns) = self.delay.period_ns else { return };
-        let sent_ns = arrived.asked.map(|asked| asked.send_ns);
         let times_ns = [arrived.at_ns, now_ns];
-        let told = ticks(sent_ns, times_ns, [self.delay.tick_ns, period_ns]).unwrap_or_else(|| {
-            let what =
-                "the send time of a pose is of another clock; its delay is taken as 16 ticks";
-            complain(&mut self.delay.disbelieved, what, arrived.pose.tick);
-            DELAY_MAX.into()
-        });
+        let told = ticks(arrived.asked.send_ns, times_ns, [self.delay.tick_ns, period_ns])
+            .unwrap_or_else(|| {
+                let what =
+                    "the send time of a pose is of another clock; its delay is taken as 16 ticks";
+                complain(&mut self.delay.disbelieved, what, arrived.tick);
+                DELAY_MAX.into()
+            });
         self.delay.told = Some(told);
     }
 }
@@ -87,7 +79,7 @@ mod tests {
     const PERIOD_NS: u64 = 1_000_000;
 
     fn of(sent_ns: u64, at_ns: u64, now_ns: u64, tick_ns: u64) -> Option<u16> {
-        ticks(Some(sent_ns), [at_ns, now_ns], [tick_ns, PERIOD_NS])
+        ticks(sent_ns, [at_ns, now_ns], [tick_ns, PERIOD_NS])
     }
 
     #[test]
@@ -97,10 +89,8 @@ mod tests {
         assert_eq!(of(start, start + 400_000, start + 400_000, 300_000), Some(2));
         assert_eq!(of(start, start + 100_000, start + 2_100_000, 300_000), Some(3));
         assert_eq!(of(start, start, start, 0), Some(1));
-        // A pose of version 1.
-        assert_eq!(ticks(None, [start, start + 1_200_000], [900_000, PERIOD_NS]), Some(3));
         // Twice as many poses a second.
-        assert_eq!(ticks(Some(start), [start + 400_000; 2], [300_000, PERIOD_NS / 2]), Some(3));
+        assert_eq!(ticks(start, [start + 400_000; 2], [300_000, PERIOD_NS / 2]), Some(3));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::arrived::Arrived;
 use crate::engine::order::TickPlace;
 use crate::session::ipc::complain::complain;
 use crate::session::ipc::services::QUEUE_MESSAGES;
-use crate::session::ipc::serving::Came;
+use crate::session::ipc::serving::ReceivedPoses;
 use crate::session::loops::peers::Call;
 use crate::session::timing::clock::{MILLISECOND_NS, now_ns};
 
@@ -16,14 +16,14 @@ use crate::session::timing::clock::{MILLISECOND_NS, now_ns};
 const ALIVE_CHECK_NS: u64 = 100 * MILLISECOND_NS;
 
 impl Run<'_> {
-    /// Moves what waits in both queues into the inbox, at most a queue full; whether anything came.
+    /// Moves what waits in the queue into the inbox, at most a queue full; whether anything came.
     pub(super) fn take_in(&mut self) -> bool {
         let before = self.inbox.len();
         let mut received = 0;
         while received < QUEUE_MESSAGES && self.inbox.len() < QUEUE_MESSAGES {
-            let Some(came) = self.receive() else { break };
+            let Some(poses) = self.receive() else { break };
             received += 1;
-            self.accept(came);
+            self.accept(poses);
         }
         let accepted = self.inbox.len().saturating_sub(before) as u64;
         if accepted > 0 {
@@ -34,14 +34,13 @@ impl Run<'_> {
         received > 0
     }
 
-    fn receive(&mut self) -> Option<Came> {
-        self.tools_first = !self.tools_first;
+    fn receive(&mut self) -> Option<ReceivedPoses> {
         let (server, failed) = (self.server, &mut self.failed);
         let chosen = self.session.chosen;
         self.peers.timed(
             || server.scene.ports_count(),
-            || match server.ports.receive(self.tools_first, chosen) {
-                Ok(Some(came)) => (Call::Receive, Some(came)),
+            || match server.ports.receive(chosen) {
+                Ok(Some(received)) => (Call::Receive, Some(received)),
                 Ok(None) => (Call::Idle, None),
                 Err(why) => {
                     complain(failed, "cannot receive a pose", why);
@@ -52,9 +51,9 @@ impl Run<'_> {
     }
 
     /// Puts a pose into the inbox where it is the next one of the publisher in charge.
-    fn accept(&mut self, came: Came) {
+    fn accept(&mut self, received: ReceivedPoses) {
         let arrival_ns = now_ns();
-        let (publisher, tick) = (came.publisher, came.pose.tick);
+        let ReceivedPoses { tick, poses, asked, publisher } = received;
         if self.in_charge != Some(publisher) {
             if self.in_charge.is_some_and(|known| self.is_in_charge(known, arrival_ns)) {
                 complain(&mut self.refused, "a second publisher sends poses", publisher.value());
@@ -87,8 +86,7 @@ impl Run<'_> {
         self.waiter
             .arrived(arrival_ns, arrival_ns.saturating_sub(self.shared.voice().shaper.heard_ns()));
         self.waiter.expect_after(arrival_ns);
-        let Came { pose, tools, asked, .. } = came;
-        let arrived = Arrived { pose, tools, asked, at_ns: arrival_ns, ..Arrived::default() };
+        let arrived = Arrived { tick, poses, asked, at_ns: arrival_ns, ..Arrived::default() };
         self.inbox.push_back(self.session.accept(arrived, steps));
     }
 

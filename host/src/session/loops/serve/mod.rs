@@ -189,7 +189,7 @@ impl Server {
         let shared = Shared::new(Voice::new(&self.options, now_ns()));
         let snapshots = self.snapshots.take().map(Snapshots::new).unzip();
         let mut run = Run::new(&self, &shared, beside, engine, recorder)?;
-        let (mouth, leftovers) = (&self.ports.mouth, self.scene.leftovers());
+        let (answers, leftovers) = (&self.ports.answers, self.scene.leftovers());
         let (ended_by, refused) = std::thread::scope(|scope| {
             let (taken, files) = snapshots;
             run.snapshots = taken;
@@ -198,7 +198,7 @@ impl Server {
             }
             // Before the loop asks for its privileges, which a thread would inherit: on the loop's
             // core, at its priority, it would not come to its turn while the loop is in a tick.
-            scope.spawn(|| shared.watch(mouth, || _ = leftovers.clear()));
+            scope.spawn(|| shared.watch(answers, || _ = leftovers.clear()));
             let ended = self.ask_and_loop(&mut run);
             shared.end();
             run.end_snapshots();
@@ -234,8 +234,6 @@ struct Run<'a> {
     waiter: Waiter,
     peers: PeerWatch,
     step: Latencies,
-    /// Whether the next look for a pose begins with those of version 2.
-    tools_first: bool,
     /// Poses accepted and not executed yet, the oldest first.
     inbox: VecDeque<Arrived>,
     in_charge: Option<UniquePublisherId>,
@@ -294,7 +292,6 @@ impl<'a> Run<'a> {
             waiter,
             peers: PeerWatch::new(server.scene.ports_count()),
             step: Latencies::new()?,
-            tools_first: false,
             inbox,
             in_charge: None,
             rate: server.rate,

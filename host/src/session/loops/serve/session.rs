@@ -11,7 +11,7 @@ use chaincell_kernel::{Budget, Flags, TOOLS_MAX, TickOutput};
 
 use super::ServeOptions;
 use super::arrived::Arrived;
-use super::charge::{Charge, Claim};
+use super::charge::Charge;
 use super::overload::Behind;
 use super::speed::SpeedGate;
 use super::voice::Voice;
@@ -19,9 +19,8 @@ use super::watcher::Shared;
 use crate::engine::order::{TickPlace, skipped};
 use crate::engine::snapshot::Saved;
 use crate::engine::tissue::{Refusal, TissueEngine};
-use crate::engine::tools::{Felt, Poses};
-use crate::session::ipc::payload::ToolForce;
-use crate::session::ipc::tools::Answer;
+use crate::engine::tools::Felt;
+use crate::session::ipc::tools::{Answer, TickForce};
 
 /// Late poses on end from which on the next new force is gone to along a ramp.
 const LATE_RUN: u32 = 4;
@@ -36,8 +35,6 @@ pub struct Session<'a> {
     hash_every: u64,
     charge: Charge,
     gate: SpeedGate,
-    /// The last good poses of the chosen tools.
-    standing: Poses,
     paused: bool,
     /// Whether the last tick was one of a pause.
     has_rested: bool,
@@ -68,7 +65,6 @@ impl<'a> Session<'a> {
             hash_every: options.hash_every,
             charge,
             gate: SpeedGate::new(options.max_speed_m_per_s),
-            standing: Poses::away(chosen),
             paused,
             has_rested: false,
             last_tick: None,
@@ -100,9 +96,7 @@ impl<'a> Session<'a> {
     /// A publisher is in charge from here on. One of another program may be in another frame, and its
     /// hand felt nothing so far: every tool counts as not engaged until it was released.
     pub fn take_charge(&mut self, publisher: u128) {
-        if self.charge.take(publisher) == Claim::Other {
-            self.standing = Poses::away(self.chosen);
-        }
+        self.charge.take(publisher);
         self.gate.forget();
         self.voice().shaper.begin_ramp();
     }
@@ -123,20 +117,9 @@ impl<'a> Session<'a> {
         if arrived.restarts_ramp {
             self.gate.forget();
         }
-        self.complete(&mut arrived);
         self.gate.judge(&mut arrived, step);
-        self.charge.release(&mut arrived, self.chosen);
-        if arrived.tools.are_good() {
-            self.standing = arrived.tools;
-        }
+        self.charge.release(&mut arrived);
         arrived
-    }
-
-    /// The poses of all tools: one of version 1 is that of tool 0, and says nothing of the others.
-    fn complete(&self, arrived: &mut Arrived) {
-        if arrived.asked.is_none() {
-            arrived.tools = self.standing.with_first_alone(&arrived.pose.into());
-        }
     }
 
     /// Whether the device was without a force, by the clock or by the ticks: the ramp then begins. A
@@ -154,8 +137,8 @@ impl<'a> Session<'a> {
     /// Before the tick of a pose: the stage is told of all in which the device did not feel what was
     /// computed, of lost samples and, where it is measured, of the delay.
     pub fn prepare(&mut self, arrived: &mut Arrived, delay_ticks: Option<u16>) {
-        arrived.skipped = self.last_tick.map_or(0, |last| skipped(last, arrived.pose.tick));
-        self.last_tick = Some(arrived.pose.tick);
+        arrived.skipped = self.last_tick.map_or(0, |last| skipped(last, arrived.tick));
+        self.last_tick = Some(arrived.tick);
         let felt_other = self.voice().take_felt_other();
         if self.paused {
             self.has_rested = true;
@@ -177,10 +160,7 @@ impl<'a> Session<'a> {
         if self.paused {
             return self.rest();
         }
-        match arrived.tools.each() {
-            [] => self.engine.tick_by(&arrived.pose.into(), budget),
-            _ => self.engine.tick_tools(&arrived.tools, budget),
-        }
+        self.engine.tick_by(arrived.poses.each(), budget)
     }
 
     /// The answer while paused: force 0, safe state and no other flag; no cell moves.
@@ -211,19 +191,17 @@ impl<'a> Session<'a> {
             flags.insert(Flags::RELEASE_FIRST);
         }
         felt.iter().for_each(|felt| flags.insert(felt.flags));
-        let pose = arrived.pose;
-        let force = ToolForce {
-            tick: pose.tick,
+        let force = TickForce {
+            tick: arrived.tick,
             force_n: output.force_n.into(),
             energy_j: output.energy_j,
             contacts: output.contacts,
             flags: flags.0,
             step_ns: u32::try_from(step_ns).unwrap_or(u32::MAX),
-            reserved: 0,
             state_hash,
         };
         if output.sweeps > 0 {
-            self.force_tick = pose.tick;
+            self.force_tick = arrived.tick;
         }
         let (force_tick, chosen) = (self.force_tick, self.chosen as u32);
         let sweeps = output.sweeps.into();
@@ -292,7 +270,7 @@ impl<'a> Session<'a> {
         voice.obeyed(command);
         if let (Command::Reset, Some(last)) = (command, &mut voice.answer) {
             let state_hash = self.engine.state_hash();
-            last.force = ToolForce { energy_j: 0.0, contacts: 0, state_hash, ..last.force };
+            last.force = TickForce { energy_j: 0.0, contacts: 0, state_hash, ..last.force };
             last.felt.iter_mut().for_each(|felt| felt.contacts = 0);
         }
         Ok(())

@@ -38,12 +38,7 @@ impl SpeedGate {
             return;
         }
         let at_ns = arrived.at_ns;
-        if arrived.tools.each().is_empty() {
-            let pose = &mut arrived.pose;
-            pose.engaged = self.judged(0, (pose.position_m, pose.engaged), (at_ns, step));
-            return;
-        }
-        for (tool, pose) in arrived.tools.each_mut().iter_mut().enumerate() {
+        for (tool, pose) in arrived.poses.each_mut().iter_mut().enumerate() {
             let of = (pose.position_m.into(), pose.engaged);
             pose.engaged = self.judged(tool, of, (at_ns, step));
         }

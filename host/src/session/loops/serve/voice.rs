@@ -14,8 +14,7 @@ use chaincell_kernel::{Flags, TOOLS_MAX};
 
 use super::ServeOptions;
 use super::overload::{Behind, Change, Overload};
-use crate::session::ipc::payload::ToolForce;
-use crate::session::ipc::tools::Answer;
+use crate::session::ipc::tools::{Answer, TickForce};
 use crate::session::loops::ramp::Shown;
 use crate::session::loops::shaper::ForceShaper;
 use crate::session::timing::clock::PERIOD_NS;
@@ -69,10 +68,6 @@ impl Voice {
         let last = self.answer.unwrap_or(answer);
         if (answer.force.flags ^ last.force.flags) & safe != 0 {
             self.force_jumps();
-        }
-        // The readers of another version were shown nothing of the force so far.
-        if answer.asked.is_some() != last.asked.is_some() {
-            self.shaper.begin_at_zero();
         }
         self.shaper.end_silence();
         self.answer = Some(answer);
@@ -184,7 +179,7 @@ fn felt(answer: &Answer) -> Shown {
 
 /// An answer with other forces, torques and flags.
 fn with(mut answer: Answer, shown: &Shown, flags: u32) -> Answer {
-    answer.force = ToolForce { force_n: shown.force_n[0], flags, ..answer.force };
+    answer.force = TickForce { force_n: shown.force_n[0], flags, ..answer.force };
     for (tool, of) in answer.tools_mut().iter_mut().enumerate() {
         (of.force_n, of.torque_n_m) = (shown.force_n[tool], shown.torque_n_m[tool]);
     }
@@ -198,6 +193,6 @@ fn stale(last: Answer, shown: &Shown, is_zero: bool) -> Answer {
     if is_zero {
         flags.insert(Flags::SAFE_STATE);
     }
-    let force = ToolForce { step_ns: 0, ..last.force };
+    let force = TickForce { step_ns: 0, ..last.force };
     with(Answer { force, sweeps: 0, ..last }, shown, flags.0)
 }

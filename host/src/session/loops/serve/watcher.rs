@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::voice::Voice;
-use crate::session::ipc::serving::Mouth;
+use crate::session::ipc::serving::AnswerPublisher;
 use crate::session::timing::clock::{MILLISECOND_NS, PERIOD_NS, now_ns, sleep_until_ns};
 
 /// Span between looks while nothing is to be said \[ns\].
@@ -64,7 +64,7 @@ impl Shared {
 
     /// Looks until the loop has ended. Where the loop stands still, a program may have been killed that
     /// made a connection to it: `clear` then clears up, every 100 ms.
-    pub(super) fn watch(&self, mouth: &Mouth, clear: impl Fn()) {
+    pub(super) fn watch(&self, answers: &AnswerPublisher, clear: impl Fn()) {
         let (mut rounds, mut since_ns) = (0, now_ns());
         while !self.has_ended.load(Ordering::Acquire) {
             let mut span_ns = LOOK_NS;
@@ -75,7 +75,7 @@ impl Shared {
                     && let Some(answer) = voice.falling_in_tick(now_ns())
                 {
                     // A message that shared memory does not take is followed by the next one.
-                    let _ = mouth.send(&answer);
+                    let _ = answers.send(&answer);
                 }
                 if voice.is_urgent() {
                     span_ns = PERIOD_NS;
