@@ -42,7 +42,7 @@ fn held_cells_are_corrected_for_exactly() {
     corrected_for_exactly(&Model::from_bytes(CUBE).unwrap());
 }
 
-/// Another term has its part in the bound, and in what a held cell takes out of it.
+/// Another term is part of the bound, and of the part that a held cell removes from it.
 #[test]
 fn held_cells_with_pins_are_corrected_for_exactly() {
     let pin = |cell| Pin { cell, point: [0.0; 3], weight: 3.0, slip_length: 1.0, give: 0.5 };
@@ -77,7 +77,7 @@ fn corrected_for_exactly(model: &Model<'_>) {
                     g[function][axis]
                 );
                 exact += g[function][axis] * c[function][axis];
-                // The bound behind the guard: c' A c <= g . c.
+                // The bound used by the guard: c' A c <= g . c.
                 assert!(own * c[function][axis] >= 0.0);
             }
         }
