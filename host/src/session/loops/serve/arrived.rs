@@ -1,4 +1,4 @@
-//! A pose on its way to the tissue.
+//! An accepted pose on its way to the tissue.
 
 use chaincell_kernel::TOOLS_MAX;
 
@@ -9,19 +9,19 @@ use crate::session::ipc::tools::Asked;
 /// A pose that was accepted.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Arrived {
-    /// The pose, as it is executed.
+    /// The pose as it is executed.
     pub pose: ToolPose,
-    /// Poses of the tools that were chosen by their parts.
+    /// Poses of the tools given by --tool.
     pub tools: Poses,
-    /// What its message asks for, `None` for one of version 1.
+    /// Request in its message, `None` for version 1.
     pub asked: Option<Asked>,
-    /// When it came \[ns\].
+    /// Arrival time \[ns\].
     pub at_ns: u64,
-    /// There was a silence, a gap or a pause before it, or the device did not feel the last force: the
-    /// output stage's ramp begins anew.
+    /// True after a silence, a gap or a pause, or if the device did not feel the last force: the output
+    /// stage's ramp starts anew.
     pub restarts_ramp: bool,
-    /// Ticks in front of it that never came.
+    /// Number of ticks before it that never arrived.
     pub skipped: u16,
-    /// Which tools have no force, since they were not seen released yet.
+    /// Tools without a force, since they have not been released yet.
     pub release_first: [bool; TOOLS_MAX],
 }
