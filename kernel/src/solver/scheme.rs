@@ -44,7 +44,7 @@ pub(crate) struct Body<'a, 'm, N = f32> {
     pub own: &'a mut [Cell<N>],
     /// Memory for a coarse level.
     pub room: &'a mut [Eight],
-    /// How the coarse level keeps the held cells fixed; `None` if it cannot.
+    /// Method by which the coarse level keeps the held cells fixed; `None` if it cannot.
     pub coarse: Option<Coarse>,
     /// Effect of tools on an elastic coarse level.
     pub coarse_touch: Option<&'a CoarseTouch>,

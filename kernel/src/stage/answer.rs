@@ -86,7 +86,7 @@ impl Stage {
         if self.settings.passivity.is_none() {
             return self.ramp.up();
         }
-        // How fast to go down, 0 to 1.
+        // Rate of going down, 0 to 1.
         let push = dot(self.asked.force, self.observer.rate());
         let cannot_hold = if self.delay.is_long() {
             self.settings.coupling.is_none()

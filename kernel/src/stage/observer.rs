@@ -137,7 +137,7 @@ impl Observer {
                 self.count = step;
             }
         }
-        // Move the counted position: by a lag less than the measured one.
+        // Move the counted position, which lags the measured one.
         let before = self.at;
         let axes = self.at.iter_mut().zip(&mut self.still).zip(position).zip(steps);
         for (((at, still), x), step) in axes {

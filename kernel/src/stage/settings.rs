@@ -27,7 +27,7 @@ pub struct Coupling {
     pub damping_n_s_per_m: f32,
 }
 
-/// What the passivity observer may assume about the device.
+/// Assumptions of the passivity observer about the device.
 ///
 /// If the controller cannot compensate the generated energy, the force is lowered along the ramp. That needs
 /// [`StageSettings::ramp_ticks`] of 2 or more.

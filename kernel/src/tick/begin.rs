@@ -1,4 +1,4 @@
-//! How a tool starts that engages in contact with the tissue or inside it.
+//! Start of a tool that engages in contact with the tissue or inside it.
 //!
 //! **Inside the tissue** a tool would push the surface above it outwards and be drawn in. So it waits without
 //! contact and force, marked by flag 2048 ([`Flags::STARTS_INSIDE`](crate::Flags)), until a tick finds all of

@@ -75,7 +75,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         };
         let contacts = self.contacts.get_mut(..slots).unwrap_or(&mut []);
         let (room, states) = (&mut *self.room, self.states.shared(network.model().kept_states()));
-        // Apply the terms' corrections, then the tool's contact.
+        // Collect the tick's data, then apply the terms' corrections and the tool's contact.
         let mut tick = Tick {
             network,
             head: self.head,

@@ -64,10 +64,10 @@ impl<D: Dynamics> Tick<'_, '_, D> {
         let share = self.head.share;
         if share >= 1.0 || self.is_late && share >= begin::WAITS {
             return share;
-        // A growing sphere grows on, unless the tissue has closed over it.
         }
         let (model, at) = (self.network.model(), places(self.network.model(), self.state));
         let is_inside = |margin| is_inside(model, &at, (whole.centre, margin));
+        // A growing sphere grows on, unless the tissue has closed over it.
         if share > begin::WAITS {
             return if is_inside(0.0) { begin::WAITS } else { begin::grown(share) };
         }
@@ -138,7 +138,7 @@ impl<D: Dynamics> Tick<'_, '_, D> {
             }
         }
         let before = held::touched(self.terms(), self.state, self.contacts);
-        // Shorten a move that may exceed the energy bound.
+        // Move fully, and shorten a move that may exceed the energy bound.
         let mut moved = self.put(sphere, 1.0);
         if moved {
             let mut change = self.change(before);

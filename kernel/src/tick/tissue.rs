@@ -275,6 +275,7 @@ impl<D: Dynamics> TissueMut<'_, D> {
         self.head.dynamics = dynamics;
         self.head.model = Some(network.model().checksum());
         self.head.vectors = VectorUnit::find();
+        // Reset tools and arrays.
         self.touch.leave();
         self.residual.fill(Cell::ZERO);
         self.states.reset();
@@ -285,7 +286,6 @@ impl<D: Dynamics> TissueMut<'_, D> {
             for (own, v) in array.iter_mut().zip(&*self.state) {
                 *own = *v;
             }
-        // Reset the arrays.
         }
         // Terms that may have energy in the rest shape make the level unknown.
         if !network.model().others.rests(network.model()) {

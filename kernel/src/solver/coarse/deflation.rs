@@ -180,8 +180,8 @@ pub(crate) fn deflate(
                 *mark += weight * resists;
             }
         }
-    // Index the marked basis functions.
     }
+    // Index the marked basis functions.
     let mut taken = Deflated::cut(basis, behind)?;
     let mut count = 0;
     let marked = marks.iter().enumerate().filter(|&(_, &mark)| mark > 0.0);

@@ -8,7 +8,7 @@ use crate::model::coarse_basis::CoarseBasis;
 use crate::number::two_float::{Eight, LANES, Lanes, TwoFloat};
 use crate::terms::surface::IS_BUILT;
 
-/// How a solution keeps the held cells fixed.
+/// Method by which a solution keeps the held cells fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Coarse {
     /// By the corrections for this number of held cells, stored in the coarse memory.

@@ -14,7 +14,7 @@ use std::vec::Vec;
 /// `chaincell bake box:7x7x5x0.01 --alpha 0.03 --hats 2.5`.
 pub(crate) static CUBE: &[u8] = crate::include_model!("../../../../tests/data/box7.chaincell");
 
-/// Solves for a right-hand side in the room; returns both sides, axis by axis.
+/// Solves for a right-hand side in the coarse memory; returns both sides, axis by axis.
 fn solved(model: &Model<'_>, held: &[Contact]) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, f64) {
     let basis = model.coarse_basis.unwrap();
     let blocks = basis.blocks();

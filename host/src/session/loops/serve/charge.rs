@@ -21,7 +21,7 @@ pub struct Resumed {
 /// A claim to take charge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Claim {
-    /// The publisher of the session that this one goes on from.
+    /// The publisher of the session that this one resumes.
     Same,
     /// Another program, or the first one.
     Other,

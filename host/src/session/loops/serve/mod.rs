@@ -319,9 +319,9 @@ impl<'a> Run<'a> {
     }
 
     fn until_the_end(&mut self) -> Ending {
-        // Leave the loop at the end of the run.
         loop {
             self.shared.begin_round();
+            // Leave the loop at the end of the run.
             if self.server.options.ticks.is_some_and(|ticks| self.session.executed >= ticks) {
                 return Ending::Ticks;
             }

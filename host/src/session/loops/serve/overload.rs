@@ -27,14 +27,14 @@ pub(super) struct Overload {
     times: u64,
 }
 
-/// How far a tick is behind the poses.
+/// Delay of a tick relative to the poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Behind {
     /// In time.
     No,
     /// By a tick.
     Yes,
-    /// By so many poses that one such tick is enough.
+    /// By many poses: one such tick is an overload.
     Far,
 }
 
