@@ -4,8 +4,8 @@
 //! whatever it does in between. While the tool is engaged the observer keeps three sums:
 //!
 //! ```text
-//! S = sum of -F . dx                                  F = what the device was given
-//! H = sum of -F . dx + b |dx|^2 / h                   less what the handle's damping has taken
+//! S = sum of -F . dx                                  F = the force given to the device
+//! H = sum of -F . dx + b |dx|^2 / h                   plus the loss in the device's damping
 //! L = sum of (M - G) . dx + b |dx|^2 / h              G = the same as F, see below
 //! ```
 //!

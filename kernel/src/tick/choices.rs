@@ -1,4 +1,4 @@
-//! The choices of a run. Their codes are those of the C interface, where it has them.
+//! The choices of a run. Their codes are those of the C interface, if it has them.
 
 use super::choice::choices;
 use super::settings::Settings;
@@ -10,7 +10,7 @@ choices! {
     /// The scheme that moves the network.
     #[derive(Default)]
     Scheme {
-        /// One explicit step of common size a sweep, [`Euler`].
+        /// One explicit step of common size per sweep, [`Euler`].
         Euler = 1, <Euler as Dynamics>::NAME;
         /// Conjugate directions under an energy guard, with a coarse level, [`Track`].
         #[default]

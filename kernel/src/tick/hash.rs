@@ -14,7 +14,7 @@
 //! 0xCBF29CE484222325 + 4, absorbs by the same rule lane 0, 1, 2, 3 (64 bits each) and the number
 //! of words; its value is the hash. Files and messages show it as 16 lower-case hexadecimal
 //! digits. The absorption is a bijection of the lane, so a difference in a single word always
-//! shows. Cost: one 64-bit multiplication a word, in four independent chains.
+//! shows. Cost: one 64-bit multiplication per word, in four independent chains.
 
 use crate::number::Number;
 use crate::number::cell::{Cell, output};

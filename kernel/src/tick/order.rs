@@ -145,7 +145,7 @@ impl<D> Head<D> {
     }
 }
 
-/// A tick under way: the arrays cut to the model's size.
+/// Data of the current tick: the arrays cut to the model's size.
 pub(crate) struct Tick<'a, 'm, D: Dynamics> {
     pub network: &'a Network<'m>,
     pub head: &'a mut Head<D>,

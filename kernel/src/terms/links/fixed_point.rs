@@ -5,7 +5,7 @@
 //! | coordinate | 8.24 bits, saturating | K is at most 63; differences stay below 128 |
 //! | residual | 8.24 bits, its sum saturating once | see below |
 //! | squared length | 16.48 bits, unsigned | three squares below 2^62 |
-//! | w d^2 | 24.40 bits, sums in 88.40 | at most 2^63 a link |
+//! | w d^2 | 24.40 bits, sums in 88.40 | at most 2^63 per link |
 //!
 //! A saturated residual is shorter, never longer: its step lowers the energy by at least the counted amount.
 //! Partial sums must not saturate, since the rest of a sum would then go beyond its true value. By Cauchy's
